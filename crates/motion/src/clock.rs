@@ -1,0 +1,272 @@
+//! Simulation time: the ticks that are due, computed from total time and never accumulated.
+
+use bevy_ecs::prelude::*;
+
+use crate::units::Scalar;
+
+/// A time or rate that cannot be one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BadTime {
+    /// Not a finite number.
+    NotFinite(Scalar),
+    /// Below zero, or before the frame that came last.
+    Negative(Scalar),
+    /// A rate that is not above zero.
+    NotPositive(Scalar),
+}
+
+impl std::fmt::Display for BadTime {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotFinite(value) => write!(out, "{value} is not a time; give a finite number"),
+            Self::Negative(value) => write!(out, "{value} s is negative; time only goes forward"),
+            Self::NotPositive(value) => write!(out, "{value} is not a rate; give a number above 0"),
+        }
+    }
+}
+
+impl std::error::Error for BadTime {}
+
+/// The end of a frame on the frame clock and the frame's length; made only by a [`FrameClock`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameTime {
+    total: Scalar,
+    length: Scalar,
+}
+
+impl FrameTime {
+    /// Time from the start of the clock to the end of this frame, s.
+    #[must_use]
+    pub const fn total(self) -> Scalar {
+        self.total
+    }
+
+    /// Length of this frame, s.
+    #[must_use]
+    pub const fn length(self) -> Scalar {
+        self.length
+    }
+}
+
+/// Where frame times come in, and where bad ones are refused.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameClock {
+    total: Scalar,
+    /// What the additions of [`FrameClock::advance_by`] rounded away (Neumaier 1974).
+    residue: Scalar,
+}
+
+impl FrameClock {
+    /// A frame that ends `total` seconds after the start of the clock.
+    ///
+    /// # Errors
+    /// A time that is not finite, or before the end of the last frame; the clock is left as it was.
+    pub fn advance_to(&mut self, total: Scalar) -> Result<FrameTime, BadTime> {
+        if !total.is_finite() {
+            return Err(BadTime::NotFinite(total));
+        }
+        let length = total - self.now();
+        if length < 0.0 {
+            return Err(BadTime::Negative(length));
+        }
+        *self = Self { total, residue: 0.0 };
+        Ok(FrameTime { total, length })
+    }
+
+    /// A frame of `length` seconds.
+    ///
+    /// # Errors
+    /// A length that is negative or not finite; the clock is left as it was.
+    pub fn advance_by(&mut self, length: Scalar) -> Result<FrameTime, BadTime> {
+        if !length.is_finite() {
+            return Err(BadTime::NotFinite(length));
+        }
+        if length < 0.0 {
+            return Err(BadTime::Negative(length));
+        }
+        let sum = self.total + length;
+        self.residue +=
+            if self.total >= length { (self.total - sum) + length } else { (length - sum) + self.total };
+        self.total = sum;
+        Ok(FrameTime { total: self.now(), length })
+    }
+
+    /// The end of the last frame, s.
+    #[must_use]
+    pub fn now(&self) -> Scalar {
+        self.total + self.residue
+    }
+}
+
+/// Number and time of the ticks that were simulated.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepClock {
+    ticks: u64,
+    /// Where the running count of equal steps began: a changed step starts a new one.
+    since_tick: u64,
+    since_time: Scalar,
+    step: Scalar,
+}
+
+impl StepClock {
+    /// Ticks simulated since the start.
+    #[must_use]
+    pub const fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Simulated time, s.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
+    pub fn seconds(&self) -> Scalar {
+        self.since_time + (self.ticks - self.since_tick) as Scalar * self.step
+    }
+
+    /// Counts one tick of `step` seconds.
+    pub fn count(&mut self, step: Scalar) {
+        if step != self.step {
+            *self = Self { ticks: self.ticks, since_tick: self.ticks, since_time: self.seconds(), step };
+        }
+        self.ticks += 1;
+    }
+}
+
+/// Ticks that a frame is to simulate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Due {
+    /// Whole ticks to simulate now.
+    pub ticks: u64,
+    /// Time thrown away because the frame was longer than the catch-up limit, s of simulated time.
+    pub dropped: Scalar,
+}
+
+/// Turns frame times into ticks of a fixed rate.
+///
+/// The number of ticks due is the floor of the time since an anchor times the rate, so that no rounding
+/// accumulates. The anchor moves only when the pace changes, time is dropped or the run is paused.
+#[derive(Clone, Copy, Debug)]
+pub struct TickClock {
+    rate: Scalar,
+    pace: Scalar,
+    catch_up: Scalar,
+    anchor: Scalar,
+    /// Fraction of a tick that was open at the anchor.
+    carried: Scalar,
+    done: u64,
+    open: Scalar,
+    now: Scalar,
+}
+
+impl TickClock {
+    /// Ticks within this fraction of being due are due: 1/60 s times 120 Hz may come out a rounding below 2.
+    const NEARLY: Scalar = 1e-6;
+
+    /// A clock of `rate` ticks a second that simulates at most `catch_up` seconds, but always at least one
+    /// tick, in one frame.
+    ///
+    /// # Errors
+    /// A rate that is not above 0 and finite; a catch-up limit that is not a time.
+    pub fn new(rate: Scalar, catch_up: Scalar) -> Result<Self, BadTime> {
+        let clock = Self {
+            rate: checked_rate(rate)?,
+            pace: 1.0,
+            catch_up,
+            anchor: 0.0,
+            carried: 0.0,
+            done: 0,
+            open: 0.0,
+            now: 0.0,
+        };
+        match catch_up {
+            limit if limit.is_nan() => Err(BadTime::NotFinite(limit)),
+            limit if limit < 0.0 => Err(BadTime::Negative(limit)),
+            _ => Ok(clock),
+        }
+    }
+
+    /// Ticks a second.
+    #[must_use]
+    pub const fn rate(&self) -> Scalar {
+        self.rate
+    }
+
+    /// Simulated seconds a second of frame time.
+    #[must_use]
+    pub const fn pace(&self) -> Scalar {
+        self.pace
+    }
+
+    /// Fraction of the next tick that has passed, in [0, 1): where between two ticks to draw.
+    #[must_use]
+    pub const fn fraction(&self) -> Scalar {
+        self.open
+    }
+
+    /// Changes the tick rate; the open fraction of a tick stays a fraction.
+    ///
+    /// # Errors
+    /// A rate that is not above 0 and finite.
+    pub fn set_rate(&mut self, rate: Scalar) -> Result<(), BadTime> {
+        let rate = checked_rate(rate)?;
+        self.re_anchor(self.now);
+        self.rate = rate;
+        Ok(())
+    }
+
+    /// Changes the pace: 0.5 is slow motion, 2 is twice as fast. The tick stays what it is.
+    ///
+    /// # Errors
+    /// A pace that is not above 0 and finite.
+    pub fn set_pace(&mut self, pace: Scalar) -> Result<(), BadTime> {
+        let pace = checked_rate(pace)?;
+        self.re_anchor(self.now);
+        self.pace = pace;
+        Ok(())
+    }
+
+    /// A frame passes in which nothing is simulated and no time is owed afterwards.
+    pub fn pause(&mut self, frame: FrameTime) {
+        self.now = frame.total;
+        self.re_anchor(frame.total);
+    }
+
+    /// The ticks due at the end of `frame`.
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a count of ticks since the anchor, at least 0 and far below 2^53"
+    )]
+    pub fn due(&mut self, frame: FrameTime) -> Due {
+        self.now = frame.total;
+        let passed = self.carried + (frame.total - self.anchor) * self.pace * self.rate;
+        let whole = (passed + Self::NEARLY).floor().max(0.0);
+        let owed = whole as u64 - self.done.min(whole as u64);
+        let most = ((self.catch_up * self.rate + Self::NEARLY).floor() as u64).max(1);
+        if owed > most {
+            let open = passed - whole;
+            self.anchor = frame.total;
+            self.carried = open.clamp(0.0, 1.0 - Scalar::EPSILON);
+            self.done = 0;
+            self.open = self.carried;
+            return Due { ticks: most, dropped: (owed - most) as Scalar / self.rate };
+        }
+        self.done += owed;
+        self.open = (passed - whole).clamp(0.0, 1.0 - Scalar::EPSILON);
+        Due { ticks: owed, dropped: 0.0 }
+    }
+
+    fn re_anchor(&mut self, now: Scalar) {
+        self.carried = self.open;
+        self.anchor = now;
+        self.done = 0;
+    }
+}
+
+fn checked_rate(rate: Scalar) -> Result<Scalar, BadTime> {
+    match rate {
+        rate if !rate.is_finite() => Err(BadTime::NotFinite(rate)),
+        rate if rate <= 0.0 => Err(BadTime::NotPositive(rate)),
+        rate => Ok(rate),
+    }
+}

@@ -1,0 +1,8 @@
+//! The scalar and vector of the simulation, decided once.
+
+/// Number type of all simulated state: SI units, 53 bits of precision.
+pub type Scalar = f64;
+/// Vector of [`Scalar`]s, right-handed, y up.
+pub type Vector = glam::DVec3;
+/// Rotation of a body that is drawn and picked turned; the physics never reads it.
+pub type Rotation = glam::DQuat;

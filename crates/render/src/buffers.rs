@@ -1,0 +1,81 @@
+//! Buffers that are kept from frame to frame and grow when a frame needs more.
+
+use bytemuck::Pod;
+
+use crate::{Gpu, Instance, OUTLINED};
+
+/// Instances on the adapter; grows to the next power of two and never shrinks.
+pub(crate) struct InstanceBuffer {
+    label: &'static str,
+    buffer: wgpu::Buffer,
+}
+
+impl InstanceBuffer {
+    pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
+        Self { label, buffer: create(device, label, 16 * 1024) }
+    }
+
+    /// How many of `rows` are there to draw: all, unless they exceed the largest buffer of the adapter.
+    pub fn upload<T: Pod>(&mut self, gpu: &Gpu, rows: &[T]) -> u32 {
+        let limit = gpu.device.limits().max_buffer_size;
+        let most = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<T>();
+        let rows = &rows[..rows.len().min(most)];
+        let bytes: &[u8] = bytemuck::cast_slice(rows);
+        if bytes.is_empty() {
+            return 0;
+        }
+        let needed = bytes.len() as u64;
+        if needed > self.buffer.size() {
+            self.buffer = create(&gpu.device, self.label, needed.next_power_of_two().min(limit));
+        }
+        gpu.queue.write_buffer(&self.buffer, 0, bytes);
+        rows.len() as u32
+    }
+
+    pub fn buffer(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+}
+
+/// The bodies of one mesh, the outlined ones last so that each kind is one draw.
+pub(crate) struct Bodies {
+    instances: InstanceBuffer,
+    sorted: Vec<Instance>,
+    /// Rows without an outline.
+    pub plain: u32,
+    /// All rows.
+    pub total: u32,
+}
+
+impl Bodies {
+    pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
+        Self { instances: InstanceBuffer::new(device, label), sorted: Vec::new(), plain: 0, total: 0 }
+    }
+
+    pub fn upload(&mut self, gpu: &Gpu, rows: &[Instance]) {
+        let outlined = |row: &&Instance| row.surface & OUTLINED != 0;
+        let count = rows.iter().filter(outlined).count();
+        self.total = if count == 0 {
+            self.instances.upload(gpu, rows)
+        } else {
+            self.sorted.clear();
+            self.sorted.extend(rows.iter().filter(|row| !outlined(row)));
+            self.sorted.extend(rows.iter().filter(outlined));
+            self.instances.upload(gpu, &self.sorted)
+        };
+        self.plain = self.total.min((rows.len() - count) as u32);
+    }
+
+    pub fn buffer(&self) -> &wgpu::Buffer {
+        self.instances.buffer()
+    }
+}
+
+fn create(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}

@@ -1,0 +1,57 @@
+//! What can go wrong between a frame and its pixels, in sentences that say what to do.
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The machine offers no adapter at all, not even a software one.
+    #[error(
+        "no graphics adapter found; a GPU is not required: on Debian or Ubuntu install `mesa-vulkan-drivers` \
+         (software rendering), or run without pictures ({detail})"
+    )]
+    NoAdapter {
+        /// What wgpu said.
+        detail: String,
+    },
+    /// `WGPU_ADAPTER_NAME` names an adapter that is not there.
+    #[error("WGPU_ADAPTER_NAME is `{wanted}`, but no usable adapter has that in its name; found: {found}")]
+    NoSuchAdapter {
+        /// The value of the variable.
+        wanted: String,
+        /// The adapters that are there, one after another.
+        found: String,
+    },
+    /// The adapter refused to open.
+    #[error("the graphics adapter {adapter} could not be opened: {detail}")]
+    Device {
+        /// Which adapter, in one line.
+        adapter: String,
+        /// What wgpu said.
+        detail: String,
+    },
+    /// The window cannot be drawn to.
+    #[error("cannot draw into the window: {detail}; WGPU_BACKEND=vulkan or WGPU_BACKEND=gl may help")]
+    Surface {
+        /// What wgpu said.
+        detail: String,
+    },
+    /// A picture of this size cannot be drawn.
+    #[error(
+        "a picture of {width} x {height} pixels cannot be drawn: each side must be 1 to {max}, and all at most {max_area}"
+    )]
+    Size {
+        /// Asked for, in pixels.
+        width: u32,
+        /// Asked for, in pixels.
+        height: u32,
+        /// The longest side this adapter can draw, in pixels.
+        max: u32,
+        /// The most pixels that can be read back.
+        max_area: u64,
+    },
+    /// The pixels could not be copied back from the adapter.
+    #[error("the picture could not be read back from the graphics adapter: {detail}")]
+    ReadBack {
+        /// What wgpu said.
+        detail: String,
+    },
+}

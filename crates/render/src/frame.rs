@@ -1,0 +1,149 @@
+//! The plain data of one picture, every position relative to the camera.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Quat, Vec3};
+
+use crate::Line;
+
+/// Bit of [`Instance::surface`]: the 4 by 4 checker board of the tutorial, once on each cube face or around a sphere.
+pub const CHECKER: u32 = 1;
+/// Bit of [`Instance::surface`]: a bright outline with a dark rim, of constant width on the screen.
+pub const OUTLINED: u32 = 2;
+
+/// All that one picture shows. The camera is the origin: positions are in meters relative to it, in the axes of the
+/// world (+Y up), so that a scene far from the world's origin draws as sharply as one at it.
+#[derive(Clone, Default)]
+pub struct Frame {
+    /// Width and height in pixels; a zero draws nothing. Must be the size of the view that is drawn into.
+    pub size_px: [u32; 2],
+    /// Where the camera looks, and how wide.
+    pub camera: Camera,
+    /// The one lamp; without it everything is lit softly from the camera.
+    pub light: Option<Light>,
+    /// Boxes, in any order.
+    pub cuboids: Vec<Instance>,
+    /// Balls, in any order.
+    pub spheres: Vec<Instance>,
+    /// Small discs; they receive shadows and cast none.
+    pub particles: Vec<Particle>,
+    /// Lines and arrows, hidden by bodies in front of them; see [`Line::arrow`].
+    pub lines: Vec<Line>,
+    /// The user interface, painted last.
+    pub panels: Option<Panels>,
+}
+
+/// How the camera sees; it is always at the origin of the frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// From camera space (looking along -Z, +Y up, +X right) to the axes of the world.
+    pub orientation: Quat,
+    /// Vertical field of view, radians, between 0 and pi.
+    pub fov_y_rad: f32,
+    /// Nearest distance drawn, m, above 0.
+    pub near_m: f32,
+    /// Farthest distance drawn, m, above `near_m`.
+    pub far_m: f32,
+}
+
+impl Default for Camera {
+    /// The camera of the tutorial: 45 degrees, 0.1 m to 500 m, looking along -Z.
+    fn default() -> Self {
+        Self {
+            orientation: Quat::IDENTITY,
+            fov_y_rad: std::f32::consts::FRAC_PI_4,
+            near_m: 0.1,
+            far_m: 500.0,
+        }
+    }
+}
+
+impl Camera {
+    /// From camera-relative meters to clip space with depth 0 (near) to 1 (far), right-handed; `aspect` is width
+    /// over height.
+    pub fn view_projection(&self, aspect: f32) -> Mat4 {
+        let projection = glam::camera::rh::proj::directx::perspective(
+            self.fov_y_rad,
+            aspect.max(1e-6),
+            self.near_m,
+            self.far_m,
+        );
+        projection * Mat4::from_quat(self.orientation.conjugate())
+    }
+}
+
+/// A point light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Relative to the camera, m.
+    pub position: Vec3,
+    /// What the shadow map looks at, relative to the camera, m. The map covers 22.5 degrees to each side of it;
+    /// whatever lies outside is lit.
+    pub target: Vec3,
+    /// Linear red, green and blue, usually 0 to 1.
+    pub color: Vec3,
+    /// Whether bodies cast shadows.
+    pub shadows: bool,
+}
+
+/// One body: a box or, in [`Frame::spheres`], a ball. The layout is that of the vertex buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Instance {
+    /// Center, relative to the camera, m.
+    pub position: [f32; 3],
+    /// Any of [`CHECKER`] and [`OUTLINED`].
+    pub surface: u32,
+    /// Half the size along each own axis, m; of a ball the radius, three times.
+    pub half_extents: [f32; 3],
+    #[doc(hidden)]
+    pub _pad: u32,
+    /// Unit quaternion x, y, z, w from the body's axes to those of the world.
+    pub orientation: [f32; 4],
+    /// Red, green, blue as displayed (not linear), 0 to 1, and an alpha that is ignored: bodies are opaque.
+    pub color: [f32; 4],
+}
+
+impl Default for Instance {
+    /// White, plain, half a meter to each side, at the camera.
+    fn default() -> Self {
+        Self {
+            position: [0.0; 3],
+            surface: 0,
+            half_extents: [0.5; 3],
+            _pad: 0,
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            color: [1.0; 4],
+        }
+    }
+}
+
+/// One small disc that always faces the camera. The layout is that of the vertex buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Particle {
+    /// Center, relative to the camera, m.
+    pub position: [f32; 3],
+    /// Radius, m; never drawn smaller than three quarters of a pixel.
+    pub radius_m: f32,
+    /// Red, green, blue as displayed and alpha (1 opaque), 0 to 1.
+    pub color: [f32; 4],
+}
+
+/// A user interface already laid out and tessellated by egui.
+#[derive(Clone, Default)]
+pub struct Panels {
+    /// From `Context::tessellate`.
+    pub primitives: Vec<egui::ClippedPrimitive>,
+    /// From `FullOutput::textures_delta`. Every delta must reach the renderer, in order: draw each frame that has
+    /// panels, if need be with no area. Drawing a frame twice does no harm.
+    pub textures_delta: egui::TexturesDelta,
+    /// Pixels a logical point, above 0.
+    pub pixels_per_point: f32,
+}
+
+impl Drop for Panels {
+    /// Drawing borrows the frame and so cannot use the deltas up; egui panics where one is dropped unused.
+    fn drop(&mut self) {
+        self.textures_delta.clear();
+    }
+}

@@ -1,0 +1,143 @@
+//! Finds a graphics adapter, real or software, and opens it.
+
+use std::fmt;
+
+use wgpu::{Backends, Instance, InstanceDescriptor, PowerPreference, RequestAdapterOptions, Surface};
+
+use crate::RenderError;
+
+/// An open graphics device and how it was reached.
+pub struct Gpu {
+    /// Makes surfaces.
+    pub instance: Instance,
+    /// What the machine offers.
+    pub adapter: wgpu::Adapter,
+    /// Makes resources.
+    pub device: wgpu::Device,
+    /// Takes work.
+    pub queue: wgpu::Queue,
+    /// The adapter in words.
+    pub info: AdapterSummary,
+}
+
+/// An adapter in words; displays as one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AdapterSummary {
+    /// As the driver calls it.
+    pub name: String,
+    /// `vulkan`, `gl`, `metal` or `dx12`.
+    pub backend: String,
+    /// Name of the driver, possibly empty.
+    pub driver: String,
+    /// Version of the driver, possibly empty.
+    pub driver_info: String,
+    /// Whether the processor does the drawing.
+    pub software: bool,
+}
+
+impl AdapterSummary {
+    fn of(adapter: &wgpu::Adapter) -> Self {
+        let info = adapter.get_info();
+        Self {
+            name: info.name,
+            backend: info.backend.to_string(),
+            driver: info.driver,
+            driver_info: info.driver_info,
+            software: info.device_type == wgpu::DeviceType::Cpu,
+        }
+    }
+}
+
+impl fmt::Display for AdapterSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.name, self.backend)?;
+        for detail in [&self.driver, &self.driver_info] {
+            if !detail.is_empty() {
+                write!(f, ", {detail}")?;
+            }
+        }
+        f.write_str(if self.software { " (software)" } else { "" })
+    }
+}
+
+impl Gpu {
+    /// Opens an adapter for pictures without a window. `WGPU_BACKEND` (`vulkan`, `gl`, ...) and `WGPU_ADAPTER_NAME`
+    /// (part of a name, upper and lower case alike) narrow the choice.
+    pub fn headless() -> Result<Self, RenderError> {
+        let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
+        let adapter = chosen_adapter(&instance, None)?;
+        Self::open(instance, adapter)
+    }
+
+    /// Opens an adapter that can draw into `window`, and the window's surface. `display` is the window system's own
+    /// handle (winit: `Box::new(event_loop.owned_display_handle())`), without which OpenGL finds no surface.
+    pub fn for_window(
+        window: impl Into<wgpu::SurfaceTarget<'static>>,
+        display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
+    ) -> Result<(Self, Surface<'static>), RenderError> {
+        let instance = Instance::new(InstanceDescriptor::new_with_display_handle_from_env(display));
+        let surface = match instance.create_surface(window) {
+            Ok(surface) => surface,
+            // Without any adapter the surface fails first, and its message would send the reader the wrong way.
+            Err(error) => {
+                chosen_adapter(&instance, None)?;
+                return Err(RenderError::Surface { detail: error.to_string() });
+            }
+        };
+        let adapter = chosen_adapter(&instance, Some(&surface))?;
+        Ok((Self::open(instance, adapter)?, surface))
+    }
+
+    /// A new surface for a window whose old one was lost, to be given to [`crate::WindowTarget::replace_surface`].
+    pub fn surface(
+        &self,
+        window: impl Into<wgpu::SurfaceTarget<'static>>,
+    ) -> Result<Surface<'static>, RenderError> {
+        self.instance
+            .create_surface(window)
+            .map_err(|error| RenderError::Surface { detail: error.to_string() })
+    }
+
+    /// The longest side of a picture, pixels.
+    pub fn max_side_px(&self) -> u32 {
+        self.device.limits().max_texture_dimension_2d
+    }
+
+    fn open(instance: Instance, adapter: wgpu::Adapter) -> Result<Self, RenderError> {
+        let info = AdapterSummary::of(&adapter);
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("render"),
+            required_limits: wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits()),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| RenderError::Device { adapter: info.to_string(), detail: error.to_string() })?;
+        Ok(Self { instance, adapter, device, queue, info })
+    }
+}
+
+/// wgpu's own look-up by `WGPU_ADAPTER_NAME` panics where no adapter has the name, so this is done here.
+fn chosen_adapter(instance: &Instance, surface: Option<&Surface<'_>>) -> Result<wgpu::Adapter, RenderError> {
+    if let Some(wanted) = std::env::var("WGPU_ADAPTER_NAME").ok().filter(|name| !name.is_empty()) {
+        let adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
+        let found: Vec<String> =
+            adapters.iter().map(|adapter| AdapterSummary::of(adapter).to_string()).collect();
+        if !found.is_empty() {
+            let usable = |adapter: &wgpu::Adapter| {
+                surface.is_none_or(|surface| adapter.is_surface_supported(surface))
+                    && adapter.get_info().name.to_lowercase().contains(&wanted.to_lowercase())
+            };
+            return adapters
+                .into_iter()
+                .find(usable)
+                .ok_or_else(|| RenderError::NoSuchAdapter { wanted, found: found.join("; ") });
+        }
+    }
+    let options = RequestAdapterOptions {
+        power_preference: PowerPreference::from_env().unwrap_or(PowerPreference::HighPerformance),
+        compatible_surface: surface,
+        ..Default::default()
+    };
+    pollster::block_on(instance.request_adapter(&options))
+        .map_err(|error| RenderError::NoAdapter { detail: error.to_string() })
+}

@@ -1,0 +1,248 @@
+//! One pipeline for each thing that is drawn.
+
+use wgpu::{BindGroupLayout, CompareFunction, Device, Face, TextureFormat, VertexBufferLayout};
+
+use crate::{Instance, Line, Particle, mesh::Vertex, shadow::SHADOW_FORMAT};
+
+const GLOBALS: &str = include_str!("../../../shaders/globals.wgsl");
+const LIGHT: &str = include_str!("../../../shaders/light.wgsl");
+const BODY: &str = include_str!("../../../shaders/body.wgsl");
+const SKY: &str = include_str!("../../../shaders/sky.wgsl");
+const PARTICLE: &str = include_str!("../../../shaders/particle.wgsl");
+const LINE: &str = include_str!("../../../shaders/line.wgsl");
+
+/// Width of the bright outline, pixels.
+const OUTLINE_PX: f64 = 2.5;
+/// Width of the bright outline and its dark rim together, pixels: the rim keeps it visible before a bright sky.
+const RIM_PX: f64 = 4.0;
+
+pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+
+const BODY_ROWS: [Option<VertexBufferLayout<'_>>; 2] = [
+    Some(VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2],
+    }),
+    Some(VertexBufferLayout {
+        array_stride: size_of::<Instance>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        // Written out because the macro cannot skip the padding after the half extents.
+        attributes: &[
+            attribute(3, wgpu::VertexFormat::Float32x3, 0),
+            attribute(4, wgpu::VertexFormat::Uint32, 12),
+            attribute(5, wgpu::VertexFormat::Float32x3, 16),
+            attribute(6, wgpu::VertexFormat::Float32x4, 32),
+            attribute(7, wgpu::VertexFormat::Float32x4, 48),
+        ],
+    }),
+];
+
+const PARTICLE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
+    array_stride: size_of::<Particle>() as u64,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Float32x4],
+})];
+
+const LINE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
+    array_stride: size_of::<Line>() as u64,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![
+        0 => Float32x3, 1 => Float32, 2 => Float32x3, 3 => Float32, 4 => Float32x4, 5 => Float32x4
+    ],
+})];
+
+const fn attribute(location: u32, format: wgpu::VertexFormat, offset: u64) -> wgpu::VertexAttribute {
+    wgpu::VertexAttribute { format, offset, shader_location: location }
+}
+
+pub(crate) struct Pipelines {
+    pub shadow: wgpu::RenderPipeline,
+    pub body: wgpu::RenderPipeline,
+    /// The dark rim, drawn before [`Self::outline`].
+    pub rim: wgpu::RenderPipeline,
+    pub outline: wgpu::RenderPipeline,
+    pub sky: wgpu::RenderPipeline,
+    pub particle: wgpu::RenderPipeline,
+    pub line: wgpu::RenderPipeline,
+}
+
+/// Where the pipelines draw to.
+pub(crate) struct Destination {
+    pub format: TextureFormat,
+    pub samples: u32,
+}
+
+/// What tells one pipeline from another.
+struct Drawing<'a> {
+    label: &'a str,
+    shader: &'a wgpu::ShaderModule,
+    vertex: &'a str,
+    /// None draws depth alone.
+    fragment: Option<&'a str>,
+    rows: &'a [Option<VertexBufferLayout<'a>>],
+    constants: &'a [(&'a str, f64)],
+    topology: wgpu::PrimitiveTopology,
+    cull: Option<Face>,
+    writes_depth: bool,
+    depth_compare: CompareFunction,
+    blend: Option<wgpu::BlendState>,
+}
+
+impl Pipelines {
+    pub fn new(
+        device: &Device,
+        globals: &BindGroupLayout,
+        shadow_map: &BindGroupLayout,
+        to: &Destination,
+    ) -> Self {
+        let module = |label, parts: &[&str]| {
+            device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(label),
+                source: wgpu::ShaderSource::Wgsl(parts.concat().into()),
+            })
+        };
+        let layout = |label, groups: &[Option<&BindGroupLayout>]| {
+            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(label),
+                bind_group_layouts: groups,
+                immediate_size: 0,
+            })
+        };
+        let body = module("body", &[GLOBALS, LIGHT, BODY]);
+        let sky = module("sky", &[GLOBALS, SKY]);
+        let particle = module("particle", &[GLOBALS, LIGHT, PARTICLE]);
+        let line = module("line", &[GLOBALS, LINE]);
+        let picture = layout("picture", &[Some(globals), Some(shadow_map)]);
+        // The map cannot be read while it is drawn.
+        let from_light = layout("from light", &[Some(globals)]);
+
+        let srgb = ("target_is_srgb", f64::from(u8::from(to.format.is_srgb())));
+        let bodies = Drawing {
+            label: "body",
+            shader: &body,
+            vertex: "vs_surface",
+            fragment: Some("fs_surface"),
+            rows: &BODY_ROWS,
+            constants: &[srgb],
+            topology: wgpu::PrimitiveTopology::TriangleList,
+            cull: Some(Face::Back),
+            writes_depth: true,
+            depth_compare: CompareFunction::Less,
+            blend: None,
+        };
+        let outline = |label, width_px, bright| {
+            Drawing {
+                label,
+                vertex: "vs_outline",
+                fragment: Some("fs_outline"),
+                constants: &[srgb, ("outline_px", width_px), ("outline_bright", bright)],
+                cull: Some(Face::Front),
+                writes_depth: false,
+                ..bodies
+            }
+            .pipeline(device, &picture, to)
+        };
+        let overlay = Drawing {
+            topology: wgpu::PrimitiveTopology::TriangleStrip,
+            cull: None,
+            depth_compare: CompareFunction::LessEqual,
+            blend: Some(wgpu::BlendState::ALPHA_BLENDING),
+            ..bodies
+        };
+        Self {
+            shadow: Drawing {
+                label: "shadow",
+                vertex: "vs_shadow",
+                fragment: None,
+                constants: &[],
+                // Back faces in the map: what the light sees is then never compared with itself.
+                cull: Some(Face::Front),
+                ..bodies
+            }
+            .pipeline(device, &from_light, &Destination { format: to.format, samples: 1 }),
+            rim: outline("rim", RIM_PX, 0.0),
+            outline: outline("outline", OUTLINE_PX, 1.0),
+            sky: Drawing {
+                label: "sky",
+                shader: &sky,
+                vertex: "vs_sky",
+                fragment: Some("fs_sky"),
+                rows: &[],
+                cull: None,
+                writes_depth: false,
+                // The sky is exactly on the far plane, which the depth is cleared to.
+                depth_compare: CompareFunction::LessEqual,
+                ..bodies
+            }
+            .pipeline(device, &picture, to),
+            particle: Drawing {
+                label: "particle",
+                shader: &particle,
+                vertex: "vs_particle",
+                fragment: Some("fs_particle"),
+                rows: &PARTICLE_ROWS,
+                ..overlay
+            }
+            .pipeline(device, &picture, to),
+            line: Drawing {
+                label: "line",
+                shader: &line,
+                vertex: "vs_line",
+                fragment: Some("fs_line"),
+                rows: &LINE_ROWS,
+                ..overlay
+            }
+            .pipeline(device, &picture, to),
+            body: bodies.pipeline(device, &picture, to),
+        }
+    }
+}
+
+impl Drawing<'_> {
+    fn pipeline(
+        &self,
+        device: &Device,
+        layout: &wgpu::PipelineLayout,
+        to: &Destination,
+    ) -> wgpu::RenderPipeline {
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: self.constants, ..Default::default() };
+        let color = [Some(wgpu::ColorTargetState {
+            format: to.format,
+            blend: self.blend,
+            write_mask: wgpu::ColorWrites::ALL,
+        })];
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(self.label),
+            layout: Some(layout),
+            vertex: wgpu::VertexState {
+                module: self.shader,
+                entry_point: Some(self.vertex),
+                compilation_options: compilation_options.clone(),
+                buffers: self.rows,
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: self.topology,
+                cull_mode: self.cull,
+                ..Default::default()
+            },
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: if self.fragment.is_none() { SHADOW_FORMAT } else { DEPTH_FORMAT },
+                depth_write_enabled: Some(self.writes_depth),
+                depth_compare: Some(self.depth_compare),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState { count: to.samples, ..Default::default() },
+            fragment: self.fragment.map(|entry_point| wgpu::FragmentState {
+                module: self.shader,
+                entry_point: Some(entry_point),
+                compilation_options,
+                targets: &color,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}

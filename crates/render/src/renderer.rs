@@ -1,0 +1,297 @@
+//! Draws a frame: shadow map, bodies, sky, outlines, particles, lines, panels.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec3, Vec4};
+
+use crate::{
+    Frame, Gpu, Quality,
+    buffers::{Bodies, InstanceBuffer},
+    mesh::Mesh,
+    panels::PanelPainter,
+    pipelines::{DEPTH_FORMAT, Destination, Pipelines},
+    shadow::{LightView, ShadowMap},
+};
+
+/// Mirrors `Globals` in shaders/globals.wgsl, where the fields are explained.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Globals {
+    view_projection: Mat4,
+    light_projection: Mat4,
+    camera_right: Vec4,
+    camera_up: Vec4,
+    camera_forward: Vec4,
+    viewport: Vec4,
+    light_position: Vec4,
+    light_color: Vec4,
+    shadow_map: Vec4,
+}
+
+/// The textures that have the size of the picture.
+struct Attachments {
+    size_px: [u32; 2],
+    depth: wgpu::TextureView,
+    /// Only with more than one sample; resolved into the view that is drawn to.
+    color: Option<wgpu::TextureView>,
+}
+
+/// Draws frames into views of one format.
+pub struct Renderer {
+    quality: Quality,
+    destination: Destination,
+    pipelines: Pipelines,
+    globals: wgpu::Buffer,
+    globals_group: wgpu::BindGroup,
+    shadow_map: ShadowMap,
+    cube: Mesh,
+    sphere: Mesh,
+    cuboids: Bodies,
+    spheres: Bodies,
+    particles: InstanceBuffer,
+    lines: InstanceBuffer,
+    panels: PanelPainter,
+    attachments: Option<Attachments>,
+}
+
+impl Renderer {
+    /// A renderer for views of `target_format`: [`crate::OFFSCREEN_FORMAT`] or [`crate::WindowTarget::format`].
+    pub fn new(gpu: &Gpu, target_format: wgpu::TextureFormat, quality: Quality) -> Self {
+        let device = &gpu.device;
+        let supported = |format| {
+            gpu.adapter.get_texture_format_features(format).flags.sample_count_supported(quality.msaa)
+        };
+        let samples = if supported(target_format) && supported(DEPTH_FORMAT) { quality.msaa } else { 1 };
+        let destination = Destination { format: target_format, samples };
+
+        let globals = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("globals"),
+            size: size_of::<Globals>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let globals_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("globals"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let globals_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("globals"),
+            layout: &globals_layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: globals.as_entire_binding() }],
+        });
+        let shadow_map = ShadowMap::new(device, quality.shadow_map_px);
+        Self {
+            quality: Quality { shadow_map_px: shadow_map.side_px, msaa: samples },
+            pipelines: Pipelines::new(device, &globals_layout, &shadow_map.layout, &destination),
+            destination,
+            globals,
+            globals_group,
+            shadow_map,
+            cube: Mesh::cube(device),
+            sphere: Mesh::sphere(device),
+            cuboids: Bodies::new(device, "cuboids"),
+            spheres: Bodies::new(device, "spheres"),
+            particles: InstanceBuffer::new(device, "particles"),
+            lines: InstanceBuffer::new(device, "lines"),
+            panels: PanelPainter::new(device, target_format),
+            attachments: None,
+        }
+    }
+
+    /// The quality in use: what was asked for, cut to what the adapter can do.
+    pub fn quality(&self) -> Quality {
+        self.quality
+    }
+
+    /// Draws `frame` into `view`, which must have the frame's size and the format given to [`Renderer::new`], and
+    /// submits the work without waiting for it. A frame without area draws nothing, but still takes in the panels'
+    /// textures.
+    pub fn draw(&mut self, gpu: &Gpu, frame: &Frame, view: &wgpu::TextureView) {
+        if let Some(panels) = &frame.panels {
+            self.panels.update_textures(gpu, panels);
+        }
+        if frame.size_px[0] > 0 && frame.size_px[1] > 0 {
+            self.draw_visible(gpu, frame, view);
+        }
+        if let Some(panels) = &frame.panels {
+            self.panels.free_textures(panels);
+        }
+    }
+
+    fn draw_visible(&mut self, gpu: &Gpu, frame: &Frame, view: &wgpu::TextureView) {
+        let casters = frame.cuboids.iter().chain(&frame.spheres);
+        let light_view = frame.light.as_ref().and_then(|light| LightView::new(light, casters));
+        let globals = self.globals_of(frame, light_view);
+        gpu.queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
+        self.cuboids.upload(gpu, &frame.cuboids);
+        self.spheres.upload(gpu, &frame.spheres);
+        let particles = self.particles.upload(gpu, &frame.particles);
+        let lines = self.lines.upload(gpu, &frame.lines);
+
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        if light_view.is_some() {
+            self.draw_shadows(&mut encoder);
+        }
+        self.draw_picture(gpu, &mut encoder, frame.size_px, view, particles, lines);
+        let mut work = Vec::new();
+        if let Some(panels) = &frame.panels {
+            work = self.panels.paint(gpu, &mut encoder, view, frame.size_px, panels);
+        }
+        work.push(encoder.finish());
+        gpu.queue.submit(work);
+    }
+
+    fn globals_of(&self, frame: &Frame, light_view: Option<LightView>) -> Globals {
+        let camera = &frame.camera;
+        let [width, height] = frame.size_px.map(|side| side as f32);
+        let half_up = (0.5 * camera.fov_y_rad).tan();
+        let (light_position, light_color) = match &frame.light {
+            Some(light) => {
+                let casts = if light_view.is_some() { 1.0 } else { 0.0 };
+                (light.position.extend(casts), light.color.extend(1.0))
+            }
+            None => (Vec4::ZERO, Vec4::ZERO),
+        };
+        let (light_projection, span_m) =
+            light_view.map_or((Mat4::IDENTITY, 0.0), |view| (view.projection, view.span_m));
+        let texels = self.shadow_map.side_px as f32;
+        Globals {
+            view_projection: camera.view_projection(width / height),
+            light_projection,
+            camera_right: (camera.orientation * Vec3::X).extend(half_up * width / height),
+            camera_up: (camera.orientation * Vec3::Y).extend(half_up),
+            camera_forward: (camera.orientation * Vec3::NEG_Z).extend(camera.near_m),
+            viewport: Vec4::new(
+                width,
+                height,
+                2.0 * half_up / height,
+                camera.near_m * camera.far_m / (camera.near_m - camera.far_m),
+            ),
+            light_position,
+            light_color,
+            shadow_map: Vec4::new(1.0 / texels, span_m / texels, 0.0, 0.0),
+        }
+    }
+
+    fn draw_shadows(&self, encoder: &mut wgpu::CommandEncoder) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadows"),
+            depth_stencil_attachment: Some(cleared_depth(&self.shadow_map.view, wgpu::StoreOp::Store)),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipelines.shadow);
+        pass.set_bind_group(0, &self.globals_group, &[]);
+        self.draw_bodies(&mut pass, |bodies| 0..bodies.total);
+    }
+
+    fn draw_picture(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        size_px: [u32; 2],
+        view: &wgpu::TextureView,
+        particles: u32,
+        lines: u32,
+    ) {
+        self.attachments.take_if(|kept| kept.size_px != size_px);
+        let attachments =
+            self.attachments.get_or_insert_with(|| Attachments::new(&gpu.device, &self.destination, size_px));
+        let depth = attachments.depth.clone();
+        let multisampled = attachments.color.clone();
+        let (target, resolve_target, store) = match &multisampled {
+            Some(color) => (color, Some(view), wgpu::StoreOp::Discard),
+            None => (view, None, wgpu::StoreOp::Store),
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("picture"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target,
+                // The sky covers what nothing else does.
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store },
+            })],
+            depth_stencil_attachment: Some(cleared_depth(&depth, wgpu::StoreOp::Discard)),
+            ..Default::default()
+        });
+        pass.set_bind_group(0, &self.globals_group, &[]);
+        pass.set_bind_group(1, &self.shadow_map.bind_group, &[]);
+
+        pass.set_pipeline(&self.pipelines.body);
+        self.draw_bodies(&mut pass, |bodies| 0..bodies.plain);
+        pass.set_pipeline(&self.pipelines.sky);
+        pass.draw(0..3, 0..1);
+        // The outlines write no depth, so they come after all that they cover and before the bodies they surround.
+        if self.cuboids.plain < self.cuboids.total || self.spheres.plain < self.spheres.total {
+            for pipeline in [&self.pipelines.rim, &self.pipelines.outline, &self.pipelines.body] {
+                pass.set_pipeline(pipeline);
+                self.draw_bodies(&mut pass, |bodies| bodies.plain..bodies.total);
+            }
+        }
+        for (pipeline, rows, count) in [
+            (&self.pipelines.particle, &self.particles, particles),
+            (&self.pipelines.line, &self.lines, lines),
+        ] {
+            if count > 0 {
+                pass.set_pipeline(pipeline);
+                pass.set_vertex_buffer(0, rows.buffer().slice(..));
+                pass.draw(0..4, 0..count);
+            }
+        }
+    }
+
+    fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, rows: impl Fn(&Bodies) -> std::ops::Range<u32>) {
+        for (mesh, bodies) in [(&self.cube, &self.cuboids), (&self.sphere, &self.spheres)] {
+            let rows = rows(bodies);
+            if !rows.is_empty() {
+                pass.set_vertex_buffer(0, mesh.vertices.slice(..));
+                pass.set_vertex_buffer(1, bodies.buffer().slice(..));
+                pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint16);
+                pass.draw_indexed(0..mesh.index_count, 0, rows);
+            }
+        }
+    }
+}
+
+impl Attachments {
+    fn new(device: &wgpu::Device, destination: &Destination, size_px: [u32; 2]) -> Self {
+        let texture = |label, format| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size_px[0], height: size_px[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: destination.samples,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        Self {
+            size_px,
+            depth: texture("depth", DEPTH_FORMAT),
+            color: (destination.samples > 1).then(|| texture("samples", destination.format)),
+        }
+    }
+}
+
+fn cleared_depth(
+    view: &wgpu::TextureView,
+    store: wgpu::StoreOp,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store }),
+        stencil_ops: None,
+    }
+}

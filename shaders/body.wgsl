@@ -1,0 +1,91 @@
+// Cuboids and spheres: their surfaces, their shadows and the outline of the selected ones.
+
+// Mirrors the bits of `Instance::surface`.
+const CHECKER = 1u;
+
+override outline_px: f32 = 0.0;
+override outline_bright: f32 = 0.0;
+
+struct Vertex {
+    @location(0) position: vec3f, // on the unit cube (half extent 1) or the unit sphere
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+}
+
+struct Body {
+    @location(3) position: vec3f,
+    @location(4) surface: u32,
+    @location(5) half_extents: vec3f,
+    @location(6) orientation: vec4f,
+    @location(7) color: vec4f,
+}
+
+struct Surface {
+    @builtin(position) clip: vec4f,
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) uv: vec2f,
+    @location(3) color: vec3f,
+    @location(4) @interpolate(flat) surface: u32,
+}
+
+fn rotated(q: vec4f, v: vec3f) -> vec3f {
+    return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v);
+}
+
+@vertex
+fn vs_surface(vertex: Vertex, body: Body) -> Surface {
+    let position = body.position + rotated(body.orientation, vertex.position * body.half_extents);
+    // Normals scale by the inverse, or a squashed sphere would be lit as a round one.
+    let normal = vertex.normal / max(body.half_extents, vec3f(1e-6));
+    var out: Surface;
+    out.clip = globals.view_projection * vec4f(position, 1.0);
+    out.position = position;
+    out.normal = rotated(body.orientation, normalize(normal));
+    out.uv = vertex.uv;
+    out.color = body.color.rgb;
+    out.surface = body.surface;
+    return out;
+}
+
+// A 4 by 4 board of grey 128 and white 255, averaged over the pixel's footprint so that the far floor does not shimmer.
+fn checker(uv: vec2f) -> f32 {
+    let board = uv * 4.0;
+    let width = max(fwidth(board), vec2f(1e-4));
+    let high = abs(fract((board - 0.5 * width) * 0.5) - 0.5);
+    let low = abs(fract((board + 0.5 * width) * 0.5) - 0.5);
+    let wave = clamp(2.0 * (high - low) / width, vec2f(-1.0), vec2f(1.0));
+    return mix(128.0 / 255.0, 1.0, 0.5 - 0.5 * wave.x * wave.y);
+}
+
+@fragment
+fn fs_surface(in: Surface) -> @location(0) vec4f {
+    // Derivatives need uniform control flow, so the board is computed before it is known to be wanted.
+    let board = checker(in.uv);
+    let color = in.color * select(1.0, board, (in.surface & CHECKER) != 0u);
+    return vec4f(stored(shaded(in.position, normalize(in.normal), color)), 1.0);
+}
+
+@vertex
+fn vs_shadow(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
+    let position = body.position + rotated(body.orientation, vertex.position * body.half_extents);
+    return globals.light_projection * vec4f(position, 1.0);
+}
+
+// The body grown by a constant number of pixels. Growing the half extents, not each face along its normal, keeps
+// the corners of a cube closed.
+@vertex
+fn vs_outline(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
+    let own = body.position + rotated(body.orientation, vertex.position * body.half_extents);
+    let distance = max(dot(own, globals.camera_forward.xyz), globals.camera_forward.w);
+    let grown_by = outline_px * globals.viewport.z * distance;
+    let position = body.position + rotated(body.orientation, vertex.position * (body.half_extents + grown_by));
+    let clip = globals.view_projection * vec4f(position, 1.0);
+    // Without the pull the floor under a resting body would swallow the lower edge.
+    return pulled_nearer(clip, 4.0 * grown_by);
+}
+
+@fragment
+fn fs_outline() -> @location(0) vec4f {
+    return vec4f(stored(vec3f(1.0, 0.87, 0.1) * outline_bright), 1.0);
+}

@@ -1,0 +1,58 @@
+// Blinn-Phong with one point light and a shadow map: the constants are those of the tutorial (CSC8503).
+
+@group(1) @binding(0) var shadow_map: texture_depth_2d;
+@group(1) @binding(1) var shadow_sampler: sampler_comparison;
+
+const AMBIENT = 0.05;
+const DIFFUSE = 0.9;
+const SPECULAR_EXPONENT = 80.0;
+const LIT = 0.5;
+
+// 0 in shadow to `LIT`; outside the map everything is lit.
+fn light_reaching(position: vec3f, normal: vec3f, facing_light: f32) -> f32 {
+    if globals.light_position.w == 0.0 {
+        return LIT;
+    }
+    // The map holds back faces; the lift along the normal keeps edges clean where front and back meet.
+    let light_distance = distance(globals.light_position.xyz, position);
+    let grazing = sqrt(max(1.0 - facing_light * facing_light, 0.0));
+    let lift = normal * (1.5 * globals.shadow_map.y * light_distance * grazing);
+    let clip = globals.light_projection * vec4f(position + lift, 1.0);
+    if clip.w <= 0.0 {
+        return LIT;
+    }
+    let ndc = clip.xyz / clip.w;
+    if any(abs(ndc.xy) > vec2f(1.0)) || ndc.z > 1.0 {
+        return LIT;
+    }
+    let uv = ndc.xy * vec2f(0.5, -0.5) + 0.5;
+    let depth = ndc.z - 0.0001;
+    let step = 0.5 * globals.shadow_map.x;
+    var lit = textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(-step, -step), depth);
+    lit += textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(step, -step), depth);
+    lit += textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(-step, step), depth);
+    lit += textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(step, step), depth);
+    return lit * 0.25 * LIT;
+}
+
+// The display color (gamma 2.2) of a surface whose own color is given the same way.
+fn shaded(position: vec3f, normal: vec3f, color: vec3f) -> vec3f {
+    let albedo = pow(max(color, vec3f(0.0)), vec3f(2.2));
+    let to_camera = normalize(-position);
+    var out: vec3f;
+    if globals.light_color.w == 0.0 {
+        let above = normalize(to_camera + 0.35 * globals.camera_up.xyz);
+        out = albedo * (0.12 + 0.6 * max(dot(normal, above), 0.0));
+    } else {
+        let to_light = normalize(globals.light_position.xyz - position);
+        let facing_light = dot(normal, to_light);
+        out = albedo * AMBIENT;
+        if facing_light > 0.0 {
+            let reaching = light_reaching(position, normal, facing_light);
+            let halfway = normalize(to_light + to_camera);
+            let specular = pow(max(dot(normal, halfway), 0.0), SPECULAR_EXPONENT);
+            out += (albedo * (DIFFUSE * facing_light) + specular) * globals.light_color.rgb * reaching;
+        }
+    }
+    return pow(out, vec3f(1.0 / 2.2));
+}

@@ -1,0 +1,31 @@
+// The sky behind everything: a gradient from the direction of view, no image.
+
+const ZENITH = vec3f(0.27, 0.45, 0.70);
+const HORIZON = vec3f(0.79, 0.85, 0.89);
+const GROUND = vec3f(0.62, 0.66, 0.69);
+const NADIR = vec3f(0.33, 0.36, 0.39);
+
+struct Sky {
+    @builtin(position) clip: vec4f,
+    @location(0) direction: vec3f,
+}
+
+@vertex
+fn vs_sky(@builtin(vertex_index) index: u32) -> Sky {
+    let corner = vec2f(f32((index << 1u) & 2u), f32(index & 2u)) * 2.0 - 1.0;
+    var out: Sky;
+    out.clip = vec4f(corner, 1.0, 1.0);
+    out.direction = globals.camera_forward.xyz
+        + globals.camera_right.xyz * (corner.x * globals.camera_right.w)
+        + globals.camera_up.xyz * (corner.y * globals.camera_up.w);
+    return out;
+}
+
+@fragment
+fn fs_sky(in: Sky) -> @location(0) vec4f {
+    let height = normalize(in.direction).y;
+    let above = mix(HORIZON, ZENITH, smoothstep(0.0, 1.0, sqrt(max(height, 0.0))));
+    let below = mix(GROUND, NADIR, smoothstep(0.0, 1.0, sqrt(max(-height, 0.0))));
+    let color = mix(below, above, smoothstep(-0.01, 0.004, height));
+    return vec4f(stored(color), 1.0);
+}

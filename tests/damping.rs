@@ -1,0 +1,113 @@
+//! The three damping models against their formulas.
+
+use motion::units::Vector;
+use motion::{Damping, DampingModel, Method};
+
+use crate::harness::{G, H, Lab, close, digits};
+
+fn fall(model: DampingModel, hz: f64, seconds: f64) -> (f64, f64) {
+    let mut lab = Lab::new(Method::SemiImplicitEuler, 1.0 / hz).with_gravity();
+    lab = lab.with_damping(Damping { model, rate: 0.4 });
+    let body = lab.body(10.0, Vector::ZERO);
+    lab.run((hz * seconds).round() as u64);
+    (lab.v(body).y, lab.x(body).y - 10.0)
+}
+
+#[test]
+fn clamped_damping_gives_the_numbers_of_physx() {
+    let (v, drop) = fall(DampingModel::Clamped, 120.0, 1.0);
+    digits(v, "-8.061168");
+    digits(drop, "-4.332590");
+    let (v, drop) = fall(DampingModel::Clamped, 120.0, 10.0);
+    digits(v, "-23.974074");
+    digits(drop, "-184.447932");
+    // The ways differ from the tutorial's by exactly the factor that is applied before the move, not after.
+    let (_, tutorial) = fall(DampingModel::Tutorial, 120.0, 10.0);
+    close(drop, tutorial * (1.0 - 0.4 * H), 1e-12);
+}
+
+#[test]
+fn the_same_second_at_four_rates() {
+    let tutorial = [(30.0, "-8.013003", "-4.467492"), (60.0, "-8.045145", "-4.387138")];
+    let tutorial =
+        tutorial.into_iter().chain([(120.0, "-8.061168", "-4.347081"), (240.0, "-8.069167", "-4.327082")]);
+    for (hz, v, drop) in tutorial {
+        let (moved_v, moved) = fall(DampingModel::Tutorial, hz, 1.0);
+        digits(moved_v, v);
+        digits(moved, drop);
+        // The exact model has one velocity at every rate, that of the differential equation.
+        let (exact_v, _) = fall(DampingModel::Exact, hz, 1.0);
+        close(exact_v, G / 0.4 * (1.0 - (-0.4_f64).exp()), 1e-13);
+    }
+}
+
+#[test]
+fn terminal_speed_of_each_model() {
+    // q = c h = 0.5: the models differ by half.
+    let rate = 60.0;
+    let terminal = |model| {
+        let mut lab =
+            Lab::new(Method::SemiImplicitEuler, H).with_gravity().with_damping(Damping { model, rate });
+        let body = lab.body(1.0, Vector::ZERO);
+        lab.run(400);
+        let before = lab.x(body).y;
+        lab.run(1);
+        (lab.v(body).y, (lab.x(body).y - before) / H)
+    };
+    let right = G / rate;
+    // Rounding of a position near 10 m, seen as a speed.
+    let noise = 10.0 * f64::EPSILON / H / right.abs();
+    let (stored, moves) = terminal(DampingModel::Tutorial);
+    close(stored, right * 0.5, 1e-14);
+    close(moves, right, noise);
+    let (stored, moves) = terminal(DampingModel::Clamped);
+    close(stored, right * 0.5, 1e-14);
+    close(moves, right * 0.5, 2.0 * noise);
+    let (stored, moves) = terminal(DampingModel::Exact);
+    close(stored, right, 1e-14);
+    close(moves, right, noise);
+}
+
+#[test]
+fn strong_damping_flips_the_tutorial_stops_clamped_and_decays_exactly() {
+    let after = |model, q: f64| {
+        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_damping(Damping { model, rate: q / H });
+        let body = lab.body(1.0, Vector::X);
+        lab.run(1);
+        lab.v(body).x
+    };
+    close(after(DampingModel::Tutorial, 1.5), -0.5, 1e-14);
+    close(after(DampingModel::Tutorial, 3.0), -2.0, 1e-14);
+    assert_eq!(after(DampingModel::Clamped, 1.5), 0.0);
+    close(after(DampingModel::Exact, 3.0), (-3.0_f64).exp(), 1e-14);
+}
+
+#[test]
+fn two_thousand_seconds_of_damping_end_at_zero_not_in_subnormals() {
+    for model in DampingModel::ALL {
+        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_damping(Damping { model, rate: 0.4 });
+        let body = lab.body(10.0, Vector::new(1.0, -1.0, 1e-300));
+        lab.run(240_000);
+        assert_eq!(lab.v(body), Vector::ZERO, "{model:?}");
+    }
+}
+
+#[test]
+fn travel_after_one_push_is_force_times_inverse_mass_times_step_over_rate() {
+    for rate in [0.1, 0.4, 2.0] {
+        for model in DampingModel::ALL {
+            let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_damping(Damping { model, rate });
+            let body = lab.body(10.0, Vector::ZERO);
+            lab.push(body, Vector::X * 10.0);
+            lab.run((60.0 / rate / H) as u64);
+            let q = rate * H;
+            let discrete = match model {
+                DampingModel::Tutorial => 1.0,
+                DampingModel::Clamped => 1.0 - q,
+                // The kick is smoothed over its own step and the body moves with the velocity after it.
+                DampingModel::Exact => 1.0,
+            };
+            close(lab.x(body).x, H * 10.0 * 10.0 / rate * discrete, 1e-12);
+        }
+    }
+}

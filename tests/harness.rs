@@ -1,0 +1,78 @@
+//! A world of bodies that is stepped and looked at: the `check` of these tests.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{Damping, Gravity, Method, PhysicsBody, PushQueue, Stepper, TimeStep, Transform};
+
+/// The tutorial's tick, s.
+pub const H: f64 = 1.0 / 120.0;
+
+/// Gravity of the tutorial, m/s².
+pub const G: f64 = -9.8;
+
+/// A world and its stepper.
+pub struct Lab {
+    pub world: World,
+    pub stepper: Stepper,
+}
+
+impl Lab {
+    pub fn new(method: Method, h: f64) -> Self {
+        let mut world = World::new();
+        let stepper = Stepper::new(&mut world, method, TimeStep(h));
+        Self { world, stepper }
+    }
+
+    pub fn tutorial() -> Self {
+        Self::new(Method::SemiImplicitEuler, H).with_gravity().with_damping(Damping::TUTORIAL)
+    }
+
+    pub fn with_gravity(mut self) -> Self {
+        self.world.insert_resource(Gravity::EARTH);
+        self
+    }
+
+    pub fn with_damping(mut self, damping: Damping) -> Self {
+        self.world.insert_resource(damping);
+        self
+    }
+
+    /// A body of that inverse mass at a height of 10 m.
+    pub fn body(&mut self, inverse_mass: f64, velocity: Vector) -> Entity {
+        self.world.spawn((Transform::at(Vector::Y * 10.0), PhysicsBody { velocity, inverse_mass })).id()
+    }
+
+    pub fn push(&mut self, body: Entity, newtons: Vector) {
+        self.world.resource_mut::<PushQueue>().push_once(body, newtons);
+    }
+
+    pub fn run(&mut self, ticks: u64) -> &mut Self {
+        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
+        self
+    }
+
+    pub fn x(&self, body: Entity) -> Vector {
+        self.world.get::<Transform>(body).unwrap().position
+    }
+
+    pub fn v(&self, body: Entity) -> Vector {
+        self.world.get::<PhysicsBody>(body).unwrap().velocity
+    }
+}
+
+/// Fails unless `actual` is within `relative` of `expected`.
+#[track_caller]
+pub fn close(actual: f64, expected: f64, relative: f64) {
+    let error = (actual - expected).abs();
+    assert!(
+        error <= relative * expected.abs(),
+        "{actual} is not {expected} (error {error:e}, allowed {relative:e})"
+    );
+}
+
+/// Fails unless `actual` rounds to the digits of `expected`.
+#[track_caller]
+pub fn digits(actual: f64, expected: &str) {
+    let decimals = expected.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    assert_eq!(format!("{actual:.decimals$}"), expected);
+}

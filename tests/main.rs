@@ -1,0 +1,11 @@
+//! Acceptance tests: what the program promises, through public names, offscreen and without sleeping.
+#![allow(clippy::unwrap_used, reason = "a test panics where it fails")]
+#![allow(clippy::float_cmp, reason = "equal bits are what these tests ask for")]
+#![allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
+
+mod damping;
+mod harness;
+mod newton;
+mod quarantine;
+mod time;
+mod tutorial;

@@ -1,0 +1,224 @@
+//! Newton's laws, inverse mass, pushes.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{
+    AxisLocks, Damping, DampingModel, DampingRate, Force, Gravity, GravityOff, Method, PhysicsBody, Push,
+    PushQueue, Request, Requests, SpeedLimit, Transform, totals,
+};
+
+use crate::harness::{H, Lab, close};
+
+#[test]
+fn first_law_a_body_left_alone_keeps_its_velocity_and_one_at_rest_its_place() {
+    for method in Method::ALL {
+        let mut lab = Lab::new(method, H);
+        let moving = lab.body(10.0, Vector::new(1.0, -2.0, 0.5));
+        let resting = lab.body(10.0, Vector::ZERO);
+        let start = lab.x(moving);
+        lab.run(1200);
+        assert_eq!(lab.v(moving), Vector::new(1.0, -2.0, 0.5));
+        let way = lab.x(moving) - start;
+        // 1,200 additions round by at most half an ulp of the end point each.
+        assert!((way - lab.v(moving) * 10.0).abs().max_element() <= 1200.0 * f64::EPSILON * 20.0);
+        assert_eq!(lab.x(resting), Vector::Y * 10.0);
+    }
+}
+
+#[test]
+fn second_law_a_force_accelerates_by_force_times_inverse_mass() {
+    for (w, n) in [(10.0, 100.0), (0.5, -3.0), (1e-3, 1e6)] {
+        for h in [H, H / 2.0, H / 4.0] {
+            let mut lab = Lab::new(Method::SemiImplicitEuler, h);
+            let body = lab.body(w, Vector::ZERO);
+            lab.push(body, Vector::new(0.0, n, 0.0));
+            lab.run(1);
+            assert_eq!(lab.v(body).y, n * w * h);
+        }
+    }
+}
+
+#[test]
+fn third_law_opposite_forces_on_two_bodies_keep_the_momentum() {
+    let mut lab = Lab::new(Method::SemiImplicitEuler, H);
+    let (light, heavy) = (lab.body(10.0, Vector::ZERO), lab.body(0.25, Vector::ZERO));
+    for i in 0..200 {
+        let force = Vector::new(f64::from(i), -2.0, 0.3);
+        lab.push(light, force);
+        lab.push(heavy, -force);
+        lab.run(1);
+    }
+    let scale = lab.v(light).length() / 10.0;
+    assert!(totals(&mut lab.world).momentum.length() <= 400.0 * f64::EPSILON * scale);
+}
+
+#[test]
+fn an_infinite_mass_is_moved_by_nothing() {
+    for passes in [1, 300] {
+        let mut lab = Lab::tutorial();
+        let floor = lab.body(0.0, Vector::ZERO);
+        (0..passes).for_each(|_| drop(lab.body(10.0, Vector::ZERO)));
+        lab.stepper.set_method(&mut lab.world, Method::SemiImplicitEuler);
+        for force in [1e30, f64::MAX, f64::INFINITY, f64::NAN] {
+            lab.push(floor, Vector::new(force, -force, force));
+            lab.run(3);
+        }
+        assert_eq!((lab.x(floor), lab.v(floor)), (Vector::Y * 10.0, Vector::ZERO));
+    }
+}
+
+#[test]
+fn two_pushes_in_one_tick_add_and_a_push_is_gone_in_the_next() {
+    let mut lab = Lab::new(Method::SemiImplicitEuler, H);
+    let body = lab.body(10.0, Vector::ZERO);
+    lab.push(body, Vector::new(3.0, 0.0, 0.0));
+    lab.push(body, Vector::new(4.0, 5.0, 0.0));
+    lab.run(1);
+    let after_one = lab.v(body);
+    assert_eq!(after_one, Vector::new(7.0 * 10.0 * H, 5.0 * 10.0 * H, 0.0));
+    assert_eq!(lab.world.get::<Force>(body).unwrap().newtons(), Vector::ZERO);
+    lab.run(5);
+    assert_eq!(lab.v(body), after_one);
+}
+
+#[test]
+fn a_sustained_push_acts_in_every_tick_while_it_stands() {
+    let mut lab = Lab::new(Method::SemiImplicitEuler, H);
+    let body = lab.body(1.0, Vector::ZERO);
+    let push = Push { body, newtons: Vector::X * 10.0 };
+    lab.world.resource_mut::<PushQueue>().sustain([push]);
+    lab.run(120);
+    close(lab.v(body).x, 10.0, 1e-13);
+    lab.world.resource_mut::<PushQueue>().sustain([]);
+    let v = lab.v(body);
+    lab.run(10);
+    assert_eq!(lab.v(body), v);
+}
+
+#[test]
+fn pushing_what_has_no_physics_or_is_gone_does_nothing() {
+    let mut lab = Lab::tutorial();
+    let scenery = lab.world.spawn(Transform::at(Vector::ONE)).id();
+    let gone = lab.body(1.0, Vector::ZERO);
+    lab.world.despawn(gone);
+    lab.push(scenery, Vector::X * 1e9);
+    lab.push(gone, Vector::X * 1e9);
+    lab.run(2);
+    assert_eq!(lab.world.get::<Transform>(scenery).unwrap().position, Vector::ONE);
+}
+
+#[test]
+fn gravity_accelerates_every_mass_alike_and_any_vector_will_do() {
+    let mut lab = Lab::tutorial();
+    let g = Vector::new(1.0, 2.0, -3.0);
+    lab.world.resource_mut::<Requests>().ask(Request::SetGravity(g));
+    let (light, heavy) = (lab.body(1e6, Vector::ZERO), lab.body(1e-6, Vector::ZERO));
+    lab.run(240);
+    assert_eq!((lab.x(light), lab.v(light)), (lab.x(heavy), lab.v(heavy)));
+    close(lab.v(light).z / lab.v(light).x, -3.0, 1e-12);
+}
+
+#[test]
+fn gravity_that_is_switched_off_keeps_its_value_and_never_acts() {
+    let mut lab = Lab::tutorial();
+    let body = lab.body(10.0, Vector::ZERO);
+    lab.world.resource_mut::<Requests>().ask(Request::SwitchGravity(false));
+    lab.run(120);
+    assert_eq!(lab.x(body), Vector::Y * 10.0);
+    assert_eq!(lab.world.resource::<Gravity>().acceleration, Gravity::EARTH.acceleration);
+    lab.world.resource_mut::<Requests>().ask(Request::SwitchGravity(true));
+    lab.run(1);
+    assert_eq!(lab.v(body).y, -9.8 * H * (1.0 - 0.4 * H));
+}
+
+/// A world with one body of each kind that asks for something of its own, among `plain` others.
+fn asking(plain: usize, method: Method, model: DampingModel) -> Lab {
+    let mut lab = Lab::new(method, H).with_gravity().with_damping(Damping { model, rate: 0.4 });
+    let moving = PhysicsBody { velocity: Vector::new(8.0, 3.0, -5.0), inverse_mass: 2.0 };
+    for i in 0..plain {
+        lab.world.spawn((Transform::at(Vector::splat(i as f64)), moving));
+    }
+    let at = Transform::at(Vector::Y);
+    lab.world.spawn((at, moving, GravityOff));
+    lab.world.spawn((at, moving, SpeedLimit(4.0)));
+    lab.world.spawn((at, moving, AxisLocks { x: false, y: false, z: true }));
+    lab.world.spawn((at, moving, DampingRate::new(3.0)));
+    lab.world.spawn((
+        at,
+        moving,
+        DampingRate::new(3.0),
+        SpeedLimit(4.0),
+        AxisLocks { x: true, y: true, z: false },
+    ));
+    lab.stepper.set_method(&mut lab.world, method);
+    lab
+}
+
+fn state(world: &mut World) -> Vec<[u64; 6]> {
+    let mut rows = world.query::<(&Transform, &PhysicsBody)>();
+    let bits = |x: Vector, v: Vector| [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits);
+    rows.iter(world).map(|(transform, body)| bits(transform.position, body.velocity)).collect()
+}
+
+#[test]
+fn one_pass_and_two_passes_give_the_same_bits() {
+    for method in Method::ALL {
+        for model in DampingModel::ALL {
+            for plain in [0, 1, 3, 4, 5, 9, 64] {
+                let [mut two, mut one] = [motion::Passes::Two, motion::Passes::One].map(|passes| {
+                    let mut lab = asking(plain, method, model);
+                    let mut schedule = motion::step_schedule(method, passes);
+                    let some = lab
+                        .world
+                        .query_filtered::<Entity, With<PhysicsBody>>()
+                        .iter(&lab.world)
+                        .collect::<Vec<_>>();
+                    for tick in 0..100 {
+                        let body = some[tick % some.len()];
+                        lab.push(body, Vector::new(tick as f64, 10.0, -3.0));
+                        if tick == 50 {
+                            lab.push(some[0], Vector::X * 1e308);
+                            lab.push(some[some.len() - 1], Vector::X * f64::NAN);
+                        }
+                        schedule.run(&mut lab.world);
+                    }
+                    lab
+                });
+                assert_eq!(state(&mut two.world), state(&mut one.world), "{method:?} {model:?} {plain}");
+                let records = |lab: &Lab| lab.world.resource::<motion::Quarantine>().records().to_vec();
+                assert_eq!(records(&two), records(&one));
+                assert_eq!(records(&one).len(), 2);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_body_asks_for_is_its_own() {
+    for plain in [0, 300] {
+        let mut lab = asking(plain, Method::SemiImplicitEuler, DampingModel::Clamped);
+        let mut of = |filter: fn(&World, Entity) -> bool| {
+            let all: Vec<_> =
+                lab.world.query_filtered::<Entity, With<PhysicsBody>>().iter(&lab.world).collect();
+            all.into_iter().find(|body| filter(&lab.world, *body)).unwrap()
+        };
+        let floating = of(|world, body| world.get::<GravityOff>(body).is_some());
+        let slow = of(|world, body| {
+            world.get::<SpeedLimit>(body).is_some() && world.get::<DampingRate>(body).is_none()
+        });
+        let planar = of(|world, body| {
+            world.get::<AxisLocks>(body) == Some(&AxisLocks { z: true, ..Default::default() })
+        });
+        let damped = of(|world, body| world.get::<DampingRate>(body).is_some());
+        lab.run(1);
+        close(lab.v(floating).y, 3.0 * (1.0 - 0.4 * H), 1e-15);
+        close(lab.v(slow).length(), 4.0, 1e-15);
+        let direction = Vector::new(8.0, 3.0 - 9.8 * H, -5.0).normalize();
+        assert!((lab.v(slow) / 4.0 - direction).length() < 1e-15);
+        assert_eq!((lab.v(planar).z, lab.x(planar).z), (0.0, 0.0));
+        close(lab.v(damped).x, 8.0 * (1.0 - 3.0 * H), 1e-15);
+        lab.run(600);
+        assert_eq!((lab.v(planar).z, lab.x(planar).z), (0.0, 0.0));
+        assert!(lab.v(slow).length() <= 4.0 * (1.0 + 1e-15));
+    }
+}

@@ -1,0 +1,103 @@
+//! Bodies that would turn non-finite are frozen and named; all others go on as if they had been removed.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{
+    Cause, Damping, Gravity, Method, PhysicsBody, Quarantine, Quarantined, Request, Requests, Transform,
+};
+
+use crate::harness::Lab;
+
+fn crowd(n: usize) -> (Lab, Vec<Entity>) {
+    let mut lab = Lab::tutorial();
+    let bodies = (0..n).map(|i| lab.body(10.0, Vector::new(i as f64, 1.0, -1.0))).collect();
+    lab.stepper.set_method(&mut lab.world, Method::SemiImplicitEuler);
+    (lab, bodies)
+}
+
+#[test]
+fn a_non_finite_push_freezes_its_body_and_no_other() {
+    for n in [7, 300] {
+        for (force, cause) in [
+            (Vector::new(f64::NAN, 0.0, 0.0), Cause::Velocity),
+            (Vector::new(0.0, f64::INFINITY, 0.0), Cause::Velocity),
+            (Vector::new(0.0, 0.0, f64::MAX), Cause::Velocity),
+        ] {
+            for victim in [0, 3, n - 1] {
+                let (mut lab, bodies) = crowd(n);
+                lab.run(9);
+                let before = (lab.x(bodies[victim]), lab.v(bodies[victim]));
+                let (mut without, twins) = crowd(n);
+                without.run(9);
+                without.world.despawn(twins[victim]);
+                lab.push(bodies[victim], force);
+                lab.run(50);
+                without.run(50);
+                assert_eq!((lab.x(bodies[victim]), lab.v(bodies[victim])), before);
+                for i in (0..n).filter(|i| *i != victim) {
+                    assert_eq!(
+                        (lab.x(bodies[i]), lab.v(bodies[i])),
+                        (without.x(twins[i]), without.v(twins[i]))
+                    );
+                }
+                let records = lab.world.resource::<Quarantine>().records();
+                assert_eq!(records.len(), 1);
+                assert_eq!((records[0].body, records[0].tick, records[0].cause), (bodies[victim], 10, cause));
+                assert!(lab.world.get::<Quarantined>(bodies[victim]).is_some());
+            }
+        }
+    }
+}
+
+#[test]
+fn an_enormous_push_that_stays_finite_is_not_refused_before_the_position_overflows() {
+    let (mut lab, bodies) = crowd(3);
+    lab.world.remove_resource::<Damping>();
+    lab.push(bodies[1], Vector::X * 1e307);
+    lab.run(1);
+    assert!(lab.v(bodies[1]).x > 1e305);
+    for _ in 0..5 {
+        lab.push(bodies[1], Vector::X * 1.7e308);
+        lab.run(1);
+    }
+    lab.run(200_000);
+    let records = lab.world.resource::<Quarantine>().records();
+    assert_eq!((records.len(), records[0].body), (1, bodies[1]));
+    assert!(lab.x(bodies[1]).is_finite() && lab.v(bodies[1]).is_finite());
+}
+
+#[test]
+fn growing_damping_of_the_tutorial_is_caught_before_it_is_infinite() {
+    let mut lab = Lab::tutorial().with_damping(Damping { rate: 600.0, ..Damping::TUTORIAL });
+    lab.world.remove_resource::<Gravity>();
+    let body = lab.body(1.0, Vector::X);
+    // 1 - c h = -4: the speed doubles twice a tick and overflows after 512 of them.
+    lab.run(600);
+    assert!(lab.v(body).is_finite() && lab.x(body).is_finite());
+    assert_eq!(lab.world.resource::<Quarantine>().records().len(), 1);
+}
+
+#[test]
+fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
+    for request in [Request::SetVelocity, Request::SetPosition, Request::Impulse] {
+        let (mut lab, bodies) = crowd(2);
+        lab.run(3);
+        let before = (lab.x(bodies[0]), lab.v(bodies[0]));
+        lab.world.resource_mut::<Requests>().ask(request(bodies[0], Vector::splat(f64::NAN)));
+        lab.run(3);
+        assert_eq!((lab.x(bodies[0]), lab.v(bodies[0])), before);
+        let record = lab.world.resource::<Quarantine>().records()[0];
+        assert_eq!((record.body, record.cause, record.tick), (bodies[0], Cause::Request, 4));
+    }
+}
+
+#[test]
+fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
+    let (mut lab, bodies) = crowd(300);
+    let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
+    lab.world.resource_mut::<Requests>().ask(Request::SetGravity(Vector::new(0.0, f64::NAN, 0.0)));
+    lab.run(2);
+    assert_eq!(lab.world.resource::<Quarantine>().records().len(), bodies.len());
+    assert!(lab.world.get::<Quarantined>(floor).is_none());
+    assert!(bodies.iter().all(|body| lab.x(*body).is_finite()));
+}

@@ -1,0 +1,129 @@
+//! Frame times, ticks due, hitches and pushes at any frame rate.
+
+use motion::units::Vector;
+use motion::{BadTime, FrameClock, StepClock, TickClock};
+
+use crate::harness::Lab;
+
+/// Ticks of each frame when frames end at `ends`.
+fn ticks(rate: f64, ends: impl Iterator<Item = f64>) -> Vec<u64> {
+    let mut frames = FrameClock::default();
+    let mut clock = TickClock::new(rate, 0.25).unwrap();
+    ends.map(|end| clock.due(frames.advance_to(end).unwrap()).ticks).collect()
+}
+
+#[test]
+fn ticks_due_come_from_total_time_and_never_drift() {
+    assert_eq!(ticks(120.0, (1..=6).map(|i| f64::from(i) / 60.0)), [2; 6]);
+    let uneven = ticks(120.0, (1..=144).map(|i| f64::from(i) / 144.0));
+    assert_eq!(uneven.iter().sum::<u64>(), 120);
+    assert!(uneven.iter().all(|ticks| *ticks <= 1));
+    // A million frames of 1/144 s into steps of 1/60 s.
+    let total: u64 = ticks(60.0, (1..=1_000_000).map(|i| f64::from(i) / 144.0)).iter().sum();
+    assert_eq!(total, 416_666);
+    // The same from frame lengths that are added up: the sum is compensated.
+    let (mut frames, mut clock) = (FrameClock::default(), TickClock::new(60.0, 0.25).unwrap());
+    let total: u64 = (0..1_000_000).map(|_| clock.due(frames.advance_by(1.0 / 144.0).unwrap()).ticks).sum();
+    assert_eq!(total, 416_666);
+}
+
+#[test]
+fn a_hitch_is_capped_and_its_dropped_time_is_reported() {
+    let mut frames = FrameClock::default();
+    let mut clock = TickClock::new(120.0, 0.25).unwrap();
+    assert_eq!(clock.due(frames.advance_by(1.0 / 60.0).unwrap()).ticks, 2);
+    let due = clock.due(frames.advance_by(1.0).unwrap());
+    assert_eq!((due.ticks, due.dropped), (30, 0.75));
+    assert_eq!(clock.due(frames.advance_by(1.0 / 60.0).unwrap()).ticks, 2);
+    // A tick longer than the limit still happens.
+    let mut slow = TickClock::new(1.0, 0.25).unwrap();
+    let mut frames = FrameClock::default();
+    assert_eq!(slow.due(frames.advance_by(1.0).unwrap()).ticks, 1);
+}
+
+#[test]
+fn a_frame_of_zero_seconds_changes_nothing() {
+    let mut frames = FrameClock::default();
+    let mut clock = TickClock::new(120.0, 0.25).unwrap();
+    clock.due(frames.advance_by(0.012).unwrap());
+    let before = clock.fraction();
+    for _ in 0..3 {
+        let due = clock.due(frames.advance_by(0.0).unwrap());
+        assert_eq!((due.ticks, due.dropped, clock.fraction()), (0, 0.0, before));
+    }
+}
+
+#[test]
+fn negative_and_non_finite_frame_times_are_refused_and_leave_the_clock_alone() {
+    let mut frames = FrameClock::default();
+    frames.advance_by(0.5).unwrap();
+    assert_eq!(frames.advance_by(-0.1), Err(BadTime::Negative(-0.1)));
+    assert!(matches!(frames.advance_by(f64::NAN), Err(BadTime::NotFinite(_))));
+    assert!(matches!(frames.advance_to(f64::INFINITY), Err(BadTime::NotFinite(_))));
+    assert!(matches!(frames.advance_to(0.4), Err(BadTime::Negative(_))));
+    assert_eq!(frames.now(), 0.5);
+    for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(TickClock::new(rate, 0.25).is_err());
+    }
+}
+
+#[test]
+fn a_changed_pace_keeps_the_tick_and_a_pause_owes_nothing() {
+    let mut frames = FrameClock::default();
+    let mut clock = TickClock::new(120.0, 0.25).unwrap();
+    let mut run = |clock: &mut TickClock, n: u32| -> u64 {
+        (0..n).map(|_| clock.due(frames.advance_by(1.0 / 60.0).unwrap()).ticks).sum()
+    };
+    assert_eq!(run(&mut clock, 60), 120);
+    clock.set_pace(0.25).unwrap();
+    assert_eq!(run(&mut clock, 60), 30);
+    clock.set_pace(4.0).unwrap();
+    assert_eq!(run(&mut clock, 60), 480);
+    clock.set_pace(1.0).unwrap();
+    let mut later = FrameClock::default();
+    clock.pause(later.advance_by(100.0).unwrap());
+    assert_eq!(clock.due(later.advance_by(1.0 / 60.0).unwrap()).ticks, 2);
+}
+
+#[test]
+fn simulated_time_survives_a_change_of_step() {
+    let mut clock = StepClock::default();
+    (0..120).for_each(|_| clock.count(1.0 / 120.0));
+    (0..60).for_each(|_| clock.count(1.0 / 60.0));
+    assert_eq!((clock.ticks(), clock.seconds()), (180, 2.0));
+}
+
+#[test]
+fn the_same_clicks_push_alike_at_every_frame_rate() {
+    let clicks = [0.1034, 0.25, 0.5, 0.5001, 0.9];
+    let jitter = |i: u32| 1.0 / 60.0 * (0.6 + 0.8 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0);
+    let frames: [(&str, Box<dyn Fn(u32) -> f64>); 5] = [
+        ("30", Box::new(|_| 1.0 / 30.0)),
+        ("60", Box::new(|_| 1.0 / 60.0)),
+        ("144", Box::new(|_| 1.0 / 144.0)),
+        ("1000", Box::new(|_| 1e-3)),
+        ("jitter", Box::new(jitter)),
+    ];
+    for (name, length) in frames {
+        let mut lab = Lab::tutorial();
+        lab.world.remove_resource::<motion::Damping>();
+        lab.world.remove_resource::<motion::Gravity>();
+        let body = lab.body(10.0, Vector::ZERO);
+        let (mut frames, mut clock) = (FrameClock::default(), TickClock::new(120.0, 0.25).unwrap());
+        let mut next = 0;
+        for i in 0.. {
+            let frame = frames.advance_by(length(i)).unwrap();
+            if frame.total() > 1.2 {
+                break;
+            }
+            while next < clicks.len() && clicks[next] <= frame.total() {
+                lab.push(body, Vector::X * 10.0);
+                next += 1;
+            }
+            lab.run(clock.due(frame).ticks);
+        }
+        // Five clicks, each for one tick: neither lost in a frame without a tick nor doubled in one with four.
+        let expected = 5.0 * 10.0 * 10.0 / 120.0;
+        assert!((lab.v(body).x - expected).abs() <= 1e-14, "{name} frames a second: {}", lab.v(body).x);
+    }
+}
