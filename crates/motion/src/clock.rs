@@ -224,6 +224,18 @@ impl TickClock {
         Ok(())
     }
 
+    /// Frame time that the clock has seen, s.
+    #[must_use]
+    pub const fn now(&self) -> Scalar {
+        self.now
+    }
+
+    /// Owes nothing for the time before `now`, s.
+    pub const fn start_at(&mut self, now: Scalar) {
+        self.now = now;
+        self.re_anchor(now);
+    }
+
     /// A frame passes in which nothing is simulated and no time is owed afterwards.
     pub fn pause(&mut self, frame: FrameTime) {
         self.now = frame.total;
@@ -256,7 +268,7 @@ impl TickClock {
         Due { ticks: owed, dropped: 0.0 }
     }
 
-    fn re_anchor(&mut self, now: Scalar) {
+    const fn re_anchor(&mut self, now: Scalar) {
         self.carried = self.open;
         self.anchor = now;
         self.done = 0;

@@ -75,6 +75,11 @@ impl PushQueue {
         self.edges.len()
     }
 
+    /// What the next tick will apply.
+    pub fn pending(&self) -> impl Iterator<Item = Push> + '_ {
+        self.edges.iter().chain(&self.sustained).copied()
+    }
+
     pub(crate) fn take(&mut self) -> impl Iterator<Item = Push> + '_ {
         self.edges.drain(..).chain(self.sustained.iter().copied())
     }

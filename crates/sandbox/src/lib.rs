@@ -1,1 +1,25 @@
-//! Placeholder.
+//! The physics sandbox as a library: sessions, headless runs, the window and the command line.
+//!
+//! Does not include: physics (`motion`), file formats (`scene`), rays (`pick`), pixels (`render`).
+
+pub mod actions;
+mod camera;
+pub mod cli;
+mod control;
+mod extract;
+mod failure;
+pub mod files;
+mod headless;
+pub mod input;
+mod panels;
+mod plan;
+pub mod player;
+pub mod report;
+mod session;
+mod trails;
+mod ui;
+mod window;
+
+pub use camera::Camera;
+pub use control::Mode;
+pub use session::{Measured, Options, Order, QuarantinedBody, Session};

@@ -1,0 +1,82 @@
+//! The exact test of one ray against one shape: parry's, done close to the shape.
+
+use glam::{DVec3, Quat, Vec3};
+use parry3d::bounding_volume::Aabb;
+use parry3d::math::Pose;
+use parry3d::query::{Ray as LocalRay, RayCast};
+use parry3d::shape::{Ball, Cuboid};
+
+use crate::{Ray, Shape};
+
+/// Whether something at `center` (m, relative to the anchor) can be hit at all: not if it is not a number, nor if
+/// it is so far away that squares would overflow in f32.
+#[inline]
+pub(crate) fn within_reach(center: Vec3) -> bool {
+    // Not `max_element() <`, which does not see a NaN beside a number.
+    center.abs().cmplt(Vec3::splat(1e18)).all()
+}
+
+/// A shape as parry knows it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Volume {
+    Ball(Ball),
+    Cuboid(Cuboid),
+    /// A literal of a size that no constructor lets pass; never hit.
+    Nothing,
+}
+
+impl Volume {
+    pub(crate) fn of(shape: &Shape) -> Self {
+        match shape.validated() {
+            Ok(Shape::Sphere { radius }) => Self::Ball(Ball::new(radius as f32)),
+            Ok(Shape::Cuboid { half_extents }) => Self::Cuboid(Cuboid::new(half_extents.as_vec3())),
+            Err(_) => Self::Nothing,
+        }
+    }
+
+    /// Radius of the ball around the center that contains it, m; NaN, which no comparison passes, for nothing.
+    pub(crate) fn bounding_radius(&self) -> f32 {
+        match self {
+            Self::Ball(ball) => ball.radius,
+            Self::Cuboid(cuboid) => cuboid.half_extents.length(),
+            Self::Nothing => f32::NAN,
+        }
+    }
+
+    /// Half the edges of the axis-aligned box that contains it when turned, m.
+    pub(crate) fn reach(&self, orientation: Quat) -> Vec3 {
+        match self {
+            Self::Ball(ball) => Vec3::splat(ball.radius),
+            Self::Cuboid(cuboid) => Aabb::new(-cuboid.half_extents, cuboid.half_extents)
+                .transform_by(&Pose::from_rotation(orientation))
+                .half_extents(),
+            Self::Nothing => Vec3::ZERO,
+        }
+    }
+
+    /// Distance along `ray` to the shape whose center is at `center` (m from the ray's origin), if it is hit
+    /// at all and closer than `limit` m.
+    ///
+    /// A shape that contains the origin is not hit.
+    #[inline]
+    pub(crate) fn distance(&self, orientation: Quat, center: DVec3, ray: &Ray, limit: f64) -> Option<f64> {
+        // parry forms b² - c and the like in f32, which for a ball of 1 m at 1 km is noise of the size of the
+        // ball. So its ray starts just outside of the bounding ball, where all numbers are of the shape's size.
+        let skipped = (center.dot(ray.direction()) - 1.01 * f64::from(self.bounding_radius())).max(0.0);
+        if skipped > limit {
+            return None;
+        }
+        let start = (ray.direction() * skipped - center).as_vec3();
+        let local = LocalRay::new(start, ray.direction().as_vec3());
+        let rest = match self {
+            Self::Ball(ball) => ball.cast_local_ray(&local, f32::MAX, true),
+            Self::Cuboid(cuboid) => {
+                cuboid.cast_ray(&Pose::from_rotation(orientation), &local, f32::MAX, true)
+            }
+            Self::Nothing => None,
+        }?;
+        // parry answers 0 to a ray that starts inside, and NaN fails the comparison as well.
+        let distance = skipped + f64::from(rest);
+        (rest > 0.0 && distance <= limit).then_some(distance)
+    }
+}

@@ -1,0 +1,102 @@
+//! The tutorial's camera: flies level by yaw, looks by mouse, follows the selection when locked.
+
+use glam::DVec3;
+use pick::Viewpoint;
+use scene::CameraSpec;
+
+/// Degrees that a count of the mouse turns.
+const DEGREES_A_COUNT: f64 = 0.07;
+
+/// Flying speed, m/s.
+const SPEED: f64 = 100.0;
+
+/// Where a locked camera is relative to the body that it looks at, m.
+const LOCKED_OFFSET: DVec3 = DVec3::new(0.0, 14.0, 20.0);
+
+/// The camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    start: CameraSpec,
+    /// Eye, m.
+    pub position: DVec3,
+    /// Turn about the right axis, degrees in [-90, 90].
+    pub pitch: f64,
+    /// Turn about the vertical, degrees in [0, 360).
+    pub yaw: f64,
+}
+
+impl Camera {
+    /// The camera of a scene.
+    #[must_use]
+    pub fn new(start: CameraSpec) -> Self {
+        Self { start, position: start.position, pitch: start.pitch_deg, yaw: start.yaw_deg.rem_euclid(360.0) }
+    }
+
+    /// Back to where the scene put it.
+    pub fn reset(&mut self) {
+        *self = Self::new(self.start);
+    }
+
+    /// Turns by so many counts of the mouse, right and down.
+    pub fn look(&mut self, right: f64, down: f64) {
+        self.yaw = (self.yaw - right * DEGREES_A_COUNT).rem_euclid(360.0);
+        self.pitch = (self.pitch - down * DEGREES_A_COUNT).clamp(-90.0, 90.0);
+    }
+
+    /// Flies for `seconds` along held directions: right, up and forward, each -1, 0 or 1. Forward and right are
+    /// level, whatever the pitch, and a diagonal is not slowed down.
+    pub fn fly(&mut self, held: DVec3, seconds: f64) {
+        let (sin, cos) = self.yaw.to_radians().sin_cos();
+        let (right, forward) = (DVec3::new(cos, 0.0, -sin), DVec3::new(-sin, 0.0, -cos));
+        self.position += (right * held.x + DVec3::Y * held.y + forward * held.z) * SPEED * seconds;
+    }
+
+    /// Behind and above `body`, looking at it.
+    pub fn follow(&mut self, body: DVec3) {
+        self.position = body + LOCKED_OFFSET;
+        self.yaw = 0.0;
+        self.pitch = -LOCKED_OFFSET.y.atan2(LOCKED_OFFSET.z).to_degrees();
+    }
+
+    /// The camera as rays and pictures need it.
+    #[must_use]
+    pub fn viewpoint(&self) -> Viewpoint {
+        let CameraSpec { fov_y_deg, near, far, .. } = self.start;
+        Viewpoint::from_pitch_yaw(self.position, self.pitch, self.yaw, fov_y_deg.to_radians(), near, far)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flying_is_level_and_follows_the_yaw() {
+        let mut camera = Camera::new(CameraSpec::TUTORIAL);
+        camera.fly(DVec3::Z, 0.5);
+        let moved = camera.position - CameraSpec::TUTORIAL.position;
+        let half = std::f64::consts::FRAC_1_SQRT_2 * 50.0;
+        assert!((moved - DVec3::new(half, 0.0, -half)).length() < 1e-12);
+        camera.reset();
+        camera.fly(DVec3::new(1.0, 1.0, 0.0), 1.0);
+        let moved = camera.position - CameraSpec::TUTORIAL.position;
+        assert!((moved - DVec3::new(2.0 * half, 100.0, 2.0 * half)).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_look_is_clamped_in_pitch_and_wrapped_in_yaw() {
+        let mut camera = Camera::new(CameraSpec::TUTORIAL);
+        camera.look(-1000.0, -10_000.0);
+        assert_eq!((camera.pitch, camera.yaw), (90.0, 25.0));
+    }
+
+    #[test]
+    fn a_locked_camera_looks_at_the_body() {
+        let mut camera = Camera::new(CameraSpec::TUTORIAL);
+        let body = DVec3::new(3.0, -50.0, 7.0);
+        camera.follow(body);
+        assert!((camera.pitch + 34.992).abs() < 1e-3);
+        let view = camera.viewpoint();
+        assert!((view.forward() - (body - view.position).normalize()).length() < 1e-12);
+    }
+}

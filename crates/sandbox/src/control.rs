@@ -1,0 +1,337 @@
+//! From input to what it means: modes, flying, selecting, pushing, the clock and the panels.
+//!
+//! Nothing here writes the state of a body: a click becomes a queued push, an edit a queued request.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3};
+use motion::{Damping, Gravity, Push, PushQueue, Request};
+use scene::PushSpec;
+
+use crate::actions::{Action, Key, When, binding};
+use crate::input::{Button, Experiment, Input};
+use crate::session::{KEY_PUSH, Order, Session};
+
+/// What the pointer is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// The mouse turns the camera, keys fly it, the pointer is grabbed.
+    #[default]
+    Camera,
+    /// The pointer is free and selects.
+    Selection,
+}
+
+/// Slowest and fastest pace that the keys reach.
+const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
+
+/// What input has brought about so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Control {
+    pub mode: Mode,
+    pub selection: Option<Entity>,
+    pub locked: Option<Entity>,
+    pub click_force: f64,
+    pub push: PushSpec,
+    /// In selection mode, pixels from the top left.
+    pub pointer: DVec2,
+    pub selecting: bool,
+    pub held: Vec<Key>,
+    pub paused: bool,
+    pub steps_asked: u64,
+    pub velocity_arrows: bool,
+    pub force_arrows: bool,
+    pub trails: bool,
+}
+
+impl Control {
+    pub fn new(push: PushSpec, paused: bool) -> Self {
+        Self {
+            mode: Mode::default(),
+            selection: None,
+            locked: None,
+            click_force: push.start,
+            push,
+            pointer: DVec2::ZERO,
+            selecting: false,
+            held: Vec::new(),
+            paused,
+            steps_asked: 0,
+            velocity_arrows: false,
+            force_arrows: false,
+            trails: false,
+        }
+    }
+
+    fn holds(&self, action: Action) -> bool {
+        self.held.iter().filter_map(binding).any(|binding| binding.action == action)
+    }
+
+    /// -1, 0 or 1 from two opposite held actions.
+    fn axis(&self, minus: Action, plus: Action) -> f64 {
+        f64::from(i8::from(self.holds(plus)) - i8::from(self.holds(minus)))
+    }
+}
+
+impl Session {
+    pub(crate) fn handle(&mut self, input: &Input) {
+        match input {
+            Input::KeyDown(key) => {
+                if self.ui.takes_keys() {
+                    if key.name() == "Escape" {
+                        self.ui.close_top();
+                    } else {
+                        self.ui.key(key, true);
+                    }
+                } else if let Some(binding) = binding(key) {
+                    if binding.held {
+                        if !self.control.held.contains(key) {
+                            self.control.held.push(key.clone());
+                        }
+                    } else {
+                        self.act(binding.action);
+                    }
+                }
+            }
+            Input::KeyUp(key) => {
+                self.control.held.retain(|held| held != key);
+                self.ui.key(key, false);
+            }
+            Input::Text(text) => {
+                if self.ui.takes_keys() {
+                    self.ui.text(text);
+                }
+            }
+            Input::Mouse(x, y) => match self.control.mode {
+                Mode::Camera => self.camera.look(*x, *y),
+                Mode::Selection => {
+                    self.control.pointer = DVec2::new(*x, *y);
+                    self.ui.pointer(*x, *y);
+                }
+            },
+            Input::ButtonDown(button) => self.button(*button, true),
+            Input::ButtonUp(button) => self.button(*button, false),
+            Input::Wheel(notches) => {
+                if self.control.mode == Mode::Selection && self.ui.wants_pointer() {
+                    self.ui.wheel(*notches);
+                } else if notches.is_finite() {
+                    self.control.click_force += notches * self.control.push.per_notch;
+                }
+            }
+            Input::FocusLost => {
+                self.control.held.clear();
+                self.control.selecting = false;
+                self.ui.focus_lost();
+            }
+            Input::Resized(size) => self.options.size_px = *size,
+            Input::Scaled(scale) => self.ui.set_scale(*scale),
+            Input::Experiment(experiment) => self.experiment(experiment),
+        }
+    }
+
+    /// What is held acts once a frame: flying, selecting, pushing.
+    pub(crate) fn steer(&mut self, seconds: f64) {
+        let axis = |minus, plus| self.control.axis(minus, plus);
+        if self.control.mode == Mode::Camera && self.control.locked.is_none() {
+            let direction = DVec3::new(
+                axis(Action::FlyLeft, Action::FlyRight),
+                axis(Action::FlyDown, Action::FlyUp),
+                axis(Action::FlyBack, Action::FlyForward),
+            );
+            self.camera.fly(direction, seconds);
+        }
+        let push = DVec3::new(
+            axis(Action::PushMinusX, Action::PushPlusX),
+            axis(Action::PushMinusY, Action::PushPlusY),
+            axis(Action::PushMinusZ, Action::PushPlusZ),
+        ) * KEY_PUSH;
+        let selected =
+            self.control.selection.filter(|_| self.control.mode == Mode::Selection && push != DVec3::ZERO);
+        let pushes = selected.map(|body| Push { body, newtons: push });
+        self.world.resource_mut::<PushQueue>().sustain(pushes);
+        if self.control.selecting {
+            self.select();
+        }
+    }
+
+    fn act(&mut self, action: Action) {
+        match action {
+            Action::ToggleMode => self.toggle_mode(),
+            Action::ToggleGravity => self.toggle_gravity(),
+            Action::ResetWorld => self.reset_world(),
+            Action::ResetCamera => {
+                self.camera.reset();
+                self.control.locked = None;
+            }
+            Action::LockCamera => {
+                self.control.locked = match self.control.locked {
+                    Some(_) => None,
+                    None => self.control.selection,
+                };
+            }
+            Action::Pause => self.control.paused = !self.control.paused,
+            Action::StepOnce => {
+                self.control.paused = true;
+                self.control.steps_asked += 1;
+            }
+            Action::Slower => self.set_pace(0.5),
+            Action::Faster => self.set_pace(2.0),
+            Action::PreviousScene => self.open_neighbor(-1),
+            Action::NextScene => self.open_neighbor(1),
+            Action::FindScene => self.ui.toggle_finder(),
+            Action::Settings => self.ui.toggle_settings(),
+            Action::Help => self.ui.toggle_help(),
+            Action::VelocityArrows => self.control.velocity_arrows ^= true,
+            Action::ForceArrows => self.control.force_arrows ^= true,
+            Action::Trails => self.control.trails ^= true,
+            Action::Screenshot => self.orders.push(Order::Screenshot(None)),
+            Action::Cancel => {
+                if !self.ui.close_top() && self.control.selection.take().is_none() {
+                    self.orders.push(Order::Quit);
+                }
+            }
+            // What is held is read once a frame.
+            Action::FlyForward
+            | Action::FlyBack
+            | Action::FlyLeft
+            | Action::FlyRight
+            | Action::FlyUp
+            | Action::FlyDown
+            | Action::PushMinusZ
+            | Action::PushPlusZ
+            | Action::PushMinusX
+            | Action::PushPlusX
+            | Action::PushPlusY
+            | Action::PushMinusY => {}
+        }
+    }
+
+    fn toggle_mode(&mut self) {
+        self.control.mode = match self.control.mode {
+            Mode::Camera => Mode::Selection,
+            Mode::Selection => Mode::Camera,
+        };
+        self.control.selecting = false;
+        // The pointer appears where the cross-hair was, and leaves the panels when it is grabbed.
+        let [width, height] = self.options.size_px.map(f64::from);
+        self.control.pointer = DVec2::new(width, height) / 2.0;
+        match self.control.mode {
+            Mode::Camera => self.ui.pointer_gone(),
+            Mode::Selection => self.ui.pointer(self.control.pointer.x, self.control.pointer.y),
+        }
+    }
+
+    fn toggle_gravity(&mut self) {
+        // Carried out at once: a second toggle in the same frame has to see the first.
+        self.stepper.carry_out_requests(&mut self.world);
+        match self.world.get_resource::<Gravity>() {
+            Some(gravity) => {
+                let request = Request::SwitchGravity(!gravity.on);
+                self.ask(request);
+                self.stepper.carry_out_requests(&mut self.world);
+            }
+            None => {
+                self.ui.notice("this scene declares no gravity; the settings (Tab) can add it".to_owned())
+            }
+        }
+    }
+
+    fn set_pace(&mut self, factor: f64) {
+        let pace = (self.clock.pace() * factor).clamp(*PACES.start(), *PACES.end());
+        self.clock.set_pace(pace).expect("a clamped pace is positive and finite");
+        self.ui.notice(format!("{pace} x speed"));
+    }
+
+    fn open_neighbor(&mut self, step: isize) {
+        let shipped = scene::shipped();
+        let here = shipped.iter().position(|shipped| shipped.name == self.scene.name);
+        let next = match here {
+            Some(here) => {
+                here.checked_add_signed(step).map_or(shipped.len() - 1, |next| next % shipped.len())
+            }
+            None => 0,
+        };
+        self.orders.push(Order::Open(shipped[next].name.to_owned()));
+    }
+
+    fn button(&mut self, button: Button, down: bool) {
+        let over_panel = self.control.mode == Mode::Selection && self.ui.wants_pointer();
+        if self.control.mode == Mode::Selection {
+            self.ui.button(button, down);
+        }
+        if down && over_panel {
+            return;
+        }
+        match (button, down) {
+            (Button::Left, true) if self.control.mode == Mode::Selection => {
+                self.control.selecting = true;
+                self.select();
+            }
+            (Button::Left, false) => self.control.selecting = false,
+            (Button::Right, true) => self.push_selected(),
+            _ => {}
+        }
+    }
+
+    /// Selects what is under the pointer; nothing there clears the selection.
+    fn select(&mut self) {
+        let ray = self.picking_ray();
+        self.control.selection = self.cast(&ray).map(|hit| hit.entity);
+    }
+
+    /// Pushes the selection along the ray, if the ray meets it first.
+    fn push_selected(&mut self) {
+        let (Some(selected), Some(_)) = (self.control.selection, self.scene.push) else { return };
+        let ray = self.picking_ray();
+        if self.cast(&ray).is_some_and(|hit| hit.entity == selected) {
+            let newtons = ray.direction() * self.control.click_force;
+            self.world.resource_mut::<PushQueue>().push_once(selected, newtons);
+        }
+    }
+
+    fn experiment(&mut self, experiment: &Experiment) {
+        match experiment {
+            Experiment::Push(name, newtons) => {
+                if let Some(body) = self.body(name) {
+                    self.world.resource_mut::<PushQueue>().push_once(body, DVec3::from_array(*newtons));
+                }
+            }
+            Experiment::OfBody(name, request, value) => {
+                if let Some(body) = self.body(name) {
+                    self.ask(request(body, DVec3::from_array(*value)));
+                }
+            }
+            Experiment::OfWorld(request) => self.ask(*request),
+            Experiment::Remove(name) => {
+                if let Some(body) = self.body(name) {
+                    self.ask(Request::Remove(body));
+                    let gone = |thing: &mut Option<Entity>| {
+                        if *thing == Some(body) {
+                            *thing = None;
+                        }
+                    };
+                    gone(&mut self.control.selection);
+                    gone(&mut self.control.locked);
+                }
+            }
+            Experiment::DampingRate(rate) => {
+                let damping = self.world.get_resource::<Damping>().copied();
+                let model = damping.map_or_else(Default::default, |damping| damping.model);
+                self.ask(Request::SetDamping(Damping { model, rate: *rate }));
+            }
+            Experiment::Method(method) => self.stepper.set_method(&mut self.world, *method),
+            Experiment::Screenshot(name) => self.orders.push(Order::Screenshot(Some(name.clone()))),
+        }
+    }
+}
+
+impl When {
+    /// Whether it covers `mode`.
+    #[must_use]
+    pub fn covers(self, mode: Mode) -> bool {
+        match self {
+            Self::Always => true,
+            Self::CameraMode => mode == Mode::Camera,
+            Self::SelectionMode => mode == Mode::Selection,
+        }
+    }
+}

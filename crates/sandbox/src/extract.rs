@@ -1,0 +1,150 @@
+//! From the world to a plain frame: the one place where drawn state becomes f32, relative to the camera.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec3, Vec3};
+use motion::{PhysicsBody, PreviousPosition, Transform};
+use pick::Shape;
+use render::{Camera, Frame, Instance, Light, Line, Particle};
+use scene::Appearance;
+
+use crate::session::Session;
+
+/// The tutorial's color of the selection.
+const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
+
+/// What a thing looks like that the scene did not paint.
+const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: false };
+
+const VELOCITY_COLOR: [f32; 4] = [0.3, 0.75, 1.0, 1.0];
+const FORCE_COLOR: [f32; 4] = [1.0, 0.35, 0.2, 1.0];
+const WEIGHT_COLOR: [f32; 4] = [0.85, 0.55, 1.0, 1.0];
+const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
+const ARROW_WIDTH_PX: f32 = 2.5;
+
+/// Meters of an arrow a m/s, and a m/s² of the acceleration that a force would give.
+const ARROW_SCALE: f64 = 0.25;
+
+/// Radius of a particle, m.
+const PARTICLE_RADIUS: f32 = 0.15;
+
+impl Session {
+    /// The picture of the present state.
+    pub fn picture(&mut self) -> Frame {
+        self.update_targets();
+        let eye = self.camera.position;
+        let view = self.camera.viewpoint();
+        let mut frame = Frame {
+            size_px: self.options.size_px,
+            camera: Camera {
+                orientation: view.orientation.as_quat(),
+                #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+                fov_y_rad: view.fov_y_rad as f32,
+                #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+                near_m: view.near_m as f32,
+                #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+                far_m: view.far_m as f32,
+            },
+            light: self.scene.light.map(|light| Light {
+                position: (light.position - eye).as_vec3(),
+                target: (-eye).as_vec3(),
+                color: Vec3::from_array(light.color),
+                shadows: light.shadows,
+            }),
+            ..Default::default()
+        };
+        self.add_shapes(&mut frame);
+        self.add_particles(&mut frame, eye);
+        self.add_arrows(&mut frame, eye);
+        if self.control.trails {
+            self.add_trails(&mut frame, eye);
+        }
+        frame.panels = self.panels();
+        frame
+    }
+
+    fn add_shapes(&mut self, frame: &mut Frame) {
+        let mut looks = self.world.query::<&Appearance>();
+        let targets = self.targets();
+        let (xs, ys, zs) = targets.positions();
+        for (i, entity) in targets.entities().iter().enumerate() {
+            let look = looks.get(&self.world, *entity).copied().unwrap_or(PLAIN);
+            let selected = self.control.selection == Some(*entity);
+            let [r, g, b] = look.color;
+            let mut surface = if look.checker { render::CHECKER } else { 0 };
+            if selected {
+                surface |= render::OUTLINED;
+            }
+            let shape = targets.shape(i);
+            let instance = Instance {
+                position: [xs[i], ys[i], zs[i]],
+                surface,
+                half_extents: shape.half_extents().as_vec3().to_array(),
+                orientation: targets.orientation(i).to_array(),
+                color: if selected { SELECTED } else { [r, g, b, 1.0] },
+                ..Default::default()
+            };
+            match shape {
+                Shape::Cuboid { .. } => frame.cuboids.push(instance),
+                Shape::Sphere { .. } => frame.spheres.push(instance),
+            }
+        }
+    }
+
+    fn add_particles(&mut self, frame: &mut Frame, eye: DVec3) {
+        let alpha = self.alpha;
+        let mut particles = self
+            .world
+            .query_filtered::<(&Transform, Option<&PreviousPosition>, Option<&Appearance>), (With<PhysicsBody>, Without<Shape>)>();
+        frame.particles.extend(particles.iter(&self.world).map(|(transform, before, look)| {
+            let before = before.map_or(transform.position, |before| before.0);
+            let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
+            Particle {
+                position: (before + (transform.position - before) * alpha - eye).as_vec3().to_array(),
+                radius_m: PARTICLE_RADIUS,
+                color: [r, g, b, 1.0],
+            }
+        }));
+    }
+
+    fn add_arrows(&mut self, frame: &mut Frame, eye: DVec3) {
+        if !(self.control.velocity_arrows || self.control.force_arrows) {
+            return;
+        }
+        let gravity = self.world.get_resource::<motion::Gravity>().and_then(motion::Gravity::acting);
+        let mut bodies = self.world.query::<(Entity, &PhysicsBody, Has<motion::GravityOff>)>();
+        let mut arrows = Vec::new();
+        for (entity, body, floats) in bodies.iter(&self.world).filter(|(_, body, _)| body.inverse_mass > 0.0)
+        {
+            let mut add = |vector: DVec3, color: [f32; 4]| {
+                if vector.is_finite() && vector != DVec3::ZERO {
+                    arrows.push((entity, vector * ARROW_SCALE, color));
+                }
+            };
+            if self.control.velocity_arrows {
+                add(body.velocity, VELOCITY_COLOR);
+            }
+            if self.control.force_arrows {
+                add(self.acting.get(&entity).copied().unwrap_or_default() * body.inverse_mass, FORCE_COLOR);
+                add(gravity.filter(|_| !floats).unwrap_or_default(), WEIGHT_COLOR);
+            }
+        }
+        for (entity, vector, color) in arrows {
+            if let Some(from) = self.drawn_position(entity) {
+                let (from, to) = ((from - eye).as_vec3(), (from + vector - eye).as_vec3());
+                Line::arrow(&mut frame.lines, from, to, color, ARROW_WIDTH_PX);
+            }
+        }
+    }
+
+    fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
+        let [r, g, b] = TRAIL_COLOR;
+        for trail in self.trails.iter() {
+            #[expect(clippy::cast_precision_loss, reason = "tens of points")]
+            let fade = |i: usize| i as f32 / trail.len() as f32;
+            for (i, (from, to)) in trail.iter().zip(trail.iter().skip(1)).enumerate() {
+                let (from, to) = ((*from - eye).as_vec3(), (*to - eye).as_vec3());
+                frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 1.5));
+            }
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Why the program ends without success, and with which exit code.
+
+use std::fmt;
+use std::path::Path;
+
+use render::RenderError;
+use scene::SceneError;
+
+/// The reason of an exit code that is not 0.
+#[derive(Debug)]
+pub enum Failure {
+    /// Exit code 1: an expectation of the scene did not hold.
+    Expectation(String),
+    /// Exit code 2: a bad flag, file or scene.
+    Usage(String),
+    /// Exit code 3: a body was quarantined.
+    Quarantined(String),
+    /// Exit code 4: no graphics adapter where pictures were asked for.
+    NoAdapter(String),
+    /// Exit code 5: no display for a window.
+    NoDisplay(String),
+}
+
+impl Failure {
+    /// A file that could not be read or written.
+    #[must_use]
+    pub fn file(doing: &str, path: &Path, error: &std::io::Error) -> Self {
+        Self::Usage(format!("cannot {doing} {}: {error}", path.display()))
+    }
+
+    /// The code that the process exits with.
+    #[must_use]
+    pub const fn exit_code(&self) -> u8 {
+        match self {
+            Self::Expectation(_) => 1,
+            Self::Usage(_) => 2,
+            Self::Quarantined(_) => 3,
+            Self::NoAdapter(_) => 4,
+            Self::NoDisplay(_) => 5,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Expectation(text)
+            | Self::Usage(text)
+            | Self::Quarantined(text)
+            | Self::NoAdapter(text)
+            | Self::NoDisplay(text) => out.write_str(text),
+        }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        Self::Usage(error.to_string())
+    }
+}
+
+impl From<RenderError> for Failure {
+    fn from(error: RenderError) -> Self {
+        Self::NoAdapter(error.to_string())
+    }
+}

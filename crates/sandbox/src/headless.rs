@@ -1,0 +1,338 @@
+//! Runs without a window: the same session and renderer, a constant or given frame time, files as output.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use motion::{FrameClock, FrameTime, Totals};
+use render::{Gpu, Image, Offscreen, Quality, Renderer};
+use scene::{Action, Scene, Script};
+
+use crate::cli::{RunArgs, follows_frames, overridden, show};
+use crate::failure::Failure;
+use crate::files::{self, Output};
+use crate::player::Player;
+use crate::report::{self, STATE_HEADER, Summary};
+use crate::session::{Options, Order, Session};
+
+/// Seconds of a run that does not say how long.
+const DEFAULT_SECONDS: f64 = 10.0;
+
+/// When frames end.
+enum FrameEnds {
+    /// Frame i at exactly `i / rate` seconds.
+    Constant { rate: f64 },
+    /// One length after the other.
+    Lengths(std::vec::IntoIter<f64>),
+    /// The ends of a recording.
+    Recorded(std::vec::IntoIter<f64>),
+}
+
+impl FrameEnds {
+    #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
+    fn next(&mut self, clock: &mut FrameClock, frame: u64) -> Option<FrameTime> {
+        let time = match self {
+            Self::Constant { rate } => clock.advance_to(frame as f64 / *rate),
+            Self::Lengths(lengths) => clock.advance_by(lengths.next()?),
+            Self::Recorded(ends) => clock.advance_to(ends.next()?),
+        };
+        Some(time.expect("checked when the times were read"))
+    }
+}
+
+/// Draws frames into files.
+struct Camera {
+    gpu: Gpu,
+    renderer: Renderer,
+    target: Offscreen,
+    folder: PathBuf,
+    pictures: u64,
+}
+
+impl Camera {
+    fn new(size: [u32; 2], folder: PathBuf) -> Result<Self, Failure> {
+        files::make_folder(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
+        let gpu = Gpu::headless()?;
+        eprintln!("drawing with {}", gpu.info);
+        let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED);
+        let target = Offscreen::new(&gpu, size)?;
+        Ok(Self { gpu, renderer, target, folder, pictures: 0 })
+    }
+
+    fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
+        if self.target.size_px() != frame.size_px {
+            self.target = Offscreen::new(&self.gpu, frame.size_px)?;
+        }
+        self.renderer.draw(&self.gpu, frame, self.target.view());
+        Ok(())
+    }
+
+    fn write(&mut self, name: &str, session: &Session) -> Result<(), Failure> {
+        let image: Image = self.target.read(&self.gpu)?;
+        let path = self.folder.join(name);
+        write_picture(&image, &path, session)?;
+        self.pictures += 1;
+        Ok(())
+    }
+}
+
+/// Writes a picture with the settings that made it.
+pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Result<(), Failure> {
+    let text = [
+        ("Software", format!("sandbox {}", env!("CARGO_PKG_VERSION"))),
+        ("Scene", session.scene().name.clone()),
+        ("Tick", session.ticks().to_string()),
+        ("Method", session.stepper().method().name().to_owned()),
+        ("StateHash", format!("{:016x}", report::state_hash(session))),
+    ];
+    let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    image.write_png(path, &text).map_err(|error| Failure::file("write", path, &error))
+}
+
+/// Reads a script or a recording and checks it against the bodies of a scene.
+pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure> {
+    let name = path.display().to_string();
+    let text = fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+    let script = Script::parse(&name, &text)?;
+    script.check_bodies(&name, &scene.names)?;
+    Ok(script)
+}
+
+/// A player for `script`, or every step that presses what does not exist.
+pub(crate) fn player_of(script: Script, path: &Path) -> Result<Player, Failure> {
+    Player::new(script).map_err(|unknown| {
+        let lines = unknown.iter().map(|(i, error)| format!("{}: steps[{i}].do: {error}", path.display()));
+        Failure::Usage(lines.collect::<Vec<_>>().join("\n"))
+    })
+}
+
+/// Does what `sandbox run` says.
+pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
+    let mut scene = overridden(scene::load(&args.scene)?, args.method);
+    if let Some(hz) = args.hz {
+        scene.step_hz = hz;
+    }
+    if let Some(model) = args.damping {
+        match &mut scene.damping {
+            Some(damping) => damping.model = model,
+            None => {
+                return Err(Failure::Usage(format!(
+                    "{} declares no damping; leave --damping out",
+                    args.scene
+                )));
+            }
+        }
+    }
+    let script = args.script.as_ref().map(|path| load_script(path, &scene)).transpose()?;
+    let recording = script.as_ref().and_then(|script| script.recording.clone());
+    let mut ends = frame_ends(args, recording.as_ref().map(|recording| recording.frame_ends_s.clone()))?;
+    let ticks = tick_limit(args, &scene, &ends);
+    let takes_pictures =
+        |script: &Script| script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)));
+    let wants_pictures = args.frames.is_some() || script.as_ref().is_some_and(takes_pictures);
+    let size_px = recording.map_or(args.size, |recording| recording.size_px.into());
+    let options = Options {
+        size_px,
+        pictures: wants_pictures,
+        interpolate: wants_pictures || script.is_some(),
+        catch_up: match ends {
+            FrameEnds::Constant { rate } => Some((1.0 / rate).max(0.25)),
+            _ => None,
+        },
+        paused: false,
+    };
+    let mut player = match (script, &args.script) {
+        (Some(script), Some(path)) => Some(player_of(script, path)?),
+        _ => None,
+    };
+    let state = args.state.as_deref().map(state_file).transpose()?;
+    if let Some(path) = &args.summary {
+        make_parent(path)?;
+    }
+    let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
+    let mut camera = if wants_pictures { Some(Camera::new(size_px, folder)?) } else { None };
+
+    let mut session = Session::new(scene, options);
+    let start = Summary::start(&mut session);
+    let mut watch =
+        Watch { state, every: args.every, last: None, error: None, peak_kinetic: start.kinetic_energy };
+    watch.look(&session);
+    let progress = progress_bar(ticks);
+    if let Some(ticks) = ticks {
+        session.limit_ticks(ticks);
+    }
+    let mut clock = FrameClock::default();
+    while ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0 {
+        let frame_number = session.frames();
+        let Some(time) = ends.next(&mut clock, frame_number) else { break };
+        let input =
+            player.as_mut().map_or_else(Default::default, |player| player.input(&session, time.total()));
+        session.advance_watched(&input, time, &mut |session| watch.after_tick(session));
+        if args.assert {
+            watch.peak_kinetic = watch.peak_kinetic.max(motion::totals(session.world_mut()).kinetic_energy);
+        }
+        let orders = session.take_orders();
+        if let Some(camera) = &mut camera {
+            let every = args.frames.is_some() && frame_number.is_multiple_of(args.frame_every);
+            let shots = orders.iter().any(|order| matches!(order, Order::Screenshot(_)));
+            if every || shots {
+                let frame = session.picture();
+                camera.draw(&frame)?;
+            }
+            if every {
+                camera.write(&format!("frame_{frame_number:06}.png"), &session)?;
+            }
+            for order in &orders {
+                if let Order::Screenshot(name) = order {
+                    let name = name.clone().unwrap_or_else(|| format!("screenshot_{frame_number:06}.png"));
+                    camera.write(&name, &session)?;
+                }
+            }
+        }
+        if let Some(error) = watch.error.take() {
+            let path = args.state.clone().unwrap_or_default();
+            return Err(Failure::file("write", &path, &error));
+        }
+        if orders.contains(&Order::Quit) {
+            break;
+        }
+        for order in orders {
+            if let Order::Open(name) = order {
+                session.open(scene::load(&name)?);
+            }
+        }
+        progress.set_position(session.ticks());
+        let idle = player.as_ref().is_none_or(Player::finished);
+        if session.paused() && idle && matches!(ends, FrameEnds::Constant { .. }) {
+            // Nobody is left who could go on.
+            break;
+        }
+    }
+    progress.finish_and_clear();
+    watch.finish(&session, args.state.as_deref())?;
+    let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
+    let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
+    let summary = Summary::of(&mut session, start, pictures, adapter);
+    show(&summary.to_table());
+    if let Some(path) = &args.summary {
+        files::write(path, &summary.to_json()).map_err(|error| Failure::file("write", path, &error))?;
+    }
+    verdict(args, &mut session, start, &watch)
+}
+
+fn frame_ends(args: &RunArgs, recorded: Option<Vec<f64>>) -> Result<FrameEnds, Failure> {
+    if let Some(path) = &args.frame_times {
+        let text = fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+        let times = scene::parse_frame_times(&path.display().to_string(), &text)?;
+        return Ok(FrameEnds::Lengths(times.into_iter()));
+    }
+    Ok(recorded.map_or(FrameEnds::Constant { rate: args.fps }, |ends| FrameEnds::Recorded(ends.into_iter())))
+}
+
+/// Ticks of the run; `None`: to the end of the frame times.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and rounded")]
+fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Option<u64> {
+    let rate = match ends {
+        FrameEnds::Constant { rate } if follows_frames(scene) => *rate,
+        _ => scene.step_hz,
+    };
+    let of_seconds = |seconds: f64| (seconds * rate).round() as u64;
+    match (args.ticks, args.seconds, ends) {
+        (Some(ticks), ..) => Some(ticks),
+        (_, Some(seconds), _) => Some(of_seconds(seconds)),
+        (None, None, FrameEnds::Constant { .. }) => Some(of_seconds(DEFAULT_SECONDS)),
+        _ => None,
+    }
+}
+
+fn make_parent(path: &Path) -> Result<(), Failure> {
+    match path.parent() {
+        Some(folder) => {
+            files::make_folder(folder).map_err(|error| Failure::file("make the folder", folder, &error))
+        }
+        None => Ok(()),
+    }
+}
+
+fn state_file(path: &Path) -> Result<Output, Failure> {
+    make_parent(path)?;
+    let start = || {
+        let mut state = Output::create(path)?;
+        writeln!(state, "{STATE_HEADER}")?;
+        Ok(state)
+    };
+    start().map_err(|error| Failure::file("write", path, &error))
+}
+
+fn progress_bar(ticks: Option<u64>) -> ProgressBar {
+    let bar = ticks.map_or_else(ProgressBar::new_spinner, ProgressBar::new);
+    let style =
+        ProgressStyle::with_template("{bar:40} {pos}/{len} ticks, {eta} left").expect("a valid template");
+    bar.with_style(style)
+}
+
+/// Looks at every tick: rows of the state file.
+struct Watch {
+    state: Option<Output>,
+    every: u64,
+    last: Option<u64>,
+    error: Option<std::io::Error>,
+    peak_kinetic: f64,
+}
+
+impl Watch {
+    fn after_tick(&mut self, session: &Session) {
+        if session.ticks().is_multiple_of(self.every) {
+            self.look(session);
+        }
+    }
+
+    fn look(&mut self, session: &Session) {
+        if let (Some(state), None) = (&mut self.state, &self.error) {
+            self.error = report::write_state(session, state).err();
+            self.last = Some(session.ticks());
+        }
+    }
+
+    fn finish(&mut self, session: &Session, path: Option<&Path>) -> Result<(), Failure> {
+        if self.state.is_some() && self.last != Some(session.ticks()) {
+            self.look(session);
+        }
+        let finished = match (self.error.take(), self.state.take()) {
+            (Some(error), _) => Err(error),
+            (None, Some(state)) => state.finish(),
+            (None, None) => Ok(()),
+        };
+        finished.map_err(|error| Failure::file("write", path.unwrap_or(Path::new("")), &error))
+    }
+}
+
+fn verdict(args: &RunArgs, session: &mut Session, start: Totals, watch: &Watch) -> Result<(), Failure> {
+    if let Some(first) = session.quarantined().first() {
+        let count = session.quarantined().len();
+        let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
+        return Err(Failure::Quarantined(format!(
+            "{}{more} quarantined in tick {}: {}",
+            first.body, first.tick, first.what
+        )));
+    }
+    let Some(expect) = session.scene().expect.filter(|_| args.assert) else { return Ok(()) };
+    let Some(bound) = expect.energy_drift_below else { return Ok(()) };
+    if session.world().get_resource::<motion::Damping>().is_some() || args.script.is_some() {
+        return Err(Failure::Expectation(
+            "energy_drift_below cannot be checked yet where damping or a script does work; run it without"
+                .to_owned(),
+        ));
+    }
+    let now = motion::totals(session.world_mut());
+    let (before, after) =
+        (start.kinetic_energy + start.potential_energy, now.kinetic_energy + now.potential_energy);
+    let drift = (after - before).abs() / before.abs().max(watch.peak_kinetic);
+    // Written so that a drift that is not a number fails.
+    if drift < bound {
+        Ok(())
+    } else {
+        Err(Failure::Expectation(format!("energy drifted by {drift:.3e}, not below {bound}")))
+    }
+}

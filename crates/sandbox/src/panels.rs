@@ -1,0 +1,128 @@
+//! What the panels show, taken from the session once a frame, and what a person changes in them.
+
+mod card;
+mod finder;
+mod help;
+mod hud;
+mod settings;
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{Damping, Gravity, PhysicsBody, Request, TimeStep, Transform};
+
+use crate::control::Mode;
+use crate::session::{Measured, Session};
+use crate::ui::Ui;
+
+pub(crate) use finder::Finder;
+
+/// A change that a panel asks for.
+#[derive(Clone, Debug)]
+pub(crate) enum Edit {
+    Ask(Request),
+    StepHz(f64),
+    Open(String),
+}
+
+/// A copy of what the panels show.
+pub(crate) struct Model {
+    pub mode: Mode,
+    pub gravity: Option<Gravity>,
+    pub damping: Option<Damping>,
+    pub step_hz: f64,
+    pub scene: String,
+    pub method: &'static str,
+    pub click_force: f64,
+    pub pushes: bool,
+    pub locked: bool,
+    pub paused: bool,
+    pub pace: f64,
+    pub simulated: f64,
+    pub bodies: usize,
+    pub drops_time: bool,
+    pub measured: Option<Measured>,
+    pub quarantined: usize,
+    pub notices: Vec<String>,
+    pub selection: Option<Selected>,
+}
+
+/// The selected thing in the tutorial's terms.
+pub(crate) struct Selected {
+    pub entity: Entity,
+    pub name: String,
+    pub position: DVec3,
+    pub displacement: DVec3,
+    /// Absent for scenery.
+    pub body: Option<PhysicsBody>,
+    pub applied: DVec3,
+    pub gravity: DVec3,
+    pub quarantined: bool,
+}
+
+impl Model {
+    pub fn of(session: &Session, notices: Vec<String>) -> Self {
+        let gravity = session.world.get_resource::<Gravity>().copied();
+        Self {
+            mode: session.control.mode,
+            gravity,
+            damping: session.world.get_resource::<Damping>().copied(),
+            step_hz: 1.0 / session.world.resource::<TimeStep>().0,
+            scene: session.scene.name.clone(),
+            method: session.stepper.method().name(),
+            click_force: session.control.click_force,
+            pushes: session.scene.push.is_some(),
+            locked: session.control.locked.is_some(),
+            paused: session.control.paused,
+            pace: session.clock.pace(),
+            simulated: session.simulated(),
+            bodies: session.entities.len(),
+            drops_time: session.drops_time(),
+            measured: session.measured,
+            quarantined: session.quarantined().len(),
+            notices,
+            selection: session.control.selection.and_then(|thing| Selected::of(session, thing, gravity)),
+        }
+    }
+}
+
+impl Selected {
+    fn of(session: &Session, entity: Entity, gravity: Option<Gravity>) -> Option<Self> {
+        let position = session.world.get::<Transform>(entity)?.position;
+        let start =
+            session.ids.get(&entity).map_or(position, |id| session.scene.bodies[*id as usize].position);
+        let body = session.world.get::<PhysicsBody>(entity).copied();
+        let floats = session.world.get::<motion::GravityOff>(entity).is_some();
+        let acting = gravity.and_then(|gravity| gravity.acting()).filter(|_| !floats).unwrap_or(DVec3::ZERO);
+        Some(Self {
+            entity,
+            name: session.name(entity),
+            position,
+            displacement: position - start,
+            body,
+            applied: session.acting.get(&entity).copied().unwrap_or_default(),
+            gravity: acting,
+            quarantined: session.world.get::<motion::Quarantined>(entity).is_some(),
+        })
+    }
+}
+
+/// Lays everything out.
+pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<Edit> {
+    let mut edits = Vec::new();
+    hud::show(context, model);
+    if let Some(selected) = &model.selection {
+        card::show(context, selected);
+    }
+    if ui.help {
+        help::show(context);
+    }
+    if ui.settings {
+        settings::show(context, model, &mut edits);
+    }
+    if let Some(mut finder) = ui.finder.take() {
+        if finder.show(context, &mut edits) {
+            ui.finder = Some(finder);
+        }
+    }
+    edits
+}

@@ -1,0 +1,64 @@
+//! The card of the selection: the tutorial's quantities with their units.
+
+use egui::{Align2, Grid, RichText};
+use glam::DVec3;
+
+use super::Selected;
+
+pub(super) fn show(context: &egui::Context, selected: &Selected) {
+    // Read-only and not interactive: clicks over it reach the scene.
+    egui::Window::new("selection")
+        .title_bar(false)
+        .resizable(false)
+        .interactable(false)
+        .anchor(Align2::RIGHT_CENTER, [-8.0, 0.0])
+        .show(context, |ui| {
+            ui.label(RichText::new(&selected.name).strong());
+            Grid::new("quantities").num_columns(2).show(ui, |ui| {
+                for (quantity, value) in rows(selected) {
+                    ui.label(quantity);
+                    ui.monospace(value);
+                    ui.end_row();
+                }
+            });
+        });
+}
+
+fn rows(selected: &Selected) -> Vec<(&'static str, String)> {
+    let mut rows = vec![
+        ("position", vector(selected.position, "m")),
+        ("displacement", vector(selected.displacement, "m")),
+    ];
+    let Some(body) = selected.body else {
+        rows.push(("physics", "none: scenery".to_owned()));
+        return rows;
+    };
+    let movable = body.inverse_mass > 0.0;
+    let gravity = if movable { selected.gravity } else { DVec3::ZERO };
+    let weight = if movable { gravity * body.mass() } else { DVec3::ZERO };
+    let acceleration = if movable { selected.applied * body.inverse_mass + gravity } else { DVec3::ZERO };
+    rows.extend([
+        ("velocity", vector(body.velocity, "m/s")),
+        ("speed", format!("{} m/s", number(body.velocity.length()))),
+        ("acceleration", vector(acceleration, "m/s²")),
+        ("forces", vector(selected.applied + weight, "N")),
+        ("mass", if movable { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() }),
+        ("inverse mass", format!("{} 1/kg", number(body.inverse_mass))),
+        ("momentum", vector(body.momentum(), "kg m/s")),
+        ("weight", format!("{} N", number(weight.length()))),
+    ]);
+    if selected.quarantined {
+        rows.push(("quarantined", "frozen at its last finite state".to_owned()));
+    }
+    rows
+}
+
+fn vector(v: DVec3, unit: &str) -> String {
+    format!("({}, {}, {}) {unit}", number(v.x), number(v.y), number(v.z))
+}
+
+/// Three decimals, or a power of ten where they would say nothing.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || (1e-2..1e6).contains(&size) { format!("{value:.3}") } else { format!("{value:.3e}") }
+}

@@ -1,0 +1,35 @@
+//! Find a scene by a part of its name.
+
+use egui::{Align2, Key, TextEdit};
+
+use super::Edit;
+
+/// What was typed so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Finder {
+    query: String,
+}
+
+impl Finder {
+    /// Shows the finder; `false` when it is done.
+    pub fn show(&mut self, context: &egui::Context, edits: &mut Vec<Edit>) -> bool {
+        let mut open = true;
+        egui::Window::new("Find scene").resizable(false).anchor(Align2::CENTER_TOP, [0.0, 80.0]).show(
+            context,
+            |ui| {
+                let field = ui.add(TextEdit::singleline(&mut self.query).hint_text("part of a name"));
+                // Focus needs a frame; Enter gives it up, so this asks again until the finder closes.
+                field.request_focus();
+                let enter = ui.input(|input| input.key_pressed(Key::Enter));
+                for (row, scene) in scene::find(&self.query).into_iter().enumerate() {
+                    let chosen = ui.selectable_label(row == 0, scene.name).clicked();
+                    if open && (chosen || (enter && row == 0)) {
+                        edits.push(Edit::Open(scene.name.to_owned()));
+                        open = false;
+                    }
+                }
+            },
+        );
+        open
+    }
+}

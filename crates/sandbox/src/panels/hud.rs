@@ -1,0 +1,114 @@
+//! The tutorial's words in the tutorial's places, a cross-hair, and the state of the clock.
+
+use egui::{Align2, Color32, FontId, LayerId, Order, Painter, Pos2, Stroke, Vec2};
+
+use super::Model;
+use crate::control::Mode;
+
+/// The light gray in which the tutorial's texts are drawn.
+const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
+
+const WARNING: Color32 = Color32::from_rgb(255, 190, 60);
+
+/// Where the tutorial draws them: percent of width and height from the top left, the text standing on the point.
+const CLICK_FORCE_AT: Vec2 = Vec2::new(10.0, 20.0);
+const LOCK_HINT_AT: Vec2 = Vec2::new(5.0, 80.0);
+const MODE_HINT_AT: Vec2 = Vec2::new(5.0, 85.0);
+const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
+
+pub(super) fn show(context: &egui::Context, model: &Model) {
+    let screen = context.content_rect();
+    let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("hud")));
+    // The tutorial's glyphs are 1.9 % of the width apart.
+    let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75);
+    let at = |percent: Vec2| screen.min + screen.size() * percent / 100.0;
+    let tutorial = |at: Vec2, words: &str| {
+        let at = screen.min + screen.size() * at / 100.0;
+        text(&painter, at, Align2::LEFT_BOTTOM, words, font.clone(), TEXT);
+    };
+    if model.pushes {
+        tutorial(CLICK_FORCE_AT, &format!("Click Force:{:.6}", model.click_force));
+    }
+    match (model.locked, &model.selection) {
+        (true, _) => tutorial(LOCK_HINT_AT, "Press L to unlock object!"),
+        (false, Some(_)) => tutorial(LOCK_HINT_AT, "Press L to lock selected object!"),
+        _ => {}
+    }
+    tutorial(
+        MODE_HINT_AT,
+        match model.mode {
+            Mode::Camera => "Press Q to change to select mode!",
+            Mode::Selection => "Press Q to change to camera mode!",
+        },
+    );
+    if let Some(gravity) = model.gravity {
+        tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
+    }
+    text(
+        &painter,
+        at(Vec2::new(99.0, 97.0)),
+        Align2::RIGHT_BOTTOM,
+        "H help   Tab settings",
+        FontId::proportional(font.size * 0.8),
+        TEXT,
+    );
+    state(&painter, at(Vec2::new(99.0, 2.0)), model, font.size * 0.8);
+    for (row, notice) in (0_u8..).zip(&model.notices) {
+        let place = at(Vec2::new(50.0, 8.0)) + Vec2::Y * font.size * 1.5 * f32::from(row);
+        text(&painter, place, Align2::CENTER_TOP, notice, FontId::proportional(font.size), WARNING);
+    }
+    if model.mode == Mode::Camera {
+        cross_hair(&painter, screen.center());
+    }
+}
+
+/// Scene and clock in the top right corner.
+fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
+    let mut lines = vec![
+        (format!("{}   {} bodies   {}", model.scene, model.bodies, model.method), TEXT),
+        (format!("{:.2} s at {} Hz", model.simulated, (model.step_hz * 1e6).round() / 1e6), TEXT),
+    ];
+    if let Some(measured) = model.measured {
+        let tick = measured.tick * 1e6;
+        lines.push((format!("{:.0} frames/s   tick {tick:.1} us", measured.frames_per_second), TEXT));
+    }
+    if model.pace != 1.0 {
+        lines.push((format!("{} x speed", model.pace), WARNING));
+    }
+    if model.paused {
+        lines.push(("paused: P goes on, . steps".to_owned(), WARNING));
+    }
+    if model.drops_time {
+        lines.push(("slower than real time: simulated time is dropped".to_owned(), WARNING));
+    }
+    if model.quarantined > 0 {
+        lines.push((format!("{} bodies quarantined", model.quarantined), WARNING));
+    }
+    if cfg!(debug_assertions) && model.measured.is_some() {
+        lines.push(("debug build: slow".to_owned(), WARNING));
+    }
+    let mut place = corner;
+    for (words, color) in lines {
+        text(painter, place, Align2::RIGHT_TOP, &words, FontId::proportional(size), color);
+        place.y += size * 1.3;
+    }
+}
+
+fn cross_hair(painter: &Painter, center: Pos2) {
+    for (width, color) in [(3.0, Color32::from_black_alpha(160)), (1.0, Color32::WHITE)] {
+        let stroke = Stroke::new(width, color);
+        for arm in [Vec2::X, Vec2::Y] {
+            for side in [-1.0, 1.0] {
+                painter.line_segment([center + arm * 3.0 * side, center + arm * 10.0 * side], stroke);
+            }
+        }
+    }
+}
+
+/// Words with a dark rim, readable on sky and checker alike.
+fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
+    for offset in [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 0.0), Vec2::new(0.0, -1.0)] {
+        painter.text(at + offset, anchor, words, font.clone(), Color32::from_black_alpha(200));
+    }
+    painter.text(at, anchor, words, font, color);
+}

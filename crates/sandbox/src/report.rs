@@ -1,0 +1,154 @@
+//! What a run says about itself: the state as CSV, the summary as JSON and as a table, the state's hash.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use motion::{PhysicsBody, Totals, Transform, totals};
+use serde_json::{Map, Value, json};
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::session::Session;
+
+/// Header of the state file.
+pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,position_z_m,\
+                                velocity_x_m_s,velocity_y_m_s,velocity_z_m_s";
+
+/// Writes a row for every body with physics, immovable ones too, in stable-id order; 17 significant digits.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
+    let (tick, time) = (session.ticks(), session.simulated());
+    for (name, transform, body) in bodies(session) {
+        write!(out, "{tick},{time:.16e},{name}")?;
+        for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
+            write!(out, ",{number:.16e}")?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id
+/// order.
+#[must_use]
+pub fn state_hash(session: &Session) -> u64 {
+    let mut hash = Xxh3::new();
+    for (_, transform, body) in bodies(session) {
+        for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
+            hash.update(&number.to_bits().to_le_bytes());
+        }
+    }
+    hash.digest()
+}
+
+fn bodies(session: &Session) -> impl Iterator<Item = (String, Transform, PhysicsBody)> + '_ {
+    session.things().filter_map(|thing| {
+        let body = *session.world().get::<PhysicsBody>(thing)?;
+        Some((session.name(thing), *session.world().get::<Transform>(thing)?, body))
+    })
+}
+
+/// A run in numbers.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    fields: Map<String, Value>,
+}
+
+impl Summary {
+    /// Energy and momentum at the start of a run: the base of its drift.
+    #[must_use]
+    pub fn start(session: &mut Session) -> Totals {
+        totals(session.world_mut())
+    }
+
+    /// The summary of `session`, which began with `start`; `adapter` drew the pictures, if any were drawn.
+    #[must_use]
+    pub fn of(session: &mut Session, start: Totals, pictures: u64, adapter: Option<String>) -> Self {
+        let now = totals(session.world_mut());
+        let (evaluations, [gravity, damping]) = session.evaluations();
+        let mut laws = Map::new();
+        if session.world().get_resource::<motion::Gravity>().is_some() {
+            laws.insert("gravity".to_owned(), json!(gravity));
+        }
+        if session
+            .world()
+            .get_resource::<motion::Damping>()
+            .is_some_and(|d| d.model == motion::DampingModel::Exact)
+        {
+            laws.insert("damping".to_owned(), json!(damping));
+        }
+        let quarantined: Vec<_> = session
+            .quarantined()
+            .iter()
+            .map(|frozen| json!({"body": frozen.body, "tick": frozen.tick, "what": frozen.what}))
+            .collect();
+        let fields = [
+            ("scene", json!(session.scene().name)),
+            ("method", json!(session.stepper().method().name())),
+            ("step_hz", number(session.step_hz())),
+            ("ticks", json!(session.ticks())),
+            ("simulated_s", number(session.simulated())),
+            ("dropped_s", number(session.dropped())),
+            ("force_evaluations", json!(evaluations)),
+            ("laws", Value::Object(laws)),
+            ("cg_iterations", json!(0)),
+            ("kinetic_energy_j", number(now.kinetic_energy)),
+            ("potential_energy_j", number(now.potential_energy)),
+            ("momentum_kg_m_s", vector(now.momentum)),
+            ("angular_momentum_kg_m2_s", vector(now.angular_momentum)),
+            ("energy_at_start_j", number(start.kinetic_energy + start.potential_energy)),
+            ("quarantined", Value::Array(quarantined)),
+            ("state_hash", json!(format!("{:016x}", state_hash(session)))),
+            ("frames", json!(pictures)),
+            ("adapter", adapter.map_or(Value::Null, Value::String)),
+        ];
+        Self { fields: fields.into_iter().map(|(name, value)| (name.to_owned(), value)).collect() }
+    }
+
+    /// The summary as JSON, the order of the contract kept.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let mut text =
+            serde_json::to_string_pretty(&self.fields).expect("maps of numbers and strings are JSON");
+        text.push('\n');
+        text
+    }
+
+    /// The summary as a table for people.
+    #[must_use]
+    pub fn to_table(&self) -> String {
+        let mut table = String::new();
+        for (name, value) in &self.fields {
+            let value = match value {
+                Value::String(text) => text.clone(),
+                Value::Null => "none".to_owned(),
+                Value::Array(items) if name == "quarantined" => {
+                    let _ = writeln!(table, "{name:<26} {}", items.len());
+                    for item in items.iter().take(10) {
+                        let _ = writeln!(table, "  {item}");
+                    }
+                    continue;
+                }
+                other => other.to_string(),
+            };
+            let _ = writeln!(table, "{name:<26} {value}");
+        }
+        table
+    }
+}
+
+/// A number, or its name where JSON has none.
+fn number(value: f64) -> Value {
+    if value.is_nan() {
+        json!("nan")
+    } else if value.is_infinite() {
+        json!(if value > 0.0 { "inf" } else { "-inf" })
+    } else {
+        json!(value)
+    }
+}
+
+fn vector(v: glam::DVec3) -> Value {
+    Value::Array(v.to_array().map(number).to_vec())
+}

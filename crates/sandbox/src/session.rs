@@ -1,0 +1,532 @@
+//! A running scene: input and a frame time in, ticks simulated, a plain frame for the renderer out.
+//!
+//! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
+
+use std::collections::HashMap;
+
+use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3};
+use motion::{
+    Damping, DampingModel, FrameTime, Gravity, Orientation, PhysicsBody, PreviousPosition, Push, PushQueue,
+    Quarantine, Request, Requests, StepClock, Stepper, TickClock, TimeStep, Transform, remember_positions,
+};
+use pick::{Chunk, Hit, Ray, Shape, Targets};
+use scene::{PushSpec, Scene, StepKind};
+
+use crate::camera::Camera;
+use crate::control::{Control, Mode};
+use crate::trails::Trails;
+use crate::ui::Ui;
+
+/// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.
+const CATCH_UP: f64 = 0.25;
+
+/// Newtons of a held push key.
+pub(crate) const KEY_PUSH: f64 = 10.0;
+
+/// What a session is to do besides simulating.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Size of the picture, pixels.
+    pub size_px: [u32; 2],
+    /// Whether frames are drawn; without pictures the panels are laid out only while one is open.
+    pub pictures: bool,
+    /// Whether poses between two ticks are drawn and picked. A run without input and pictures needs none.
+    pub interpolate: bool,
+    /// Longest frame that is caught up with, s, if not the usual quarter of a second.
+    pub catch_up: Option<f64>,
+    /// Simulate nothing until told so.
+    pub paused: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { size_px: [1280, 720], pictures: true, interpolate: true, catch_up: None, paused: false }
+    }
+}
+
+/// What the window shell measured; a headless run has none, so that its pictures depend on nothing but input.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Time of a tick, s.
+    pub tick: f64,
+}
+
+/// A body that was quarantined, by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct QuarantinedBody {
+    /// Name in the scene.
+    pub body: String,
+    /// The tick that it did not survive.
+    pub tick: u64,
+    /// What happened.
+    pub what: &'static str,
+}
+
+/// What the program outside has to do after a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Write the picture of this frame; a name if a script gave one.
+    Screenshot(Option<String>),
+    /// Load the scene of that name and go on with it.
+    Open(String),
+    /// Leave.
+    Quit,
+}
+
+/// A running scene.
+pub struct Session {
+    pub(crate) scene: Scene,
+    pub(crate) world: World,
+    pub(crate) stepper: Stepper,
+    pub(crate) clock: TickClock,
+    /// Entity of every body, by stable id.
+    pub(crate) entities: Vec<Entity>,
+    pub(crate) ids: HashMap<Entity, u32>,
+    pub(crate) options: Options,
+    pub(crate) camera: Camera,
+    pub(crate) control: Control,
+    pub(crate) ui: Ui,
+    pub(crate) trails: Trails,
+    pub(crate) measured: Option<Measured>,
+    pub(crate) orders: Vec<Order>,
+    targets: Targets,
+    targets_current: bool,
+    /// Where between the last two ticks bodies are drawn, in [0, 1].
+    pub(crate) alpha: f64,
+    ticks_left: Option<u64>,
+    /// Ticks of this session, over every reset of the world.
+    ticks: u64,
+    frames: u64,
+    dropped: f64,
+    dropped_lately: f64,
+    evaluations: u64,
+    evaluations_of: [u64; 2],
+    quarantined: Vec<QuarantinedBody>,
+    records_seen: usize,
+    pub(crate) acting: HashMap<Entity, DVec3>,
+}
+
+impl Session {
+    /// Starts `scene`.
+    #[must_use]
+    pub fn new(scene: Scene, options: Options) -> Self {
+        let catch_up = options.catch_up.unwrap_or(CATCH_UP);
+        let clock =
+            TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
+        let (world, stepper, entities) = build(&scene, options.interpolate);
+        let push = scene.push.unwrap_or(PushSpec::TUTORIAL);
+        Self {
+            camera: Camera::new(scene.camera),
+            control: Control::new(push, options.paused),
+            ui: Ui::new(),
+            trails: Trails::default(),
+            measured: None,
+            orders: Vec::new(),
+            targets: Targets::default(),
+            targets_current: false,
+            ids: ids_of(&entities),
+            alpha: 1.0,
+            ticks_left: None,
+            ticks: 0,
+            frames: 0,
+            dropped: 0.0,
+            dropped_lately: 0.0,
+            evaluations: 0,
+            evaluations_of: [0; 2],
+            quarantined: Vec::new(),
+            records_seen: 0,
+            acting: HashMap::new(),
+            scene,
+            world,
+            stepper,
+            clock,
+            entities,
+            options,
+        }
+    }
+
+    /// Simulates at most `ticks` more ticks; after that, frames change nothing but the camera.
+    pub const fn limit_ticks(&mut self, ticks: u64) {
+        self.ticks_left = Some(ticks);
+    }
+
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The world, to look at.
+    #[must_use]
+    pub const fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world, for queries, which need it mutable; input and scripts never write it.
+    pub const fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// The compiled step.
+    #[must_use]
+    pub const fn stepper(&self) -> &Stepper {
+        &self.stepper
+    }
+
+    /// Camera or selection mode.
+    #[must_use]
+    pub const fn mode(&self) -> Mode {
+        self.control.mode
+    }
+
+    /// The camera.
+    #[must_use]
+    pub const fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The selected thing.
+    #[must_use]
+    pub const fn selection(&self) -> Option<Entity> {
+        self.control.selection
+    }
+
+    /// Newtons of a click.
+    #[must_use]
+    pub const fn click_force(&self) -> f64 {
+        self.control.click_force
+    }
+
+    /// Size of the picture, pixels.
+    #[must_use]
+    pub const fn size_px(&self) -> [u32; 2] {
+        self.options.size_px
+    }
+
+    /// Ticks simulated, over every reset of the world.
+    #[must_use]
+    pub const fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Frames so far.
+    #[must_use]
+    pub const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Simulated time since the world was built, s.
+    #[must_use]
+    pub fn simulated(&self) -> f64 {
+        self.world.resource::<StepClock>().seconds()
+    }
+
+    /// Time dropped in hitches, s.
+    #[must_use]
+    pub const fn dropped(&self) -> f64 {
+        self.dropped
+    }
+
+    /// Whether the last frame dropped time.
+    pub(crate) fn drops_time(&self) -> bool {
+        self.dropped_lately > 0.0
+    }
+
+    /// Accelerations of one body evaluated once: all, and those by gravity and by damping as laws.
+    #[must_use]
+    pub const fn evaluations(&self) -> (u64, [u64; 2]) {
+        (self.evaluations, self.evaluations_of)
+    }
+
+    /// Every body that was quarantined.
+    #[must_use]
+    pub fn quarantined(&self) -> &[QuarantinedBody] {
+        &self.quarantined
+    }
+
+    /// The body of that name, if there is one and it was not removed.
+    #[must_use]
+    pub fn body(&self, name: &str) -> Option<Entity> {
+        let id = self.scene.names.find(name)?;
+        let body = *self.entities.get(id as usize)?;
+        self.world.get_entity(body).is_ok().then_some(body)
+    }
+
+    /// Every thing of the scene that was not removed, in stable-id order.
+    pub fn things(&self) -> impl Iterator<Item = Entity> + '_ {
+        self.entities.iter().copied().filter(|thing| self.world.get_entity(*thing).is_ok())
+    }
+
+    /// Ticks a second.
+    #[must_use]
+    pub const fn step_hz(&self) -> f64 {
+        self.clock.rate()
+    }
+
+    /// Name of a thing of the scene.
+    #[must_use]
+    pub fn name(&self, thing: Entity) -> String {
+        let name = self.ids.get(&thing).and_then(|id| self.scene.names.get(*id));
+        name.map_or_else(|| format!("{thing}"), std::borrow::Cow::into_owned)
+    }
+
+    /// Whether it is paused.
+    #[must_use]
+    pub const fn paused(&self) -> bool {
+        self.control.paused
+    }
+
+    /// Tells the HUD what the shell measured.
+    pub const fn set_measured(&mut self, measured: Measured) {
+        self.measured = Some(measured);
+    }
+
+    /// What is to be done outside after this frame; takes it.
+    pub fn take_orders(&mut self) -> Vec<Order> {
+        std::mem::take(&mut self.orders)
+    }
+
+    /// What is to be done outside after this frame, left in place.
+    #[must_use]
+    pub fn orders(&self) -> &[Order] {
+        &self.orders
+    }
+
+    /// Whether a text field takes what is typed.
+    #[must_use]
+    pub fn takes_text(&self) -> bool {
+        self.ui.takes_keys()
+    }
+
+    /// Says something to the person for a few seconds.
+    pub fn notice(&mut self, text: impl Into<String>) {
+        self.ui.notice(text.into());
+    }
+
+    /// One frame: everything but pixels.
+    pub fn frame(&mut self, input: &crate::input::InputFrame, time: FrameTime) -> render::Frame {
+        self.advance(input, time);
+        self.picture()
+    }
+
+    /// One frame without the picture: input, ticks, camera, panels.
+    pub fn advance(&mut self, input: &crate::input::InputFrame, time: FrameTime) {
+        self.advance_watched(input, time, &mut |_| {});
+    }
+
+    /// [`Session::advance`] with a look at the state after every tick.
+    pub fn advance_watched(
+        &mut self,
+        input: &crate::input::InputFrame,
+        time: FrameTime,
+        after_tick: &mut dyn FnMut(&Self),
+    ) {
+        for event in &input.events {
+            self.handle(event);
+        }
+        self.steer(time.length());
+        self.simulate(time, after_tick);
+        self.follow_locked();
+        if self.options.pictures || self.ui.any_open() || self.ui.closing() {
+            self.lay_out_panels(time);
+        }
+        self.frames += 1;
+    }
+
+    fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self)) {
+        self.stepper.carry_out_requests(&mut self.world);
+        self.dropped_lately = 0.0;
+        let (mut ticks, step) = if self.control.paused {
+            self.clock.pause(time);
+            (std::mem::take(&mut self.control.steps_asked), None)
+        } else if self.scene.step == StepKind::Frame {
+            let length = time.length() * self.clock.pace();
+            self.clock.pause(time);
+            (u64::from(length > 0.0), Some(length))
+        } else {
+            let due = self.clock.due(time);
+            self.dropped_lately = due.dropped;
+            self.dropped += due.dropped;
+            (due.ticks, None)
+        };
+        if let Some(left) = &mut self.ticks_left {
+            ticks = ticks.min(*left);
+            *left -= ticks;
+        }
+        if let Some(length) = step {
+            self.world.insert_resource(TimeStep(length));
+        }
+        self.acting.clear();
+        if ticks > 0 {
+            let queue = self.world.resource::<PushQueue>();
+            for Push { body, newtons } in queue.pending() {
+                *self.acting.entry(body).or_default() += newtons;
+            }
+        }
+        for tick in 1..=ticks {
+            if tick == ticks && self.options.interpolate {
+                self.world.run_system_cached(remember_positions).expect("a query and nothing else");
+            }
+            self.stepper.tick(&mut self.world);
+            self.ticks += 1;
+            after_tick(self);
+        }
+        if ticks > 0 {
+            self.count(ticks);
+        }
+        let between = self.options.interpolate && !self.control.paused && self.scene.step == StepKind::Fixed;
+        self.alpha = if between { self.clock.fraction() } else { 1.0 };
+        self.targets_current = false;
+        self.note_quarantined();
+        if self.control.trails {
+            self.trails.record(&mut self.world);
+        }
+    }
+
+    fn count(&mut self, ticks: u64) {
+        let bodies = self.world.query::<&PhysicsBody>().iter(&self.world).len() as u64;
+        let gravity = self.world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
+        let damping =
+            self.world.get_resource::<Damping>().is_some_and(|damping| damping.model == DampingModel::Exact);
+        self.evaluations += ticks * bodies;
+        self.evaluations_of[0] += ticks * bodies * u64::from(gravity);
+        self.evaluations_of[1] += ticks * bodies * u64::from(damping);
+    }
+
+    fn note_quarantined(&mut self) {
+        let records = &self.world.resource::<Quarantine>().records()[self.records_seen..];
+        let named: Vec<_> =
+            records.iter().map(|record| (record.body, record.tick, record.cause.what())).collect();
+        self.records_seen += named.len();
+        for (body, tick, what) in named {
+            let body = self.name(body);
+            if self.quarantined.len() < 3 {
+                self.ui.notice(format!("{body} was quarantined in tick {tick}: {what}"));
+            }
+            self.quarantined.push(QuarantinedBody { body, tick, what });
+        }
+    }
+
+    fn follow_locked(&mut self) {
+        if let Some(body) = self.control.locked {
+            match self.drawn_position(body) {
+                Some(position) => self.camera.follow(position),
+                None => self.control.locked = None,
+            }
+        }
+    }
+
+    /// Asks for a change at the start of the next tick.
+    pub(crate) fn ask(&mut self, request: Request) {
+        self.world.resource_mut::<Requests>().ask(request);
+    }
+
+    /// Builds the world anew; camera, gravity, damping and click force stay, the selection does not.
+    pub(crate) fn reset_world(&mut self) {
+        let gravity = self.world.get_resource::<Gravity>().copied();
+        let damping = self.world.get_resource::<Damping>().copied();
+        let method = self.stepper.method();
+        let step = *self.world.resource::<TimeStep>();
+        let (world, stepper, entities) = build(&self.scene, self.options.interpolate);
+        (self.world, self.stepper, self.entities) = (world, stepper, entities);
+        self.ids = ids_of(&self.entities);
+        self.world.insert_resource(step);
+        if let Some(gravity) = gravity {
+            self.world.insert_resource(gravity);
+        }
+        if let Some(damping) = damping {
+            self.world.insert_resource(damping);
+        }
+        if method != self.stepper.method() {
+            self.stepper.set_method(&mut self.world, method);
+        }
+        self.control.selection = None;
+        self.control.locked = None;
+        self.records_seen = 0;
+        self.targets = Targets::default();
+        self.trails = Trails::default();
+        self.acting.clear();
+    }
+
+    /// Goes on with another scene; window size and panels stay.
+    pub fn open(&mut self, scene: Scene) {
+        let mut next = Self::new(scene, Options { paused: false, ..self.options });
+        std::mem::swap(&mut next.ui, &mut self.ui);
+        next.clock.start_at(self.clock.now());
+        next.measured = self.measured;
+        next.control.mode = self.control.mode;
+        next.control.pointer = self.control.pointer;
+        (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
+        next.ticks = self.ticks;
+        next.dropped = self.dropped;
+        *self = next;
+    }
+
+    /// Where a thing is drawn, m.
+    pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
+        let now = self.world.get::<Transform>(thing)?.position;
+        let before = self.world.get::<PreviousPosition>(thing).map_or(now, |before| before.0);
+        Some(before + (now - before) * self.alpha)
+    }
+
+    /// The ray that picks: through the pointer in selection mode, through the middle of the view otherwise.
+    pub(crate) fn picking_ray(&self) -> Ray {
+        let size = DVec2::new(f64::from(self.options.size_px[0]), f64::from(self.options.size_px[1]));
+        let pixel = if self.control.mode == Mode::Selection { self.control.pointer } else { size / 2.0 };
+        self.camera.viewpoint().ray_through(pixel, size)
+    }
+
+    /// The closest thing on `ray` as drawn.
+    pub(crate) fn cast(&mut self, ray: &Ray) -> Option<Hit> {
+        self.update_targets();
+        self.targets.cast(ray)
+    }
+
+    /// Drawn poses relative to the camera, brought up to date once a frame.
+    pub(crate) fn update_targets(&mut self) {
+        if self.targets_current && self.targets.anchor() == self.camera.position {
+            return;
+        }
+        let mut things =
+            self.world
+                .query::<(Entity, &Transform, Option<&PreviousPosition>, &Shape, Option<&Orientation>)>();
+        let tables =
+            things.contiguous_iter(&self.world).expect("every component of a thing is stored in tables");
+        let chunks = tables.map(|(entities, transforms, previous, shapes, orientations)| Chunk {
+            entities,
+            transforms,
+            previous,
+            shapes,
+            orientations,
+        });
+        self.targets.update(self.camera.position, self.alpha, chunks);
+        self.targets_current = true;
+    }
+
+    pub(crate) const fn targets(&self) -> &Targets {
+        &self.targets
+    }
+}
+
+fn ids_of(entities: &[Entity]) -> HashMap<Entity, u32> {
+    (0..).zip(entities).map(|(id, entity)| (*entity, id)).collect()
+}
+
+fn build(scene: &Scene, interpolate: bool) -> (World, Stepper, Vec<Entity>) {
+    let mut world = World::new();
+    let entities = scene.spawn(&mut world);
+    if interpolate {
+        let movable: Vec<_> = world
+            .query::<(Entity, &Transform, &PhysicsBody)>()
+            .iter(&world)
+            .filter(|(_, _, body)| body.inverse_mass > 0.0)
+            .map(|(entity, transform, _)| (entity, PreviousPosition(transform.position)))
+            .collect();
+        world.insert_batch(movable);
+    }
+    let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+    (world, stepper, entities)
+}

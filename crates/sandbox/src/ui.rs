@@ -1,0 +1,229 @@
+//! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
+
+use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
+use motion::FrameTime;
+
+use crate::actions::Key;
+use crate::control::Mode;
+use crate::input::Button;
+use crate::panels::{self, Edit, Finder};
+use crate::session::{Order, Session};
+
+/// How long a notice stays, s.
+const NOTICE_S: f64 = 4.0;
+
+/// Which panels are open, and egui.
+pub(crate) struct Ui {
+    context: egui::Context,
+    events: Vec<Event>,
+    output: Option<egui::FullOutput>,
+    scale: f32,
+    pointer: Pos2,
+    laid_out: bool,
+    pub help: bool,
+    pub settings: bool,
+    pub finder: Option<Finder>,
+    was_open: bool,
+    notices: Vec<(String, Option<f64>)>,
+}
+
+impl Ui {
+    pub fn new() -> Self {
+        let context = egui::Context::default();
+        // Pictures must not depend on how many frames ago a panel was opened.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
+        context.set_visuals(egui::Visuals::dark());
+        Self {
+            context,
+            events: Vec::new(),
+            output: None,
+            scale: 1.0,
+            pointer: Pos2::ZERO,
+            laid_out: false,
+            help: false,
+            settings: false,
+            finder: None,
+            was_open: false,
+            notices: Vec::new(),
+        }
+    }
+
+    pub fn toggle_help(&mut self) {
+        self.help ^= true;
+    }
+
+    pub fn toggle_settings(&mut self) {
+        self.settings ^= true;
+    }
+
+    pub fn toggle_finder(&mut self) {
+        self.finder = if self.finder.is_none() { Some(Finder::default()) } else { None };
+    }
+
+    pub fn notice(&mut self, text: String) {
+        self.notices.push((text, None));
+    }
+
+    /// Whether a panel is open.
+    pub const fn any_open(&self) -> bool {
+        self.help || self.settings || self.finder.is_some()
+    }
+
+    /// Whether a panel was open in the last layout: one more layout forgets it.
+    pub const fn closing(&self) -> bool {
+        self.was_open
+    }
+
+    /// Closes the panel that was opened last in this order; `false` if none is open.
+    pub fn close_top(&mut self) -> bool {
+        if self.finder.take().is_some() {
+            return true;
+        }
+        for open in [&mut self.help, &mut self.settings] {
+            if std::mem::take(open) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether a text field has the keyboard.
+    pub fn takes_keys(&self) -> bool {
+        self.finder.is_some() || (self.any_open() && self.context.egui_wants_keyboard_input())
+    }
+
+    /// Whether the pointer is over a panel or drags something of it.
+    pub fn wants_pointer(&self) -> bool {
+        self.any_open() && self.context.egui_wants_pointer_input()
+    }
+
+    pub fn key(&mut self, key: &Key, pressed: bool) {
+        let name = match key.name() {
+            "Up" | "Down" | "Left" | "Right" => format!("Arrow{}", key.name()),
+            name => name.to_owned(),
+        };
+        if let Some(key) = egui::Key::from_name(&name) {
+            let modifiers = Modifiers::NONE;
+            self.events.push(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers });
+        }
+    }
+
+    pub fn text(&mut self, text: &str) {
+        let typed: String = text.chars().filter(|character| !character.is_control()).collect();
+        if !typed.is_empty() {
+            self.events.push(Event::Text(typed));
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+    pub fn pointer(&mut self, x: f64, y: f64) {
+        self.pointer = Pos2::new(x as f32, y as f32) / self.scale;
+        self.events.push(Event::PointerMoved(self.pointer));
+    }
+
+    pub fn pointer_gone(&mut self) {
+        self.events.push(Event::PointerGone);
+    }
+
+    pub fn button(&mut self, button: Button, pressed: bool) {
+        let button = match button {
+            Button::Left => PointerButton::Primary,
+            Button::Right => PointerButton::Secondary,
+            Button::Middle => PointerButton::Middle,
+        };
+        self.events.push(Event::PointerButton {
+            pos: self.pointer,
+            button,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "notches")]
+    pub fn wheel(&mut self, notches: f64) {
+        self.events.push(Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Line,
+            delta: Vec2::new(0.0, notches as f32),
+            phase: egui::TouchPhase::Move,
+            modifiers: Modifiers::NONE,
+            source: egui::MouseWheelSource::Unknown,
+        });
+    }
+
+    pub fn focus_lost(&mut self) {
+        self.events.push(Event::PointerGone);
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "a scale between 1 and 4")]
+    pub fn set_scale(&mut self, scale: f64) {
+        self.scale = scale.clamp(0.5, 8.0) as f32;
+    }
+}
+
+impl Session {
+    /// Lays the panels out for this frame and queues what the person changed in them.
+    pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
+        let now = time.total();
+        self.ui.notices.retain_mut(|(_, until)| now <= *until.get_or_insert(now + NOTICE_S));
+        let notices: Vec<_> = self.ui.notices.iter().map(|(text, _)| text.clone()).collect();
+        let model = panels::Model::of(self, notices);
+        let context = self.ui.context.clone();
+        // The first layout only measures; a second one of the same frame stands right.
+        let passes = if self.ui.laid_out { 1 } else { 2 };
+        let mut edits = Vec::new();
+        for _ in 0..passes {
+            let [width, height] = self.options.size_px;
+            #[expect(clippy::cast_precision_loss, reason = "pixels")]
+            let size = Vec2::new(width as f32, height as f32) / self.ui.scale;
+            let mut input = RawInput {
+                screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
+                time: Some(now),
+                #[expect(clippy::cast_possible_truncation, reason = "a frame time")]
+                predicted_dt: time.length() as f32,
+                events: std::mem::take(&mut self.ui.events),
+                ..Default::default()
+            };
+            if let Some(viewport) = input.viewports.get_mut(&egui::ViewportId::ROOT) {
+                viewport.native_pixels_per_point = Some(self.ui.scale);
+            }
+            let ui_state = &mut self.ui;
+            let mut output =
+                context.run_ui(input, |ui| edits.extend(panels::show(ui.ctx(), ui_state, &model)));
+            if let Some(mut earlier) = self.ui.output.take() {
+                // Textures that no picture has taken yet.
+                earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
+                output.textures_delta = std::mem::take(&mut earlier.textures_delta);
+            }
+            self.ui.output = Some(output);
+        }
+        self.ui.laid_out = true;
+        self.ui.was_open = self.ui.any_open();
+        for edit in edits {
+            match edit {
+                Edit::Ask(request) => self.ask(request),
+                Edit::StepHz(rate) => {
+                    if self.clock.set_rate(rate).is_ok() {
+                        self.world.insert_resource(motion::TimeStep(1.0 / rate));
+                    }
+                }
+                Edit::Open(scene) => self.orders.push(Order::Open(scene)),
+            }
+        }
+    }
+
+    /// The panels of the last layout as triangles; their textures are handed out once.
+    pub(crate) fn panels(&mut self) -> Option<render::Panels> {
+        let output = self.ui.output.as_mut()?;
+        let shapes = output.shapes.clone();
+        let pixels_per_point = output.pixels_per_point;
+        let textures_delta = std::mem::take(&mut output.textures_delta);
+        let primitives = self.ui.context.tessellate(shapes, pixels_per_point);
+        Some(render::Panels { primitives, textures_delta, pixels_per_point })
+    }
+
+    /// Whether the pointer is to be hidden and held by the window.
+    #[must_use]
+    pub fn grabs_pointer(&self) -> bool {
+        self.control.mode == Mode::Camera
+    }
+}

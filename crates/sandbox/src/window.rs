@@ -1,0 +1,343 @@
+//! The window shell: winit events in, the wall clock, a swap chain out. Everything between is the session's.
+
+mod display;
+mod keys;
+mod pointer;
+mod recorder;
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use motion::FrameClock;
+use render::{Gpu, Offscreen, Quality, Renderer, WindowTarget};
+use scene::Scene;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{
+    DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent,
+};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::keyboard::PhysicalKey;
+use winit::window::{Window, WindowId};
+
+use self::pointer::Pointer;
+use self::recorder::Recorder;
+use crate::actions::Key;
+use crate::cli::{WindowArgs, overridden};
+use crate::failure::Failure;
+use crate::headless::{load_script, player_of, write_picture};
+use crate::input::{Button, Input, InputFrame};
+use crate::player::Player;
+use crate::session::{Measured, Options, Order, Session};
+
+/// Shortest time between two frames: vertical sync does not pace every display.
+const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
+
+/// Pixels of a touch pad that make a notch of the wheel.
+const PIXELS_A_NOTCH: f64 = 40.0;
+
+/// Weight of a new value in the averages that the HUD shows.
+const SMOOTHING: f64 = 0.05;
+
+/// Opens the window and runs until it is closed.
+pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
+    let name = args.scene.as_deref().unwrap_or("tutorial");
+    let scene = overridden(scene::load(name)?, args.method);
+    let player = match &args.script {
+        Some(path) => Some(player_of(load_script(path, &scene)?, path)?),
+        None => None,
+    };
+    let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.size)).transpose()?;
+    let event_loop = display::event_loop()?;
+    let options = Options { size_px: args.size, paused: args.paused, ..Options::default() };
+    let mut shell = Shell {
+        method: args.method,
+        session: Session::new(scene, options),
+        player,
+        recorder,
+        screen: None,
+        pointer: Pointer::default(),
+        events: Vec::new(),
+        down: HashMap::new(),
+        ctrl: false,
+        clock: FrameClock::default(),
+        start: Instant::now(),
+        last_frame: None,
+        measured: Measured::default(),
+        failure: None,
+    };
+    event_loop
+        .run_app(&mut shell)
+        .map_err(|error| Failure::NoDisplay(format!("the window system failed: {error}")))?;
+    if let Some(recorder) = shell.recorder.take() {
+        recorder.finish()?;
+    }
+    shell.failure.map_or(Ok(()), Err)
+}
+
+/// The window and what draws into it.
+struct Screen {
+    window: Arc<Window>,
+    gpu: Gpu,
+    target: WindowTarget,
+    renderer: Renderer,
+}
+
+impl Screen {
+    fn new(event_loop: &ActiveEventLoop, [width, height]: [u32; 2]) -> Result<Self, Failure> {
+        let attributes = Window::default_attributes()
+            .with_title("Inertia")
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|error| Failure::NoDisplay(format!("cannot open a window: {error}")))?;
+        let window = Arc::new(window);
+        let display = Box::new(event_loop.owned_display_handle());
+        let (gpu, surface) = Gpu::for_window(Arc::clone(&window), display)?;
+        eprintln!("drawing with {}", gpu.info);
+        let size = window.inner_size();
+        let target = WindowTarget::new(surface, &gpu, [size.width, size.height])?;
+        let renderer = Renderer::new(&gpu, target.format(), Quality::for_adapter(&gpu.info));
+        Ok(Self { window, gpu, target, renderer })
+    }
+}
+
+struct Shell {
+    method: Option<motion::Method>,
+    session: Session,
+    player: Option<Player>,
+    recorder: Option<Recorder>,
+    screen: Option<Screen>,
+    pointer: Pointer,
+    events: Vec<Input>,
+    /// What each key meant when it went down: shift may be let go before it.
+    down: HashMap<PhysicalKey, Key>,
+    ctrl: bool,
+    clock: FrameClock,
+    start: Instant,
+    last_frame: Option<Instant>,
+    measured: Measured,
+    failure: Option<Failure>,
+}
+
+impl ApplicationHandler for Shell {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.screen.is_some() {
+            return;
+        }
+        match Screen::new(event_loop, self.session.size_px()) {
+            Ok(screen) => {
+                let size = screen.window.inner_size();
+                self.events.push(Input::Resized([size.width, size.height]));
+                self.events.push(Input::Scaled(screen.window.scale_factor()));
+                self.pointer.follow(&screen.window, self.session.grabs_pointer());
+                self.screen = Some(screen);
+                self.start = Instant::now();
+            }
+            Err(failure) => self.fail(event_loop, failure),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => {
+                if let Some(screen) = &mut self.screen {
+                    screen.target.resize(&screen.gpu, [size.width, size.height]);
+                }
+                // A minimized window keeps the picture's size: rays and panels need one.
+                if size.width > 0 && size.height > 0 {
+                    self.events.push(Input::Resized([size.width, size.height]));
+                }
+            }
+            WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
+                self.events.push(Input::Scaled(scale_factor))
+            }
+            WindowEvent::Focused(focused) => self.focus(focused),
+            WindowEvent::ModifiersChanged(modifiers) => self.ctrl = modifiers.state().control_key(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
+            WindowEvent::CursorMoved { position, .. } => {
+                if let Some(screen) = &self.screen {
+                    self.events.extend(self.pointer.moved(&screen.window, position));
+                }
+            }
+            WindowEvent::MouseInput { state, button, .. } => {
+                let button = match button {
+                    MouseButton::Left => Button::Left,
+                    MouseButton::Right => Button::Right,
+                    MouseButton::Middle => Button::Middle,
+                    _ => return,
+                };
+                let pressed = state == ElementState::Pressed;
+                self.events.push(if pressed { Input::ButtonDown(button) } else { Input::ButtonUp(button) });
+            }
+            WindowEvent::MouseWheel { delta, .. } => self.events.push(Input::Wheel(match delta {
+                MouseScrollDelta::LineDelta(_, notches) => f64::from(notches),
+                MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_NOTCH,
+            })),
+            WindowEvent::RedrawRequested => self.redraw(event_loop),
+            _ => {}
+        }
+    }
+
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        if let DeviceEvent::MouseMotion { delta } = event {
+            self.events.extend(self.pointer.raw(delta));
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let due = self.last_frame.map_or_else(Instant::now, |last| last + SHORTEST_FRAME);
+        if Instant::now() >= due {
+            if let Some(screen) = &self.screen {
+                screen.window.request_redraw();
+            }
+            event_loop.set_control_flow(ControlFlow::Wait);
+        } else {
+            event_loop.set_control_flow(ControlFlow::WaitUntil(due));
+        }
+    }
+}
+
+impl Shell {
+    fn fail(&mut self, event_loop: &ActiveEventLoop, failure: Failure) {
+        self.failure = Some(failure);
+        event_loop.exit();
+    }
+
+    fn focus(&mut self, focused: bool) {
+        if let Some(screen) = &self.screen {
+            self.pointer.follow(&screen.window, focused && self.session.grabs_pointer());
+        }
+        if !focused {
+            self.down.clear();
+            self.events.push(Input::FocusLost);
+        }
+    }
+
+    fn key(&mut self, event: &KeyEvent) {
+        match event.state {
+            ElementState::Pressed => {
+                let Some(key) = keys::named(event, self.ctrl) else { return };
+                if !event.repeat || self.session.takes_text() {
+                    self.events.push(Input::KeyDown(key.clone()));
+                    self.down.insert(event.physical_key, key);
+                }
+                if let (Some(text), false, true) = (&event.text, self.ctrl, self.session.takes_text()) {
+                    self.events.push(Input::Text(text.to_string()));
+                }
+            }
+            ElementState::Released => {
+                if let Some(key) = self.down.remove(&event.physical_key) {
+                    self.events.push(Input::KeyUp(key));
+                }
+            }
+        }
+    }
+
+    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
+        let now = Instant::now();
+        self.measure_frame(now);
+        // Wall time only goes forward, and so does this.
+        let Ok(time) = self.clock.advance_to((now - self.start).as_secs_f64()) else { return };
+        let mut events = std::mem::take(&mut self.events);
+        if let Some(player) = &mut self.player {
+            events.extend(player.input(&self.session, time.total()).events);
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.record(self.session.frames(), time.total(), &events);
+        }
+        let (before, ticks_before) = (Instant::now(), self.session.ticks());
+        self.session.advance(&InputFrame { events }, time);
+        self.measure_ticks(before.elapsed(), self.session.ticks() - ticks_before);
+        if let Some(screen) = &self.screen {
+            let focused = screen.window.has_focus() || !self.pointer.holds();
+            self.pointer.follow(&screen.window, focused && self.session.grabs_pointer());
+        }
+        if let Err(failure) = self.draw() {
+            self.fail(event_loop, failure);
+        }
+        for order in self.session.take_orders() {
+            match order {
+                Order::Quit => event_loop.exit(),
+                Order::Open(name) => self.open_scene(&name),
+                // Written with the picture, in `draw`.
+                Order::Screenshot(_) => {}
+            }
+        }
+    }
+
+    fn draw(&mut self) -> Result<(), Failure> {
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        let Some(target) = screen.target.acquire(&screen.gpu) else {
+            if screen.target.lost() {
+                let surface = screen.gpu.surface(Arc::clone(&screen.window))?;
+                screen.target.replace_surface(&screen.gpu, surface);
+            }
+            return Ok(());
+        };
+        let mut frame = self.session.picture();
+        frame.size_px = target.size_px();
+        screen.renderer.draw(&screen.gpu, &frame, target.view());
+        screen.window.pre_present_notify();
+        target.present(&screen.gpu);
+        let shots = self.session.orders().iter().filter_map(|order| match order {
+            Order::Screenshot(name) => Some(name.clone()),
+            _ => None,
+        });
+        for shot in shots.collect::<Vec<_>>() {
+            if let Some(panels) = &mut frame.panels {
+                // The first drawing took the textures.
+                panels.textures_delta.clear();
+            }
+            let copy = Offscreen::with_format(&screen.gpu, frame.size_px, screen.target.format())?;
+            screen.renderer.draw(&screen.gpu, &frame, copy.view());
+            let image = copy.read(&screen.gpu)?;
+            let path = shot.map_or_else(free_name, PathBuf::from);
+            let written = write_picture(&image, &path, &self.session);
+            self.session.notice(match written {
+                Ok(()) => format!("wrote {}", path.display()),
+                Err(failure) => failure.to_string(),
+            });
+        }
+        Ok(())
+    }
+
+    fn open_scene(&mut self, name: &str) {
+        match scene::load(name) {
+            Ok(scene) => {
+                let scene: Scene = overridden(scene, self.method);
+                self.session.open(scene);
+            }
+            Err(error) => self.session.notice(error.to_string()),
+        }
+    }
+
+    fn measure_frame(&mut self, now: Instant) {
+        if let Some(last) = self.last_frame.replace(now) {
+            let rate = 1.0 / (now - last).as_secs_f64().max(1e-6);
+            self.measured.frames_per_second = blend(self.measured.frames_per_second, rate);
+        }
+    }
+
+    fn measure_ticks(&mut self, took: Duration, ticks: u64) {
+        if ticks > 0 {
+            #[expect(clippy::cast_precision_loss, reason = "a handful of ticks")]
+            let tick = took.as_secs_f64() / ticks as f64;
+            self.measured.tick = blend(self.measured.tick, tick);
+        }
+        self.session.set_measured(self.measured);
+    }
+}
+
+fn blend(average: f64, value: f64) -> f64 {
+    if average == 0.0 { value } else { average + (value - average) * SMOOTHING }
+}
+
+/// The first screenshot name that no file has.
+fn free_name() -> PathBuf {
+    let name = |i: u32| PathBuf::from(format!("screenshot_{i:03}.png"));
+    (1..).map(name).find(|path| !path.exists()).expect("there is always another number")
+}

@@ -1,0 +1,69 @@
+//! Finding a display to open a window on, and saying plainly when there is none.
+
+use std::env;
+use std::panic;
+
+use winit::event_loop::{EventLoop, EventLoopBuilder};
+
+use crate::failure::Failure;
+
+const NO_DISPLAY: &str = "no display found; `sandbox run tutorial` runs without a window";
+
+/// The event loop of the display that there is.
+pub(super) fn event_loop() -> Result<EventLoop<()>, Failure> {
+    let mut builder = EventLoop::builder();
+    choose(&mut builder)?;
+    // winit panics where a library of the display is missing, above all libxkbcommon-x11.
+    let silent = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let built = panic::catch_unwind(panic::AssertUnwindSafe(|| builder.build()));
+    panic::set_hook(silent);
+    match built {
+        Ok(Ok(event_loop)) => Ok(event_loop),
+        Ok(Err(error)) => {
+            // The first line says what; the rest is a path into the library's source.
+            let reason = error.to_string();
+            let reason = reason.lines().next().unwrap_or_default();
+            Err(Failure::NoDisplay(format!("{NO_DISPLAY} ({reason})")))
+        }
+        Err(payload) => {
+            let text = payload.downcast_ref::<String>().cloned();
+            let text = text.or_else(|| payload.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+            Err(Failure::NoDisplay(format!(
+                "a library of the display could not be loaded ({}); on Debian or Ubuntu install \
+                 libxkbcommon-x11-0 libxcursor1 libxi6 libx11-xcb1, or use `sandbox run tutorial`",
+                text.unwrap_or_else(|| "unknown".to_owned()).lines().next().unwrap_or_default()
+            )))
+        }
+    }
+}
+
+#[cfg(all(unix, not(target_vendor = "apple")))]
+fn choose(builder: &mut EventLoopBuilder<()>) -> Result<(), Failure> {
+    use std::os::unix::net::UnixStream;
+    use std::path::{Path, PathBuf};
+
+    use winit::platform::x11::EventLoopBuilderExtX11;
+
+    let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty());
+    let (x11, wayland) = (set("DISPLAY"), set("WAYLAND_DISPLAY"));
+    if x11.is_none() && wayland.is_none() && set("WAYLAND_SOCKET").is_none() {
+        return Err(Failure::NoDisplay(NO_DISPLAY.to_owned()));
+    }
+    if let (Some(name), Some(_)) = (wayland, x11) {
+        let socket = match set("XDG_RUNTIME_DIR") {
+            Some(folder) if Path::new(&name).is_relative() => PathBuf::from(folder).join(name),
+            _ => PathBuf::from(name),
+        };
+        // winit would take Wayland and give up; a compositor that is gone leaves its variable behind.
+        if UnixStream::connect(socket).is_err() {
+            builder.with_x11();
+        }
+    }
+    Ok(())
+}
+
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+fn choose(_: &mut EventLoopBuilder<()>) -> Result<(), Failure> {
+    Ok(())
+}

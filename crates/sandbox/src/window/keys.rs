@@ -1,0 +1,38 @@
+//! From winit's keys to ours.
+
+use winit::event::KeyEvent;
+use winit::keyboard::{Key as Logical, NamedKey};
+
+use crate::actions::Key;
+
+/// The key that went down; `None` for keys that mean nothing to the program.
+pub(super) fn named(event: &KeyEvent, ctrl: bool) -> Option<Key> {
+    let name = match &event.logical_key {
+        Logical::Character(text) => {
+            let mut characters = text.chars();
+            let (Some(one), None) = (characters.next(), characters.next()) else { return None };
+            return Some(Key::character(one).with_ctrl(ctrl));
+        }
+        Logical::Named(named) => match named {
+            NamedKey::Space => "Space",
+            NamedKey::Shift => "Shift",
+            NamedKey::ArrowUp => "Up",
+            NamedKey::ArrowDown => "Down",
+            NamedKey::ArrowLeft => "Left",
+            NamedKey::ArrowRight => "Right",
+            NamedKey::PageUp => "PageUp",
+            NamedKey::PageDown => "PageDown",
+            NamedKey::Tab => "Tab",
+            NamedKey::Escape => "Escape",
+            NamedKey::Enter => "Enter",
+            NamedKey::Backspace => "Backspace",
+            NamedKey::Delete => "Delete",
+            NamedKey::F1 => "F1",
+            NamedKey::F2 => "F2",
+            NamedKey::F12 => "F12",
+            _ => return None,
+        },
+        _ => return None,
+    };
+    name.parse().ok()
+}

@@ -1,0 +1,96 @@
+//! The pointer: free in selection mode, hidden and held in camera mode, where only its motion counts.
+
+use winit::dpi::{PhysicalPosition, PhysicalSize};
+use winit::window::{CursorGrabMode, Window};
+
+use crate::input::Input;
+
+/// How the pointer is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Hold {
+    /// It moves freely.
+    #[default]
+    Free,
+    /// The system locks it and reports raw motion.
+    Locked,
+    /// It is put back to the middle again and again. X11 cannot lock, and reports raw motion twice while it
+    /// confines the pointer.
+    Centered,
+}
+
+/// The state of the pointer.
+#[derive(Debug, Default)]
+pub(super) struct Pointer {
+    hold: Hold,
+    last: Option<PhysicalPosition<f64>>,
+}
+
+impl Pointer {
+    /// Whether it is hidden and held.
+    pub fn holds(&self) -> bool {
+        self.hold != Hold::Free
+    }
+
+    /// Holds it, or lets it go.
+    pub fn follow(&mut self, window: &Window, hold: bool) {
+        if hold == self.holds() {
+            return;
+        }
+        self.last = None;
+        if hold {
+            self.hold = if window.set_cursor_grab(CursorGrabMode::Locked).is_ok() {
+                Hold::Locked
+            } else {
+                // A window that cannot confine it either still turns the camera while the pointer is inside.
+                let _ = window.set_cursor_grab(CursorGrabMode::Confined);
+                self.center(window);
+                Hold::Centered
+            };
+        } else {
+            let _ = window.set_cursor_grab(CursorGrabMode::None);
+            if self.hold == Hold::Centered {
+                self.center(window);
+            }
+            self.hold = Hold::Free;
+        }
+        window.set_cursor_visible(!hold);
+    }
+
+    /// It was moved to `position`.
+    pub fn moved(&mut self, window: &Window, position: PhysicalPosition<f64>) -> Option<Input> {
+        match self.hold {
+            Hold::Free => Some(Input::Mouse(position.x, position.y)),
+            Hold::Locked => None,
+            Hold::Centered => {
+                let (center, reach) = middle(window.inner_size());
+                let last = self.last.replace(position)?;
+                let off = |from: PhysicalPosition<f64>| {
+                    (position.x - from.x).abs().max((position.y - from.y).abs())
+                };
+                // After it was put back, events from before are still on their way: the nearer origin is right.
+                let from = if off(center) < off(last) && off(last) > reach { center } else { last };
+                if off(center) > reach {
+                    self.center(window);
+                }
+                let (right, down) = (position.x - from.x, position.y - from.y);
+                (right != 0.0 || down != 0.0).then_some(Input::Mouse(right, down))
+            }
+        }
+    }
+
+    /// The system reported raw motion.
+    pub fn raw(&self, (right, down): (f64, f64)) -> Option<Input> {
+        (self.hold == Hold::Locked).then_some(Input::Mouse(right, down))
+    }
+
+    fn center(&self, window: &Window) {
+        // Where this is not supported the pointer stays at the edge, no worse than before.
+        let _ = window.set_cursor_position(middle(window.inner_size()).0);
+    }
+}
+
+/// The middle of the window, and how far from it the pointer may go, pixels.
+fn middle(size: PhysicalSize<u32>) -> (PhysicalPosition<f64>, f64) {
+    let (width, height) = (f64::from(size.width), f64::from(size.height));
+    (PhysicalPosition::new(width / 2.0, height / 2.0), width.min(height) / 4.0)
+}

@@ -1,0 +1,49 @@
+//! Records inputs and frame times, so that `sandbox run --script` comes to the same state.
+
+use std::path::{Path, PathBuf};
+
+use scene::{Recording, Script, Step, When};
+
+use crate::failure::Failure;
+use crate::files;
+use crate::input::Input;
+use crate::player::recorded;
+
+/// What was recorded so far.
+pub(super) struct Recorder {
+    path: PathBuf,
+    script: Script,
+    frame_ends_s: Vec<f64>,
+    scene: String,
+    size_px: (u32, u32),
+}
+
+impl Recorder {
+    /// Starts a recording that will be written to `path`.
+    pub fn new(path: &Path, scene: &str, [width, height]: [u32; 2]) -> Result<Self, Failure> {
+        // Found out before a person has played for an hour.
+        files::write(path, "").map_err(|error| Failure::file("write", path, &error))?;
+        Ok(Self {
+            path: path.to_owned(),
+            script: Script::default(),
+            frame_ends_s: Vec::new(),
+            scene: scene.to_owned(),
+            size_px: (width, height),
+        })
+    }
+
+    pub fn record(&mut self, frame: u64, end: f64, events: &[Input]) {
+        self.frame_ends_s.push(end);
+        let steps =
+            events.iter().filter_map(recorded).map(|action| Step { when: When::Frame(frame), action });
+        self.script.steps.extend(steps);
+    }
+
+    /// Writes the recording.
+    pub fn finish(self) -> Result<(), Failure> {
+        let recording =
+            Recording { scene: self.scene, size_px: self.size_px, frame_ends_s: self.frame_ends_s };
+        let script = Script { recording: Some(recording), ..self.script };
+        files::write(&self.path, &script.to_ron()).map_err(|error| Failure::file("write", &self.path, &error))
+    }
+}

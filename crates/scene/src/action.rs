@@ -1,0 +1,163 @@
+//! What a script can do: every input of a person, and experiments.
+
+use glam::DVec3;
+use motion::Method;
+use serde::{Deserialize, Serialize};
+
+/// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
+/// `move_mouse(640, 360)`, `set_gravity((0, -1.6, 0))`.
+///
+/// Names of keys and actions are the key table's, which is not this crate's to know; numbers of experiments may
+/// be non-finite on purpose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Action {
+    /// Presses the key of that name in this frame and lets it go in the next.
+    Press(String),
+    /// Holds a key for so many seconds, above 0.
+    Hold(String, f64),
+    /// Presses a key and leaves it down; for recordings.
+    KeyDown(String),
+    /// Lets a key go; for recordings.
+    KeyUp(String),
+    /// Types characters into the field that has the focus; for recordings.
+    Text(String),
+    /// Puts the pointer on a pixel in selection mode; turns the camera by as much in camera mode.
+    MoveMouse(f64, f64),
+    /// Presses a mouse button.
+    MouseDown(MouseButton),
+    /// Lets a mouse button go.
+    MouseUp(MouseButton),
+    /// Presses a mouse button in this frame and lets it go in the next.
+    Click(MouseButton),
+    /// Turns the wheel by so many notches, away from the person positive.
+    Wheel(f64),
+    /// The window loses the focus: every key and button is let go.
+    FocusLost,
+    /// The window gets a new size, px, each 1 to 16384.
+    Resize(u32, u32),
+    /// Pushes a body for one tick, N.
+    Push(String, #[serde(with = "triple")] DVec3),
+    /// Gives a body an impulse, N s.
+    Impulse(String, #[serde(with = "triple")] DVec3),
+    /// Sets the acceleration of gravity, m/s².
+    SetGravity(#[serde(with = "triple")] DVec3),
+    /// Sets the scene's damping rate, 1/s.
+    SetDamping(f64),
+    /// Sets a body's velocity, m/s.
+    SetVelocity(String, #[serde(with = "triple")] DVec3),
+    /// Sets a body's position, m.
+    SetPosition(String, #[serde(with = "triple")] DVec3),
+    /// Turns every velocity round.
+    ReverseVelocities,
+    /// Removes a body.
+    Remove(String),
+    /// Writes the picture of this frame under that plain file name, which ends in `.png`.
+    Screenshot(String),
+    /// Changes the method of integration.
+    SetMethod(#[serde(with = "method")] Method),
+}
+
+/// A button of the mouse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MouseButton {
+    /// Selects.
+    Left,
+    /// Pushes.
+    Right,
+    /// The wheel, pressed.
+    Middle,
+}
+
+/// Largest side of a window, px: what graphics devices commonly offer.
+const LARGEST_SIDE: u32 = 16_384;
+
+impl Action {
+    /// The body that the action names, if it names one.
+    #[must_use]
+    pub fn body(&self) -> Option<&str> {
+        match self {
+            Self::Push(body, _)
+            | Self::Impulse(body, _)
+            | Self::SetVelocity(body, _)
+            | Self::SetPosition(body, _)
+            | Self::Remove(body) => Some(body),
+            _ => None,
+        }
+    }
+
+    /// What is wrong with the action's values, and what would be right.
+    pub(crate) fn fault(&self) -> Option<(String, String)> {
+        let (what, cure) = match self {
+            Self::Press(key) | Self::Hold(key, _) | Self::KeyDown(key) | Self::KeyUp(key)
+                if key.is_empty() =>
+            {
+                ("an empty text is no key".to_owned(), "give the name of a key")
+            }
+            Self::Hold(_, seconds) if !(*seconds > 0.0 && seconds.is_finite()) => {
+                (format!("{seconds} is not a time to hold a key"), "give a positive number of seconds")
+            }
+            Self::MoveMouse(x, y) if !(x.is_finite() && y.is_finite()) => {
+                (format!("({x}, {y}) is not a pixel"), "give two finite numbers")
+            }
+            Self::Wheel(notches) if !notches.is_finite() => {
+                (format!("{notches} is not a number of notches"), "give a finite number")
+            }
+            Self::Resize(x, y) if ![x, y].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
+                (format!("{x} x {y} is not a window size"), "give two numbers of pixels from 1 to 16384")
+            }
+            Self::Screenshot(name) if !is_picture_name(name) => (
+                format!("{name:?} is not a plain file name that ends in .png"),
+                "give one such as \"push.png\"",
+            ),
+            _ => return None,
+        };
+        Some((what, cure.to_owned()))
+    }
+}
+
+/// A picture must not leave the folder that was asked for, on any system.
+fn is_picture_name(name: &str) -> bool {
+    let plain =
+        |c: char| !c.is_control() && !matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
+    name.strip_suffix(".png").is_some_and(|stem| !stem.is_empty())
+        && !name.starts_with('.')
+        && !name.contains("..")
+        && name.chars().all(plain)
+}
+
+mod triple {
+    //! A vector as three numbers in round brackets.
+
+    use glam::DVec3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(v: &DVec3, serializer: S) -> Result<S::Ok, S::Error> {
+        v.to_array().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVec3, D::Error> {
+        <[f64; 3]>::deserialize(deserializer).map(DVec3::from_array)
+    }
+}
+
+mod method {
+    //! A method of integration as its bare name.
+
+    use motion::Method;
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    use crate::syntax::Word;
+
+    const NAMES: &[&str] = &[Method::ALL[0].name(), Method::ALL[1].name()];
+
+    pub(super) fn serialize<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_unit_variant("Method", *method as u32, method.name())
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Method, D::Error> {
+        let Word(word) = Word::deserialize(deserializer)?;
+        Method::from_name(&word).ok_or_else(|| de::Error::unknown_variant(&word, NAMES))
+    }
+}

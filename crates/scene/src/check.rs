@@ -1,0 +1,188 @@
+//! Checks of single values: each gives a usable value and notes the fault, so that resolving goes on.
+
+use glam::DVec3;
+use motion::Method;
+
+use crate::faults::Faults;
+use crate::nearest::one_of;
+use crate::raw::Triple;
+use crate::syntax::Word;
+
+/// Where a group of keys stands in the file; paths are only put together for faults.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scope {
+    section: &'static str,
+    index: Option<usize>,
+}
+
+impl Scope {
+    /// The outermost group.
+    pub const ROOT: Self = Self::section("");
+
+    /// The group behind a key of the outermost one.
+    pub const fn section(section: &'static str) -> Self {
+        Self { section, index: None }
+    }
+
+    /// One entry of a list.
+    pub const fn item(section: &'static str, index: usize) -> Self {
+        Self { section, index: Some(index) }
+    }
+
+    /// The path of the group itself.
+    pub fn path(self) -> String {
+        match self.index {
+            Some(index) => format!("{}[{index}]", self.section),
+            None => self.section.to_owned(),
+        }
+    }
+
+    /// The path of a key of the group.
+    pub fn key(self, key: &str) -> String {
+        match self.path() {
+            path if path.is_empty() => key.to_owned(),
+            path => format!("{path}.{key}"),
+        }
+    }
+}
+
+pub(crate) fn positive(v: f64) -> bool {
+    v > 0.0 && v.is_finite()
+}
+
+pub(crate) fn not_negative(v: f64) -> bool {
+    v >= 0.0 && v.is_finite()
+}
+
+/// A number as a person would write it: `{}` alone spells 1e-310 with three hundred zeros.
+pub(crate) fn shown(v: f64) -> String {
+    let plain = v == 0.0 || !v.is_finite() || (1e-6..1e15).contains(&v.abs());
+    if plain { format!("{v}") } else { format!("{v:e}") }
+}
+
+/// A vector as the file has it.
+pub(crate) fn shown_vector(v: DVec3) -> String {
+    format!("({})", v.to_array().map(shown).join(", "))
+}
+
+/// The cure for what comes with a later version.
+const LATER_CURE: &str = "remove it, or wait for a later version";
+
+/// Methods of the format that this version does not simulate yet.
+const LATER_METHODS: [&str; 5] =
+    ["implicit_euler", "position_verlet", "velocity_verlet", "runge_kutta_2", "runge_kutta_4"];
+
+impl Faults {
+    /// A number, or `default` where none is given; `noun` says what a bad one is not.
+    pub fn number(
+        &mut self,
+        (scope, key): (Scope, &str),
+        value: Option<f64>,
+        default: f64,
+        good: impl Fn(f64) -> bool,
+        (noun, cure): (&str, &str),
+    ) -> f64 {
+        match value {
+            Some(v) if !good(v) => {
+                self.add(scope.key(key), format!("{} is not {noun}", shown(v)), cure);
+                default
+            }
+            Some(v) => v,
+            None => default,
+        }
+    }
+
+    /// Three finite numbers, or `default` where none are given.
+    pub fn vector(&mut self, (scope, key): (Scope, &str), value: Option<Triple>, default: DVec3) -> DVec3 {
+        let v = value.map_or(default, DVec3::from_array);
+        if v.is_finite() {
+            return v;
+        }
+        self.add(scope.key(key), format!("{} is not finite", shown_vector(v)), "give three finite numbers");
+        default
+    }
+
+    /// A color, or white; `largest` is the limit of each part.
+    pub fn color(
+        &mut self,
+        (scope, key): (Scope, &str),
+        value: Option<Triple>,
+        default: [f32; 3],
+        largest: f64,
+    ) -> [f32; 3] {
+        let Some(parts) = value else { return default };
+        if parts.iter().all(|part| (0.0..=largest).contains(part)) {
+            return parts.map(|part| part as f32);
+        }
+        let range = if largest.is_finite() && largest <= 1.0 { "from 0 to 1" } else { "from 0 up" };
+        let cure = format!("give red, green and blue, each {range}");
+        self.add(scope.key(key), format!("{} is not a color", shown_vector(DVec3::from_array(parts))), cure);
+        default
+    }
+
+    /// One of a few words, or `default` where none is given.
+    pub fn word<T: Copy>(
+        &mut self,
+        (scope, key): (Scope, &str),
+        value: Option<&Word>,
+        default: T,
+        known: &[(&str, T)],
+    ) -> T {
+        let Some(Word(word)) = value else { return default };
+        if let Some((_, meaning)) = known.iter().find(|(name, _)| name == word) {
+            return *meaning;
+        }
+        let words: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        self.add(scope.key(key), format!("unknown word `{word}`"), format!("give {}", one_of(&words)));
+        default
+    }
+
+    /// A method of integration.
+    pub fn method(&mut self, scope: Scope, value: Option<&Word>, default: Method) -> Method {
+        let Some(Word(word)) = value else { return default };
+        if LATER_METHODS.contains(&word.as_str()) {
+            self.later(scope.key("method"), word);
+            return default;
+        }
+        self.word((scope, "method"), value, default, &Method::ALL.map(|method| (method.name(), method)))
+    }
+
+    /// The method and substeps of a body, grid or cloud: in this version those of the scene.
+    pub fn own_method(&mut self, scope: Scope, method: Option<&Word>, substeps: Option<u32>, scenes: Method) {
+        let own = self.method(scope, method, scenes);
+        if own != scenes {
+            self.add(
+                scope.key("method"),
+                format!("a method of its own (`{}` in a scene of `{}`) is part of the format, but this version does not simulate it yet", own.name(), scenes.name()),
+                LATER_CURE,
+            );
+        }
+        self.substeps(scope, substeps);
+    }
+
+    /// The number of substeps: in this version 1.
+    pub fn substeps(&mut self, scope: Scope, value: Option<u32>) -> u32 {
+        match value {
+            Some(0) => self.add(scope.key("substeps"), "0 is not a number of substeps", "give 1"),
+            Some(2..) => {
+                let what =
+                    "substeps above 1 are part of the format, but this version does not simulate them yet";
+                self.add(scope.key("substeps"), what, LATER_CURE);
+            }
+            _ => {}
+        }
+        1
+    }
+
+    /// A word of the format that this version does not simulate.
+    pub fn later(&mut self, path: String, word: &str) {
+        let what = format!("`{word}` is part of the format, but this version does not simulate it yet");
+        self.add(path, what, LATER_CURE);
+    }
+
+    /// The reciprocal of a mass, 1/kg.
+    pub fn inverse_mass(&mut self, scope: Scope, mass: Option<f64>, default: f64, cure: &str) -> f64 {
+        let usable = |mass: f64| positive(mass) && (1.0 / mass).is_finite();
+        1.0 / self.number((scope, "mass_kg"), mass, default, usable, ("a mass", cure))
+    }
+}

@@ -1,0 +1,110 @@
+//! What is wrong with a file: every fault at once, each with its place and its cure.
+
+use std::fmt;
+
+use crate::locate;
+
+/// One thing that is wrong with a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// The key, as in `bodies[3].mass_kg`; `None` if the fault is the file's as a whole.
+    pub path: Option<String>,
+    /// The line, from 1, where it can be known.
+    pub line: Option<usize>,
+    /// The column in characters, from 1, where it can be known.
+    pub column: Option<usize>,
+    /// What is wrong, as a clause.
+    pub what: String,
+    /// What would be right, as an instruction.
+    pub cure: String,
+}
+
+/// A file that cannot be used, with all of its faults in the order of its lines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneError {
+    /// The file, shipped scene or text that is at fault, as the reader knows it.
+    pub name: String,
+    /// The faults, at least one.
+    pub faults: Vec<Fault>,
+}
+
+impl SceneError {
+    /// An error with one fault that belongs to the file as a whole.
+    #[must_use]
+    pub fn of_file(name: &str, what: impl Into<String>, cure: impl Into<String>) -> Self {
+        let fault = Fault { path: None, line: None, column: None, what: what.into(), cure: cure.into() };
+        Self { name: name.to_owned(), faults: vec![fault] }
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, fault) in self.faults.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            f.write_str(&self.name)?;
+            for number in [fault.line, fault.column].into_iter().flatten() {
+                write!(f, ":{number}")?;
+            }
+            if let Some(path) = fault.path.as_deref().filter(|path| !path.is_empty()) {
+                write!(f, ": {path}")?;
+            }
+            write!(f, ": {}; {}", fault.what, fault.cure)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// Faults on their way into a [`SceneError`]; lines are looked up once, at the end, if there are any.
+#[derive(Debug, Default)]
+pub(crate) struct Faults(Vec<Found>);
+
+#[derive(Debug)]
+struct Found {
+    path: Option<String>,
+    offset: Option<usize>,
+    what: String,
+    cure: String,
+}
+
+impl Faults {
+    /// A fault of the key at `path`.
+    pub fn add(&mut self, path: impl Into<String>, what: impl Into<String>, cure: impl Into<String>) {
+        self.0.push(Found { path: Some(path.into()), offset: None, what: what.into(), cure: cure.into() });
+    }
+
+    /// A fault at byte `offset` of the text.
+    pub fn add_at(&mut self, path: Option<String>, offset: usize, what: String, cure: String) {
+        self.0.push(Found { path, offset: Some(offset), what, cure });
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The error for the file `name`, whose outermost value is known as `root` in the paths.
+    pub fn into_error(mut self, name: &str, text: &str, root: &str) -> SceneError {
+        let paths: Vec<&str> = self.0.iter().map(|found| found.path.as_deref().unwrap_or(root)).collect();
+        let offsets = locate::offsets(text, root, &paths);
+        for (found, offset) in self.0.iter_mut().zip(offsets) {
+            found.offset = found.offset.or(offset);
+        }
+        self.0.sort_by_key(|found| found.offset);
+        let wanted: Vec<usize> = self.0.iter().filter_map(|found| found.offset).collect();
+        let mut positions = locate::positions(text, &wanted).into_iter();
+        let faults = self.0.into_iter().map(|found| {
+            let position = found.offset.and_then(|_| positions.next());
+            Fault {
+                path: found.path,
+                line: position.map(|at| at.line),
+                column: position.map(|at| at.column),
+                what: found.what,
+                cure: found.cure,
+            }
+        });
+        SceneError { name: name.to_owned(), faults: faults.collect() }
+    }
+}

@@ -1,0 +1,72 @@
+//! Grids and clouds: places, names and draws.
+
+use super::*;
+use crate::Scene;
+
+fn parse(body: &str) -> Scene {
+    Scene::parse("t", &format!("(version: 1, {body})")).unwrap()
+}
+
+#[test]
+fn a_grid_has_columns_along_x_and_rows_along_z_with_x_outside() {
+    let scene =
+        parse("grids: [(kind: cubes, columns: 2, rows: 3, spacing_m: (2, 5), origin_m: (1, 10, -1))]");
+    let places: Vec<_> = scene.bodies.iter().map(|body| body.position.to_array()).collect();
+    let expected =
+        [[1, -1], [1, 4], [1, 9], [3, -1], [3, 4], [3, 9]].map(|[x, z]| [f64::from(x), 10.0, f64::from(z)]);
+    assert_eq!(places, expected);
+    assert_eq!(scene.names.get(3).as_deref(), Some("grid.x1.z0"));
+    let cube = Shape::Cuboid { half_extents: DVec3::ONE };
+    assert!(scene.bodies.iter().all(|body| body.shape == Some(cube) && body.checker));
+    assert!(scene.bodies.iter().all(|body| body.inverse_mass == Some(10.0)));
+}
+
+#[test]
+fn bodies_come_before_grids_and_grids_before_clouds() {
+    let scene = parse(
+        "clouds: [(count: 1), (count: 1, name: \"dust\")], grids: [(rows: 1, columns: 1), (rows: 1, columns: 1)],
+         bodies: [(), (name: \"b\")]",
+    );
+    let names: Vec<_> = scene.names.iter().collect();
+    assert_eq!(names, ["body.0", "b", "grid.x0.z0", "grid2.x0.z0", "cloud.0", "dust.0"]);
+    assert_eq!(scene.bodies.len(), scene.names.len());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bodies_and_another_seed_others() {
+    let with = |seed: u64| {
+        parse(&format!(
+            "seed: {seed}, grids: [(rows: 8, columns: 8)], clouds: [(count: 50, half_extents_m: (1, 1, 1), speed_m_s: 2)]"
+        ))
+        .bodies
+    };
+    assert_eq!(with(7), with(7));
+    let (some, others) = (with(7), with(8));
+    assert_ne!(some[..64], others[..64]);
+    assert_ne!(some[64..], others[64..]);
+}
+
+#[test]
+fn a_cloud_fills_its_box_at_its_speed() {
+    let scene = parse(
+        "seed: 3, clouds: [(count: 2000, center_m: (5, 0, 0), half_extents_m: (1, 2, 0), speed_m_s: 3, mass_kg: 0.25)]",
+    );
+    let (mut least, mut most, mut drift) = (DVec3::INFINITY, DVec3::NEG_INFINITY, DVec3::ZERO);
+    for body in &scene.bodies {
+        assert!((body.velocity.length() - 3.0).abs() < 1e-14);
+        assert_eq!((body.shape, body.inverse_mass), (None, Some(4.0)));
+        (least, most) = (least.min(body.position), most.max(body.position));
+        drift += body.velocity / 2000.0;
+    }
+    assert!(least.cmpge(DVec3::new(4.0, -2.0, 0.0)).all() && most.cmple(DVec3::new(6.0, 2.0, 0.0)).all());
+    assert!((most - least).length() > 4.4, "{least} {most}");
+    // Each component of a random direction has variance 1/3; five standard errors of the mean of 2000.
+    assert!(drift.abs().max_element() < 5.0 * 3.0 / (3.0_f64 * 2000.0).sqrt(), "{drift}");
+}
+
+#[test]
+fn a_million_particles_are_not_a_million_names() {
+    let scene = parse("clouds: [(count: 1000000, half_extents_m: (9, 9, 9), speed_m_s: 1)]");
+    assert_eq!(scene.bodies.len(), 1_000_000);
+    assert_eq!(scene.names.find("cloud.999999"), Some(999_999));
+}

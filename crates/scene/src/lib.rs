@@ -1,0 +1,46 @@
+//! Scene files and scripts to worlds: the one crate that parses what people write.
+//!
+//! In order of importance, this crate is for: messages that say what would be right, every fault of a file at
+//! once; one place for defaults and units; the same world from the same file, always.
+//!
+//! What a person writes is read as it stands (`raw`), then resolved: defaults filled in, mass turned into inverse
+//! mass and degrees into a rotation, grids and clouds expanded. Nothing behind [`Scene`] sees an absent number.
+//!
+//! The stable id of a body is its place in the file: first `bodies`, then `grids`, then `clouds`, each in the
+//! order in which they are written; in a grid x is the outer loop.
+//!
+//! # Does not include
+//!
+//! Drag, wind, wells, mutual gravity, thrusts, emitters, springs, soft bodies, substeps and methods other than
+//! the two Euler methods: they belong to the format and are refused by name.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
+
+mod action;
+mod check;
+mod faults;
+mod frame_times;
+mod generate;
+mod locate;
+mod names;
+mod nearest;
+mod raw;
+mod resolve;
+mod resolve_body;
+mod scene;
+mod script;
+mod shipped;
+mod spawn;
+mod syntax;
+
+pub use action::{Action, MouseButton};
+pub use faults::{Fault, SceneError};
+pub use frame_times::parse_frame_times;
+pub use generate::BODY_LIMIT;
+pub use names::Names;
+pub use scene::{
+    BodySpec, CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind,
+};
+pub use script::{Recording, SCRIPT_VERSION, Script, Step, When};
+pub use shipped::{FILE_LIMIT, ShippedScene, find, load, read_text, shipped};
+pub use spawn::Appearance;

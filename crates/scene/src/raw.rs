@@ -1,0 +1,222 @@
+//! A scene as a person writes it: every key optional, mass in kilograms, angles in degrees.
+//!
+//! The shape of the file and nothing else; defaults, units and faults are the resolver's.
+
+use serde::Deserialize;
+use serde::de::{self, MapAccess, Visitor};
+
+use crate::syntax::{Name, Word, keys_of};
+
+/// Three numbers in round brackets.
+pub(crate) type Triple = [f64; 3];
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Scene")]
+pub(crate) struct RawScene {
+    pub version: Option<u32>,
+    pub name: Option<String>,
+    pub description: Option<String>,
+    pub step_hz: Option<f64>,
+    pub step: Option<Word>,
+    pub method: Option<Word>,
+    pub substeps: Option<u32>,
+    pub seed: Option<u64>,
+    pub gravity: Option<RawGravity>,
+    pub damping: Option<RawDamping>,
+    pub push: Option<RawPush>,
+    pub camera: Option<RawCamera>,
+    pub light: Option<RawLight>,
+    #[serde(default)]
+    pub bodies: Vec<RawBody>,
+    #[serde(default)]
+    pub grids: Vec<RawGrid>,
+    #[serde(default)]
+    pub clouds: Vec<RawCloud>,
+    pub expect: Option<RawExpect>,
+}
+
+/// Enough of a file to tell which version of the format it is written in.
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Scene")]
+pub(crate) struct RawVersion {
+    pub version: Option<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Gravity")]
+pub(crate) struct RawGravity {
+    pub acceleration_m_s2: Option<Triple>,
+    pub on_at_start: Option<bool>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Damping")]
+pub(crate) struct RawDamping {
+    pub model: Option<Word>,
+    pub rate_per_s: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Push")]
+pub(crate) struct RawPush {
+    pub start_n: Option<f64>,
+    pub newtons_per_notch: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Camera")]
+pub(crate) struct RawCamera {
+    pub position_m: Option<Triple>,
+    pub pitch_deg: Option<f64>,
+    pub yaw_deg: Option<f64>,
+    pub fov_y_deg: Option<f64>,
+    pub near_m: Option<f64>,
+    pub far_m: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Light")]
+pub(crate) struct RawLight {
+    pub position_m: Option<Triple>,
+    pub color: Option<Triple>,
+    pub shadows: Option<bool>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Body")]
+pub(crate) struct RawBody {
+    pub name: Option<String>,
+    pub shape: Option<RawShape>,
+    pub position_m: Option<Triple>,
+    pub rotation_deg: Option<Triple>,
+    pub velocity_m_s: Option<Triple>,
+    pub mass_kg: Option<f64>,
+    pub immovable: Option<bool>,
+    pub scenery: Option<bool>,
+    pub texture: Option<Word>,
+    pub color: Option<Triple>,
+    pub method: Option<Word>,
+    pub substeps: Option<u32>,
+    pub damping_per_s: Option<f64>,
+    pub max_speed_m_s: Option<f64>,
+    pub locked_axes: Option<Vec<Word>>,
+    pub gravity_off: Option<bool>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Grid")]
+pub(crate) struct RawGrid {
+    pub name: Option<String>,
+    pub kind: Option<Word>,
+    pub rows: Option<u32>,
+    pub columns: Option<u32>,
+    pub spacing_m: Option<[f64; 2]>,
+    pub origin_m: Option<Triple>,
+    pub mass_kg: Option<f64>,
+    pub color: Option<Triple>,
+    pub method: Option<Word>,
+    pub substeps: Option<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Cloud")]
+pub(crate) struct RawCloud {
+    pub name: Option<String>,
+    pub count: Option<u32>,
+    pub center_m: Option<Triple>,
+    pub half_extents_m: Option<Triple>,
+    pub speed_m_s: Option<f64>,
+    pub mass_kg: Option<f64>,
+    pub color: Option<Triple>,
+    pub method: Option<Word>,
+    pub substeps: Option<u32>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Expect")]
+pub(crate) struct RawExpect {
+    pub energy_drift_below: Option<f64>,
+    pub finite: Option<bool>,
+}
+
+/// `word(key: value, ...)` with any word, so that an unknown shape is reported beside all other faults.
+#[derive(Debug)]
+pub(crate) struct RawShape {
+    pub word: String,
+    pub sizes: RawSizes,
+}
+
+/// The keys of all shapes together; which belong to which is for the resolver to say.
+#[derive(Debug, Deserialize)]
+pub(crate) struct RawSizes {
+    pub half_extents_m: Option<Triple>,
+    pub radius_m: Option<f64>,
+}
+
+impl<'de> Deserialize<'de> for RawShape {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct ShapeVisitor;
+        impl<'de> Visitor<'de> for ShapeVisitor {
+            type Value = RawShape;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a shape")
+            }
+
+            fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<RawShape, A::Error> {
+                let (Name(word), variant) = data.variant()?;
+                let sizes = de::VariantAccess::struct_variant(variant, &[], SizesVisitor)?;
+                Ok(RawShape { word, sizes })
+            }
+        }
+        struct SizesVisitor;
+        impl<'de> Visitor<'de> for SizesVisitor {
+            type Value = RawSizes;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("the sizes of a shape")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawSizes, A::Error> {
+                RawSizes::deserialize(de::value::MapAccessDeserializer::new(map))
+            }
+        }
+        deserializer.deserialize_enum("", &[], ShapeVisitor)
+    }
+}
+
+/// Keys of the format that this version does not simulate yet.
+pub(crate) const LATER_KEYS: [&str; 8] =
+    ["drag", "wind", "wells", "mutual_gravity", "thrusts", "emitters", "springs", "soft_bodies"];
+
+/// The keys that are known at the path of a group, if the path leads to one.
+pub(crate) fn keys_at(path: &str) -> Option<&'static [&'static str]> {
+    let item = path.split_once('[').and_then(|(list, rest)| Some((list, rest.split_once(']')?.1)));
+    Some(match item.unwrap_or((path, "")) {
+        ("", "") => keys_of::<RawScene>(),
+        ("gravity", "") => keys_of::<RawGravity>(),
+        ("damping", "") => keys_of::<RawDamping>(),
+        ("push", "") => keys_of::<RawPush>(),
+        ("camera", "") => keys_of::<RawCamera>(),
+        ("light", "") => keys_of::<RawLight>(),
+        ("expect", "") => keys_of::<RawExpect>(),
+        ("bodies", "") => keys_of::<RawBody>(),
+        ("bodies", ".shape") => keys_of::<RawSizes>(),
+        ("grids", "") => keys_of::<RawGrid>(),
+        ("clouds", "") => keys_of::<RawCloud>(),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_known_keys_are_those_of_the_structs() {
+        assert_eq!(keys_at("damping"), Some(["model", "rate_per_s"].as_slice()));
+        assert_eq!(keys_at("bodies[12].shape"), Some(["half_extents_m", "radius_m"].as_slice()));
+        assert_eq!(keys_at("clouds[0]").map(<[_]>::len), Some(9));
+        assert_eq!(keys_at("nothing"), None);
+    }
+}

@@ -1,0 +1,233 @@
+//! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
+
+use glam::DVec3;
+use motion::{Damping, DampingModel, Gravity, Method};
+
+use crate::check::{Scope, not_negative, positive};
+use crate::faults::{Faults, SceneError};
+use crate::generate;
+use crate::locate;
+use crate::nearest::suggest;
+use crate::raw::{self, LATER_KEYS, RawCamera, RawDamping, RawExpect, RawLight, RawScene, RawVersion};
+use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
+use crate::syntax;
+
+impl Scene {
+    /// Reads a scene from a text; `name` is what messages call it, and the scene's name where it has none.
+    ///
+    /// ```
+    /// let scene = scene::Scene::parse("ball.ron", "(version: 1, bodies: [(mass_kg: 0.5)])").expect("it is a scene");
+    /// assert_eq!(scene.bodies[0].inverse_mass, Some(2.0));
+    ///
+    /// let error = scene::Scene::parse("ball.ron", "(version: 1, bodies: [(mass_kg: -1)])").unwrap_err();
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "ball.ron:1:24: bodies[0].mass_kg: -1 is not a mass; give a positive number of kilograms, or immovable: true",
+    /// );
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// If the text is not RON or a value has the wrong type: that one place. Otherwise every fault of the text.
+    pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
+        parse_as(name, text, Source::Text)
+    }
+}
+
+/// Reads a scene that came from `source`.
+pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, SceneError> {
+    let text = locate::spell_nan(text);
+    let text = text.as_str();
+    let later = || match syntax::read::<RawVersion>(text, "") {
+        Ok((RawVersion { version: Some(version) }, _)) if version > SCENE_VERSION => Some(version),
+        _ => None,
+    };
+    // Asked first: a newer file is full of keys and types that would only be noise here.
+    if let Some(version) = later() {
+        let mut faults = Faults::default();
+        faults.add(
+            "version",
+            format!("version {version} of the format is newer than this program, which reads version {SCENE_VERSION}"),
+            "use a newer program",
+        );
+        return Err(faults.into_error(name, text, ""));
+    }
+    let (raw, unknown) =
+        syntax::read::<RawScene>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
+    let mut faults = Faults::default();
+    for path in &unknown {
+        unknown_key(&mut faults, path);
+    }
+    let scene = resolve(raw, name, source, &mut faults);
+    if faults.is_empty() { Ok(scene) } else { Err(faults.into_error(name, text, "")) }
+}
+
+fn unknown_key(faults: &mut Faults, path: &str) {
+    if LATER_KEYS.contains(&path) {
+        return faults.later(path.to_owned(), path);
+    }
+    let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
+    let cure = raw::keys_at(group).map_or_else(|| "remove it".to_owned(), |keys| suggest(key, keys));
+    faults.add(path, format!("unknown key `{key}`"), cure);
+}
+
+/// The one place where defaults are filled in. Gives a scene even where there are faults, which nobody sees.
+fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Scene {
+    const ROOT: Scope = Scope::ROOT;
+    match raw.version {
+        None => faults.add("version", "the version is missing", format!("add `version: {SCENE_VERSION}`")),
+        Some(SCENE_VERSION) => {}
+        Some(other) => {
+            faults.add(
+                "version",
+                format!("there is no version {other}"),
+                format!("give version: {SCENE_VERSION}"),
+            );
+        }
+    }
+    let frequency = ("a step rate", "give a positive number of steps a second");
+    let step_hz = faults.number(
+        (ROOT, "step_hz"),
+        raw.step_hz,
+        120.0,
+        |v| positive(v) && (1.0 / v).is_finite(),
+        frequency,
+    );
+    let kinds = [("fixed", StepKind::Fixed), ("frame", StepKind::Frame)];
+    let step = faults.word((ROOT, "step"), raw.step.as_ref(), StepKind::Fixed, &kinds);
+    let method = faults.method(ROOT, raw.method.as_ref(), Method::SemiImplicitEuler);
+    let substeps = faults.substeps(ROOT, raw.substeps);
+    let seed = raw.seed.unwrap_or(0);
+
+    let gravity = raw.gravity.map(|raw| {
+        let key = (Scope::section("gravity"), "acceleration_m_s2");
+        let acceleration = faults.vector(key, raw.acceleration_m_s2, Gravity::EARTH.acceleration);
+        Gravity { acceleration, on: raw.on_at_start.unwrap_or(true) }
+    });
+    let damping = raw.damping.map(|raw| damping(&raw, faults));
+    let push = raw.push.map(|raw| {
+        let scope = Scope::section("push");
+        let words = ("a force", "give a finite number of newtons");
+        let default = PushSpec::TUTORIAL;
+        PushSpec {
+            start: faults.number((scope, "start_n"), raw.start_n, default.start, f64::is_finite, words),
+            per_notch: faults.number(
+                (scope, "newtons_per_notch"),
+                raw.newtons_per_notch,
+                default.per_notch,
+                f64::is_finite,
+                words,
+            ),
+        }
+    });
+    let camera = raw.camera.map_or(CameraSpec::TUTORIAL, |raw| camera(&raw, faults));
+    let light = raw.light.map(|raw| light(&raw, faults));
+    let expect = raw.expect.map(|raw| expect(&raw, faults));
+    let (bodies, names) = generate::bodies(&raw.bodies, &raw.grids, &raw.clouds, method, seed, faults);
+    // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
+    let own_rates = bodies.iter().any(|body| body.damping_rate.is_some());
+    let damping = damping.or(own_rates.then_some(Damping { model: DampingModel::Exact, rate: 0.0 }));
+
+    Scene {
+        name: raw.name.unwrap_or_else(|| name.to_owned()),
+        description: raw.description.unwrap_or_default(),
+        source,
+        step_hz,
+        step,
+        method,
+        substeps,
+        seed,
+        gravity,
+        damping,
+        push,
+        camera,
+        light,
+        bodies,
+        names,
+        expect,
+    }
+}
+
+fn damping(raw: &RawDamping, faults: &mut Faults) -> Damping {
+    let scope = Scope::section("damping");
+    let models = DampingModel::ALL.map(|model| (model.name(), model));
+    let model = faults.word((scope, "model"), raw.model.as_ref(), DampingModel::Exact, &models);
+    if raw.rate_per_s.is_none() {
+        faults.add(scope.key("rate_per_s"), "the rate is missing", "add one such as `rate_per_s: 0.4`");
+    }
+    let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 0.0, not_negative, DAMPING_RATE);
+    Damping { model, rate }
+}
+
+/// The words for a bad rate of the scene or of a body.
+pub(crate) const DAMPING_RATE: (&str, &str) = ("a damping rate", "give a rate per second from 0 up");
+
+fn camera(raw: &RawCamera, faults: &mut Faults) -> CameraSpec {
+    let scope = Scope::section("camera");
+    let default = CameraSpec::TUTORIAL;
+    let distance = ("a distance", "give a positive number of meters");
+    let pitch = ("a pitch", "give degrees from -90 to 90");
+    let fov = ("a field of view", "give degrees above 0 and below 180");
+    let camera = CameraSpec {
+        position: faults.vector((scope, "position_m"), raw.position_m, default.position),
+        pitch_deg: faults.number(
+            (scope, "pitch_deg"),
+            raw.pitch_deg,
+            default.pitch_deg,
+            |v| (-90.0..=90.0).contains(&v),
+            pitch,
+        ),
+        yaw_deg: faults.number(
+            (scope, "yaw_deg"),
+            raw.yaw_deg,
+            default.yaw_deg,
+            f64::is_finite,
+            ("a yaw", "give a finite number of degrees"),
+        ),
+        fov_y_deg: faults.number(
+            (scope, "fov_y_deg"),
+            raw.fov_y_deg,
+            default.fov_y_deg,
+            |v| v > 0.0 && v < 180.0,
+            fov,
+        ),
+        near: faults.number((scope, "near_m"), raw.near_m, default.near, positive, distance),
+        far: faults.number((scope, "far_m"), raw.far_m, default.far, positive, distance),
+    };
+    if camera.near >= camera.far {
+        let key = if raw.far_m.is_some() { "far_m" } else { "near_m" };
+        let CameraSpec { near, far, .. } = camera;
+        faults.add(
+            scope.key(key),
+            format!("far_m {far} is not above near_m {near}"),
+            "make far_m the larger one",
+        );
+    }
+    camera
+}
+
+fn light(raw: &RawLight, faults: &mut Faults) -> LightSpec {
+    let scope = Scope::section("light");
+    let default = LightSpec::TUTORIAL;
+    LightSpec {
+        position: faults.vector((scope, "position_m"), raw.position_m, default.position),
+        // A bright light may be more than white.
+        color: faults.color((scope, "color"), raw.color, default.color, f64::from(f32::MAX)),
+        shadows: raw.shadows.unwrap_or(default.shadows),
+    }
+}
+
+fn expect(raw: &RawExpect, faults: &mut Faults) -> ExpectSpec {
+    let key = (Scope::section("expect"), "energy_drift_below");
+    let words = ("a bound", "give a positive number such as 1e-3");
+    let bound = faults.number(key, raw.energy_drift_below, 1.0, positive, words);
+    ExpectSpec { energy_drift_below: raw.energy_drift_below.map(|_| bound), finite: raw.finite }
+}
+
+/// Whether every part is finite and at least 0.
+pub(crate) fn is_extent(v: DVec3) -> bool {
+    v.to_array().into_iter().all(not_negative)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,81 @@
+//! Whole messages for broken scenes, and texts broken at random.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::{Scene, shipped};
+
+/// Cases after `----`: a text, `=>`, and its whole message under the name `t`.
+const BROKEN: &str = include_str!("broken.txt");
+
+#[test]
+fn every_broken_scene_gets_the_whole_message_that_is_expected() {
+    let cases: Vec<&str> = BROKEN.trim_start_matches("----\n").split("\n----\n").collect();
+    assert!(cases.len() > 50, "{} cases", cases.len());
+    for case in cases {
+        let (text, expected) = case.split_once("\n=>\n").expect("a case is a text, an arrow and a message");
+        let error = Scene::parse("t", text).expect_err(text);
+        assert_eq!(error.to_string(), expected.trim_end(), "{text}");
+    }
+}
+
+#[test]
+fn a_fault_carries_its_place_in_parts_too() {
+    let error =
+        Scene::parse("my.ron", "(\n  version: 1,\n  bodies: [\n    (mass_kg: -1)\n  ]\n)").unwrap_err();
+    let [fault] = &error.faults[..] else { panic!("{error}") };
+    assert_eq!((fault.line, fault.column), (Some(4), Some(6)));
+    assert_eq!(fault.path.as_deref(), Some("bodies[0].mass_kg"));
+    assert_eq!(error.name, "my.ron");
+}
+
+#[test]
+fn windows_line_ends_and_wide_letters_leave_lines_and_columns_right() {
+    let error = Scene::parse("t", "(\r\nversion: 1,\r\n/* größe */ sed: 1)").unwrap_err();
+    assert_eq!(error.to_string(), "t:3:13: sed: unknown key `sed`; did you mean `seed`?");
+}
+
+#[test]
+fn an_absent_effect_is_absent() {
+    let scene = Scene::parse("t", "(version: 1)").unwrap();
+    assert_eq!((scene.gravity, scene.damping, scene.push), (None, None, None));
+    assert!(scene.light.is_none() && scene.expect.is_none() && scene.bodies.is_empty());
+    assert_eq!((scene.step_hz, scene.substeps, scene.name.as_str()), (120.0, 1, "t"));
+}
+
+/// A text that is broken anywhere is refused or read, and every fault of it lies inside.
+fn survives(text: &str) {
+    if let Err(error) = Scene::parse("t", text) {
+        let lines = text.matches('\n').count() + 1;
+        assert!(!error.faults.is_empty());
+        for fault in &error.faults {
+            assert!(fault.line.is_some_and(|line| (1..=lines).contains(&line)), "{error}\n{text}");
+            assert!(!fault.what.is_empty() && !fault.cure.is_empty(), "{error}");
+        }
+    }
+}
+
+#[test]
+fn no_truncation_and_no_flipped_byte_makes_the_loader_panic() {
+    let text = shipped()[0].text;
+    for end in (0..text.len()).step_by(3).filter(|end| text.is_char_boundary(*end)) {
+        survives(&text[..end]);
+    }
+    let seed = 20;
+    let mut random = Pcg64::seed_from_u64(seed);
+    for _ in 0..1500 {
+        let mut bytes = text.as_bytes().to_vec();
+        for _ in 0..random.random_range(1..4) {
+            let at = random.random_range(0..bytes.len());
+            bytes[at] = if random.random() { random.random_range(b' '..=b'~') } else { random.random() };
+        }
+        survives(&String::from_utf8_lossy(&bytes));
+    }
+}
+
+#[test]
+fn deep_nesting_is_refused_without_a_stack_overflow() {
+    let deep = format!("(version: 1, wobble: {}", "[".repeat(100_000));
+    let error = Scene::parse("t", &deep).unwrap_err();
+    assert!(error.to_string().contains("brackets are nested too deeply"), "{:.200}", error.to_string());
+}

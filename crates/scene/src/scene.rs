@@ -1,0 +1,183 @@
+//! A scene as the program uses it: plain data, SI units, no absent numbers.
+
+use std::path::PathBuf;
+
+use glam::{DQuat, DVec3};
+use motion::{AxisLocks, Damping, Gravity, Method};
+use pick::Shape;
+
+use crate::names::Names;
+
+/// Version of the scene format that this program reads.
+pub const SCENE_VERSION: u32 = 1;
+
+/// A scene, resolved: what a world is spawned from, as often as one likes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// What the scene is called; the name of its file where it does not say.
+    pub name: String,
+    /// One line for the scene list; may be empty.
+    pub description: String,
+    /// Where the scene came from.
+    pub source: Source,
+    /// Ticks a second, positive and finite.
+    pub step_hz: f64,
+    /// What a tick follows.
+    pub step: StepKind,
+    /// Integration method of every body.
+    pub method: Method,
+    /// Parts into which a tick is divided; always 1 in this version.
+    pub substeps: u32,
+    /// What the generators drew from.
+    pub seed: u64,
+    /// Uniform gravity, if the scene declares it.
+    pub gravity: Option<Gravity>,
+    /// Damping, if the scene or a body of it declares it.
+    pub damping: Option<Damping>,
+    /// Pushes by pointer, if the scene declares them.
+    pub push: Option<PushSpec>,
+    /// The camera at the start and after a reset.
+    pub camera: CameraSpec,
+    /// The light, if the scene declares one.
+    pub light: Option<LightSpec>,
+    /// Every body in the order of the stable id, grids and clouds expanded.
+    pub bodies: Vec<BodySpec>,
+    /// The name of every body, by stable id.
+    pub names: Names,
+    /// What `run --assert` checks, if the scene says so.
+    pub expect: Option<ExpectSpec>,
+}
+
+/// Where a scene came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The shipped scene of that name, embedded in the program.
+    Shipped(&'static str),
+    /// A file.
+    File(PathBuf),
+    /// A text that someone handed over.
+    Text,
+}
+
+/// What a tick follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum StepKind {
+    /// Ticks of `1 / step_hz` seconds, as many as are due.
+    #[default]
+    Fixed,
+    /// One tick of the frame's own length, as the tutorial's text has it.
+    Frame,
+}
+
+/// How the pointer pushes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PushSpec {
+    /// Strength at the start, N; a negative one pulls.
+    pub start: f64,
+    /// What one notch of the wheel adds, N.
+    pub per_notch: f64,
+}
+
+impl PushSpec {
+    /// The tutorial's click force.
+    pub const TUTORIAL: Self = Self { start: 10.0, per_notch: 100.0 };
+}
+
+/// A camera: right-handed, y up, looking along -z at yaw 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraSpec {
+    /// Place of the eye, m.
+    pub position: DVec3,
+    /// Turn about the camera's right, degrees, -90 to 90; positive looks up.
+    pub pitch_deg: f64,
+    /// Turn about the vertical, degrees; positive turns left.
+    pub yaw_deg: f64,
+    /// Vertical field of view, degrees, above 0 and below 180.
+    pub fov_y_deg: f64,
+    /// Nearest distance drawn, m, above 0.
+    pub near: f64,
+    /// Farthest distance drawn, m, above `near`.
+    pub far: f64,
+}
+
+impl CameraSpec {
+    /// The tutorial's camera, which is also the default.
+    pub const TUTORIAL: Self = Self {
+        position: DVec3::new(-60.0, 40.0, 60.0),
+        pitch_deg: -15.0,
+        yaw_deg: 315.0,
+        fov_y_deg: 45.0,
+        near: 0.1,
+        far: 500.0,
+    };
+}
+
+/// A point light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSpec {
+    /// Where it is, m.
+    pub position: DVec3,
+    /// Linear red, green and blue, each at least 0.
+    pub color: [f32; 3],
+    /// Whether it throws shadows.
+    pub shadows: bool,
+}
+
+impl LightSpec {
+    /// The tutorial's light.
+    pub const TUTORIAL: Self =
+        Self { position: DVec3::new(-200.0, 60.0, -200.0), color: [0.8, 0.8, 0.5], shadows: true };
+}
+
+/// One body, or one piece of scenery.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodySpec {
+    /// What rays hit and what is drawn; `None` is a particle.
+    pub shape: Option<Shape>,
+    /// Center, m.
+    pub position: DVec3,
+    /// How it is turned, if it is.
+    pub orientation: Option<DQuat>,
+    /// Velocity at the start, m/s; zero for scenery and immovable bodies.
+    pub velocity: DVec3,
+    /// Reciprocal of the mass, 1/kg; 0 is immovable, `None` is scenery: a collision volume without physics.
+    pub inverse_mass: Option<f64>,
+    /// Linear red, green and blue, each 0 to 1.
+    pub color: [f32; 3],
+    /// Whether it wears the checker texture.
+    pub checker: bool,
+    /// Decay rate in place of the scene's, 1/s, at least 0.
+    pub damping_rate: Option<f64>,
+    /// Largest speed, m/s, at least 0.
+    pub max_speed: Option<f64>,
+    /// Axes along which it cannot move.
+    pub locks: AxisLocks,
+    /// Whether gravity passes it by.
+    pub gravity_off: bool,
+}
+
+impl BodySpec {
+    /// A white particle of 1 kg at rest at the origin: what an empty body is, and the tutorial's inverse mass.
+    pub const DEFAULT: Self = Self {
+        shape: None,
+        position: DVec3::ZERO,
+        orientation: None,
+        velocity: DVec3::ZERO,
+        inverse_mass: Some(1.0),
+        color: [1.0; 3],
+        checker: false,
+        damping_rate: None,
+        max_speed: None,
+        locks: AxisLocks { x: false, y: false, z: false },
+        gravity_off: false,
+    };
+}
+
+/// The scene's own contract, checked by `run --assert`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExpectSpec {
+    /// Bound of the relative energy drift, above 0.
+    pub energy_drift_below: Option<f64>,
+    /// Whether every body stays finite.
+    pub finite: Option<bool>,
+}

@@ -1,0 +1,299 @@
+//! Scripts and recordings: what happens when, read from and written to RON.
+
+use std::fmt::Write as _;
+
+use serde::Deserialize;
+
+use crate::action::Action;
+use crate::faults::{Faults, SceneError};
+use crate::locate;
+use crate::names::Names;
+use crate::nearest::{nearest, suggest};
+use crate::syntax::{self, keys_of};
+
+/// Version of recordings that this program reads and writes.
+pub const SCRIPT_VERSION: u32 = 1;
+
+/// Steps in the order of their list; a recording has a header too.
+///
+/// A step is carried out when its time has come and all steps before it in the list are done.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Script {
+    /// What happens, in order; moments of one kind never go backwards.
+    pub steps: Vec<Step>,
+    /// The header, if this is a recording.
+    pub recording: Option<Recording>,
+}
+
+/// What happens, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// When it is due.
+    pub when: When,
+    /// What happens.
+    pub action: Action,
+}
+
+/// The moment from which a step is due.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum When {
+    /// Seconds from the start, finite and at least 0.
+    Seconds(f64),
+    /// So many ticks done.
+    Tick(u64),
+    /// The frame of that number, from 0.
+    Frame(u64),
+}
+
+/// What a session has to know beside the inputs to repeat another one to the last bit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Name of the scene, or path of its file.
+    pub scene: String,
+    /// Size of the window at the start, px.
+    pub size_px: (u32, u32),
+    /// End of every frame since the start, s, finite, at least 0, never going backwards.
+    pub frame_ends_s: Vec<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Recording")]
+struct RawRecording<'a> {
+    version: Option<u32>,
+    scene: Option<String>,
+    size_px: Option<(u32, u32)>,
+    frame_ends_s: Option<Vec<f64>>,
+    #[serde(borrow, default)]
+    steps: Vec<RawStep<'a>>,
+}
+
+/// The action stays text at first, so that a bad one does not hide the next.
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Step")]
+struct RawStep<'a> {
+    at_s: Option<f64>,
+    at_tick: Option<u64>,
+    at_frame: Option<u64>,
+    #[serde(borrow, rename = "do")]
+    action: Option<&'a ron::value::RawValue>,
+}
+
+impl Script {
+    /// Reads a script, which is a list, or a recording, which is a group with a header.
+    ///
+    /// ```
+    /// let script = scene::Script::parse("fall.ron", r#"[(at_s: 0.5, do: press("G"))]"#).expect("it is a script");
+    /// assert_eq!(script.steps[0].when, scene::When::Seconds(0.5));
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// If the text is not RON or a moment has the wrong type: that one place. Otherwise every fault of the text.
+    pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
+        let text = locate::spell_nan(text);
+        let text = text.as_str();
+        let mut faults = Faults::default();
+        // The steps of a bare list are called like those of a recording.
+        let root = if locate::is_list(text) { "steps" } else { "" };
+        let fail = |error| syntax::error(name, text, root, &error);
+        let (raw_steps, unknown, recording) = if root.is_empty() {
+            let (raw, unknown) = syntax::read::<RawRecording<'_>>(text, root).map_err(fail)?;
+            let recording = header(&raw, &mut faults);
+            (raw.steps, unknown, Some(recording))
+        } else {
+            let (steps, unknown) = syntax::read::<Vec<RawStep<'_>>>(text, root).map_err(fail)?;
+            (steps, unknown, None)
+        };
+        for path in unknown {
+            let (group, key) = path.rsplit_once('.').unwrap_or(("", &path));
+            let keys =
+                if group.is_empty() { keys_of::<RawRecording<'_>>() } else { keys_of::<RawStep<'_>>() };
+            let fault = (format!("unknown key `{key}`"), suggest(key, keys));
+            faults.add(path, fault.0, fault.1);
+        }
+        let mut latest = Latest::default();
+        let mut steps = Vec::with_capacity(raw_steps.len());
+        for (i, raw) in raw_steps.iter().enumerate() {
+            let when = when(raw, i, &mut latest, &mut faults);
+            let action = action(raw, i, (text, root), &mut faults);
+            if let (Some(when), Some(action)) = (when, action) {
+                steps.push(Step { when, action });
+            }
+        }
+        if faults.is_empty() {
+            Ok(Self { steps, recording })
+        } else {
+            Err(faults.into_error(name, text, root))
+        }
+    }
+
+    /// Whether every body that the script names is one of `names`; `name` is what messages call the script.
+    ///
+    /// # Errors
+    ///
+    /// Every step that names a stranger.
+    pub fn check_bodies(&self, name: &str, names: &Names) -> Result<(), SceneError> {
+        let mut faults = Faults::default();
+        for (i, step) in self.steps.iter().enumerate() {
+            let Some(body) = step.action.body().filter(|body| names.find(body).is_none()) else { continue };
+            let cure = match nearest(body, names.written()) {
+                Some(near) => format!("did you mean {near:?}?"),
+                None => "give the name of a body of the scene".to_owned(),
+            };
+            faults.add(format!("steps[{i}].do"), format!("there is no body {body:?}"), cure);
+        }
+        if faults.is_empty() { Ok(()) } else { Err(faults.into_error(name, "", "steps")) }
+    }
+
+    /// The script as RON that [`Self::parse`] reads back to the same value, every number to the last bit.
+    #[must_use]
+    pub fn to_ron(&self) -> String {
+        let mut ron = String::new();
+        if let Some(Recording { scene, size_px: (width, height), frame_ends_s }) = &self.recording {
+            let scene = written(scene);
+            line(&mut ron, format_args!("(\n    version: {SCRIPT_VERSION},\n    scene: {scene},"));
+            line(&mut ron, format_args!("    size_px: ({width}, {height}),\n    frame_ends_s: ["));
+            for end in frame_ends_s {
+                line(&mut ron, format_args!("        {end:?},"));
+            }
+            line(&mut ron, format_args!("    ],\n    steps: ["));
+        } else {
+            line(&mut ron, format_args!("["));
+        }
+        let indent = if self.recording.is_some() { "        " } else { "    " };
+        for Step { when, action } in &self.steps {
+            let when = match when {
+                When::Seconds(seconds) => format!("at_s: {seconds:?}"),
+                When::Tick(tick) => format!("at_tick: {tick}"),
+                When::Frame(frame) => format!("at_frame: {frame}"),
+            };
+            line(&mut ron, format_args!("{indent}({when}, do: {}),", written(action)));
+        }
+        line(&mut ron, format_args!("{}", if self.recording.is_some() { "    ],\n)" } else { "]" }));
+        ron
+    }
+}
+
+fn line(ron: &mut String, text: std::fmt::Arguments<'_>) {
+    writeln!(ron, "{text}").expect("a string takes every line");
+}
+
+fn written<T: serde::Serialize>(value: &T) -> String {
+    ron::to_string(value).expect("texts and actions are plain values, which RON can write")
+}
+
+fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
+    match raw.version {
+        None => faults.add("version", "the version is missing", format!("add `version: {SCRIPT_VERSION}`")),
+        Some(SCRIPT_VERSION) => {}
+        Some(other) => faults.add(
+            "version",
+            format!("version {other} of recordings is not one that this program reads"),
+            format!("record again with this program, which writes version {SCRIPT_VERSION}"),
+        ),
+    }
+    if raw.scene.is_none() {
+        faults.add("scene", "the scene is missing", "add the name of a scene, such as `scene: \"tutorial\"`");
+    }
+    if !raw.size_px.is_some_and(|(width, height)| width > 0 && height > 0) {
+        faults.add("size_px", "the window has no size", "give one such as `size_px: (1280, 720)`");
+    }
+    if raw.frame_ends_s.is_none() {
+        faults.add("frame_ends_s", "the frames are missing", "add the end of every frame in seconds");
+    }
+    let ends = raw.frame_ends_s.as_deref().unwrap_or_default();
+    let mut last = 0.0;
+    for (i, &end) in ends.iter().enumerate() {
+        if !(end >= last && end.is_finite()) {
+            let what = format!("a frame cannot end at {end} s after one that ended at {last} s");
+            faults.add(format!("frame_ends_s[{i}]"), what, "give finite times that never go backwards");
+        } else {
+            last = end;
+        }
+    }
+    Recording {
+        scene: raw.scene.clone().unwrap_or_default(),
+        size_px: raw.size_px.unwrap_or_default(),
+        frame_ends_s: ends.to_vec(),
+    }
+}
+
+/// The latest moment of each kind so far.
+#[derive(Default)]
+struct Latest {
+    seconds: f64,
+    tick: u64,
+    frame: u64,
+}
+
+fn when(raw: &RawStep<'_>, i: usize, latest: &mut Latest, faults: &mut Faults) -> Option<When> {
+    let step = || format!("steps[{i}]");
+    let forwards = "give times that never go backwards";
+    match (raw.at_s, raw.at_tick, raw.at_frame) {
+        (Some(at), None, None) => {
+            if !(at >= 0.0 && at.is_finite()) {
+                faults.add(
+                    format!("{}.at_s", step()),
+                    format!("{at} is not a time"),
+                    "give seconds from 0 up",
+                );
+            } else if at < latest.seconds {
+                let what = format!("{at} s comes after {} s", latest.seconds);
+                faults.add(format!("{}.at_s", step()), what, forwards);
+            } else {
+                latest.seconds = at;
+                return Some(When::Seconds(at));
+            }
+        }
+        (None, Some(at), None) => {
+            if at < latest.tick {
+                let what = format!("tick {at} comes after tick {}", latest.tick);
+                faults.add(format!("{}.at_tick", step()), what, forwards);
+            } else {
+                latest.tick = at;
+                return Some(When::Tick(at));
+            }
+        }
+        (None, None, Some(at)) => {
+            if at < latest.frame {
+                let what = format!("frame {at} comes after frame {}", latest.frame);
+                faults.add(format!("{}.at_frame", step()), what, forwards);
+            } else {
+                latest.frame = at;
+                return Some(When::Frame(at));
+            }
+        }
+        (None, None, None) => faults.add(step(), "the step has no time", "add at_s, at_tick or at_frame"),
+        _ => faults.add(step(), "the step has several times", "keep one of at_s, at_tick and at_frame"),
+    }
+    None
+}
+
+fn action(raw: &RawStep<'_>, i: usize, (text, root): (&str, &str), faults: &mut Faults) -> Option<Action> {
+    let Some(piece) = raw.action.map(ron::value::RawValue::get_ron) else {
+        faults.add(
+            format!("steps[{i}]"),
+            "the step does nothing",
+            "add an action such as `do: press(\"G\")`",
+        );
+        return None;
+    };
+    match ron::from_str::<Action>(piece) {
+        Ok(action) => match action.fault() {
+            Some((what, cure)) => {
+                faults.add(format!("steps[{i}].do"), what, cure);
+                None
+            }
+            None => Some(action),
+        },
+        Err(error) => {
+            // The piece borrows from the text, so the distance of the two is where it begins.
+            let start = (piece.as_ptr() as usize).saturating_sub(text.as_ptr() as usize);
+            syntax::fault(faults, text, root, start..start + piece.len(), &error);
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

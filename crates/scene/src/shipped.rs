@@ -1,0 +1,141 @@
+//! Scenes by name or path: those embedded in the program first, then files.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::faults::SceneError;
+use crate::nearest::nearest;
+use crate::resolve::parse_as;
+use crate::scene::{Scene, Source};
+
+/// Largest file that is read, bytes: a scene of the most bodies, each written out, has room in it.
+pub const FILE_LIMIT: u64 = 64 << 20;
+
+/// A scene that is embedded in the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShippedScene {
+    /// What it is called on the command line.
+    pub name: &'static str,
+    /// The text of its file.
+    pub text: &'static str,
+}
+
+impl ShippedScene {
+    /// Reads the scene.
+    ///
+    /// # Errors
+    ///
+    /// Never in practice: a test loads every shipped scene.
+    pub fn load(&self) -> Result<Scene, SceneError> {
+        parse_as(self.name, self.text, Source::Shipped(self.name))
+    }
+}
+
+macro_rules! shipped {
+    ($($name:literal),+ $(,)?) => {
+        &[$(ShippedScene {
+            name: $name,
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/scenes/", $name, ".ron")),
+        }),+]
+    };
+}
+
+/// Every shipped scene, the default one first.
+#[must_use]
+pub const fn shipped() -> &'static [ShippedScene] {
+    shipped!["tutorial", "tutorial_large", "empty", "thousand", "projectile", "coast", "frame_step"]
+}
+
+/// The shipped scenes whose name contains the letters of `query` in order, best match first: an unbroken run
+/// and an early start count most. An empty query finds all.
+#[must_use]
+pub fn find(query: &str) -> Vec<&'static ShippedScene> {
+    let mut found: Vec<_> =
+        shipped().iter().filter_map(|scene| Some((spread(scene.name, query)?, scene))).collect();
+    found.sort_by_key(|(spread, scene)| (*spread, scene.name.len()));
+    found.into_iter().map(|(_, scene)| scene).collect()
+}
+
+/// How far apart the letters of `query` stand in `name`, and how late they begin; `None` if one is missing.
+fn spread(name: &str, query: &str) -> Option<(usize, usize)> {
+    let letters = |text: &str| {
+        text.chars().filter(|c| !c.is_whitespace()).flat_map(char::to_lowercase).collect::<Vec<_>>()
+    };
+    let (name, query) = (letters(name), letters(query));
+    let from = |start: usize| {
+        let mut at = start;
+        for letter in &query {
+            at += 1 + name[at..].iter().position(|c| c == letter)?;
+        }
+        Some((at - start - query.len(), start))
+    };
+    (0..=name.len()).filter_map(from).min()
+}
+
+/// Loads a shipped scene by its name, or a scene file by its path.
+///
+/// # Errors
+///
+/// If there is neither, naming what there is; if the file cannot be read; if it has faults, all of them.
+pub fn load(name_or_path: &str) -> Result<Scene, SceneError> {
+    if let Some(scene) = shipped().iter().find(|scene| scene.name == name_or_path) {
+        return scene.load();
+    }
+    let path = Path::new(name_or_path);
+    let looks_like_path = path.extension().is_some() || path.components().count() > 1;
+    if !looks_like_path && !path.exists() {
+        let names: Vec<&str> = shipped().iter().map(|scene| scene.name).collect();
+        let guess = nearest(name_or_path, names.iter().copied())
+            .map(|near| format!("did you mean {near}? "))
+            .unwrap_or_default();
+        let cure = format!("{guess}shipped scenes are {}; a file needs its path", names.join(", "));
+        return Err(SceneError::of_file(name_or_path, "there is no such scene", cure));
+    }
+    let text = read_text(path)?;
+    let mut scene = parse_as(name_or_path, &text, Source::File(path.to_owned()))?;
+    if scene.name == name_or_path {
+        // A scene that does not say its name goes by its file's, without folders.
+        scene.name =
+            path.file_stem().map_or_else(|| scene.name.clone(), |stem| stem.to_string_lossy().into_owned());
+    }
+    Ok(scene)
+}
+
+/// Reads a scene, script or table of frame times as text; a byte order mark is taken off.
+///
+/// # Errors
+///
+/// If there is no such file, it is a folder, cannot be read, is not UTF-8 or larger than [`FILE_LIMIT`].
+pub fn read_text(path: &Path) -> Result<String, SceneError> {
+    let name = path.to_string_lossy();
+    let fail = |what: &str, cure: &str| SceneError::of_file(&name, what, cure);
+    let unreadable = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound => fail("there is no such file", "check the path"),
+        _ => fail(&format!("the file cannot be read: {error}"), "check the path and its permissions"),
+    };
+    if path.is_dir() {
+        return Err(fail("this is a folder", "give the path of a file in it"));
+    }
+    let file = File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    // One byte past the limit tells a file that is too large, also one that never ends.
+    file.take(FILE_LIMIT + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > FILE_LIMIT {
+        let cure =
+            format!("give one of at most {} MiB; clouds and grids are short to write", FILE_LIMIT >> 20);
+        return Err(fail("the file is too large", &cure));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count();
+        fail(&format!("line {line} is not UTF-8 text"), "save the file as UTF-8")
+    })?;
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(text) => text.to_owned(),
+        None => text,
+    })
+}
+
+#[cfg(test)]
+mod tests;

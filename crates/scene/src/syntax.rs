@@ -1,0 +1,219 @@
+//! RON through serde: values, the keys that nothing knows, and syntax errors in words.
+
+use ron::error::{Error, SpannedError};
+use ron::extensions::Extensions;
+use serde::Deserialize;
+use serde::de::{self, Visitor};
+use serde_ignored::Path;
+
+use crate::faults::{Faults, SceneError};
+use crate::locate::{self, Position};
+use crate::nearest;
+
+/// Reads a `T` and the paths of all keys that `T` does not know. `root` is what the outermost value is called
+/// in paths.
+pub(crate) fn read<'de, T: Deserialize<'de>>(
+    text: &'de str,
+    root: &str,
+) -> Result<(T, Vec<String>), SpannedError> {
+    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let mut ron = ron::Deserializer::from_str_with_options(text, &options)?;
+    let mut unknown = Vec::new();
+    let value = serde_ignored::deserialize(&mut ron, |path| unknown.push(written(&path, root)));
+    let value = value.and_then(|value| ron.end().map(|()| value)).map_err(|error| ron.span_error(error))?;
+    Ok((value, unknown))
+}
+
+/// The path as messages have it: `bodies[3].mass_kg`.
+fn written(path: &Path<'_>, root: &str) -> String {
+    match path {
+        Path::Root => root.to_owned(),
+        Path::Seq { parent, index } => format!("{}[{index}]", written(parent, root)),
+        Path::Map { parent, key } => match written(parent, root) {
+            parent if parent.is_empty() => key.clone(),
+            parent => format!("{parent}.{key}"),
+        },
+        Path::Some { parent } | Path::NewtypeStruct { parent } | Path::NewtypeVariant { parent } => {
+            written(parent, root)
+        }
+    }
+}
+
+/// The error for a text that is not RON, or that has a value of the wrong type.
+pub(crate) fn error(name: &str, text: &str, root: &str, error: &SpannedError) -> SceneError {
+    let mut faults = Faults::default();
+    fault(&mut faults, text, root, 0..text.len(), error);
+    faults.into_error(name, text, root)
+}
+
+/// Adds the fault of a piece of the text that was read on its own.
+pub(crate) fn fault(
+    faults: &mut Faults,
+    text: &str,
+    root: &str,
+    piece: std::ops::Range<usize>,
+    error: &SpannedError,
+) {
+    // What was read and then refused begins at the start of the span; what could not be read, at its end.
+    let refused = matches!(
+        error.code,
+        Error::NoSuchEnumVariant { .. }
+            | Error::DuplicateStructField { .. }
+            | Error::ExpectedDifferentStructName { .. }
+            | Error::IntegerOutOfBounds
+            | Error::InvalidValueForType { .. }
+    );
+    let at = if refused { error.span.start } else { error.span.end };
+    let at = Position { line: at.line, column: at.col };
+    let offset = piece.start + locate::offset_of(&text[piece], at);
+    let mut offset = offset + leading_blank(&text[offset..]);
+    // A sign is read apart from its digits.
+    if refused && text[..offset].ends_with(['-', '+']) {
+        offset -= 1;
+    }
+    let code = match &error.code {
+        Error::UnclosedBlockComment | Error::ExpectedStringEnd => &error.code,
+        // Whatever would have come next: nothing came.
+        _ if offset >= text.trim_end().len() && offset > 0 => &Error::Eof,
+        // The parser takes the 1 of 1.5 for a whole number and then misses a comma.
+        Error::ExpectedComma if text[offset..].starts_with('.') => &Error::ExpectedInteger,
+        code => code,
+    };
+    let (what, cure) = explain(code);
+    let mut path = locate::path_at(text, root, offset);
+    if matches!(code, Error::ExpectedDifferentLength { .. } | Error::ExpectedComma) && path.ends_with(']') {
+        path.truncate(path.rfind('[').unwrap_or(path.len()));
+    }
+    faults.add_at(Some(path), offset, what, cure);
+}
+
+/// A span that starts before white space means what comes after it.
+fn leading_blank(text: &str) -> usize {
+    let blank = text.len() - text.trim_start().len();
+    if blank == text.len() { 0 } else { blank }
+}
+
+/// What is wrong, and what would be right.
+fn explain(error: &Error) -> (String, String) {
+    let (what, cure) = match error {
+        Error::Eof => ("the text ends too early", "close every `(`, `[` and `\"` that was opened"),
+        Error::ExpectedFloat => ("a number is expected here", "write one such as 1.5"),
+        Error::ExpectedInteger | Error::InvalidIntegerDigit { .. } => {
+            ("a whole number is expected here", "write one such as 3")
+        }
+        Error::IntegerOutOfBounds => ("this whole number is out of range", "write one from 0 up that fits"),
+        Error::ExpectedBoolean => ("a truth value is expected here", "write true or false"),
+        Error::ExpectedString => ("a text is expected here", "put it in double quotes"),
+        Error::ExpectedStringEnd => ("this text does not end", "close it with a double quote"),
+        Error::ExpectedIdentifier => ("a bare word is expected here", "write it without quotes"),
+        Error::SuggestRawIdentifier(_) => ("a key is expected here", "write an entry as `key: value`"),
+        Error::ExpectedComma => ("a comma is expected here", "put one between two entries"),
+        Error::ExpectedMapColon => ("a colon is expected here", "write an entry as `key: value`"),
+        Error::ExpectedStructLike
+        | Error::ExpectedNamedStructLike(_)
+        | Error::ExpectedDifferentStructName { .. } => {
+            ("a group in round brackets is expected here", "open it with `(`")
+        }
+        Error::ExpectedStructLikeEnd => ("the end of a group is expected here", "close it with `)`"),
+        Error::ExpectedArray => ("a list is expected here", "open it with `[`"),
+        Error::ExpectedArrayEnd => ("the end of a list is expected here", "close it with `]`"),
+        Error::UnclosedBlockComment => ("this comment does not end", "close it with `*/`"),
+        Error::TrailingCharacters => {
+            ("there is more text after the end", "remove it, or look for a `)` too many")
+        }
+        Error::ExceededRecursionLimit => ("brackets are nested too deeply", "remove some"),
+        Error::DuplicateStructField { field, .. } => {
+            return (format!("the key `{field}` is given twice"), "keep one of them".to_owned());
+        }
+        Error::ExpectedDifferentLength { expected, found } => {
+            let wanted = expected.rsplit(' ').next().unwrap_or(expected);
+            return (format!("{found} of {wanted} numbers are given"), format!("give all {wanted}"));
+        }
+        Error::NoSuchEnumVariant { expected, found, .. } => {
+            return (format!("unknown word `{found}`"), nearest::suggest(found, expected));
+        }
+        other => return (format!("this is not RON: {other}"), "correct it here".to_owned()),
+    };
+    (what.to_owned(), cure.to_owned())
+}
+
+/// A bare word, such as `fixed`; whether it is a known one is for the resolver to say, beside all other faults.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Word(pub String);
+
+impl<'de> Deserialize<'de> for Word {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_enum("", &[], WordVisitor)
+    }
+}
+
+struct WordVisitor;
+
+impl<'de> Visitor<'de> for WordVisitor {
+    type Value = Word;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a bare word")
+    }
+
+    fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<Word, A::Error> {
+        let (Name(name), variant) = data.variant()?;
+        de::VariantAccess::unit_variant(variant)?;
+        Ok(Word(name))
+    }
+}
+
+/// The name of a variant, whatever it is.
+pub(crate) struct Name(pub String);
+
+impl<'de> Deserialize<'de> for Name {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NameVisitor;
+        impl Visitor<'_> for NameVisitor {
+            type Value = Name;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a bare word")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<Name, E> {
+                Ok(Name(name.to_owned()))
+            }
+        }
+        deserializer.deserialize_identifier(NameVisitor)
+    }
+}
+
+/// The keys that a derived `T` knows, so that no list of them has to be kept beside the struct.
+pub(crate) fn keys_of<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
+    /// Asks for nothing but the field names that serde's derive hands over.
+    struct Ask<'a>(&'a mut &'static [&'static str]);
+
+    impl<'de> de::Deserializer<'de> for Ask<'_> {
+        type Error = de::value::Error;
+
+        fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Self::Error> {
+            Err(de::Error::custom("only asked"))
+        }
+
+        fn deserialize_struct<V: Visitor<'de>>(
+            self,
+            _: &'static str,
+            fields: &'static [&'static str],
+            _: V,
+        ) -> Result<V::Value, Self::Error> {
+            *self.0 = fields;
+            Err(de::Error::custom("only asked"))
+        }
+
+        serde::forward_to_deserialize_any! {
+            bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct
+            newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+        }
+    }
+
+    let mut keys: &'static [&'static str] = &[];
+    // The answer is in `keys`; reading always ends in the error above.
+    let _ = T::deserialize(Ask(&mut keys));
+    keys
+}
