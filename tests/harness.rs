@@ -76,3 +76,20 @@ pub fn digits(actual: f64, expected: &str) {
     let decimals = expected.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     assert_eq!(format!("{actual:.decimals$}"), expected);
 }
+
+/// The program, built beside these tests.
+///
+/// # Panics
+/// When it is not there: say how to build it.
+pub fn program() -> std::path::PathBuf {
+    let tests = std::env::current_exe().unwrap();
+    let program =
+        tests.parent().unwrap().parent().unwrap().join(format!("sandbox{}", std::env::consts::EXE_SUFFIX));
+    assert!(program.exists(), "{} is missing; build it with `cargo build -p sandbox`", program.display());
+    program
+}
+
+/// Root of the repository.
+pub fn root() -> &'static std::path::Path {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+}

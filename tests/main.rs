@@ -3,9 +3,16 @@
 #![allow(clippy::float_cmp, reason = "equal bits are what these tests ask for")]
 #![allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
 
+mod bad_input;
+mod controls;
 mod damping;
 mod harness;
 mod newton;
+mod picking;
+mod pixels;
 mod quarantine;
+mod tidy;
 mod time;
+mod transcription;
 mod tutorial;
+mod window;

@@ -96,7 +96,8 @@ fn simulated_time_survives_a_change_of_step() {
 #[test]
 fn the_same_clicks_push_alike_at_every_frame_rate() {
     let clicks = [0.1034, 0.25, 0.5, 0.5001, 0.9];
-    let jitter = |i: u32| 1.0 / 60.0 * (0.6 + 0.8 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0);
+    let jitter =
+        |i: u32| 1.0 / 60.0 * (0.6 + 0.8 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0);
     let frames: [(&str, Box<dyn Fn(u32) -> f64>); 5] = [
         ("30", Box::new(|_| 1.0 / 30.0)),
         ("60", Box::new(|_| 1.0 / 60.0)),

@@ -24,7 +24,7 @@ use winit::window::{Window, WindowId};
 
 use self::pointer::Pointer;
 use self::recorder::Recorder;
-use crate::actions::Key;
+use crate::actions::{Action, Key, binding};
 use crate::cli::{WindowArgs, overridden};
 use crate::failure::Failure;
 use crate::headless::{load_script, player_of, write_picture};
@@ -62,6 +62,8 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         events: Vec::new(),
         down: HashMap::new(),
         ctrl: false,
+        focused: true,
+        mode_changes: false,
         clock: FrameClock::default(),
         start: Instant::now(),
         last_frame: None,
@@ -115,6 +117,9 @@ struct Shell {
     /// What each key meant when it went down: shift may be let go before it.
     down: HashMap<PhysicalKey, Key>,
     ctrl: bool,
+    focused: bool,
+    /// A key that changes the mode waits for its frame: until then nobody knows what motion means.
+    mode_changes: bool,
     clock: FrameClock,
     start: Instant,
     last_frame: Option<Instant>,
@@ -132,7 +137,6 @@ impl ApplicationHandler for Shell {
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
                 self.events.push(Input::Scaled(screen.window.scale_factor()));
-                self.pointer.follow(&screen.window, self.session.grabs_pointer());
                 self.screen = Some(screen);
                 self.start = Instant::now();
             }
@@ -159,7 +163,8 @@ impl ApplicationHandler for Shell {
             WindowEvent::ModifiersChanged(modifiers) => self.ctrl = modifiers.state().control_key(),
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
             WindowEvent::CursorMoved { position, .. } => {
-                if let Some(screen) = &self.screen {
+                let known = !self.mode_changes && self.pointer.holds() == self.session.grabs_pointer();
+                if let (Some(screen), true) = (&self.screen, known) {
                     self.events.extend(self.pointer.moved(&screen.window, position));
                 }
             }
@@ -183,7 +188,7 @@ impl ApplicationHandler for Shell {
     }
 
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
-        if let DeviceEvent::MouseMotion { delta } = event {
+        if let (DeviceEvent::MouseMotion { delta }, false) = (event, self.mode_changes) {
             self.events.extend(self.pointer.raw(delta));
         }
     }
@@ -208,9 +213,7 @@ impl Shell {
     }
 
     fn focus(&mut self, focused: bool) {
-        if let Some(screen) = &self.screen {
-            self.pointer.follow(&screen.window, focused && self.session.grabs_pointer());
-        }
+        self.focused = focused;
         if !focused {
             self.down.clear();
             self.events.push(Input::FocusLost);
@@ -222,6 +225,7 @@ impl Shell {
             ElementState::Pressed => {
                 let Some(key) = keys::named(event, self.ctrl) else { return };
                 if !event.repeat || self.session.takes_text() {
+                    self.mode_changes |= binding(&key).is_some_and(|row| row.action == Action::ToggleMode);
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
                 }
@@ -252,9 +256,9 @@ impl Shell {
         let (before, ticks_before) = (Instant::now(), self.session.ticks());
         self.session.advance(&InputFrame { events }, time);
         self.measure_ticks(before.elapsed(), self.session.ticks() - ticks_before);
+        self.mode_changes = false;
         if let Some(screen) = &self.screen {
-            let focused = screen.window.has_focus() || !self.pointer.holds();
-            self.pointer.follow(&screen.window, focused && self.session.grabs_pointer());
+            self.pointer.follow(&screen.window, self.focused && self.session.grabs_pointer());
         }
         if let Err(failure) = self.draw() {
             self.fail(event_loop, failure);

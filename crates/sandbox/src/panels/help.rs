@@ -5,21 +5,22 @@ use egui::{Align2, Grid, RichText};
 use crate::actions::{BINDINGS, MOUSE};
 
 pub(super) fn show(context: &egui::Context) {
+    let keys = BINDINGS.iter().map(|row| (row.keys.join("  "), row.what, row.when.words()));
+    let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *what, when.words()));
+    let rows: Vec<_> = keys.chain(mouse).collect();
     egui::Window::new("Keys and mouse").resizable(false).anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(
         context,
         |ui| {
-            Grid::new("keys").num_columns(3).striped(true).spacing([16.0, 2.0]).show(ui, |ui| {
-                for binding in BINDINGS {
-                    ui.label(RichText::new(binding.keys.join("  ")).monospace().strong());
-                    ui.label(binding.what);
-                    ui.weak(binding.when.words());
-                    ui.end_row();
-                }
-                for (input, when, what) in MOUSE {
-                    ui.label(RichText::new(*input).strong());
-                    ui.label(*what);
-                    ui.weak(when.words());
-                    ui.end_row();
+            ui.horizontal_top(|ui| {
+                // Two columns: one would be higher than a small window.
+                for (half, rows) in rows.chunks(rows.len().div_ceil(2)).enumerate() {
+                    Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
+                        for (input, what, when) in rows {
+                            ui.label(RichText::new(input).monospace().strong());
+                            ui.label(*what).on_hover_text(*when);
+                            ui.end_row();
+                        }
+                    });
                 }
             });
         },

@@ -22,6 +22,7 @@ enum Hold {
 #[derive(Debug, Default)]
 pub(super) struct Pointer {
     hold: Hold,
+    confined: bool,
     last: Option<PhysicalPosition<f64>>,
 }
 
@@ -33,16 +34,20 @@ impl Pointer {
 
     /// Holds it, or lets it go.
     pub fn follow(&mut self, window: &Window, hold: bool) {
+        if self.hold == Hold::Centered && hold && !self.confined {
+            // A window that is not on the screen yet cannot hold the pointer.
+            self.confined = window.set_cursor_grab(CursorGrabMode::Confined).is_ok();
+        }
         if hold == self.holds() {
             return;
         }
         self.last = None;
+        self.confined = false;
         if hold {
             self.hold = if window.set_cursor_grab(CursorGrabMode::Locked).is_ok() {
                 Hold::Locked
             } else {
-                // A window that cannot confine it either still turns the camera while the pointer is inside.
-                let _ = window.set_cursor_grab(CursorGrabMode::Confined);
+                self.confined = window.set_cursor_grab(CursorGrabMode::Confined).is_ok();
                 self.center(window);
                 Hold::Centered
             };

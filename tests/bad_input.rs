@@ -1,0 +1,1 @@
+//! Bad input: exact exit codes and messages, and nothing half-written.

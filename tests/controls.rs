@@ -1,0 +1,1 @@
+//! Keys, modes, clocks and panels, through sessions.

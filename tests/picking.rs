@@ -1,0 +1,1 @@
+//! Rays from pixels: what is selected, what is pushed.

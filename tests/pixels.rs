@@ -1,0 +1,1 @@
+//! Pictures against references, and relations between pictures.

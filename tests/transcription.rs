@@ -1,0 +1,1 @@
+//! The tutorial's two loops, written out again, against the schedule.
