@@ -57,7 +57,9 @@ fn an_infinite_mass_is_moved_by_nothing() {
     for passes in [1, 300] {
         let mut lab = Lab::tutorial();
         let floor = lab.body(0.0, Vector::ZERO);
-        (0..passes).for_each(|_| drop(lab.body(10.0, Vector::ZERO)));
+        for _ in 0..passes {
+            lab.body(10.0, Vector::ZERO);
+        }
         lab.stepper.set_method(&mut lab.world, Method::SemiImplicitEuler);
         for force in [1e30, f64::MAX, f64::INFINITY, f64::NAN] {
             lab.push(floor, Vector::new(force, -force, force));

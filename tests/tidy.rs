@@ -1,1 +1,206 @@
 //! The rules of the repository, as tests.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use sandbox::actions;
+
+use crate::harness::root;
+
+/// Every Rust file of the workspace with its text.
+fn sources() -> Vec<(PathBuf, String)> {
+    let mut folders = vec![root().join("crates"), root().join("tests")];
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = fs::read_to_string(&path).unwrap();
+                files.push((path, text));
+            }
+        }
+    }
+    assert!(files.len() > 50, "the sources were not found");
+    files
+}
+
+/// The lines of `text` that are code: no comments.
+fn code(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().map(|line| line.split("//").next().unwrap_or_default())
+}
+
+fn in_folder(path: &Path, folder: &str) -> bool {
+    path.strip_prefix(root()).unwrap().starts_with(folder)
+}
+
+/// Fails if code in `folder`, `except` aside, names one of `words`.
+#[track_caller]
+fn never(folder: &str, except: &[&str], words: &[&str]) {
+    let mut seen = 0;
+    for (path, text) in sources().iter().filter(|(path, _)| in_folder(path, folder)) {
+        if except.iter().any(|except| in_folder(path, except)) {
+            continue;
+        }
+        seen += 1;
+        for (line, code) in code(text).enumerate() {
+            for word in words {
+                assert!(!code.contains(word), "{}:{} names {word}", path.display(), line + 1);
+            }
+        }
+    }
+    assert!(seen > 0, "{folder} has no sources");
+}
+
+#[test]
+fn motion_knows_no_device_no_file_and_no_clock() {
+    never("crates/motion/src", &[], &["wgpu", "winit", "parry", "serde", "std::fs", "std::time"]);
+}
+
+#[test]
+fn render_has_never_heard_of_an_entity() {
+    never("crates/render/src", &[], &["bevy_ecs", "motion::", "winit"]);
+}
+
+#[test]
+fn only_the_window_names_winit_or_reads_the_wall_clock() {
+    let window = ["crates/sandbox/src/window.rs", "crates/sandbox/src/window"];
+    never("crates/sandbox/src", &window, &["winit", "Instant", "SystemTime"]);
+    for folder in ["crates/motion/src", "crates/pick/src", "crates/scene/src", "crates/render/src"] {
+        never(folder, &[], &["winit", "Instant::now", "SystemTime"]);
+    }
+}
+
+#[test]
+fn only_scene_parses_files() {
+    for folder in ["crates/motion/src", "crates/pick/src", "crates/render/src", "crates/sandbox/src"] {
+        never(folder, &[], &["ron::", "Deserialize"]);
+    }
+}
+
+#[test]
+fn input_never_writes_the_state_of_a_body() {
+    let files = ["control.rs", "player.rs", "input.rs", "ui.rs", "panels.rs", "panels"];
+    for file in files {
+        let path = format!("crates/sandbox/src/{file}");
+        never(&path, &[], &["get_mut::<", "&mut PhysicsBody", "&mut Transform", "&mut Force"]);
+    }
+}
+
+#[test]
+fn every_file_begins_with_what_it_is_for() {
+    for (path, text) in sources() {
+        assert!(text.starts_with("//! "), "{} does not begin with a `//!` line", path.display());
+    }
+}
+
+#[test]
+fn no_test_is_ignored_and_nothing_is_left_to_do() {
+    // Put together here, so that this file does not find itself.
+    let words =
+        [["#[ig", "nore"], ["todo", "!("], ["unimplem", "ented!"], ["dbg", "!("]].map(|word| word.concat());
+    for (path, text) in sources() {
+        for word in &words {
+            assert!(!text.contains(word.as_str()), "{} has {word}", path.display());
+        }
+    }
+}
+
+#[test]
+fn unwrap_is_for_tests() {
+    for (path, text) in sources().iter().filter(|(path, _)| in_folder(path, "crates")) {
+        let test = ["tests", "benches", "examples"]
+            .iter()
+            .any(|folder| path.components().any(|part| part.as_os_str() == *folder));
+        let tests_only = path.file_name().is_some_and(|name| name == "tests.rs");
+        if !test && !tests_only {
+            let before_tests = text.split("#[cfg(test)]").next().unwrap_or_default();
+            assert!(!before_tests.contains(".unwrap()"), "{} unwraps", path.display());
+        }
+    }
+}
+
+#[test]
+fn one_version_of_glam_wgpu_and_winit() {
+    let metadata = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--locked", "--offline", "--manifest-path"])
+        .arg(root().join("Cargo.toml"))
+        .output()
+        .unwrap();
+    assert!(metadata.status.success(), "{}", String::from_utf8_lossy(&metadata.stderr));
+    let metadata: serde_json::Value = serde_json::from_slice(&metadata.stdout).unwrap();
+    let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for package in metadata["packages"].as_array().unwrap() {
+        versions
+            .entry(package["name"].as_str().unwrap())
+            .or_default()
+            .push(package["version"].as_str().unwrap());
+    }
+    for (name, version) in [("glam", "0.33."), ("wgpu", "30."), ("winit", "0.30.")] {
+        let found = &versions[name];
+        assert_eq!(found.len(), 1, "{name} is here in {found:?}");
+        assert!(found[0].starts_with(version), "{name} is {}, stay on {version}", found[0]);
+    }
+}
+
+#[test]
+fn the_readme_has_the_table_of_keys_and_the_list_of_scenes() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let table = actions::markdown();
+    assert!(readme.contains(&table), "README.md should contain:\n{table}");
+    for shipped in scene::shipped() {
+        let description = shipped.load().unwrap().description;
+        let row = format!("| `{}` | {description} |", shipped.name);
+        assert!(readme.contains(&row), "README.md should contain the row:\n{row}");
+    }
+}
+
+#[test]
+fn the_contract_names_every_action_flag_and_command() {
+    let contract = fs::read_to_string(root().join("docs/contract.md")).unwrap();
+    for command in ["run", "list", "plan"] {
+        let help = Command::new(crate::harness::program()).args([command, "--help"]).output().unwrap();
+        let help = String::from_utf8(help.stdout).unwrap();
+        let flags = help.split_whitespace().filter_map(|word| word.strip_prefix("--"));
+        for flag in flags
+            .map(|flag| flag.trim_end_matches(|c: char| !c.is_ascii_lowercase()))
+            .filter(|flag| *flag != "help")
+        {
+            assert!(
+                contract.contains(&format!("--{flag}")),
+                "docs/contract.md lacks --{flag} of `sandbox {command}`"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_the_architecture_names_exists() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let mut paths = 0;
+    // A code span with a slash and an extension is a path; `path: name` means that the file names it.
+    for span in page.split('`').skip(1).step_by(2) {
+        let (path, name) = span.split_once(": ").map_or((span, None), |(path, name)| (path, Some(name)));
+        let is_path = path.contains('/') && !path.contains(' ') && Path::new(path).extension().is_some();
+        if !is_path {
+            continue;
+        }
+        paths += 1;
+        let text = fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
+        if let Some(name) = name {
+            assert!(text.contains(name), "{path} does not name {name}");
+        }
+    }
+    assert!(paths > 20, "ARCHITECTURE.md names only {paths} paths");
+}
+
+#[test]
+fn the_scripts_check_the_machine_before_they_build() {
+    let output = Command::new("bash").arg(root().join("scripts/requirements-test")).output().unwrap();
+    let text =
+        String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{text}");
+}

@@ -77,12 +77,13 @@ impl Accelerate {
         forces: &[Scalar],
         refuse: Refuse<'_>,
     ) {
+        let update = self.lanes(simd);
         let mut start = 0;
         // A block is loaded one number beyond its last force, so the last block is a copied one.
         while start + BLOCK < rows.len() {
             let block = rows[start..].first_chunk_mut().expect("a whole block");
             let force = if FORCED { triples(&forces[3 * start..]) } else { &NO_TRIPLES };
-            let new = self.update::<S, FORCED, KEEP>(simd, load_rows(simd, block), block, force);
+            let new = update.update::<FORCED, KEEP>(simd, load_rows(simd, block), block, force);
             commit_rows(simd, &new, block, &mut |k| refuse(start + k));
             start += BLOCK;
         }
@@ -92,34 +93,53 @@ impl Accelerate {
         if FORCED {
             force[..3 * rest].copy_from_slice(&forces[3 * start..]);
         }
-        let new = self.update::<S, FORCED, KEEP>(simd, load_rows(simd, &block), &block, &force);
+        let new = update.update::<FORCED, KEEP>(simd, load_rows(simd, &block), &block, &force);
         commit_rows(simd, &new, &mut block, &mut |k| refuse(start + k));
         rows[start..].copy_from_slice(&block[..rest]);
     }
 
+    /// The constants of the update in registers, loaded once: stores of rows might change them in memory.
+    #[inline(always)]
+    fn lanes<S: Simd>(&self, simd: S) -> AccelerateLanes<S> {
+        let Vector { x, y, z } = self.gravity;
+        let keep = self.keep.unwrap_or(1.0);
+        AccelerateLanes {
+            gravity: lanes(simd, [x, y, z, 0.0]),
+            keep: lanes(simd, [keep, keep, keep, 1.0]),
+            gain: f64x4::splat(simd, self.gain),
+            // No inverse mass is above infinity: the last lane, the inverse mass itself, is never accelerated.
+            immovable: lanes(simd, [0.0, 0.0, 0.0, Scalar::INFINITY]),
+            snap: Snap::new(simd),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct AccelerateLanes<S: Simd> {
+    gravity: f64x4<S>,
+    keep: f64x4<S>,
+    gain: f64x4<S>,
+    immovable: f64x4<S>,
+    snap: Snap<S>,
+}
+
+impl<S: Simd> AccelerateLanes<S> {
     /// The new rows of a block; nothing is stored or checked.
     #[inline(always)]
-    fn update<S: Simd, const FORCED: bool, const KEEP: bool>(
-        &self,
+    fn update<const FORCED: bool, const KEEP: bool>(
+        self,
         simd: S,
         mut rows: Rows<S>,
         old: &[Row; BLOCK],
         force: &Triples,
     ) -> Rows<S> {
-        let g = lanes(simd, [self.gravity.x, self.gravity.y, self.gravity.z, 0.0]);
-        let keep = self.keep.unwrap_or(1.0);
-        let keep = lanes(simd, [keep, keep, keep, 1.0]);
-        let gain = f64x4::splat(simd, self.gain);
-        let zero = f64x4::splat(simd, 0.0);
-        // No inverse mass is above infinity: the last lane, the inverse mass itself, is never accelerated.
-        let immovable = lanes(simd, [0.0, 0.0, 0.0, Scalar::INFINITY]);
         for (k, v) in rows.iter_mut().enumerate() {
             // From memory, where it stands unchanged: broadcasting it from a register takes shuffles.
             let w = f64x4::splat(simd, old[k][3]);
-            let a = if FORCED { load_triple(simd, force, k) * w + g } else { g };
+            let a = if FORCED { load_triple(simd, force, k) * w + self.gravity } else { self.gravity };
             // A selection, not a factor: NaN and infinity are deselected as well.
-            let dv = w.simd_gt(immovable).select(a * gain, zero);
-            *v = if KEEP { snap(simd, *v * keep + dv) } else { *v + dv };
+            let dv = w.simd_gt(self.immovable).select(a * self.gain, self.snap.zero);
+            *v = if KEEP { self.snap.apply(*v * self.keep + dv) } else { *v + dv };
         }
         rows
     }
@@ -206,6 +226,7 @@ impl Move {
         rows: &mut [Row],
         refuse: Refuse<'_>,
     ) {
+        let update = self.lanes(simd);
         each_block(
             simd,
             positions,
@@ -214,28 +235,51 @@ impl Move {
             self.grows(),
             refuse,
             #[inline(always)]
-            |x: &Triples, rows: &[Row; BLOCK], _: &Triples| {
-                self.update::<S, BEFORE, AFTER>(simd, load_triples(simd, x), load_rows(simd, rows))
+            move |x: &Triples, rows: &[Row; BLOCK], _: &Triples| {
+                update.update::<BEFORE, AFTER>(load_triples(simd, x), load_rows(simd, rows))
             },
         );
     }
 
+    /// The constants of the update in registers.
+    #[inline(always)]
+    fn lanes<S: Simd>(&self, simd: S) -> MoveLanes<S> {
+        let factor = |factor: Option<Scalar>| {
+            let k = factor.unwrap_or(1.0);
+            lanes(simd, [k, k, k, 1.0])
+        };
+        MoveLanes {
+            h: lanes(simd, [self.h, self.h, self.h, 0.0]),
+            before: factor(self.before),
+            after: factor(self.after),
+            snap: Snap::new(simd),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+struct MoveLanes<S: Simd> {
+    h: f64x4<S>,
+    before: f64x4<S>,
+    after: f64x4<S>,
+    snap: Snap<S>,
+}
+
+impl<S: Simd> MoveLanes<S> {
     /// The new positions and rows of a block; nothing is stored or checked.
     #[inline(always)]
-    fn update<S: Simd, const BEFORE: bool, const AFTER: bool>(
-        &self,
-        simd: S,
+    fn update<const BEFORE: bool, const AFTER: bool>(
+        self,
         mut x: Rows<S>,
         mut rows: Rows<S>,
     ) -> (Rows<S>, Rows<S>) {
-        let h = lanes(simd, [self.h, self.h, self.h, 0.0]);
         for (x, v) in x.iter_mut().zip(&mut rows) {
             if BEFORE {
-                *v = decay(simd, *v, self.before);
+                *v = self.snap.apply(*v * self.before);
             }
-            *x += *v * h;
+            *x += *v * self.h;
             if AFTER {
-                *v = decay(simd, *v, self.after);
+                *v = self.snap.apply(*v * self.after);
             }
         }
         (x, rows)
@@ -302,8 +346,8 @@ impl OnePass {
         forces: &[Scalar],
         refuse: Refuse<'_>,
     ) {
-        let Self { accelerate, advance, position_first } = self;
-        if *position_first {
+        let (accelerate, advance) = (self.accelerate.lanes(simd), self.advance.lanes(simd));
+        if self.position_first {
             each_block(
                 simd,
                 positions,
@@ -312,10 +356,10 @@ impl OnePass {
                 true,
                 refuse,
                 #[inline(always)]
-                |x: &Triples, rows: &[Row; BLOCK], force: &Triples| {
+                move |x: &Triples, rows: &[Row; BLOCK], force: &Triples| {
                     let (x, v) = (load_triples(simd, x), load_rows(simd, rows));
-                    let (x, v) = advance.update::<S, BEFORE, AFTER>(simd, x, v);
-                    (x, accelerate.update::<S, FORCED, KEEP>(simd, v, rows, force))
+                    let (x, v) = advance.update::<BEFORE, AFTER>(x, v);
+                    (x, accelerate.update::<FORCED, KEEP>(simd, v, rows, force))
                 },
             );
         } else {
@@ -324,12 +368,12 @@ impl OnePass {
                 positions,
                 rows,
                 forces,
-                advance.grows(),
+                self.advance.grows(),
                 refuse,
                 #[inline(always)]
-                |x: &Triples, rows: &[Row; BLOCK], force: &Triples| {
-                    let v = accelerate.update::<S, FORCED, KEEP>(simd, load_rows(simd, rows), rows, force);
-                    advance.update::<S, BEFORE, AFTER>(simd, load_triples(simd, x), v)
+                move |x: &Triples, rows: &[Row; BLOCK], force: &Triples| {
+                    let v = accelerate.update::<FORCED, KEEP>(simd, load_rows(simd, rows), rows, force);
+                    advance.update::<BEFORE, AFTER>(load_triples(simd, x), v)
                 },
             );
         }
@@ -458,15 +502,22 @@ fn all_finite<S: Simd>(simd: S, rows: &Rows<S>) -> bool {
     sum.abs().simd_le(f64x4::splat(simd, Scalar::MAX)).all_true()
 }
 
-#[inline(always)]
-fn decay<S: Simd>(simd: S, v: f64x4<S>, factor: Option<Scalar>) -> f64x4<S> {
-    let k = factor.unwrap_or(1.0);
-    snap(simd, v * lanes(simd, [k, k, k, 1.0]))
+/// Snaps the velocity lanes of rows that decayed.
+#[derive(Clone, Copy)]
+struct Snap<S: Simd> {
+    least: f64x4<S>,
+    zero: f64x4<S>,
 }
 
-#[inline(always)]
-fn snap<S: Simd>(simd: S, v: f64x4<S>) -> f64x4<S> {
-    // No inverse mass is below 0: the last lane is never snapped.
-    let least = lanes(simd, [SNAP, SNAP, SNAP, 0.0]);
-    v.abs().simd_lt(least).select(f64x4::splat(simd, 0.0), v)
+impl<S: Simd> Snap<S> {
+    #[inline(always)]
+    fn new(simd: S) -> Self {
+        // No inverse mass is below 0: the last lane is never snapped.
+        Self { least: lanes(simd, [SNAP, SNAP, SNAP, 0.0]), zero: f64x4::splat(simd, 0.0) }
+    }
+
+    #[inline(always)]
+    fn apply(self, v: f64x4<S>) -> f64x4<S> {
+        v.abs().simd_lt(self.least).select(self.zero, v)
+    }
 }
