@@ -34,7 +34,66 @@ type Triples = [Scalar; 3 * BLOCK + 1];
 
 const NO_TRIPLES: Triples = [0.0; 3 * BLOCK + 1];
 
-/// Rows to be updated, and what to tell about a row that was not.
+/// The forces of a table and the rows that have one; all other rows are zero and are not looked at.
+#[derive(Clone, Copy)]
+pub(crate) struct Applied<'a> {
+    /// The column of the table.
+    pub forces: &'a [Force],
+    /// Rows that were pushed, ascending.
+    pub rows: &'a [usize],
+}
+
+/// Finds the blocks that were pushed while the rows go by.
+struct Pushed<'a> {
+    numbers: &'a [Scalar],
+    rows: &'a [usize],
+    next: usize,
+}
+
+impl<'a> Pushed<'a> {
+    fn new(applied: Option<Applied<'a>>, rows: usize) -> Self {
+        let Applied { forces, rows: pushed } = applied.unwrap_or(Applied { forces: &[], rows: &[] });
+        assert!(pushed.is_empty() || forces.len() == rows, "a force for every body");
+        Self {
+            numbers: bytemuck::cast_slice(forces),
+            rows: pushed,
+            next: pushed.first().copied().unwrap_or(usize::MAX),
+        }
+    }
+
+    /// Whether a row of the block at `start` was pushed. Blocks are asked for in order.
+    #[inline(always)]
+    fn touches(&mut self, start: usize) -> bool {
+        if self.next >= start + BLOCK {
+            return false;
+        }
+        self.skip(start + BLOCK);
+        true
+    }
+
+    #[inline(never)]
+    fn skip(&mut self, end: usize) {
+        let beyond = self.rows.iter().position(|row| *row >= end).unwrap_or(self.rows.len());
+        self.rows = &self.rows[beyond..];
+        self.next = self.rows.first().copied().unwrap_or(usize::MAX);
+    }
+
+    /// The forces of a whole block and one number beyond.
+    #[inline(always)]
+    fn block(&self, start: usize) -> &'a Triples {
+        self.numbers[3 * start..].first_chunk().expect("a row lies beyond the block")
+    }
+
+    /// The forces of the rows from `start` to the end of the table, at most a block.
+    fn last(&self, start: usize) -> Triples {
+        let mut force = NO_TRIPLES;
+        let rest = &self.numbers[3 * start..];
+        force[..rest.len()].copy_from_slice(rest);
+        force
+    }
+}
+
+/// What to tell about a row that was not updated.
 pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize);
 
 /// `v keep + (F w + g) gain` for movable rows; what acts on an inverse mass of 0 is deselected, not multiplied.
@@ -47,34 +106,28 @@ pub(crate) struct Accelerate {
 
 impl Accelerate {
     pub fn new(gravity: Option<Vector>, decay: Decay) -> Self {
-        Self { gravity: gravity.unwrap_or(Vector::ZERO), keep: decay.keep, gain: decay.gain }
+        // Adding 0 turns -0 into 0: a row comes out the same whether its block has a force or not.
+        Self { gravity: gravity.unwrap_or(Vector::ZERO) + Vector::ZERO, keep: decay.keep, gain: decay.gain }
     }
 
     /// Applies the update to every row.
-    pub fn run(&self, bodies: &mut [PhysicsBody], forces: Option<&[Force]>, refuse: Refuse<'_>) {
+    pub fn run(&self, bodies: &mut [PhysicsBody], applied: Option<Applied<'_>>, refuse: Refuse<'_>) {
         let rows: &mut [Row] = bytemuck::cast_slice_mut(bodies);
+        let pushed = Pushed::new(applied, rows.len());
         let level = *LEVEL;
-        match (forces, self.keep) {
-            (None, None) => dispatch!(level, simd => self.rows::<_, false, false>(simd, rows, &[], refuse)),
-            (None, Some(_)) => dispatch!(level, simd => self.rows::<_, false, true>(simd, rows, &[], refuse)),
-            (Some(forces), keep) => {
-                let forces: &[Scalar] = bytemuck::cast_slice(forces);
-                assert_eq!(forces.len(), 3 * rows.len(), "a force for every body");
-                if keep.is_none() {
-                    dispatch!(level, simd => self.rows::<_, true, false>(simd, rows, forces, refuse));
-                } else {
-                    dispatch!(level, simd => self.rows::<_, true, true>(simd, rows, forces, refuse));
-                }
-            }
+        if self.keep.is_none() {
+            dispatch!(level, simd => self.rows::<_, false>(simd, rows, pushed, refuse));
+        } else {
+            dispatch!(level, simd => self.rows::<_, true>(simd, rows, pushed, refuse));
         }
     }
 
     #[inline(always)]
-    fn rows<S: Simd, const FORCED: bool, const KEEP: bool>(
+    fn rows<S: Simd, const KEEP: bool>(
         &self,
         simd: S,
         rows: &mut [Row],
-        forces: &[Scalar],
+        mut pushed: Pushed<'_>,
         refuse: Refuse<'_>,
     ) {
         let update = self.lanes(simd);
@@ -82,18 +135,16 @@ impl Accelerate {
         // A block is loaded one number beyond its last force, so the last block is a copied one.
         while start + BLOCK < rows.len() {
             let block = rows[start..].first_chunk_mut().expect("a whole block");
-            let force = if FORCED { triples(&forces[3 * start..]) } else { &NO_TRIPLES };
-            let new = update.update::<FORCED, KEEP>(simd, load_rows(simd, block), block, force);
+            let force = pushed.touches(start).then(|| pushed.block(start));
+            let new = update.update::<KEEP>(simd, load_rows(simd, block), block, force);
             commit_rows(simd, &new, block, &mut |k| refuse(start + k));
             start += BLOCK;
         }
-        let (mut block, mut force) = ([[0.0; 4]; BLOCK], NO_TRIPLES);
         let rest = rows.len() - start;
+        let mut block = [[0.0; 4]; BLOCK];
         block[..rest].copy_from_slice(&rows[start..]);
-        if FORCED {
-            force[..3 * rest].copy_from_slice(&forces[3 * start..]);
-        }
-        let new = update.update::<FORCED, KEEP>(simd, load_rows(simd, &block), &block, &force);
+        let force = pushed.touches(start).then(|| pushed.last(start));
+        let new = update.update::<KEEP>(simd, load_rows(simd, &block), &block, force.as_ref());
         commit_rows(simd, &new, &mut block, &mut |k| refuse(start + k));
         rows[start..].copy_from_slice(&block[..rest]);
     }
@@ -126,19 +177,25 @@ struct AccelerateLanes<S: Simd> {
 impl<S: Simd> AccelerateLanes<S> {
     /// The new rows of a block; nothing is stored or checked.
     #[inline(always)]
-    fn update<const FORCED: bool, const KEEP: bool>(
+    fn update<const KEEP: bool>(
         self,
         simd: S,
         mut rows: Rows<S>,
         old: &[Row; BLOCK],
-        force: &Triples,
+        force: Option<&Triples>,
     ) -> Rows<S> {
+        let mut dv = [self.gravity * self.gain; BLOCK];
+        if let Some(force) = force {
+            for (k, dv) in dv.iter_mut().enumerate() {
+                let w = f64x4::splat(simd, old[k][3]);
+                *dv = (load_triple(simd, force, k) * w + self.gravity) * self.gain;
+            }
+        }
         for (k, v) in rows.iter_mut().enumerate() {
             // From memory, where it stands unchanged: broadcasting it from a register takes shuffles.
             let w = f64x4::splat(simd, old[k][3]);
-            let a = if FORCED { load_triple(simd, force, k) * w + self.gravity } else { self.gravity };
             // A selection, not a factor: NaN and infinity are deselected as well.
-            let dv = w.simd_gt(self.immovable).select(a * self.gain, self.snap.zero);
+            let dv = w.simd_gt(self.immovable).select(dv[k], self.snap.zero);
             *v = if KEEP { self.snap.apply(*v * self.keep + dv) } else { *v + dv };
         }
         rows
@@ -227,15 +284,16 @@ impl Move {
         refuse: Refuse<'_>,
     ) {
         let update = self.lanes(simd);
+        let rows_len = rows.len();
         each_block(
             simd,
             positions,
             rows,
-            &[],
+            Pushed::new(None, rows_len),
             self.grows(),
             refuse,
             #[inline(always)]
-            move |x: &Triples, rows: &[Row; BLOCK], _: &Triples| {
+            move |x: &Triples, rows: &[Row; BLOCK], _: Option<&Triples>| {
                 update.update::<BEFORE, AFTER>(load_triples(simd, x), load_rows(simd, rows))
             },
         );
@@ -302,77 +360,66 @@ impl OnePass {
         &self,
         transforms: &mut [Transform],
         bodies: &mut [PhysicsBody],
-        forces: Option<&[Force]>,
+        applied: Option<Applied<'_>>,
         refuse: Refuse<'_>,
     ) {
-        let positions: &mut [Scalar] = bytemuck::cast_slice_mut(transforms);
+        let x: &mut [Scalar] = bytemuck::cast_slice_mut(transforms);
         let rows: &mut [Row] = bytemuck::cast_slice_mut(bodies);
-        assert_eq!(positions.len(), 3 * rows.len(), "a transform for every body");
+        assert_eq!(x.len(), 3 * rows.len(), "a transform for every body");
+        let pushed = Pushed::new(applied, rows.len());
         let level = *LEVEL;
-        macro_rules! go {
-            ($forced:literal, $forces:expr) => {
-                match (self.accelerate.keep, self.advance.before, self.advance.after) {
-                    (Some(_), ..) => {
-                        dispatch!(level, simd => self.rows::<_, $forced, true, false, false>(simd, positions, rows, $forces, refuse));
-                    }
-                    (None, Some(_), _) => {
-                        dispatch!(level, simd => self.rows::<_, $forced, false, true, false>(simd, positions, rows, $forces, refuse));
-                    }
-                    (None, None, Some(_)) => {
-                        dispatch!(level, simd => self.rows::<_, $forced, false, false, true>(simd, positions, rows, $forces, refuse));
-                    }
-                    (None, None, None) => {
-                        dispatch!(level, simd => self.rows::<_, $forced, false, false, false>(simd, positions, rows, $forces, refuse));
-                    }
-                }
-            };
-        }
-        match forces {
-            None => go!(false, &[]),
-            Some(forces) => {
-                let forces: &[Scalar] = bytemuck::cast_slice(forces);
-                assert_eq!(forces.len(), 3 * rows.len(), "a force for every body");
-                go!(true, forces);
+        match (self.accelerate.keep, self.advance.before, self.advance.after) {
+            (Some(_), ..) => {
+                dispatch!(level, simd => self.rows::<_, true, false, false>(simd, x, rows, pushed, refuse));
+            }
+            (None, Some(_), _) => {
+                dispatch!(level, simd => self.rows::<_, false, true, false>(simd, x, rows, pushed, refuse));
+            }
+            (None, None, Some(_)) => {
+                dispatch!(level, simd => self.rows::<_, false, false, true>(simd, x, rows, pushed, refuse));
+            }
+            (None, None, None) => {
+                dispatch!(level, simd => self.rows::<_, false, false, false>(simd, x, rows, pushed, refuse));
             }
         }
     }
 
     #[inline(always)]
-    fn rows<S: Simd, const FORCED: bool, const KEEP: bool, const BEFORE: bool, const AFTER: bool>(
+    fn rows<S: Simd, const KEEP: bool, const BEFORE: bool, const AFTER: bool>(
         &self,
         simd: S,
-        positions: &mut [Scalar],
+        x: &mut [Scalar],
         rows: &mut [Row],
-        forces: &[Scalar],
+        pushed: Pushed<'_>,
         refuse: Refuse<'_>,
     ) {
         let (accelerate, advance) = (self.accelerate.lanes(simd), self.advance.lanes(simd));
         if self.position_first {
             each_block(
                 simd,
-                positions,
+                x,
                 rows,
-                forces,
+                pushed,
                 true,
                 refuse,
                 #[inline(always)]
-                move |x: &Triples, rows: &[Row; BLOCK], force: &Triples| {
+                move |x: &Triples, rows: &[Row; BLOCK], force: Option<&Triples>| {
                     let (x, v) = (load_triples(simd, x), load_rows(simd, rows));
                     let (x, v) = advance.update::<BEFORE, AFTER>(x, v);
-                    (x, accelerate.update::<FORCED, KEEP>(simd, v, rows, force))
+                    (x, accelerate.update::<KEEP>(simd, v, rows, force))
                 },
             );
         } else {
             each_block(
                 simd,
-                positions,
+                x,
                 rows,
-                forces,
+                pushed,
                 self.advance.grows(),
                 refuse,
                 #[inline(always)]
-                move |x: &Triples, rows: &[Row; BLOCK], force: &Triples| {
-                    let v = accelerate.update::<FORCED, KEEP>(simd, load_rows(simd, rows), rows, force);
+                move |x: &Triples, rows: &[Row; BLOCK], force: Option<&Triples>| {
+                    let v = accelerate.update::<KEEP>(simd, load_rows(simd, rows), rows, force);
                     advance.update::<BEFORE, AFTER>(load_triples(simd, x), v)
                 },
             );
@@ -386,30 +433,27 @@ fn each_block<S: Simd>(
     simd: S,
     positions: &mut [Scalar],
     rows: &mut [Row],
-    forces: &[Scalar],
+    mut pushed: Pushed<'_>,
     check_v: bool,
     refuse: Refuse<'_>,
-    update: impl Fn(&Triples, &[Row; BLOCK], &Triples) -> (Rows<S>, Rows<S>),
+    update: impl Fn(&Triples, &[Row; BLOCK], Option<&Triples>) -> (Rows<S>, Rows<S>),
 ) {
-    let forced = !forces.is_empty();
     let mut start = 0;
     // A block is loaded one number beyond its last row, so the last block is a copied one.
     while start + BLOCK < rows.len() {
         let block = rows[start..].first_chunk_mut().expect("a whole block");
         let x = positions[3 * start..].first_chunk_mut().expect("a whole block and a number");
-        let force = if forced { triples(&forces[3 * start..]) } else { &NO_TRIPLES };
+        let force = pushed.touches(start).then(|| pushed.block(start));
         let (new_x, new_v) = update(x, block, force);
         commit(simd, &new_x, &new_v, x, block, check_v, &mut |k| refuse(start + k));
         start += BLOCK;
     }
-    let (mut x, mut block, mut force) = (NO_TRIPLES, [[0.0; 4]; BLOCK], NO_TRIPLES);
+    let (mut x, mut block) = (NO_TRIPLES, [[0.0; 4]; BLOCK]);
     let rest = rows.len() - start;
     x[..3 * rest].copy_from_slice(&positions[3 * start..]);
     block[..rest].copy_from_slice(&rows[start..]);
-    if forced {
-        force[..3 * rest].copy_from_slice(&forces[3 * start..]);
-    }
-    let (new_x, new_v) = update(&x, &block, &force);
+    let force = pushed.touches(start).then(|| pushed.last(start));
+    let (new_x, new_v) = update(&x, &block, force.as_ref());
     commit(simd, &new_x, &new_v, &mut x, &mut block, check_v, &mut |k| refuse(start + k));
     positions[3 * start..].copy_from_slice(&x[..3 * rest]);
     rows[start..].copy_from_slice(&block[..rest]);
@@ -472,11 +516,6 @@ fn commit_rows<S: Simd>(simd: S, new: &Rows<S>, rows: &mut [Row; BLOCK], refuse:
 #[inline(always)]
 fn lanes<S: Simd>(simd: S, row: Row) -> f64x4<S> {
     row.simd_into(simd)
-}
-
-#[inline(always)]
-fn triples(numbers: &[Scalar]) -> &Triples {
-    numbers.first_chunk().expect("the caller leaves a row beyond the block")
 }
 
 #[inline(always)]

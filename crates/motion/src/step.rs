@@ -2,6 +2,7 @@
 
 use std::slice;
 
+use bevy_ecs::entity::Entities;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor};
 use bevy_ecs::system::SystemParam;
@@ -9,7 +10,7 @@ use bevy_ecs::system::SystemParam;
 use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
 use crate::effects::{Damping, DampingRate, Decay, Gravity};
 use crate::forces::{Forces, PushQueue, PushedBodies};
-use crate::kernels::{Accelerate, Move, OnePass};
+use crate::kernels::{Accelerate, Applied, Move, OnePass};
 use crate::quarantine::{Cause, Quarantine, quarantine_bodies};
 use crate::units::{Scalar, Vector};
 
@@ -119,6 +120,7 @@ pub struct Laws<'w> {
     gravity: Option<Res<'w, Gravity>>,
     damping: Option<Res<'w, Damping>>,
     pushed: Res<'w, PushedBodies>,
+    entities: &'w Entities,
 }
 
 /// [`Laws`] as plain numbers, taken out once a tick.
@@ -127,7 +129,8 @@ struct Tick {
     gravity: Option<Vector>,
     damping: Option<Damping>,
     decay: Decay,
-    forced: bool,
+    /// Table and row of the pushed bodies, ascending.
+    pushed: Vec<(usize, usize)>,
 }
 
 impl Laws<'_> {
@@ -139,14 +142,36 @@ impl Laws<'_> {
             gravity: self.gravity.as_deref().and_then(Gravity::acting),
             damping,
             decay: damping.map_or(Decay::none(h), |damping| damping.factors(h)),
-            forced: !self.pushed.0.is_empty(),
+            pushed: Vec::new(),
         }
+    }
+
+    fn of_tick_with_pushes(&self) -> Tick {
+        Tick { pushed: self.pushed_rows(), ..self.of_tick() }
+    }
+
+    fn pushed_rows(&self) -> Vec<(usize, usize)> {
+        let place = |body: &Entity| {
+            let place = self.entities.get_spawned(*body).ok()?;
+            Some((place.table_id.as_usize(), place.table_row.index()))
+        };
+        let mut rows: Vec<_> = self.pushed.0.iter().filter_map(place).collect();
+        rows.sort_unstable();
+        rows
+    }
+
+    /// The pushed rows of the table that holds `body`.
+    fn rows_of(&self, body: Entity, pushed: &[(usize, usize)]) -> Vec<usize> {
+        let Ok(place) = self.entities.get_spawned(body) else { return Vec::new() };
+        let table = place.table_id.as_usize();
+        let start = pushed.partition_point(|(other, _)| *other < table);
+        pushed[start..].iter().take_while(|(other, _)| *other == table).map(|(_, row)| *row).collect()
     }
 }
 
 impl Tick {
     fn nothing_accelerates(&self) -> bool {
-        !self.forced && self.gravity.is_none() && self.decay.keep.is_none()
+        self.pushed.is_empty() && self.gravity.is_none() && self.decay.keep.is_none()
     }
 
     fn acceleration(&self, gravity_off: bool, decay: Decay) -> Accelerate {
@@ -170,8 +195,8 @@ impl Tick {
     ) -> bool {
         let mut ok = true;
         let update = self.acceleration(gravity_off, self.decay_of(rate));
-        let forces = self.forced.then_some(slice::from_ref(force));
-        update.run(slice::from_mut(body), forces, &mut |_| ok = false);
+        let applied = Applied { forces: slice::from_ref(force), rows: &[0] };
+        update.run(slice::from_mut(body), Some(applied), &mut |_| ok = false);
         ok
     }
 
@@ -203,7 +228,7 @@ pub fn integrate_acceleration(
         Without<Quarantined>,
     >,
 ) {
-    let tick = laws.of_tick();
+    let tick = laws.of_tick_with_pushes();
     if tick.nothing_accelerates() {
         return;
     }
@@ -220,7 +245,8 @@ pub fn integrate_acceleration(
             }
         } else {
             let update = tick.acceleration(gravity_off, tick.decay);
-            update.run(bodies, tick.forced.then_some(forces), &mut |row| refused.push(row));
+            let rows = laws.rows_of(entities[0], &tick.pushed);
+            update.run(bodies, Some(Applied { forces, rows: &rows }), &mut |row| refused.push(row));
         }
         for row in refused {
             quarantine.refuse(entities[row], transforms[row], bodies[row], Cause::Velocity);
@@ -287,7 +313,7 @@ pub fn integrate_in_one_pass<const POSITION_FIRST: bool>(
         Without<Quarantined>,
     >,
 ) {
-    let tick = laws.of_tick();
+    let tick = laws.of_tick_with_pushes();
     let tables = bodies.contiguous_iter_mut().expect(DENSE);
     for (entities, mut transforms, mut bodies, forces, gravity_off, mut rates, limits, locks) in tables {
         let (transforms, bodies) = (&mut *transforms, bodies.bypass_change_detection());
@@ -299,8 +325,10 @@ pub fn integrate_in_one_pass<const POSITION_FIRST: bool>(
                 advance: Move::new(tick.h, tick.decay),
                 position_first: POSITION_FIRST,
             };
+            let rows = laws.rows_of(entities[0], &tick.pushed);
+            let applied = Applied { forces, rows: &rows };
             // A refused row is done again, to say which of the two updates it was.
-            update.run(transforms, bodies, tick.forced.then_some(forces), &mut |row| row_by_row.push(row));
+            update.run(transforms, bodies, Some(applied), &mut |row| row_by_row.push(row));
         } else {
             row_by_row.extend(0..bodies.len());
         }

@@ -230,7 +230,7 @@ impl Session {
                 self.stepper.carry_out_requests(&mut self.world);
             }
             None => {
-                self.ui.notice("this scene declares no gravity; the settings (Tab) can add it".to_owned())
+                self.ui.notice("this scene declares no gravity; the settings (Tab) can add it".to_owned());
             }
         }
     }

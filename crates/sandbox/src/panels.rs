@@ -119,10 +119,10 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
     if ui.settings {
         settings::show(context, model, &mut edits);
     }
-    if let Some(mut finder) = ui.finder.take() {
-        if finder.show(context, &mut edits) {
-            ui.finder = Some(finder);
-        }
+    if let Some(mut finder) = ui.finder.take()
+        && finder.show(context, &mut edits)
+    {
+        ui.finder = Some(finder);
     }
     edits
 }

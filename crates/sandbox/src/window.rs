@@ -157,7 +157,7 @@ impl ApplicationHandler for Shell {
                 }
             }
             WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
-                self.events.push(Input::Scaled(scale_factor))
+                self.events.push(Input::Scaled(scale_factor));
             }
             WindowEvent::Focused(focused) => self.focus(focused),
             WindowEvent::ModifiersChanged(modifiers) => self.ctrl = modifiers.state().control_key(),
