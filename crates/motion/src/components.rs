@@ -28,8 +28,10 @@ impl Transform {
 ///
 /// Inverse mass is what the step multiplies by; 0 stands for an infinite mass, which no force, law or NaN
 /// moves. Only values above 0 count as movable.
+///
+/// Aligned to its size, so that no row lies across two cache lines.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
+#[repr(C, align(32))]
 #[require(Transform, Force)]
 pub struct PhysicsBody {
     /// Linear velocity, m/s.

@@ -8,7 +8,7 @@
 
 use std::sync::LazyLock;
 
-use fearless_simd::{Level, Simd, dispatch, f64x4, prelude::*};
+use fearless_simd::{Level, Simd, dispatch, f64x4, mask64x4, prelude::*, u8x32};
 
 use crate::components::{AxisLocks, Force, PhysicsBody, Transform};
 use crate::effects::Decay;
@@ -195,7 +195,7 @@ impl<S: Simd> AccelerateLanes<S> {
             // From memory, where it stands unchanged: broadcasting it from a register takes shuffles.
             let w = f64x4::splat(simd, old[k][3]);
             // A selection, not a factor: NaN and infinity are deselected as well.
-            let dv = w.simd_gt(self.immovable).select(dv[k], self.snap.zero);
+            let dv = where_true(w.simd_gt(self.immovable), dv[k]);
             *v = if KEEP { self.snap.apply(*v * self.keep + dv) } else { *v + dv };
         }
         rows
@@ -541,22 +541,28 @@ fn all_finite<S: Simd>(simd: S, rows: &Rows<S>) -> bool {
     sum.abs().simd_le(f64x4::splat(simd, Scalar::MAX)).all_true()
 }
 
+/// `v` where the mask holds, 0 elsewhere: one instruction, where a selection between two takes two.
+#[inline(always)]
+fn where_true<S: Simd>(mask: mask64x4<S>, v: f64x4<S>) -> f64x4<S> {
+    (mask.bitcast::<u8x32<S>>() & v.bitcast::<u8x32<S>>()).bitcast()
+}
+
 /// Snaps the velocity lanes of rows that decayed.
 #[derive(Clone, Copy)]
 struct Snap<S: Simd> {
     least: f64x4<S>,
-    zero: f64x4<S>,
 }
 
 impl<S: Simd> Snap<S> {
     #[inline(always)]
     fn new(simd: S) -> Self {
         // No inverse mass is below 0: the last lane is never snapped.
-        Self { least: lanes(simd, [SNAP, SNAP, SNAP, 0.0]), zero: f64x4::splat(simd, 0.0) }
+        Self { least: lanes(simd, [SNAP, SNAP, SNAP, 0.0]) }
     }
 
     #[inline(always)]
     fn apply(self, v: f64x4<S>) -> f64x4<S> {
-        v.abs().simd_lt(self.least).select(self.zero, v)
+        // Not "where it is at least": NaN is not, and has to stay to be found.
+        where_true(!v.abs().simd_lt(self.least), v)
     }
 }
