@@ -4,6 +4,7 @@
 #![allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
 
 mod bad_input;
+mod contract;
 mod controls;
 mod damping;
 mod harness;

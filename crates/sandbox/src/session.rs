@@ -52,6 +52,8 @@ pub struct Measured {
     pub frames_per_second: f64,
     /// Time of a tick, s.
     pub tick: f64,
+    /// Simulated seconds a second.
+    pub simulated_over_real: f64,
 }
 
 /// A body that was quarantined, by name.

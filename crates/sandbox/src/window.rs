@@ -254,8 +254,14 @@ impl Shell {
             recorder.record(self.session.frames(), time.total(), &events);
         }
         let (before, ticks_before) = (Instant::now(), self.session.ticks());
+        let simulated_before = self.session.simulated();
         self.session.advance(&InputFrame { events }, time);
         self.measure_ticks(before.elapsed(), self.session.ticks() - ticks_before);
+        if time.length() > 0.0 {
+            // A reset sets the simulated time back: that frame counts as nothing.
+            let factor = (self.session.simulated() - simulated_before).max(0.0) / time.length();
+            self.measured.simulated_over_real = blend(self.measured.simulated_over_real, factor);
+        }
         self.mode_changes = false;
         if let Some(screen) = &self.screen {
             self.pointer.follow(&screen.window, self.focused && self.session.grabs_pointer());

@@ -4,6 +4,7 @@ use egui::{Align2, Color32, FontId, LayerId, Order, Painter, Pos2, Stroke, Vec2}
 
 use super::Model;
 use crate::control::Mode;
+use crate::session::Measured;
 
 /// The light gray in which the tutorial's texts are drawn.
 const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
@@ -69,8 +70,12 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
         (format!("{:.2} s at {} Hz", model.simulated, (model.step_hz * 1e6).round() / 1e6), TEXT),
     ];
     if let Some(measured) = model.measured {
-        let tick = measured.tick * 1e6;
-        lines.push((format!("{:.0} frames/s   tick {tick:.1} us", measured.frames_per_second), TEXT));
+        let Measured { frames_per_second, tick, simulated_over_real } = measured;
+        let tick = tick * 1e6;
+        let words = format!(
+            "{frames_per_second:.0} frames/s   tick {tick:.1} us   {simulated_over_real:.2} x real time"
+        );
+        lines.push((words, TEXT));
     }
     if model.pace != 1.0 {
         lines.push((format!("{} x speed", model.pace), WARNING));

@@ -1,0 +1,325 @@
+//! The good side of the command line: lists, plans, state files, summaries and hashes as the contract has them.
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+use tempfile::TempDir;
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::harness::{program, root};
+
+/// What the program prints for `line` in `folder`, where it must succeed.
+#[track_caller]
+fn run_in(folder: &Path, line: &str) -> String {
+    let output = Command::new(program()).args(line.split_whitespace()).current_dir(folder).output().unwrap();
+    assert!(output.status.success(), "sandbox {line}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[track_caller]
+fn run(line: &str) -> String {
+    run_in(TempDir::new().unwrap().path(), line)
+}
+
+/// The state hash of `sandbox run line`, read from its summary file.
+#[track_caller]
+fn hash(folder: &Path, line: &str) -> String {
+    run_in(folder, &format!("run {line} --summary hash.json"));
+    let summary: Value = serde_json::from_slice(&fs::read(folder.join("hash.json")).unwrap()).unwrap();
+    summary["state_hash"].as_str().unwrap().to_owned()
+}
+
+/// A row of a state file.
+#[derive(Clone, Debug, PartialEq)]
+struct Row {
+    tick: u64,
+    time: f64,
+    body: String,
+    numbers: [f64; 6],
+}
+
+/// The rows of `sandbox run line --state`, each number written with 17 digits that read back to the same bits.
+#[track_caller]
+fn rows(folder: &Path, line: &str) -> Vec<Row> {
+    run_in(folder, &format!("run {line} --state state.csv"));
+    let text = fs::read_to_string(folder.join("state.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "tick,time_s,body,position_x_m,position_y_m,position_z_m,velocity_x_m_s,velocity_y_m_s,velocity_z_m_s"
+        )
+    );
+    let number = |cell: &str| {
+        let value: f64 = cell.parse().unwrap();
+        let digits = cell.split('e').next().unwrap().trim_start_matches('-');
+        assert_eq!((digits.len(), digits.find('.')), (18, Some(1)), "{cell}");
+        assert_eq!(format!("{value:.16e}"), cell);
+        value
+    };
+    lines
+        .map(|line| {
+            let cells: Vec<_> = line.split(',').collect();
+            assert_eq!(cells.len(), 9, "{line}");
+            Row {
+                tick: cells[0].parse().unwrap(),
+                time: number(cells[1]),
+                body: cells[2].to_owned(),
+                numbers: std::array::from_fn(|i| number(cells[3 + i])),
+            }
+        })
+        .collect()
+}
+
+fn parsed(line: &str) -> Vec<serde_json::Map<String, Value>> {
+    let Value::Array(rows) = serde_json::from_str(&run(line)).unwrap() else { panic!("{line}: a list") };
+    rows.into_iter().map(|row| row.as_object().unwrap().clone()).collect()
+}
+
+#[test]
+fn every_list_has_the_same_rows_as_a_table_and_as_json() {
+    for what in ["scenes", "methods", "keys"] {
+        let table = run(&format!("list {what}"));
+        let rows = parsed(&format!("list {what} --format json"));
+        assert_eq!(table.lines().count(), rows.len(), "{what}");
+        for (line, row) in table.lines().zip(&rows) {
+            let mut rest = line;
+            for value in row.values().map(|value| value.as_str().unwrap()) {
+                let at = rest.find(value).unwrap_or_else(|| panic!("{value} in {line}"));
+                rest = &rest[at + value.len()..];
+            }
+            assert_eq!(rest.trim(), "", "{line}");
+        }
+    }
+    let scenes: Vec<_> = parsed("list scenes --format json").iter().map(|row| row["scene"].clone()).collect();
+    assert_eq!(scenes, scene::shipped().iter().map(|scene| scene.name).collect::<Vec<_>>());
+    let methods: Vec<_> =
+        parsed("list methods --format json").iter().map(|row| row["method"].clone()).collect();
+    assert_eq!(methods, motion::Method::ALL.map(motion::Method::name));
+}
+
+#[test]
+fn every_key_and_every_action_is_listed_once() {
+    let (mut keys, mut names) = (HashSet::new(), HashSet::new());
+    for row in parsed("list keys --format json") {
+        let text = |key: &str| row[key].as_str().unwrap().to_owned();
+        assert_eq!(row.keys().collect::<Vec<_>>(), ["input", "when", "name", "what"]);
+        assert!(!text("what").is_empty());
+        assert!(["always", "camera mode", "selection mode"].contains(&text("when").as_str()));
+        if text("name").is_empty() {
+            // The mouse: an input is words, and may mean one thing in each mode.
+            assert!(keys.insert((text("input"), text("when"))));
+            continue;
+        }
+        assert!(names.insert(text("name")), "{row:?}");
+        for key in text("input").split_whitespace() {
+            assert!(keys.insert((key.to_owned(), String::new())), "{key} is listed twice");
+        }
+    }
+    assert_eq!(names.len(), sandbox::actions::BINDINGS.len());
+}
+
+#[test]
+fn the_plan_of_the_tutorial_names_every_system_in_order() {
+    let expected = "\
+step of `tutorial`: semi_implicit_euler, 120 Hz, 29 bodies
+  1. apply_forces             queued pushes become forces
+  2. integrate_acceleration   v += (F w + g) h; gravity (0, -9.8, 0) m/s², off
+  3. integrate_velocity       x += v h; damping tutorial 0.4 1/s
+  4. clear_forces             forces last one tick
+  5. quarantine_bodies        freezes what would turn non-finite
+";
+    assert_eq!(run("plan tutorial"), expected);
+}
+
+#[test]
+fn explicit_euler_swaps_exactly_the_two_middle_lines_of_the_plan() {
+    let (semi_implicit, explicit) = (run("plan tutorial"), run("plan tutorial --method explicit_euler"));
+    // Without the number of the place.
+    let systems = |plan: &str| -> Vec<String> {
+        plan.lines().skip(1).map(|line| line.split_once(". ").unwrap().1.to_owned()).collect()
+    };
+    let mut swapped = systems(&semi_implicit);
+    swapped.swap(1, 2);
+    assert_eq!(systems(&explicit), swapped);
+    assert!(explicit.starts_with("step of `tutorial`: explicit_euler, 120 Hz, 29 bodies\n"));
+}
+
+#[test]
+fn the_plan_of_many_bodies_says_which_systems_share_a_pass() {
+    let expected = "\
+step of `thousand`: semi_implicit_euler, 120 Hz, 1001 bodies
+  1. apply_forces             queued pushes become forces
+  2. integrate_in_one_pass    both middle systems; gravity (0, -9.8, 0) m/s², on; damping exact 0.4 1/s
+  3. clear_forces             forces last one tick
+  4. quarantine_bodies        freezes what would turn non-finite
+     ( integrate_acceleration and integrate_velocity, one pass over memory, equal bits )
+";
+    assert_eq!(run("plan thousand"), expected);
+}
+
+#[test]
+fn every_shipped_scene_has_a_plan_whose_lines_are_numbered() {
+    for scene in scene::shipped() {
+        let plan = run(&format!("plan {}", scene.name));
+        assert!(plan.starts_with(&format!("step of `{}`: ", scene.name)), "{plan}");
+        let numbered = plan.lines().skip(1).filter(|line| !line.trim_start().starts_with('('));
+        for (i, line) in numbered.enumerate() {
+            let (number, system) = line.trim_start().split_once(". ").unwrap();
+            assert_eq!(number, (i + 1).to_string(), "{plan}");
+            let (name, what) = system.split_once(' ').unwrap();
+            assert!(name.chars().all(|c| c.is_ascii_lowercase() || c == '_'), "{name}");
+            assert!(!what.trim().is_empty(), "{name} is not explained");
+        }
+    }
+}
+
+#[test]
+fn a_state_file_has_the_start_every_kth_tick_and_the_end_once() {
+    let folder = TempDir::new().unwrap();
+    for (ticks, every, expected) in [
+        (10, 3, vec![0, 3, 6, 9, 10]),
+        (9, 3, vec![0, 3, 6, 9]),
+        (2, 7, vec![0, 2]),
+        (3, 1, vec![0, 1, 2, 3]),
+        (0, 5, vec![0]),
+    ] {
+        let rows = rows(folder.path(), &format!("tutorial --ticks {ticks} --every {every}"));
+        assert_eq!(rows.len(), expected.len() * 29);
+        let ticks: Vec<_> = rows.chunks(29).map(|rows| rows[0].tick).collect();
+        assert_eq!(ticks, expected);
+        for row in &rows {
+            assert!((row.time - row.tick as f64 / 120.0).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_state_file_has_immovable_bodies_in_stable_id_order_and_no_scenery() {
+    let folder = TempDir::new().unwrap();
+    let bodies = rows(folder.path(), "tutorial --ticks 0").into_iter().map(|row| row.body);
+    let tutorial = scene::load("tutorial").unwrap();
+    assert_eq!(bodies.collect::<Vec<_>>(), tutorial.names.iter().collect::<Vec<_>>());
+    let rows = rows(folder.path(), "projectile --ticks 1");
+    assert_eq!(rows.iter().map(|row| row.body.as_str()).collect::<Vec<_>>(), ["ball", "ball"]);
+    // Bits that a person can check: x = v h, and v loses g h before the move.
+    let (h, v) = (1.0 / 120.0, 14.142_135_623_730_951);
+    assert_eq!(rows[0].numbers, [0.0, 0.0, 0.0, v, v, 0.0]);
+    let vy = v + -9.8 * h;
+    assert_eq!(rows[1].numbers, [v * h, vy * h, 0.0, v, vy, 0.0]);
+}
+
+#[test]
+fn a_summary_has_the_keys_of_the_contract_in_order() {
+    let folder = TempDir::new().unwrap();
+    let table = run_in(folder.path(), "run tutorial --ticks 60 --summary summary.json");
+    let text = fs::read_to_string(folder.path().join("summary.json")).unwrap();
+    let summary: serde_json::Map<String, Value> = serde_json::from_str(&text).unwrap();
+    let keys = [
+        "scene",
+        "method",
+        "step_hz",
+        "ticks",
+        "simulated_s",
+        "dropped_s",
+        "force_evaluations",
+        "laws",
+        "cg_iterations",
+        "kinetic_energy_j",
+        "potential_energy_j",
+        "momentum_kg_m_s",
+        "angular_momentum_kg_m2_s",
+        "energy_at_start_j",
+        "quarantined",
+        "state_hash",
+        "frames",
+        "adapter",
+    ];
+    assert_eq!(summary.keys().collect::<Vec<_>>(), keys);
+    assert_eq!(table.lines().map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>(), keys);
+    assert_eq!((&summary["scene"], &summary["method"]), (&"tutorial".into(), &"semi_implicit_euler".into()));
+    assert_eq!((&summary["ticks"], &summary["force_evaluations"]), (&60.into(), &(60 * 29).into()));
+    assert_eq!((&summary["frames"], &summary["adapter"]), (&0.into(), &Value::Null));
+    assert_eq!(summary["momentum_kg_m_s"].as_array().unwrap().len(), 3);
+    let hash = summary["state_hash"].as_str().unwrap();
+    assert!(hash.len() == 16 && hash.chars().all(|c| c.is_ascii_hexdigit() && !c.is_ascii_uppercase()));
+    let listed = table.lines().find_map(|line| line.strip_prefix("state_hash")).unwrap();
+    assert_eq!(listed.trim(), hash);
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_words_in_a_summary() {
+    let folder = TempDir::new().unwrap();
+    // Finite bodies, but the square of the speed is not.
+    let scene =
+        "(version: 1, bodies: [(velocity_m_s: (1e200, 0, 0)), (velocity_m_s: (-1e308, 0, 0), mass_kg: 10)])";
+    fs::write(folder.path().join("fast.ron"), scene).unwrap();
+    run_in(folder.path(), "run fast.ron --ticks 1 --summary fast.json");
+    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("fast.json")).unwrap()).unwrap();
+    assert_eq!(summary["kinetic_energy_j"], "inf");
+    assert_eq!(summary["energy_at_start_j"], "inf");
+    assert_eq!(summary["momentum_kg_m_s"][0], "-inf");
+}
+
+/// Gravity on after a while and a push; nothing of it depends on frames.
+const FALL: &str = "(version: 1, name: \"fall\", gravity: (), damping: (model: tutorial, rate_per_s: 0.4),
+    grids: [(rows: 4, columns: 3)], bodies: [(name: \"ball\", velocity_m_s: (1, 5, 0.1), mass_kg: 0.3)])";
+
+#[test]
+fn the_state_is_the_same_for_every_frame_rate_and_every_run() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("fall.ron"), FALL).unwrap();
+    let times: String =
+        (0..200_u32).map(|i| format!("{}\n", 0.003 + f64::from(i * 7919 % 97) * 0.001)).collect();
+    fs::write(folder.path().join("uneven.times"), times).unwrap();
+    for scene in ["fall.ron", "thousand"] {
+        let hash = |flags: &str| hash(folder.path(), &format!("{scene} --ticks 240 {flags}"));
+        let expected = hash("");
+        for flags in ["", "--fps 30", "--fps 60", "--fps 144", "--fps 0.5", "--frame-times uneven.times"] {
+            assert_eq!(hash(flags), expected, "{scene} {flags}");
+        }
+        assert_ne!(hash("--method explicit_euler"), expected, "{scene}");
+        assert_ne!(hash("--hz 60"), expected, "{scene}");
+    }
+}
+
+#[test]
+fn a_shipped_scene_and_its_file_give_the_same_state_from_any_folder() {
+    let folder = TempDir::new().unwrap();
+    for scene in scene::shipped() {
+        let file = root().join(format!("assets/scenes/{}.ron", scene.name));
+        fs::copy(file, folder.path().join("copy.ron")).unwrap();
+        let shipped = hash(folder.path(), &format!("{} --ticks 60", scene.name));
+        assert_eq!(hash(folder.path(), "copy.ron --ticks 60"), shipped, "{}", scene.name);
+    }
+}
+
+#[test]
+fn the_state_hash_is_xxh3_over_the_bits_of_the_state() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("fall.ron"), FALL).unwrap();
+    for scene in ["tutorial", "coast", "projectile", "thousand", "empty", "fall.ron"] {
+        let line = format!("{scene} --ticks 30 --every 30");
+        let rows = rows(folder.path(), &line);
+        let mut xxh3 = Xxh3::new();
+        for number in rows.iter().filter(|row| row.tick == 30).flat_map(|row| row.numbers) {
+            xxh3.update(&number.to_bits().to_le_bytes());
+        }
+        assert_eq!(hash(folder.path(), &line.replace(" --every 30", "")), format!("{:016x}", xxh3.digest()));
+    }
+}
+
+#[test]
+fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
+    for scene in scene::shipped() {
+        for method in motion::Method::ALL {
+            let table = run(&format!("run {} --seconds 60 --assert --method {}", scene.name, method.name()));
+            let simulated = table.lines().find_map(|line| line.strip_prefix("simulated_s")).unwrap();
+            let simulated: f64 = simulated.trim().parse().unwrap();
+            assert!((simulated - 60.0).abs() < 1e-9, "{}: {simulated} s", scene.name);
+        }
+    }
+}
