@@ -3,7 +3,8 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use motion::{DampingModel, Method};
 use scene::{Scene, StepKind};
 use serde_json::json;
@@ -55,7 +56,7 @@ enum Command {
     /// List scenes, methods or keys
     List {
         /// What to list
-        #[arg(value_enum)]
+        #[arg(value_enum, default_value_t)]
         what: Listed,
         /// As a table or as JSON
         #[arg(long, value_enum, default_value_t)]
@@ -71,8 +72,9 @@ enum Command {
     },
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
 enum Listed {
+    #[default]
     Scenes,
     Methods,
     Keys,
@@ -91,13 +93,13 @@ pub(crate) struct RunArgs {
     /// A shipped scene or a file
     pub scene: String,
     /// Simulated seconds [default: 10, or to the end of the frame times]
-    #[arg(long, value_name = "S", conflicts_with = "ticks", value_parser = positive)]
+    #[arg(long, value_name = "S", conflicts_with = "ticks", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
     /// Ticks
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     pub ticks: Option<u64>,
     /// Ticks a second, in place of the scene's
-    #[arg(long, value_name = "H", value_parser = positive)]
+    #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = rate)]
     pub hz: Option<f64>,
     /// Integration method
     #[arg(long, value_name = "M", value_parser = method)]
@@ -105,9 +107,9 @@ pub(crate) struct RunArgs {
     /// Damping model, in place of the scene's: tutorial, clamped or exact
     #[arg(long, value_name = "MODEL", value_parser = damping)]
     pub damping: Option<DampingModel>,
-    /// Frames a second for scripts and pictures
-    #[arg(long, value_name = "F", default_value_t = 60.0, value_parser = positive)]
-    pub fps: f64,
+    /// Frames a second for scripts and pictures [default: 60]
+    #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = rate)]
+    pub fps: Option<f64>,
     /// A file with one frame time in seconds a line, instead of --fps
     #[arg(long, value_name = "FILE", conflicts_with = "fps")]
     pub frame_times: Option<PathBuf>,
@@ -121,7 +123,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE.csv")]
     pub state: Option<PathBuf>,
     /// Ticks between two states
-    #[arg(long, value_name = "K", default_value_t = 1, requires = "state", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "K", default_value_t = 1, requires = "state", allow_negative_numbers = true, value_parser = above_0)]
     pub every: u64,
     /// Write the summary as JSON
     #[arg(long, value_name = "FILE.json")]
@@ -130,7 +132,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
     /// Frames between two pictures
-    #[arg(long, value_name = "K", default_value_t = 1, requires = "frames", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "K", default_value_t = 1, requires = "frames", allow_negative_numbers = true, value_parser = above_0)]
     pub frame_every: u64,
     /// Size of the pictures, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
@@ -142,7 +144,7 @@ pub(crate) struct RunArgs {
 /// # Errors
 /// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
 pub fn run() -> Result<(), Failure> {
-    let Cli { command, window } = Cli::parse();
+    let Cli { command, window } = Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
     match command {
         None => window::open(&window),
         Some(Command::Run(args)) => headless::run(&args),
@@ -156,6 +158,18 @@ pub fn run() -> Result<(), Failure> {
             Ok(())
         }
     }
+}
+
+/// clap takes the second of two scenes for a subcommand, and says so.
+fn worded(error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    let mut program = Cli::command();
+    if error.kind() != ErrorKind::ArgumentConflict || program.find_subcommand(word).is_some() {
+        return error;
+    }
+    let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
+    let what = format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
+    program.error(ErrorKind::UnknownArgument, what)
 }
 
 /// The scene with the method of the command line in place of its own.
@@ -230,6 +244,25 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("give a finite number above 0".to_owned()),
+    }
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    // The step is the reciprocal.
+    match positive(text) {
+        Ok(value) if (1.0 / value).is_infinite() => Err("give a number farther above 0".to_owned()),
+        other => other,
+    }
+}
+
+fn whole(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "give a whole number from 0 up".to_owned())
+}
+
+fn above_0(text: &str) -> Result<u64, String> {
+    match whole(text) {
+        Ok(value) if value > 0 => Ok(value),
+        _ => Err("give a whole number from 1 up".to_owned()),
     }
 }
 

@@ -25,7 +25,17 @@ impl Failure {
     /// A file that could not be read or written.
     #[must_use]
     pub fn file(doing: &str, path: &Path, error: &std::io::Error) -> Self {
-        Self::Usage(format!("cannot {doing} {}: {error}", path.display()))
+        use std::io::ErrorKind as Kind;
+        let why = match error.kind() {
+            Kind::NotFound => "there is no such place; check the path",
+            Kind::PermissionDenied => "it is not permitted; give another path",
+            Kind::ReadOnlyFilesystem => "nothing can be written there; give another path",
+            Kind::StorageFull => "the disk is full; make room, or give another path",
+            Kind::IsADirectory => "it is a folder; give the path of a file",
+            Kind::AlreadyExists | Kind::NotADirectory => "a file is in the way; give another path",
+            _ => return Self::Usage(format!("cannot {doing} {}: {error}", path.display())),
+        };
+        Self::Usage(format!("cannot {doing} {}: {why}", path.display()))
     }
 
     /// The code that the process exits with.
@@ -61,6 +71,9 @@ impl From<SceneError> for Failure {
 
 impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
-        Self::NoAdapter(error.to_string())
+        match error {
+            RenderError::Size { .. } => Self::Usage(format!("--size: {error}")),
+            _ => Self::NoAdapter(error.to_string()),
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Output files that are whole or absent: written beside their place, then renamed into it.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -8,8 +8,14 @@ use tempfile::NamedTempFile;
 
 /// A file that appears under its name when it is finished.
 pub struct Output {
-    path: PathBuf,
-    writer: BufWriter<NamedTempFile>,
+    writer: Writer,
+}
+
+enum Writer {
+    /// Renamed to `path` at the end.
+    Beside { path: PathBuf, file: BufWriter<NamedTempFile> },
+    /// Devices and pipes such as `/dev/stdout`: renaming over one would destroy it.
+    Straight(BufWriter<File>),
 }
 
 impl Output {
@@ -19,11 +25,17 @@ impl Output {
     /// A folder that is missing or not writable; a `path` that is a folder itself.
     pub fn create(path: &Path) -> io::Result<Self> {
         if path.is_dir() {
-            return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+            return Err(io::ErrorKind::IsADirectory.into());
         }
+        if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+            let file = File::options().write(true).open(path)?;
+            return Ok(Self { writer: Writer::Straight(BufWriter::new(file)) });
+        }
+        // A link stays a link: what it leads to is replaced.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let file = tempfile::Builder::new().prefix(".sandbox-").tempfile_in(folder)?;
-        Ok(Self { path: path.to_owned(), writer: BufWriter::new(file) })
+        Ok(Self { writer: Writer::Beside { path, file: BufWriter::new(file) } })
     }
 
     /// Puts the file in its place.
@@ -31,7 +43,11 @@ impl Output {
     /// # Errors
     /// A full disk, or a place that cannot be renamed into; nothing is left behind.
     pub fn finish(self) -> io::Result<()> {
-        let file = self.writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+        let (path, file) = match self.writer {
+            Writer::Beside { path, file } => (path, file),
+            Writer::Straight(mut file) => return file.flush(),
+        };
+        let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
         file.as_file().sync_all()?;
         // Temporary files are private; an output is not.
         #[cfg(unix)]
@@ -39,29 +55,25 @@ impl Output {
             use std::os::unix::fs::PermissionsExt;
             file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
         }
-        file.persist(&self.path).map_err(|error| error.error)?;
+        file.persist(path).map_err(|error| error.error)?;
         Ok(())
     }
 }
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.writer.write(bytes)
+        match &mut self.writer {
+            Writer::Beside { file, .. } => file.write(bytes),
+            Writer::Straight(file) => file.write(bytes),
+        }
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.writer.flush()
+        match &mut self.writer {
+            Writer::Beside { file, .. } => file.flush(),
+            Writer::Straight(file) => file.flush(),
+        }
     }
-}
-
-/// Writes a whole file.
-///
-/// # Errors
-/// As [`Output`].
-pub fn write(path: &Path, text: &str) -> io::Result<()> {
-    let mut output = Output::create(path)?;
-    output.write_all(text.as_bytes())?;
-    output.finish()
 }
 
 /// Makes a folder and those above it.

@@ -1,14 +1,14 @@
 //! Runs without a window: the same session and renderer, a constant or given frame time, files as output.
 
-use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use motion::{FrameClock, FrameTime, Totals};
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
-use scene::{Action, Scene, Script};
+use scene::{Action, Recording, Scene, Script, Source};
 
+use crate::actions;
 use crate::cli::{RunArgs, follows_frames, overridden, show};
 use crate::failure::Failure;
 use crate::files::{self, Output};
@@ -18,6 +18,9 @@ use crate::session::{Options, Order, Session};
 
 /// Seconds of a run that does not say how long.
 const DEFAULT_SECONDS: f64 = 10.0;
+
+/// Frames a second of a run that does not say.
+const DEFAULT_FPS: f64 = 60.0;
 
 /// When frames end.
 enum FrameEnds {
@@ -41,6 +44,9 @@ impl FrameEnds {
     }
 }
 
+/// Ticks that no run comes to the end of: at a microsecond each, a century.
+const MOST_TICKS: f64 = 3e15;
+
 /// Draws frames into files.
 struct Camera {
     gpu: Gpu,
@@ -52,11 +58,11 @@ struct Camera {
 
 impl Camera {
     fn new(size: [u32; 2], folder: PathBuf) -> Result<Self, Failure> {
-        files::make_folder(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
         let gpu = Gpu::headless()?;
-        eprintln!("drawing with {}", gpu.info);
         let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED);
         let target = Offscreen::new(&gpu, size)?;
+        // Last, so that a run that cannot draw leaves no folder.
+        files::make_folder(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
         Ok(Self { gpu, renderer, target, folder, pictures: 0 })
     }
 
@@ -90,21 +96,37 @@ pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Re
     image.write_png(path, &text).map_err(|error| Failure::file("write", path, &error))
 }
 
-/// Reads a script or a recording and checks it against the bodies of a scene.
+/// Reads a script or a recording and checks its keys, and its bodies against those of a scene.
 pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure> {
     let name = path.display().to_string();
-    let text = fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+    let text = scene::read_text(path)?;
     let script = Script::parse(&name, &text)?;
-    script.check_bodies(&name, &scene.names)?;
+    if let Some(recording) = &script.recording {
+        check_scene(recording, &name, scene)?;
+    }
+    script.check(&name, &text, &scene.names, |word| actions::key_of_word(word).is_ok())?;
     Ok(script)
 }
 
-/// A player for `script`, or every step that presses what does not exist.
-pub(crate) fn player_of(script: Script, path: &Path) -> Result<Player, Failure> {
-    Player::new(script).map_err(|unknown| {
-        let lines = unknown.iter().map(|(i, error)| format!("{}: steps[{i}].do: {error}", path.display()));
-        Failure::Usage(lines.collect::<Vec<_>>().join("\n"))
-    })
+/// A recording means something in its own scene only; folders do not count, for files move.
+fn check_scene(recording: &Recording, name: &str, scene: &Scene) -> Result<(), Failure> {
+    let stem = |path: &Path| path.file_stem().map(std::ffi::OsStr::to_owned);
+    let opened = match &scene.source {
+        Source::Shipped(name) => Path::new(name),
+        Source::File(path) => path,
+        Source::Text => return Ok(()),
+    };
+    let recorded = &recording.scene;
+    if stem(Path::new(recorded)) == stem(opened) {
+        return Ok(());
+    }
+    let opened = opened.display();
+    Err(Failure::Usage(format!("{name}: this was recorded in {recorded}, not in {opened}; open {recorded}")))
+}
+
+/// A player for a script that was loaded.
+pub(crate) fn player_of(script: Script) -> Player {
+    Player::new(script).expect("the keys of a loaded script are checked")
 }
 
 /// Does what `sandbox run` says.
@@ -126,8 +148,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     }
     let script = args.script.as_ref().map(|path| load_script(path, &scene)).transpose()?;
     let recording = script.as_ref().and_then(|script| script.recording.clone());
+    if recording.is_some() && (args.frame_times.is_some() || args.fps.is_some()) {
+        let what = "a recording has frame times of its own; leave --fps and --frame-times out";
+        return Err(Failure::Usage(what.to_owned()));
+    }
     let mut ends = frame_ends(args, recording.as_ref().map(|recording| recording.frame_ends_s.clone()))?;
-    let ticks = tick_limit(args, &scene, &ends);
+    let ticks = tick_limit(args, &scene, &ends)?;
     let takes_pictures =
         |script: &Script| script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)));
     let wants_pictures = args.frames.is_some() || script.as_ref().is_some_and(takes_pictures);
@@ -142,16 +168,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         },
         paused: false,
     };
-    let mut player = match (script, &args.script) {
-        (Some(script), Some(path)) => Some(player_of(script, path)?),
-        _ => None,
-    };
-    let state = args.state.as_deref().map(state_file).transpose()?;
-    if let Some(path) = &args.summary {
-        make_parent(path)?;
+    let mut player = script.map(player_of);
+    if args.state.is_some() && args.state == args.summary {
+        return Err(Failure::Usage("--state and --summary name the same file; give two".to_owned()));
     }
     let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
     let mut camera = if wants_pictures { Some(Camera::new(size_px, folder)?) } else { None };
+    // Opened before the run: a place that cannot be written is found out now, and not after an hour.
+    let state = args.state.as_deref().map(state_file).transpose()?;
+    let summary_file = args.summary.as_deref().map(output_file).transpose()?;
+    if let Some(camera) = &camera {
+        eprintln!("drawing with {}", camera.gpu.info);
+    }
 
     let mut session = Session::new(scene, options);
     let start = Summary::start(&mut session);
@@ -215,54 +243,55 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
     let summary = Summary::of(&mut session, start, pictures, adapter);
     show(&summary.to_table());
-    if let Some(path) = &args.summary {
-        files::write(path, &summary.to_json()).map_err(|error| Failure::file("write", path, &error))?;
+    if let (Some(path), Some(mut file)) = (&args.summary, summary_file) {
+        let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
+        written.map_err(|error| Failure::file("write", path, &error))?;
     }
     verdict(args, &mut session, start, &watch)
 }
 
 fn frame_ends(args: &RunArgs, recorded: Option<Vec<f64>>) -> Result<FrameEnds, Failure> {
     if let Some(path) = &args.frame_times {
-        let text = fs::read_to_string(path).map_err(|error| Failure::file("read", path, &error))?;
+        let text = scene::read_text(path)?;
         let times = scene::parse_frame_times(&path.display().to_string(), &text)?;
         return Ok(FrameEnds::Lengths(times.into_iter()));
     }
-    Ok(recorded.map_or(FrameEnds::Constant { rate: args.fps }, |ends| FrameEnds::Recorded(ends.into_iter())))
+    let constant = FrameEnds::Constant { rate: args.fps.unwrap_or(DEFAULT_FPS) };
+    Ok(recorded.map_or(constant, |ends| FrameEnds::Recorded(ends.into_iter())))
 }
 
 /// Ticks of the run; `None`: to the end of the frame times.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and rounded")]
-fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Option<u64> {
+fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<u64>, Failure> {
     let rate = match ends {
         FrameEnds::Constant { rate } if follows_frames(scene) => *rate,
         _ => scene.step_hz,
     };
-    let of_seconds = |seconds: f64| (seconds * rate).round() as u64;
-    match (args.ticks, args.seconds, ends) {
-        (Some(ticks), ..) => Some(ticks),
-        (_, Some(seconds), _) => Some(of_seconds(seconds)),
-        (None, None, FrameEnds::Constant { .. }) => Some(of_seconds(DEFAULT_SECONDS)),
-        _ => None,
+    let seconds = match (args.ticks, args.seconds, ends) {
+        (Some(ticks), ..) => return Ok(Some(ticks)),
+        (_, Some(seconds), _) => seconds,
+        (None, None, FrameEnds::Constant { .. }) => DEFAULT_SECONDS,
+        _ => return Ok(None),
+    };
+    let ticks = (seconds * rate).round();
+    if ticks > MOST_TICKS {
+        let what = format!("{seconds:e} s at {rate:e} Hz are more ticks than a run can have; give fewer");
+        return Err(Failure::Usage(what));
     }
+    Ok(Some(ticks as u64))
 }
 
-fn make_parent(path: &Path) -> Result<(), Failure> {
-    match path.parent() {
-        Some(folder) => {
-            files::make_folder(folder).map_err(|error| Failure::file("make the folder", folder, &error))
-        }
-        None => Ok(()),
+fn output_file(path: &Path) -> Result<Output, Failure> {
+    if let Some(folder) = path.parent() {
+        files::make_folder(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
     }
+    Output::create(path).map_err(|error| Failure::file("write", path, &error))
 }
 
 fn state_file(path: &Path) -> Result<Output, Failure> {
-    make_parent(path)?;
-    let start = || {
-        let mut state = Output::create(path)?;
-        writeln!(state, "{STATE_HEADER}")?;
-        Ok(state)
-    };
-    start().map_err(|error| Failure::file("write", path, &error))
+    let mut state = output_file(path)?;
+    writeln!(state, "{STATE_HEADER}").map_err(|error| Failure::file("write", path, &error))?;
+    Ok(state)
 }
 
 fn progress_bar(ticks: Option<u64>) -> ProgressBar {
@@ -333,6 +362,6 @@ fn verdict(args: &RunArgs, session: &mut Session, start: Totals, watch: &Watch) 
     if drift < bound {
         Ok(())
     } else {
-        Err(Failure::Expectation(format!("energy drifted by {drift:.3e}, not below {bound}")))
+        Err(Failure::Expectation(format!("energy drifted by {drift:.3e}, not below {bound:e}")))
     }
 }

@@ -18,6 +18,8 @@ pub fn text(scene: Scene) -> String {
     let method = session.stepper().method().name();
     let mut plan = format!("step of `{}`: {method}, {step}, {} bodies\n", scene.name, scene.bodies.len());
     for (i, system) in session.stepper().systems().iter().enumerate() {
+        // Generic parameters say nothing to a person.
+        let system = system.split('<').next().unwrap_or(system);
         plan += &format!("  {}. {system:<24} {}\n", i + 1, what(system, &session));
     }
     if session.stepper().passes() == Passes::One {
@@ -37,7 +39,7 @@ fn what(system: &str, session: &Session) -> String {
         Some(Damping { model, rate }) => format!("; damping {} {rate} 1/s", model.name()),
         None => String::new(),
     };
-    match system.split('<').next().unwrap_or(system) {
+    match system {
         "apply_forces" => "queued pushes become forces".to_owned(),
         "integrate_acceleration" => format!("v += (F w + g) h{gravity}"),
         "integrate_velocity" => format!("x += v h{damping}"),

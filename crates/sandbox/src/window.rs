@@ -46,7 +46,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let name = args.scene.as_deref().unwrap_or("tutorial");
     let scene = overridden(scene::load(name)?, args.method);
     let player = match &args.script {
-        Some(path) => Some(player_of(load_script(path, &scene)?, path)?),
+        Some(path) => Some(player_of(load_script(path, &scene)?)),
         None => None,
     };
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.size)).transpose()?;
@@ -70,9 +70,12 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         measured: Measured::default(),
         failure: None,
     };
-    event_loop
-        .run_app(&mut shell)
-        .map_err(|error| Failure::NoDisplay(format!("the window system failed: {error}")))?;
+    event_loop.run_app(&mut shell).map_err(|error| {
+        Failure::NoDisplay(format!(
+            "the window system failed: {}",
+            display::without_place(&error.to_string())
+        ))
+    })?;
     if let Some(recorder) = shell.recorder.take() {
         recorder.finish()?;
     }
@@ -92,9 +95,10 @@ impl Screen {
         let attributes = Window::default_attributes()
             .with_title("Inertia")
             .with_inner_size(PhysicalSize::new(width, height));
-        let window = event_loop
-            .create_window(attributes)
-            .map_err(|error| Failure::NoDisplay(format!("cannot open a window: {error}")))?;
+        let window = event_loop.create_window(attributes).map_err(|error| {
+            let error = display::without_place(&error.to_string());
+            Failure::NoDisplay(format!("cannot open a window: {error}; `sandbox run` needs none"))
+        })?;
         let window = Arc::new(window);
         let display = Box::new(event_loop.owned_display_handle());
         let (gpu, surface) = Gpu::for_window(Arc::clone(&window), display)?;

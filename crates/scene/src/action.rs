@@ -87,6 +87,15 @@ impl Action {
         }
     }
 
+    /// The key or named action that the action presses or lets go, if it does.
+    #[must_use]
+    pub fn key(&self) -> Option<&str> {
+        match self {
+            Self::Press(key) | Self::Hold(key, _) | Self::KeyDown(key) | Self::KeyUp(key) => Some(key),
+            _ => None,
+        }
+    }
+
     /// What is wrong with the action's values, and what would be right.
     pub(crate) fn fault(&self) -> Option<(String, String)> {
         let (what, cure) = match self {

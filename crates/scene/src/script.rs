@@ -127,14 +127,25 @@ impl Script {
         }
     }
 
-    /// Whether every body that the script names is one of `names`; `name` is what messages call the script.
+    /// Whether every body that the script names is one of `names`, and every key one for `is_key`; `name` is what
+    /// messages call the script, `text` what it was read from.
     ///
     /// # Errors
     ///
     /// Every step that names a stranger.
-    pub fn check_bodies(&self, name: &str, names: &Names) -> Result<(), SceneError> {
+    pub fn check(
+        &self,
+        name: &str,
+        text: &str,
+        names: &Names,
+        is_key: impl Fn(&str) -> bool,
+    ) -> Result<(), SceneError> {
         let mut faults = Faults::default();
         for (i, step) in self.steps.iter().enumerate() {
+            if let Some(key) = step.action.key().filter(|key| !is_key(key)) {
+                let what = format!("there is no key or action `{key}`");
+                faults.add(format!("steps[{i}].do"), what, "`sandbox list keys` names them all");
+            }
             let Some(body) = step.action.body().filter(|body| names.find(body).is_none()) else { continue };
             let cure = match nearest(body, names.written()) {
                 Some(near) => format!("did you mean {near:?}?"),
@@ -142,7 +153,8 @@ impl Script {
             };
             faults.add(format!("steps[{i}].do"), format!("there is no body {body:?}"), cure);
         }
-        if faults.is_empty() { Ok(()) } else { Err(faults.into_error(name, "", "steps")) }
+        let root = if locate::is_list(text) { "steps" } else { "" };
+        if faults.is_empty() { Ok(()) } else { Err(faults.into_error(name, text, root)) }
     }
 
     /// The script as RON that [`Self::parse`] reads back to the same value, every number to the last bit.

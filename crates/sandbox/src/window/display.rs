@@ -21,10 +21,7 @@ pub(super) fn event_loop() -> Result<EventLoop<()>, Failure> {
     match built {
         Ok(Ok(event_loop)) => Ok(event_loop),
         Ok(Err(error)) => {
-            // The first line says what; the rest is a path into the library's source.
-            let reason = error.to_string();
-            let reason = reason.lines().next().unwrap_or_default();
-            Err(Failure::NoDisplay(format!("{NO_DISPLAY} ({reason})")))
+            Err(Failure::NoDisplay(format!("{NO_DISPLAY} ({})", without_place(&error.to_string()))))
         }
         Err(payload) => {
             let text = payload.downcast_ref::<String>().cloned();
@@ -36,6 +33,12 @@ pub(super) fn event_loop() -> Result<EventLoop<()>, Failure> {
             )))
         }
     }
+}
+
+/// winit's errors name a line of its own source (`os error at ...rs:788: what`), which is no cure; only what remains.
+pub(super) fn without_place(error: &str) -> String {
+    let what = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
+    what.map_or(error, |(_, what)| what).lines().next().unwrap_or_default().to_owned()
 }
 
 #[cfg(all(unix, not(target_vendor = "apple")))]

@@ -1,17 +1,19 @@
 //! Records inputs and frame times, so that `sandbox run --script` comes to the same state.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use scene::{Recording, Script, Step, When};
 
 use crate::failure::Failure;
-use crate::files;
+use crate::files::Output;
 use crate::input::Input;
 use crate::player::recorded;
 
 /// What was recorded so far.
 pub(super) struct Recorder {
     path: PathBuf,
+    output: Output,
     script: Script,
     frame_ends_s: Vec<f64>,
     scene: String,
@@ -21,10 +23,11 @@ pub(super) struct Recorder {
 impl Recorder {
     /// Starts a recording that will be written to `path`.
     pub fn new(path: &Path, scene: &str, [width, height]: [u32; 2]) -> Result<Self, Failure> {
-        // Found out before a person has played for an hour.
-        files::write(path, "").map_err(|error| Failure::file("write", path, &error))?;
+        // Found out before a person has played for an hour; an older recording stays until then.
+        let output = Output::create(path).map_err(|error| Failure::file("write", path, &error))?;
         Ok(Self {
             path: path.to_owned(),
+            output,
             script: Script::default(),
             frame_ends_s: Vec::new(),
             scene: scene.to_owned(),
@@ -40,10 +43,11 @@ impl Recorder {
     }
 
     /// Writes the recording.
-    pub fn finish(self) -> Result<(), Failure> {
+    pub fn finish(mut self) -> Result<(), Failure> {
         let recording =
             Recording { scene: self.scene, size_px: self.size_px, frame_ends_s: self.frame_ends_s };
         let script = Script { recording: Some(recording), ..self.script };
-        files::write(&self.path, &script.to_ron()).map_err(|error| Failure::file("write", &self.path, &error))
+        let written = self.output.write_all(script.to_ron().as_bytes()).and_then(|()| self.output.finish());
+        written.map_err(|error| Failure::file("write", &self.path, &error))
     }
 }

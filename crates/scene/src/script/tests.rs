@@ -159,13 +159,14 @@ fn a_text_that_is_no_script_is_refused() {
 }
 
 #[test]
-fn bodies_that_the_scene_lacks_are_named() {
+fn bodies_and_keys_that_there_are_not_are_named() {
     let scene = crate::load("tutorial").unwrap();
-    let text = r#"[(at_s: 0, do: remove("plyer")), (at_s: 0, do: remove("grid.x4.z4")), (at_s: 0, do: remove("grid.x5.z0"))]"#;
+    let text = r#"[(at_s: 0, do: remove("plyer")), (at_s: 0, do: remove("grid.x4.z4")), (at_s: 0, do: remove("grid.x5.z0")), (at_s: 0, do: press("Foo"))]"#;
     let script = Script::parse("t", text).unwrap();
     assert_eq!(
-        script.check_bodies("t", &scene.names).unwrap_err().to_string(),
-        "t: steps[0].do: there is no body \"plyer\"; did you mean \"player\"?\n\
-         t: steps[2].do: there is no body \"grid.x5.z0\"; give the name of a body of the scene"
+        script.check("t", text, &scene.names, |key| key != "Foo").unwrap_err().to_string(),
+        "t:1:12: steps[0].do: there is no body \"plyer\"; did you mean \"player\"?\n\
+         t:1:81: steps[2].do: there is no body \"grid.x5.z0\"; give the name of a body of the scene\n\
+         t:1:118: steps[3].do: there is no key or action `Foo`; `sandbox list keys` names them all"
     );
 }
