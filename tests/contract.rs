@@ -241,7 +241,7 @@ fn a_summary_has_the_keys_of_the_contract_in_order() {
     assert_eq!(summary.keys().collect::<Vec<_>>(), keys);
     assert_eq!(table.lines().map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>(), keys);
     assert_eq!((&summary["scene"], &summary["method"]), (&"tutorial".into(), &"semi_implicit_euler".into()));
-    assert_eq!((&summary["ticks"], &summary["force_evaluations"]), (&60.into(), &(60 * 29).into()));
+    assert_eq!((&summary["ticks"], &summary["force_evaluations"]), (&60.into(), &(60 * 28).into()));
     assert_eq!((&summary["frames"], &summary["adapter"]), (&0.into(), &Value::Null));
     assert_eq!(summary["momentum_kg_m_s"].as_array().unwrap().len(), 3);
     let hash = summary["state_hash"].as_str().unwrap();

@@ -8,7 +8,8 @@ use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{
     Damping, DampingModel, FrameTime, Gravity, Orientation, PhysicsBody, PreviousPosition, Push, PushQueue,
-    Quarantine, Request, Requests, StepClock, Stepper, TickClock, TimeStep, Transform, remember_positions,
+    Quarantine, Quarantined, Request, Requests, StepClock, Stepper, TickClock, TimeStep, Transform,
+    remember_positions,
 };
 use pick::{Chunk, Hit, Ray, Shape, Targets};
 use scene::{PushSpec, Scene, StepKind};
@@ -104,6 +105,8 @@ pub struct Session {
     frames: u64,
     dropped: f64,
     dropped_lately: f64,
+    /// Bodies that forces move, until something may have changed their number.
+    movable: Option<u64>,
     evaluations: u64,
     evaluations_of: [u64; 2],
     quarantined: Vec<QuarantinedBody>,
@@ -136,6 +139,7 @@ impl Session {
             frames: 0,
             dropped: 0.0,
             dropped_lately: 0.0,
+            movable: None,
             evaluations: 0,
             evaluations_of: [0; 2],
             quarantined: Vec::new(),
@@ -389,13 +393,17 @@ impl Session {
     }
 
     fn count(&mut self, ticks: u64) {
-        let bodies = self.world.query::<&PhysicsBody>().iter(&self.world).len() as u64;
+        let world = &mut self.world;
+        let movable = *self.movable.get_or_insert_with(|| {
+            let mut bodies = world.query_filtered::<&PhysicsBody, Without<Quarantined>>();
+            bodies.iter(world).filter(|body| body.inverse_mass > 0.0).count() as u64
+        });
         let gravity = self.world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
-        let damping =
-            self.world.get_resource::<Damping>().is_some_and(|damping| damping.model == DampingModel::Exact);
-        self.evaluations += ticks * bodies;
-        self.evaluations_of[0] += ticks * bodies * u64::from(gravity);
-        self.evaluations_of[1] += ticks * bodies * u64::from(damping);
+        let damping = self.world.get_resource::<Damping>();
+        let damping = damping.is_some_and(|damping| damping.model == DampingModel::Exact);
+        self.evaluations += ticks * movable;
+        self.evaluations_of[0] += ticks * movable * u64::from(gravity);
+        self.evaluations_of[1] += ticks * movable * u64::from(damping);
     }
 
     fn note_quarantined(&mut self) {
@@ -403,6 +411,9 @@ impl Session {
         let named: Vec<_> =
             records.iter().map(|record| (record.body, record.tick, record.cause.what())).collect();
         self.records_seen += named.len();
+        if !named.is_empty() {
+            self.movable = None;
+        }
         for (body, tick, what) in named {
             let body = self.name(body);
             if self.quarantined.len() < 3 {
@@ -423,6 +434,7 @@ impl Session {
 
     /// Asks for a change at the start of the next tick.
     pub(crate) fn ask(&mut self, request: Request) {
+        self.movable = None;
         self.world.resource_mut::<Requests>().ask(request);
     }
 
@@ -448,6 +460,7 @@ impl Session {
         self.control.selection = None;
         self.control.locked = None;
         self.records_seen = 0;
+        self.movable = None;
         self.targets = Targets::default();
         self.trails = Trails::default();
         self.acting.clear();
