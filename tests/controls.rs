@@ -1,1 +1,388 @@
-//! Keys, modes, clocks and panels, through sessions.
+//! Keys, mouse and time: what each does, and what frame rates and hitches change.
+
+use glam::{DVec2, DVec3};
+use motion::Gravity;
+use sandbox::actions::{self, BINDINGS, Key};
+use sandbox::input::{Button, Input};
+use sandbox::{Mode, Order};
+use scene::CameraSpec;
+
+use crate::drive::{Drive, at, click, down, tap, up};
+use crate::harness::{H, close};
+
+fn gravity_on(drive: &Drive) -> bool {
+    drive.session.world().resource::<Gravity>().on
+}
+
+/// The tutorial in selection mode with the player selected.
+fn with_player() -> (Drive, DVec2) {
+    let mut drive = Drive::tutorial();
+    let pixel = drive.pixel(drive.x("player"));
+    drive.press("Q");
+    assert_eq!(drive.select(pixel).as_deref(), Some("player"));
+    (drive, pixel)
+}
+
+#[test]
+fn it_starts_in_camera_mode_with_gravity_off_and_nothing_selected() {
+    let mut drive = Drive::tutorial();
+    assert_eq!((drive.session.mode(), gravity_on(&drive)), (Mode::Camera, false));
+    assert_eq!((drive.session.selection(), drive.session.click_force()), (None, 10.0));
+    assert!(drive.session.grabs_pointer() && !drive.session.paused() && !drive.session.takes_text());
+    let before = drive.hash();
+    drive.ticks(120);
+    assert_eq!((drive.hash(), drive.session.ticks()), (before, 120), "nothing moves by itself");
+}
+
+#[test]
+fn q_changes_the_mode_and_g_the_gravity_and_two_g_in_one_frame_change_nothing() {
+    let mut drive = Drive::tutorial();
+    assert_eq!(drive.press("Q").session.mode(), Mode::Selection);
+    assert!(!drive.session.grabs_pointer());
+    assert_eq!(drive.press("Q").session.mode(), Mode::Camera);
+    for on in [true, false, true] {
+        drive.press("G");
+        assert_eq!(gravity_on(&drive), on);
+    }
+    drive.frame(H, tap("G").into_iter().chain(tap("G")));
+    assert!(gravity_on(&drive));
+    assert!(drive.v("player").y < 0.0);
+}
+
+#[test]
+fn f1_resets_the_world_and_keeps_camera_gravity_and_click_force() {
+    let (mut drive, pixel) = with_player();
+    let start = drive.hash();
+    drive.press("G").press("L").give([Input::Wheel(2.0)]).click(Button::Right, pixel).ticks(60);
+    let camera = *drive.session.camera();
+    assert_ne!(drive.hash(), start);
+    drive.press("F1");
+    assert_eq!(drive.hash(), start);
+    assert_eq!((*drive.session.camera(), drive.session.click_force()), (camera, 210.0));
+    assert_eq!((drive.session.selection(), drive.session.mode()), (None, Mode::Selection));
+    assert!(gravity_on(&drive));
+    // The lock is gone as well: the camera no longer follows.
+    drive.ticks(10);
+    assert_eq!(*drive.session.camera(), camera);
+    assert!(drive.v("player").y < 0.0);
+}
+
+#[test]
+fn f1_forgets_a_click_that_no_tick_has_taken() {
+    let (mut drive, pixel) = with_player();
+    let start = drive.hash();
+    drive.click(Button::Right, pixel).press("F1").ticks(2);
+    assert_eq!(drive.hash(), start);
+}
+
+#[test]
+fn l_locks_the_camera_to_the_selection_and_f2_resets_it_and_unlocks() {
+    let (mut drive, _) = with_player();
+    let start = *drive.session.camera();
+    drive.press("G").press("L").ticks(30);
+    assert!(drive.x("player").y < 4.75);
+    // Locked it looks at the body as drawn, which is a tick behind when the frame ends with a tick.
+    let eye = drive.session.camera().position;
+    assert!((eye - drive.x("player") - DVec3::new(0.0, 14.0, 20.0)).length() < 0.1);
+    close(drive.session.camera().pitch, -34.992_020_198_558_66, 1e-12);
+    drive.press("L").ticks(10);
+    assert_eq!(drive.session.camera().position, eye, "unlocked it stays");
+    drive.press("L").ticks(1).press("F2").ticks(5);
+    assert_eq!(*drive.session.camera(), start);
+    // Without a selection there is nothing to lock to.
+    let mut drive = Drive::tutorial();
+    drive.press("L").press("G").ticks(30);
+    assert_eq!(*drive.session.camera(), start);
+}
+
+#[test]
+fn flying_is_level_at_100_meters_a_second_and_only_in_camera_mode() {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let (forward, right) = (DVec3::new(half, 0.0, -half), DVec3::new(half, 0.0, half));
+    let table = [
+        (&["W"][..], forward),
+        (&["S"], -forward),
+        (&["D"], right),
+        (&["A"], -right),
+        (&["Space"], DVec3::Y),
+        (&["Shift"], -DVec3::Y),
+        (&["W", "D", "Space"], forward + right + DVec3::Y),
+        (&["W", "S"], DVec3::ZERO),
+    ];
+    for (keys, direction) in table {
+        // Also when it looks far up: only the yaw counts.
+        for looked in [0.0, -500.0] {
+            let mut drive = Drive::tutorial();
+            drive.give([Input::Mouse(0.0, looked)]).give(keys.iter().map(|key| down(key)));
+            drive.run(30, 1.0 / 60.0);
+            let moved = drive.session.camera().position - CameraSpec::TUTORIAL.position;
+            assert!((moved - direction * 50.0).length() < 1e-9, "{keys:?}: {moved}");
+            drive.press("Q");
+            let there = drive.session.camera().position;
+            drive.run(10, 1.0 / 60.0).press("Q").give(keys.iter().map(|key| up(key))).run(10, 1.0 / 60.0);
+            assert_eq!(drive.session.camera().position, there);
+        }
+    }
+}
+
+#[test]
+fn nothing_stays_held_when_the_focus_is_lost_or_control_goes_down_meanwhile() {
+    let start = CameraSpec::TUTORIAL.position;
+    let mut drive = Drive::tutorial();
+    drive.give([down("W"), Input::FocusLost]).ticks(5);
+    assert_eq!(drive.session.camera().position, start);
+    // A key that went down alone and comes up beside the control key is the same key.
+    drive.give([down("W"), up("Ctrl+W")]).ticks(5);
+    assert_eq!(drive.session.camera().position, start);
+    let (mut drive, _) = with_player();
+    let enemy = drive.pixel(drive.x("enemy"));
+    drive.give([Input::ButtonDown(Button::Left), down("Up"), Input::FocusLost, at(enemy)]).ticks(5);
+    assert_eq!((drive.selected().as_deref(), drive.v("player")), (Some("player"), DVec3::ZERO));
+}
+
+#[test]
+fn the_mouse_turns_the_view_by_seven_hundredths_of_a_degree_a_count() {
+    let mut drive = Drive::tutorial();
+    drive.give([Input::Mouse(100.0, -50.0)]);
+    close(drive.session.camera().yaw, 308.0, 1e-15);
+    close(drive.session.camera().pitch, -11.5, 1e-15);
+    drive.give([Input::Mouse(-1000.0, 0.0)]);
+    close(drive.session.camera().yaw, 18.0, 1e-13);
+    drive.give([Input::Mouse(0.0, 1e5)]);
+    assert_eq!(drive.session.camera().pitch, -90.0);
+    drive.give([Input::Mouse(0.0, -1e5)]);
+    assert_eq!(drive.session.camera().pitch, 90.0);
+    let camera = *drive.session.camera();
+    drive.press("Q").give([Input::Mouse(3.0, 4.0)]);
+    assert_eq!(*drive.session.camera(), camera);
+}
+
+#[test]
+fn held_keys_push_the_selection_with_10_newtons_in_every_tick_begun_while_held() {
+    let table = [
+        ("Up", DVec3::NEG_Z),
+        ("Down", DVec3::Z),
+        ("Left", DVec3::NEG_X),
+        ("Right", DVec3::X),
+        ("PageUp", DVec3::Y),
+        ("PageDown", DVec3::NEG_Y),
+    ];
+    for (key, axis) in table {
+        for rate in [30.0, 60.0, 144.0, 1000.0] {
+            let mut scene = scene::load("tutorial").unwrap();
+            scene.damping = None;
+            let mut drive = Drive::of(scene);
+            let pixel = drive.pixel(drive.x("player"));
+            drive.press("Q").select(pixel);
+            drive.give([down(key)]);
+            while drive.session.ticks() < 24 {
+                drive.frame(1.0 / rate, []);
+            }
+            let held = drive.session.ticks() as f64;
+            drive.give([up(key)]).run(10, 1.0 / rate);
+            let expected = axis * held * 10.0 * 0.5 * H;
+            assert!(
+                (drive.v("player") - expected).length() < 1e-13,
+                "{key} at {rate}: {}",
+                drive.v("player")
+            );
+            assert_eq!(drive.v("enemy"), DVec3::ZERO);
+        }
+    }
+}
+
+#[test]
+fn held_keys_push_in_selection_mode_only_and_two_opposite_ones_cancel() {
+    let (mut drive, _) = with_player();
+    drive.give([down("Up"), down("Down")]).ticks(3).give([up("Down")]).press("Q").ticks(3);
+    assert_eq!(drive.v("player"), DVec3::ZERO);
+    drive.press("Q").ticks(1);
+    assert!(drive.v("player").z < 0.0);
+    let mut drive = Drive::tutorial();
+    drive.press("Q").give([down("Up")]).ticks(3);
+    assert!(drive.session.things().count() == 29 && drive.v("player") == DVec3::ZERO);
+}
+
+#[test]
+fn p_pauses_and_owes_nothing_and_a_point_steps_once() {
+    let mut drive = Drive::tutorial();
+    drive.press("G").run(3, 1.0 / 60.0);
+    assert_eq!(drive.session.ticks(), 6);
+    let before = drive.hash();
+    drive.press("P").run(300, 1.0 / 60.0);
+    assert_eq!((drive.session.ticks(), drive.hash()), (6, before));
+    drive.press("P").run(1, 1.0 / 60.0);
+    assert_eq!((drive.session.ticks(), drive.session.dropped()), (8, 0.0));
+    drive.frame(1.0 / 60.0, tap("."));
+    assert!(drive.session.paused());
+    assert_eq!(drive.run(9, 1.0 / 60.0).session.ticks(), 9);
+    drive.frame(0.0, tap(".").into_iter().chain(tap(".")));
+    assert_eq!(drive.session.ticks(), 11);
+    // A step that is asked for in the frame in which it goes on is not kept for the next pause.
+    drive.frame(0.0, tap(".").into_iter().chain(tap("P")));
+    assert!(!drive.session.paused());
+    let ticks = drive.session.ticks();
+    drive.press("P").run(3, 1.0 / 60.0);
+    assert_eq!(drive.session.ticks(), ticks);
+}
+
+#[test]
+fn slow_and_fast_motion_visit_the_states_of_the_normal_run() {
+    let normal = {
+        let (mut drive, pixel) = with_player();
+        drive.press("G").click(Button::Right, pixel);
+        (0..120).flat_map(|_| drive.visited(1.0 / 60.0, [])).collect::<Vec<_>>()
+    };
+    assert_eq!(normal.len(), 240);
+    let (mut drive, pixel) = with_player();
+    drive.press("G").click(Button::Right, pixel);
+    let (mut visited, mut counts) = (Vec::new(), Vec::new());
+    for (key, pace) in [("P", 0.0), ("P", 1.0), ("-", 0.5), ("-", 0.25), ("=", 0.5), ("=", 1.0), ("=", 2.0)] {
+        drive.press(key);
+        let here: Vec<_> = (0..12).flat_map(|_| drive.visited(1.0 / 60.0, [])).collect();
+        counts.push((here.len() as f64, pace * 24.0));
+        visited.extend(here);
+    }
+    assert!(counts.iter().all(|(ticks, expected)| ticks == expected), "{counts:?}");
+    assert!(visited.len() > 100 && visited == normal[..visited.len()]);
+}
+
+#[test]
+fn the_same_clicks_before_the_same_ticks_end_in_the_same_bits_at_every_frame_rate() {
+    let jitter = |i: u32| H * (0.05 + 0.9 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0);
+    let lengths: [(&str, Box<dyn Fn(u32) -> f64>); 6] = [
+        ("30", Box::new(|_| 1.0 / 30.0)),
+        ("60", Box::new(|_| 1.0 / 60.0)),
+        ("120", Box::new(|_| H)),
+        ("144", Box::new(|_| 1.0 / 144.0)),
+        ("1000", Box::new(|_| 1e-3)),
+        ("jitter", Box::new(jitter)),
+    ];
+    let mut hashes = Vec::new();
+    for (name, length) in lengths {
+        let (mut drive, pixel) = with_player();
+        let mut clicks = vec![8, 20, 64, 100];
+        for i in 0.. {
+            let ticks = drive.session.ticks();
+            if ticks >= 120 {
+                break;
+            }
+            let due = clicks.first() == Some(&ticks);
+            if due {
+                clicks.remove(0);
+            }
+            drive.frame(length(i), if due { click(Button::Right).to_vec() } else { Vec::new() });
+        }
+        assert!(clicks.is_empty() && drive.session.ticks() == 120);
+        // Four clicks of one tick each, as damping leaves them.
+        let left: f64 = [8, 20, 64, 100].iter().map(|tick| (1.0 - 0.4 * H).powi(120 - tick)).sum();
+        close(drive.v("player").length(), left * 10.0 * 0.5 * H, 1e-12);
+        assert!((drive.pixel(drive.x("player")) - pixel).length() < 10.0);
+        hashes.push((name, drive.hash()));
+    }
+    assert!(hashes.iter().all(|(_, hash)| *hash == hashes[0].1), "{hashes:?}");
+}
+
+#[test]
+fn every_click_is_one_tick_of_push_however_frame_times_jitter() {
+    let mut scene = scene::load("tutorial").unwrap();
+    scene.damping = None;
+    let mut drive = Drive::of(scene);
+    let pixel = drive.pixel(drive.x("player"));
+    drive.press("Q").select(pixel);
+    let mut clicks = 0;
+    for i in 0..200_u32 {
+        // From no time at all to 60 ms.
+        let length = 0.06 * f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0;
+        let here = u32::from(i % 9 == 0) + u32::from(i % 45 == 0);
+        clicks += here;
+        let events = (0..here).flat_map(|_| click(Button::Right)).collect::<Vec<_>>();
+        drive.frame(if i % 7 == 3 { 0.0 } else { length }, events);
+    }
+    drive.ticks(1);
+    close(drive.v("player").length(), f64::from(clicks) * 10.0 * 0.5 * H, 1e-12);
+}
+
+#[test]
+fn a_frame_of_no_time_changes_no_body_and_no_camera() {
+    let (mut drive, _) = with_player();
+    drive.press("G").frame(0.021, []).give([down("Up")]);
+    drive.press("Q").give([down("W")]);
+    let (hash, camera, ticks) = (drive.hash(), *drive.session.camera(), drive.session.ticks());
+    drive.run(20, 0.0);
+    assert_eq!((drive.hash(), drive.session.ticks()), (hash, ticks));
+    assert_eq!((*drive.session.camera(), drive.session.dropped()), (camera, 0.0));
+}
+
+#[test]
+fn a_hitch_of_a_second_simulates_a_quarter_and_reports_the_rest_as_dropped() {
+    let mut drive = Drive::tutorial();
+    drive.run(3, 1.0 / 60.0).frame(1.0, []);
+    assert_eq!(drive.session.ticks(), 36);
+    close(drive.session.dropped(), 0.75, 1e-12);
+    drive.run(3, 1.0 / 60.0);
+    assert_eq!(drive.session.ticks(), 42);
+    close(drive.session.dropped(), 0.75, 1e-12);
+    close(drive.session.simulated(), 42.0 * H, 1e-15);
+}
+
+#[test]
+fn one_step_a_frame_depends_on_the_frame_rate_and_a_fixed_step_does_not() {
+    let end = |name: &str, rate: u32| {
+        let mut drive = Drive::shipped(name);
+        drive.press("G").run(rate, 1.0 / f64::from(rate));
+        (drive.session.ticks(), drive.x("player").y, drive.hash())
+    };
+    assert_eq!(end("tutorial", 30), end("tutorial", 60));
+    let (slow, fast) = (end("frame_step", 30), end("frame_step", 60));
+    assert_eq!((slow.0, fast.0), (30, 60));
+    // The drops of one second that the tutorial's scheme gives at these rates.
+    crate::harness::digits(slow.1 - 5.0, "-4.467492");
+    crate::harness::digits(fast.1 - 5.0, "-4.387138");
+}
+
+#[test]
+fn brackets_ask_for_the_neighboring_scenes_and_f12_for_a_screenshot() {
+    let names: Vec<_> = scene::shipped().iter().map(|scene| scene.name.to_owned()).collect();
+    for (i, name) in names.iter().enumerate() {
+        let mut drive = Drive::shipped(name);
+        let (before, after) = ((i + names.len() - 1) % names.len(), (i + 1) % names.len());
+        assert_eq!(drive.press("[").session.take_orders(), [Order::Open(names[before].clone())]);
+        assert_eq!(drive.press("]").session.take_orders(), [Order::Open(names[after].clone())]);
+        assert_eq!(drive.press("F12").session.take_orders(), [Order::Screenshot(None)]);
+        assert_eq!(drive.session.take_orders(), []);
+    }
+}
+
+#[test]
+fn one_two_and_three_show_velocities_forces_and_trails() {
+    for key in ["1", "2", "3"] {
+        let (mut drive, _) = with_player();
+        drive.press("G").press(key).ticks(20);
+        assert!(!drive.session.picture().lines.is_empty(), "{key} shows lines");
+        drive.press(key).ticks(2);
+        assert!(drive.session.picture().lines.is_empty(), "{key} hides them");
+    }
+}
+
+#[test]
+fn no_key_is_bound_twice_and_every_key_and_name_is_known() {
+    let (mut keys, mut names) = (Vec::new(), Vec::new());
+    for binding in BINDINGS {
+        assert!(!binding.keys.is_empty() && !binding.what.is_empty());
+        for key in binding.keys {
+            let key: Key = key.parse().unwrap();
+            assert_eq!(actions::binding(&key).unwrap().action, binding.action, "{key}");
+            keys.push(key);
+        }
+        assert_eq!(actions::key_of_word(binding.name).unwrap().to_string(), binding.keys[0]);
+        names.push(binding.name);
+    }
+    for list in
+        [keys.iter().map(Key::to_string).collect::<Vec<_>>(), names.iter().map(ToString::to_string).collect()]
+    {
+        let unique: std::collections::BTreeSet<_> = list.iter().collect();
+        assert_eq!(unique.len(), list.len(), "{list:?}");
+    }
+    assert!(actions::key_of_word("no_such_action").is_err());
+}

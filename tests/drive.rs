@@ -1,0 +1,143 @@
+//! A session that is driven by literal input, frame by frame, without a window or a device.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3};
+use motion::{FrameClock, PhysicsBody, Transform};
+use sandbox::input::{Button, Input, InputFrame};
+use sandbox::{Options, Session};
+use scene::Scene;
+
+use crate::harness::H;
+
+/// Size of the picture, pixels.
+pub const SIZE: DVec2 = DVec2::new(1280.0, 720.0);
+
+/// A session and the clock of its frames.
+pub struct Drive {
+    pub session: Session,
+    pub clock: FrameClock,
+}
+
+impl Drive {
+    pub fn of(scene: Scene) -> Self {
+        let options = Options { pictures: false, interpolate: true, ..Options::default() };
+        Self { session: Session::new(scene, options), clock: FrameClock::default() }
+    }
+
+    /// A shipped scene.
+    pub fn shipped(name: &str) -> Self {
+        Self::of(scene::load(name).unwrap())
+    }
+
+    pub fn tutorial() -> Self {
+        Self::shipped("tutorial")
+    }
+
+    /// A scene of these bodies, with pushes, without gravity and damping, seen from the origin along -z.
+    pub fn bodies(bodies: &str) -> Self {
+        let text = format!(
+            "(version: 1, push: (), camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0), bodies: [{bodies}])"
+        );
+        Self::of(Scene::parse("test", &text).unwrap())
+    }
+
+    /// One frame of `length` seconds.
+    pub fn frame(&mut self, length: f64, events: impl IntoIterator<Item = Input>) -> &mut Self {
+        let time = self.clock.advance_by(length).unwrap();
+        self.session.advance(&events.into_iter().collect(), time);
+        self
+    }
+
+    /// `frames` frames without input.
+    pub fn run(&mut self, frames: u32, length: f64) -> &mut Self {
+        for _ in 0..frames {
+            self.frame(length, []);
+        }
+        self
+    }
+
+    /// Ticks of the tutorial's length, a frame each.
+    pub fn ticks(&mut self, ticks: u32) -> &mut Self {
+        self.run(ticks, H)
+    }
+
+    /// Input in a frame that takes no time.
+    pub fn give(&mut self, events: impl IntoIterator<Item = Input>) -> &mut Self {
+        self.frame(0.0, events)
+    }
+
+    /// A key goes down and up in a frame that takes no time.
+    pub fn press(&mut self, key: &str) -> &mut Self {
+        self.give(tap(key))
+    }
+
+    /// Puts the pointer there and clicks, in a frame that takes no time.
+    pub fn click(&mut self, button: Button, pixel: DVec2) -> &mut Self {
+        self.give([at(pixel)].into_iter().chain(click(button)))
+    }
+
+    /// What a left click at `pixel` selects, by name.
+    pub fn select(&mut self, pixel: DVec2) -> Option<String> {
+        self.click(Button::Left, pixel);
+        self.selected()
+    }
+
+    /// Name of the selection.
+    pub fn selected(&self) -> Option<String> {
+        self.session.selection().map(|thing| self.session.name(thing))
+    }
+
+    /// Where the camera of the session shows `point`.
+    pub fn pixel(&self, point: DVec3) -> DVec2 {
+        self.session.camera().viewpoint().project(point, SIZE).unwrap()
+    }
+
+    pub fn entity(&self, name: &str) -> Entity {
+        self.session.body(name).unwrap()
+    }
+
+    pub fn x(&self, name: &str) -> DVec3 {
+        self.session.world().get::<Transform>(self.entity(name)).unwrap().position
+    }
+
+    pub fn v(&self, name: &str) -> DVec3 {
+        self.session.world().get::<PhysicsBody>(self.entity(name)).unwrap().velocity
+    }
+
+    /// The state's hash.
+    pub fn hash(&self) -> u64 {
+        sandbox::report::state_hash(&self.session)
+    }
+
+    /// Hashes of the states after every tick of a frame.
+    pub fn visited(&mut self, length: f64, events: impl IntoIterator<Item = Input>) -> Vec<u64> {
+        let time = self.clock.advance_by(length).unwrap();
+        let input: InputFrame = events.into_iter().collect();
+        let mut hashes = Vec::new();
+        self.session.advance_watched(&input, time, &mut |session| {
+            hashes.push(sandbox::report::state_hash(session));
+        });
+        hashes
+    }
+}
+
+pub fn down(key: &str) -> Input {
+    Input::KeyDown(key.parse().unwrap())
+}
+
+pub fn up(key: &str) -> Input {
+    Input::KeyUp(key.parse().unwrap())
+}
+
+pub fn tap(key: &str) -> [Input; 2] {
+    [down(key), up(key)]
+}
+
+/// The pointer at a pixel.
+pub fn at(pixel: DVec2) -> Input {
+    Input::Mouse(pixel.x, pixel.y)
+}
+
+pub fn click(button: Button) -> [Input; 2] {
+    [Input::ButtonDown(button), Input::ButtonUp(button)]
+}

@@ -1,0 +1,178 @@
+//! Panels: when they are closed, what they take from the scene and what they leave to it.
+
+use glam::DVec2;
+use motion::Gravity;
+use sandbox::Order;
+use sandbox::input::{Button, Input};
+
+use crate::drive::{Drive, at, click, tap};
+use crate::harness::H;
+
+/// A pixel of the settings, which stand at the middle of the left edge.
+const ON_SETTINGS: DVec2 = DVec2::new(60.0, 360.0);
+
+/// In selection mode, looking down 35 degrees so that the floor is behind the settings; and the pixel of the player.
+fn looking_down() -> (Drive, DVec2) {
+    let mut drive = Drive::tutorial();
+    drive.give([Input::Mouse(0.0, 286.0)]).press("Q");
+    let player = drive.pixel(drive.x("player"));
+    (drive, player)
+}
+
+/// The same with the settings open.
+fn with_settings() -> (Drive, DVec2) {
+    let (mut drive, player) = looking_down();
+    drive.press("Tab").ticks(2);
+    (drive, player)
+}
+
+/// Whether Escape finds nothing to close or to clear.
+fn escape_quits(drive: &mut Drive) -> bool {
+    drive.press("Escape").session.take_orders() == [Order::Quit]
+}
+
+#[test]
+fn panels_are_closed_at_the_start_and_escape_quits_after_asking_nothing() {
+    assert!(escape_quits(&mut Drive::tutorial()));
+}
+
+#[test]
+fn escape_closes_a_panel_then_clears_the_selection_then_quits() {
+    for key in ["H", "?", "Tab", "Ctrl+O"] {
+        let mut drive = Drive::tutorial();
+        let player = drive.pixel(drive.x("player"));
+        drive.press("Q").select(player);
+        drive.press(key).ticks(1);
+        assert!(!escape_quits(&mut drive) && drive.selected().is_some(), "{key} opens a panel");
+        assert!(!escape_quits(&mut drive) && drive.selected().is_none());
+        assert!(escape_quits(&mut drive));
+    }
+}
+
+#[test]
+fn the_key_that_opened_a_panel_closes_it() {
+    for (open, close) in [("H", "H"), ("H", "?"), ("?", "H"), ("Tab", "Tab")] {
+        let mut drive = Drive::tutorial();
+        drive.press(open).ticks(2).press(close).ticks(2);
+        assert!(escape_quits(&mut drive), "{open}, {close}");
+    }
+}
+
+#[test]
+fn beside_open_settings_clicks_wheel_and_keys_reach_the_scene() {
+    let (mut drive, player) = with_settings();
+    drive.frame(H, [at(player)]);
+    assert_eq!(drive.frame(H, click(Button::Left)).selected().as_deref(), Some("player"));
+    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.click_force(), 110.0);
+    drive.frame(H, click(Button::Right)).ticks(1);
+    assert!(drive.v("player").length() > 0.0);
+    assert!(drive.press("G").session.world().resource::<Gravity>().on);
+}
+
+#[test]
+fn a_click_on_open_settings_neither_selects_nor_clears() {
+    let (mut drive, _) = looking_down();
+    assert_eq!(drive.select(ON_SETTINGS).as_deref(), Some("floor"), "behind the settings");
+    let (mut drive, player) = with_settings();
+    drive.frame(H, [at(ON_SETTINGS)]).frame(H, click(Button::Left)).ticks(1);
+    assert_eq!(drive.selected(), None);
+    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.click_force(), 10.0);
+    drive.frame(H, [at(player)]).frame(H, click(Button::Left)).ticks(1);
+    drive.frame(H, [at(ON_SETTINGS)]).frame(H, click(Button::Left)).ticks(1);
+    assert_eq!(drive.selected().as_deref(), Some("player"));
+}
+
+#[test]
+fn a_pointer_that_moves_and_clicks_in_one_frame_clicks_where_it_came_to() {
+    let (mut drive, player) = with_settings();
+    let onto = |pixel| [at(pixel)].into_iter().chain(click(Button::Left));
+    drive.frame(H, onto(ON_SETTINGS)).ticks(1);
+    assert_eq!(drive.selected(), None);
+    assert_eq!(drive.frame(H, onto(player)).selected().as_deref(), Some("player"));
+    drive.frame(H, onto(ON_SETTINGS));
+    assert_eq!(drive.selected().as_deref(), Some("player"));
+    assert_eq!(drive.frame(H, [at(ON_SETTINGS), Input::Wheel(1.0)]).session.click_force(), 10.0);
+    assert_eq!(drive.frame(H, [at(player), Input::Wheel(1.0)]).session.click_force(), 110.0);
+}
+
+#[test]
+fn closed_settings_take_no_clicks_and_camera_mode_leaves_the_wheel_to_the_scene() {
+    let (mut drive, _) = with_settings();
+    drive.frame(H, [at(ON_SETTINGS)]).press("Q").ticks(1);
+    assert_eq!(drive.frame(H, [Input::Wheel(1.0)]).session.click_force(), 110.0);
+    drive.press("Tab").press("Q").ticks(1);
+    assert_eq!(drive.select(ON_SETTINGS).as_deref(), Some("floor"));
+}
+
+#[test]
+fn what_is_typed_into_the_finder_opens_a_scene_and_does_not_act_on_this_one() {
+    let mut drive = Drive::tutorial();
+    drive.frame(H, tap("Ctrl+O")).ticks(2);
+    assert!(drive.session.takes_text());
+    let mode = drive.session.mode();
+    for letter in ["t", "h", "o", "u"] {
+        let [down, up] = tap(&letter.to_uppercase());
+        drive.frame(H, [down, Input::Text(letter.to_owned())]).frame(H, [up]);
+    }
+    assert_eq!(drive.session.take_orders(), []);
+    drive.frame(H, tap("Enter"));
+    assert_eq!(drive.session.take_orders(), [Order::Open("thousand".to_owned())]);
+    drive.ticks(1);
+    assert!(!drive.session.takes_text() && drive.session.mode() == mode);
+    drive.session.open(scene::load("thousand").unwrap());
+    drive.ticks(2);
+    assert_eq!((drive.session.scene().name.as_str(), drive.session.things().count()), ("thousand", 1001));
+}
+
+#[test]
+fn letters_typed_into_the_finder_do_not_press_their_keys() {
+    let mut drive = Drive::tutorial();
+    let (hash, camera) = (drive.hash(), *drive.session.camera());
+    drive.frame(H, tap("Ctrl+O")).ticks(2);
+    for key in ["Q", "G", "W", "P", "F1", "F12", "[", "]", "."] {
+        drive.frame(H, tap(key));
+    }
+    drive.ticks(30);
+    assert!(!drive.session.paused() && !drive.session.world().resource::<Gravity>().on);
+    assert_eq!((drive.hash(), *drive.session.camera()), (hash, camera));
+    assert_eq!((drive.session.take_orders(), drive.session.mode()), (Vec::new(), sandbox::Mode::Camera));
+    assert!(!escape_quits(&mut drive) && !drive.session.takes_text());
+    assert!(escape_quits(&mut drive));
+}
+
+#[test]
+fn a_number_being_typed_into_the_settings_takes_the_keys() {
+    let (mut drive, _) = with_settings();
+    // Somewhere above the lower edge is the field of step_hz; a click makes it a text field.
+    let field = (0..60).find(|row| {
+        let pixel = DVec2::new(100.0, 600.0 - 5.0 * f64::from(*row));
+        drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2).session.takes_text()
+    });
+    assert!(field.is_some());
+    let gravity = *drive.session.world().resource::<Gravity>();
+    drive.frame(H, tap("G")).frame(H, tap("Q")).ticks(1);
+    assert_eq!(*drive.session.world().resource::<Gravity>(), gravity);
+    assert!(!drive.session.grabs_pointer());
+    assert!(!escape_quits(&mut drive) && !drive.session.takes_text());
+    assert_ne!(*drive.press("G").session.world().resource::<Gravity>(), gravity);
+}
+
+#[test]
+fn what_is_changed_in_the_settings_acts_on_the_scene() {
+    let (mut drive, _) = with_settings();
+    // The box that switches gravity on is at the left edge, above the middle.
+    let switch = (0..20).find(|row| {
+        let pixel = DVec2::new(24.0, 350.0 - 4.0 * f64::from(*row));
+        drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2);
+        drive.session.world().resource::<Gravity>().on
+    });
+    assert!(switch.is_some());
+    assert!(drive.ticks(5).v("player").y < 0.0);
+}
+
+#[test]
+fn a_session_that_ends_with_an_open_panel_ends_quietly() {
+    for key in ["H", "Tab", "Ctrl+O"] {
+        drop(std::mem::replace(Drive::tutorial().press(key).ticks(3), Drive::tutorial()));
+    }
+}

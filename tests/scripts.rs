@@ -1,0 +1,171 @@
+//! Scripts: the same inputs as a person's, and experiments.
+
+use glam::DVec3;
+use motion::{Damping, DampingModel, Gravity, Method};
+use sandbox::Mode;
+use sandbox::input::{Button, Experiment, Input};
+use sandbox::player::Player;
+use scene::Script;
+
+use crate::drive::{Drive, at, click, down, tap, up};
+
+/// Reads `script` as the program does: every body has to be one of the session's, every key one of the table's.
+fn read(drive: &Drive, script: &str) -> Result<Script, scene::SceneError> {
+    let read = Script::parse("test", script)?;
+    let is_key = |word: &str| sandbox::actions::key_of_word(word).is_ok();
+    read.check("test", script, &drive.session.scene().names, is_key)?;
+    Ok(read)
+}
+
+/// Plays `script` on `drive` for so many frames of 1/60 s.
+fn play(drive: &mut Drive, script: &str, frames: u32) {
+    let script = read(drive, script).unwrap();
+    let mut player = Player::new(script).unwrap();
+    for frame in 1..=frames {
+        let time = drive.clock.advance_to(f64::from(frame) / 60.0).unwrap();
+        let input = player.input(&drive.session, time.total());
+        drive.session.advance(&input, time);
+    }
+    assert!(player.finished());
+}
+
+/// The tutorial after the script.
+fn played(script: &str, frames: u32) -> Drive {
+    let mut drive = Drive::tutorial();
+    play(&mut drive, script, frames);
+    drive
+}
+
+#[test]
+fn a_script_and_the_same_inputs_by_hand_end_in_the_same_state() {
+    let mut hand = Drive::tutorial();
+    let player = hand.pixel(hand.x("player")).round();
+    let script = format!(
+        r#"[
+            (at_s: 0, do: press("Q")),
+            (at_s: 0.1, do: move_mouse({x}, {y})), (at_s: 0.1, do: click(left)),
+            (at_s: 0.2, do: wheel(3)), (at_s: 0.2, do: click(right)),
+            (at_frame: 30, do: press("toggle_gravity")),
+            (at_tick: 80, do: hold("Right", 0.25)),
+            (at_frame: 60, do: mouse_down(left)), (at_frame: 61, do: mouse_up(left)),
+            (at_frame: 70, do: press("F1")),
+            (at_frame: 71, do: impulse("enemy", (1, 0, 0))),
+        ]"#,
+        x = player.x,
+        y = player.y
+    );
+    let drive = played(&script, 90);
+    for frame in 0..90_u32 {
+        let time = hand.clock.advance_to(f64::from(frame + 1) / 60.0).unwrap();
+        let events: Vec<Input> = match frame {
+            0 => tap("Q").to_vec(),
+            // A frame ends at 0.1 s, a sixtieth after it began.
+            5 => [at(player)].into_iter().chain(click(Button::Left)).collect(),
+            11 => [Input::Wheel(3.0)].into_iter().chain(click(Button::Right)).collect(),
+            30 => tap("G").to_vec(),
+            40 => vec![down("Right")],
+            55 => vec![up("Right")],
+            60 => click(Button::Left).to_vec(),
+            70 => tap("F1").to_vec(),
+            71 => vec![Input::Experiment(Experiment::OfBody(
+                "enemy".to_owned(),
+                motion::Request::Impulse,
+                [1.0, 0.0, 0.0],
+            ))],
+            _ => Vec::new(),
+        };
+        hand.session.advance(&events.into_iter().collect(), time);
+    }
+    assert_eq!(drive.hash(), hand.hash());
+    assert_eq!((drive.session.mode(), drive.session.click_force()), (Mode::Selection, 310.0));
+    assert!(drive.v("enemy").x > 0.0 && drive.v("player").y < 0.0);
+}
+
+#[test]
+fn a_script_sets_gravity_damping_and_method() {
+    let drive = played(
+        r#"[(at_s: 0, do: set_gravity((0, 0, -1.6))), (at_s: 0, do: set_damping(0)), (at_s: 0, do: press("G")),
+            (at_tick: 10, do: set_method(explicit_euler))]"#,
+        60,
+    );
+    let world = drive.session.world();
+    assert_eq!(*world.resource::<Gravity>(), Gravity { acceleration: DVec3::Z * -1.6, on: true });
+    assert_eq!(*world.resource::<Damping>(), Damping { model: DampingModel::Tutorial, rate: 0.0 });
+    assert_eq!(drive.session.stepper().method(), Method::ExplicitEuler);
+    assert!((drive.v("player").z + 1.6).abs() < 1e-13);
+}
+
+#[test]
+fn gravity_and_damping_that_were_set_survive_a_reset_also_of_the_same_frame() {
+    for reset in ["at_frame: 0", "at_frame: 5"] {
+        let script = format!(
+            r#"[(at_frame: 0, do: set_gravity((0, -1.6, 0))), (at_frame: 0, do: set_damping(2)),
+                (at_frame: 0, do: set_method(explicit_euler)), ({reset}, do: press("F1"))]"#
+        );
+        let drive = played(&script, 10);
+        assert_eq!(drive.session.world().resource::<Gravity>().acceleration, DVec3::Y * -1.6, "{reset}");
+        assert_eq!(drive.session.world().resource::<Damping>().rate, 2.0, "{reset}");
+        assert_eq!(drive.session.stepper().method(), Method::ExplicitEuler);
+    }
+}
+
+#[test]
+fn a_script_changes_single_bodies() {
+    let drive = played(
+        r#"[(at_s: 0, do: set_damping(0)),
+            (at_s: 0, do: set_velocity("player", (1, 2, 3))), (at_s: 0, do: impulse("enemy", (0, 4, 0))),
+            (at_s: 0, do: set_position("bonus", (7, 8, 9))), (at_s: 0, do: remove("grid.x0.z0")),
+            (at_s: 0, do: push("grid.x1.z0", (12, 0, 0))), (at_s: 0.5, do: reverse_velocities)]"#,
+        60,
+    );
+    assert_eq!(drive.v("player"), DVec3::new(-1.0, -2.0, -3.0));
+    assert_eq!(drive.v("enemy"), DVec3::new(0.0, -2.0, 0.0), "an impulse is mass times velocity");
+    assert_eq!(drive.x("bonus"), DVec3::new(7.0, 8.0, 9.0));
+    assert_eq!(drive.session.body("grid.x0.z0"), None);
+    assert_eq!(drive.session.things().count(), 28);
+    assert!((drive.v("grid.x1.z0").x + 1.0).abs() < 1e-14, "12 N for a tick of 1/120 s on 0.1 kg");
+}
+
+#[test]
+fn removing_the_selection_clears_it_and_releases_the_camera() {
+    let mut drive = Drive::tutorial();
+    let player = drive.pixel(drive.x("player"));
+    drive.press("Q").select(player);
+    drive.press("L").ticks(2).give([Input::Experiment(Experiment::Remove("player".to_owned()))]);
+    let camera = *drive.session.camera();
+    drive.press("G").ticks(10);
+    assert_eq!((drive.selected(), *drive.session.camera()), (None, camera));
+    drive.press("F1").ticks(1);
+    assert!(drive.session.body("player").is_some());
+}
+
+#[test]
+fn bodies_that_would_turn_non_finite_are_frozen_and_named() {
+    let drive = played(
+        r#"[(at_tick: 0, do: set_velocity("enemy", (NaN, 0, 0))),
+            (at_tick: 4, do: set_velocity("player", (1e308, 0, 0))), (at_tick: 4, do: push("player", (1e308, 0, 0))),
+            (at_tick: 8, do: push("bonus", (inf, 0, 0)))]"#,
+        10,
+    );
+    let mut named: Vec<_> =
+        drive.session.quarantined().iter().map(|body| (body.tick, body.body.as_str())).collect();
+    named.sort_unstable();
+    assert!(named.contains(&(1, "enemy")) && named.contains(&(9, "bonus")), "{named:?}");
+    for name in ["enemy", "player", "bonus"] {
+        assert!(drive.x(name).is_finite() && drive.v(name).is_finite(), "{name}");
+    }
+    assert_eq!(drive.x("enemy"), DVec3::new(5.0, 5.0, 0.0));
+    assert_eq!(drive.x("bonus"), DVec3::new(10.0, 5.0, 0.0));
+}
+
+#[test]
+fn a_script_that_presses_no_key_or_names_no_body_is_refused() {
+    let drive = Drive::tutorial();
+    let script = r#"[(at_s: 0, do: press("G")), (at_s: 1, do: press("Gravity"))]"#;
+    let error = read(&drive, script).unwrap_err().to_string();
+    assert!(error.contains("steps[1]") && error.contains("`Gravity`"), "{error}");
+    let unknown = Player::new(Script::parse("test", script).unwrap()).unwrap_err();
+    assert_eq!((unknown.len(), unknown[0].0, unknown[0].1.0.as_str()), (1, 1, "Gravity"));
+    let error = read(&drive, r#"[(at_s: 0, do: remove("playr"))]"#).unwrap_err().to_string();
+    assert!(error.contains("did you mean \"player\"?"), "{error}");
+}
