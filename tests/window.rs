@@ -1,1 +1,406 @@
-//! The real window under a virtual display.
+//! The real program in a real window on an X server of its own, with real keys and a real pointer.
+//!
+//! Nothing here waits for a time to pass: what the program has done is seen in the files that it writes. The deadlines only end a test that would never end.
+
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, ErrorKind};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use glam::{DVec2, DVec3};
+use motion::{FrameClock, PhysicsBody};
+use pick::Viewpoint;
+use render::Image;
+use sandbox::player::Player;
+use sandbox::report::state_hash;
+use sandbox::{Mode, Options, Order, Session};
+use scene::{Action, MouseButton, Recording, Script};
+use tempfile::TempDir;
+
+use crate::harness::program;
+use crate::pixels::{Difference, Studio};
+
+const DEADLINE: Duration = Duration::from_secs(90);
+const POLL: Duration = Duration::from_millis(20);
+const SIZE: [u32; 2] = [640, 360];
+
+/// Looks again and again until there is something.
+#[track_caller]
+fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(start.elapsed() < DEADLINE, "gave up waiting for {what}");
+        sleep(POLL);
+    }
+}
+
+/// Starts a tool of the tests.
+fn tool(command: &mut Command) -> Child {
+    command.spawn().unwrap_or_else(|error| {
+        let name = command.get_program().display();
+        assert!(error.kind() != ErrorKind::NotFound, "{name} is missing; apt install xvfb xdotool");
+        panic!("{name}: {error}")
+    })
+}
+
+/// An X server that nobody sees.
+struct Display {
+    server: Child,
+    name: String,
+}
+
+impl Display {
+    fn start() -> Self {
+        // It takes a free number itself and writes it when it is ready. Without -noreset it would start anew, and
+        // refuse connections meanwhile, whenever its last client leaves, as xdotool does.
+        let mut command = Command::new("Xvfb");
+        command.args(["-displayfd", "1", "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"]);
+        let mut display = Self {
+            server: tool(command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null())),
+            name: String::new(),
+        };
+        let mut number = String::new();
+        BufReader::new(display.server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        assert!(!number.trim().is_empty(), "Xvfb ended without a display");
+        display.name = format!(":{}", number.trim());
+        display
+    }
+
+    /// What xdotool prints; `None` if it fails.
+    fn xdotool(&self, arguments: &[&str]) -> Option<String> {
+        let mut command = Command::new("xdotool");
+        command.args(arguments).env("DISPLAY", &self.name).stdin(Stdio::null());
+        let output = tool(command.stdout(Stdio::piped()).stderr(Stdio::null())).wait_with_output().unwrap();
+        output.status.success().then(|| String::from_utf8(output.stdout).unwrap())
+    }
+
+    #[track_caller]
+    fn input(&self, arguments: &[&str]) {
+        assert!(self.xdotool(arguments).is_some(), "xdotool {arguments:?} failed");
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// The program, recording, with the keyboard; its screenshots lie in a folder of its own.
+struct Window {
+    // Dropped before the display that it is on.
+    program: Child,
+    display: Display,
+    folder: TempDir,
+    id: String,
+    screenshots: usize,
+}
+
+impl Window {
+    fn open(environment: &[(&str, &str)]) -> Self {
+        let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+        let program = Command::new(program())
+            .args(["--record", "recording.ron", "--size", &format!("{}x{}", SIZE[0], SIZE[1])])
+            .current_dir(folder.path())
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .env("DISPLAY", &display.name)
+            .env("WINIT_X11_SCALE_FACTOR", "1")
+            .envs(environment.iter().copied())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(File::create(folder.path().join("messages")).unwrap())
+            .spawn()
+            .unwrap();
+        let mut window = Self { program, display, folder, id: String::new(), screenshots: 0 };
+        window.id = window.wait_for("a window named Inertia", |window| {
+            let found = window.display.xdotool(&["search", "--onlyvisible", "--name", "^Inertia$"])?;
+            found.lines().next().map(str::to_owned)
+        });
+        window.take_focus();
+        let _ = window.screenshot();
+        window
+    }
+
+    /// [`wait_for`], but no longer than the program runs.
+    #[track_caller]
+    fn wait_for<T>(&mut self, what: &str, mut look: impl FnMut(&Self) -> Option<T>) -> T {
+        wait_for(what, || {
+            if let Some(status) = self.program.try_wait().unwrap() {
+                panic!("the program ended ({status}) before {what}: {}", self.messages());
+            }
+            look(self)
+        })
+    }
+
+    fn messages(&self) -> String {
+        fs::read_to_string(self.folder.path().join("messages")).unwrap_or_default()
+    }
+
+    /// There is no window manager that would give it the keyboard.
+    fn take_focus(&mut self) {
+        self.wait_for("the keyboard", |window| {
+            window.display.xdotool(&["windowfocus", &window.id])?;
+            (window.display.xdotool(&["getwindowfocus", "-f"])?.trim() == window.id).then_some(())
+        });
+    }
+
+    fn input(&self, arguments: &[&str]) {
+        self.display.input(arguments);
+    }
+
+    /// Takes a screenshot. When it is there, the program has handled every input before it, and the pointer is
+    /// held or free as it should be.
+    fn screenshot(&mut self) -> Screenshot {
+        self.input(&["key", "F12"]);
+        self.screenshots += 1;
+        let path = self.folder.path().join(format!("screenshot_{:03}.png", self.screenshots));
+        self.wait_for("a screenshot", |_| path.exists().then_some(()));
+        Screenshot::read(path)
+    }
+
+    /// Presses Escape `times` times and waits for the end.
+    fn quit(&mut self, times: usize) -> ExitStatus {
+        self.input(&[&["key"], vec!["Escape"; times].as_slice()].concat());
+        wait_for("the program to end", || self.program.try_wait().unwrap())
+    }
+
+    fn recording(&self) -> (Script, Recording) {
+        let text = fs::read_to_string(self.folder.path().join("recording.ron")).unwrap();
+        let script = Script::parse("recording.ron", &text).unwrap_or_else(|error| panic!("{error}"));
+        let recording = script.recording.clone().unwrap();
+        (script, recording)
+    }
+}
+
+impl Drop for Window {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+        if std::thread::panicking() {
+            eprintln!("the program said: {}", self.messages());
+        }
+    }
+}
+
+/// A picture and what the program wrote into it.
+struct Screenshot {
+    image: Image,
+    tick: u64,
+    state_hash: String,
+}
+
+impl Screenshot {
+    fn read(path: PathBuf) -> Self {
+        let text = Image::read_png_text(&path).unwrap();
+        let value = |name: &str| {
+            text.iter().find(|(keyword, _)| keyword == name).unwrap_or_else(|| panic!("no {name}")).1.clone()
+        };
+        Self {
+            image: Image::read_png(&path).unwrap(),
+            tick: value("Tick").parse().unwrap(),
+            state_hash: value("StateHash"),
+        }
+    }
+}
+
+/// Plays a recording in this process; `look` sees every frame with its orders.
+fn replay(script: &Script, recording: &Recording, mut look: impl FnMut(&mut Session, &[Order])) -> Session {
+    let scene = scene::load(&recording.scene).unwrap();
+    let options = Options { size_px: recording.size_px.into(), ..Options::default() };
+    let mut session = Session::new(scene, options);
+    let (mut player, mut clock) = (Player::new(script.clone()).unwrap(), FrameClock::default());
+    for end in &recording.frame_ends_s {
+        let time = clock.advance_to(*end).unwrap();
+        let input = player.input(&session, time.total());
+        session.advance(&input, time);
+        let orders = session.take_orders();
+        look(&mut session, &orders);
+    }
+    assert!(player.finished());
+    session
+}
+
+/// Paints over what only the window writes: how fast it is, in the top right corner, and that it wrote a
+/// screenshot, above the middle.
+fn without_the_shells_words(image: &Image) -> Image {
+    let mut masked = image.clone();
+    let [width, height] = image.size_px;
+    for (at, pixel) in (0..).zip(masked.rgba.chunks_exact_mut(4)) {
+        let (x, y) = (at % width * 100 / width, at / width * 100 / height);
+        if (x >= 50 && y < 30) || ((25..75).contains(&x) && (25..45).contains(&y)) {
+            pixel.fill(0);
+        }
+    }
+    masked
+}
+
+/// Where a point is seen from the tutorial's start.
+fn seen_from_the_start(point: DVec3) -> DVec2 {
+    let camera = scene::load("tutorial").unwrap().camera;
+    let view = Viewpoint::from_pitch_yaw(
+        camera.position,
+        camera.pitch_deg,
+        camera.yaw_deg,
+        camera.fov_y_deg.to_radians(),
+        camera.near,
+        camera.far,
+    );
+    view.project(point, DVec2::from_array(SIZE.map(f64::from))).unwrap()
+}
+
+#[test]
+fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it() {
+    let mut window = Window::open(&[]);
+    // A look around; F2 takes it back.
+    window.input(&["mousemove_relative", "20", "12", "key", "F2", "q"]);
+    // Until then the pointer is not free.
+    let _ = window.screenshot();
+    let aim = seen_from_the_start(DVec3::new(14.0, 10.0, 14.0)).round();
+    window.input(&["mousemove", &aim.x.to_string(), &aim.y.to_string()]);
+    window.input(&["click", "1", "click", "4", "click", "3", "key", "g"]);
+    let pushed = window.screenshot();
+    let shot = window.screenshots - 1;
+    // A tenth of a second of motion, however long that takes.
+    while window.screenshot().tick < pushed.tick + 12 {}
+    window.input(&["key", "p"]);
+    let paused = window.screenshot();
+    assert_eq!(window.quit(2).code(), Some(0), "{}", window.messages());
+    assert_ne!(pushed.state_hash, paused.state_hash, "nothing moved");
+
+    let (script, recording) = window.recording();
+    let recorded: Vec<_> = script.steps.iter().map(|step| &step.action).collect();
+    for key in ["F2", "Q", "G", "P", "F12", "Escape"] {
+        assert!(recorded.contains(&&Action::KeyDown(key.to_owned())), "{key} is not recorded");
+        assert!(recorded.contains(&&Action::KeyUp(key.to_owned())), "{key} is not let go in the recording");
+    }
+    for button in [MouseButton::Left, MouseButton::Right] {
+        assert!(recorded.contains(&&Action::MouseDown(button)));
+        assert!(recorded.contains(&&Action::MouseUp(button)));
+    }
+    assert!(recorded.contains(&&Action::MoveMouse(aim.x, aim.y)));
+    // X11 hands on a notch twice: once for the press and once for the release of its button.
+    let notches = |action: &&Action| if let Action::Wheel(notches) = action { *notches } else { 0.0 };
+    let notches: f64 = recorded.iter().map(notches).sum();
+    assert!(notches >= 1.0, "{notches} notches");
+
+    let mut studio = Studio::like_the_window(SIZE);
+    let (mut seen, mut replayed) = (Vec::new(), None);
+    let end = replay(&script, &recording, |session, orders| {
+        if orders.contains(&Order::Screenshot(None)) {
+            if seen.len() == shot {
+                replayed = Some(studio.draw(session));
+                let selected = session.selection().expect("the click selects");
+                assert_eq!(session.name(selected), "grid.x4.z4");
+                assert_eq!(session.click_force(), 10.0 + 100.0 * notches);
+                assert_eq!(session.mode(), Mode::Selection);
+            }
+            seen.push((session.ticks(), format!("{:016x}", state_hash(session))));
+        }
+    });
+    assert_eq!(seen.len(), window.screenshots);
+    assert_eq!(seen[shot], (pushed.tick, pushed.state_hash));
+    assert_eq!(seen.last(), Some(&(paused.tick, paused.state_hash.clone())));
+    let body = end.body("grid.x4.z4").unwrap();
+    let velocity = end.world().get::<PhysicsBody>(body).unwrap().velocity;
+    assert!(
+        velocity.x > 1.0 && velocity.y < 0.0 && velocity.z < -1.0,
+        "pushed and falling: {velocity}\n{}",
+        script.to_ron()
+    );
+    assert_eq!(end.selection(), None, "Escape clears the selection first");
+
+    let [in_window, in_replay] = [&pushed.image, &replayed.unwrap()].map(without_the_shells_words);
+    let difference = Difference::between(&in_window, &in_replay);
+    assert!(difference.accepted(), "the window's picture and the replay's: {difference}");
+
+    let output = Command::new(program())
+        .args(["run", "tutorial", "--script", "recording.ron", "--summary", "summary.json"])
+        .current_dir(window.folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = fs::read_to_string(window.folder.path().join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["state_hash"], paused.state_hash.as_str());
+    assert_eq!(summary["ticks"], paused.tick);
+}
+
+#[test]
+fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
+    let mut window = Window::open(&[]);
+    let wanted = [500, 300];
+    window.input(&["windowsize", &window.id, "500", "300"]);
+    let resized = loop {
+        let screenshot = window.screenshot();
+        if screenshot.image.size_px == wanted {
+            break screenshot;
+        }
+    };
+    assert_eq!(window.quit(1).code(), Some(0), "{}", window.messages());
+    let (script, recording) = window.recording();
+    assert!(script.steps.iter().any(|step| step.action == Action::Resize(500, 300)));
+    assert_eq!(recording.size_px, SIZE.into());
+    let end = replay(&script, &recording, |_, _| {});
+    assert_eq!(end.size_px(), wanted);
+    assert!(end.ticks() >= resized.tick);
+}
+
+#[test]
+fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() {
+    let mut window = Window::open(&[]);
+    window.input(&["keydown", "w"]);
+    // In the frame of a screenshot the key is held already.
+    let _ = window.screenshot();
+    // Window 0 is none at all.
+    window.input(&["windowfocus", "0"]);
+    window.input(&["keyup", "w"]);
+    window.take_focus();
+    let _ = window.screenshot();
+    assert_eq!(window.quit(1).code(), Some(0), "{}", window.messages());
+
+    let (script, recording) = window.recording();
+    let mut steps = script.steps.iter().map(|step| &step.action);
+    assert!(steps.any(|action| *action == Action::KeyDown("W".to_owned())));
+    assert!(steps.any(|action| *action == Action::FocusLost), "the loss is recorded");
+    let up = Action::KeyUp("W".to_owned());
+    assert!(script.steps.iter().all(|step| step.action != up), "the window never hears of it");
+    let mut at_screenshots = Vec::new();
+    let end = replay(&script, &recording, |session, orders| {
+        if orders.contains(&Order::Screenshot(None)) {
+            at_screenshots.push(session.camera().position);
+        }
+    });
+    // The first was before W.
+    assert_ne!(at_screenshots[1], scene::load("tutorial").unwrap().camera.position, "W flies");
+    assert_eq!(at_screenshots[2], end.camera().position, "nothing is held any more");
+}
+
+#[test]
+fn a_wayland_display_that_is_gone_falls_back_to_x11() {
+    let mut window = Window::open(&[("WAYLAND_DISPLAY", "/nonexistent/wayland-9")]);
+    assert_eq!(window.screenshot().image.size_px, SIZE);
+    assert_eq!(window.quit(1).code(), Some(0), "{}", window.messages());
+}
+
+#[test]
+fn without_a_display_the_program_ends_with_5_and_one_line_that_names_the_run_without_one() {
+    // None named, and one named that is not there.
+    for display in [None, Some(":65534")] {
+        let mut command = Command::new(program());
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        let output = command.envs(display.map(|name| ("DISPLAY", name))).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(5), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.contains("sandbox run"), "{message}");
+        assert!(!message.contains(".rs:"), "nobody needs a path into a library: {message}");
+        assert!(output.stdout.is_empty());
+    }
+}

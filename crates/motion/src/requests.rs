@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 
 use crate::components::{PhysicsBody, Transform};
 use crate::effects::{Damping, Gravity};
+use crate::interpolate::PreviousPosition;
 use crate::quarantine::{Cause, Quarantine, quarantine_bodies};
 use crate::units::{Scalar, Vector};
 
@@ -58,7 +59,14 @@ pub(crate) fn carry_out(world: &mut World) {
                 }
             }),
             Request::SetVelocity(body, velocity) => change(world, body, |_, body| body.velocity = velocity),
-            Request::SetPosition(body, position) => change(world, body, |at, _| at.position = position),
+            Request::SetPosition(body, position) => {
+                change(world, body, |at, _| at.position = position);
+                // It did not travel there: nothing is drawn between.
+                let now = world.get::<Transform>(body).map(|at| at.position);
+                if let (Some(now), Some(mut before)) = (now, world.get_mut::<PreviousPosition>(body)) {
+                    before.0 = now;
+                }
+            }
             Request::SetInverseMass(body, w) => change(world, body, |_, body| body.inverse_mass = w),
             Request::ReverseVelocities => {
                 for mut body in world.query::<&mut PhysicsBody>().iter_mut(world) {

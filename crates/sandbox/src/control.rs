@@ -93,7 +93,8 @@ impl Session {
                 }
             }
             Input::KeyUp(key) => {
-                self.control.held.retain(|held| held != key);
+                // By name: the control key may have gone down or up since the key did.
+                self.control.held.retain(|held| held.name() != key.name());
                 self.ui.key(key, false);
             }
             Input::Text(text) => {
@@ -222,12 +223,12 @@ impl Session {
 
     fn toggle_gravity(&mut self) {
         // Carried out at once: a second toggle in the same frame has to see the first.
-        self.stepper.carry_out_requests(&mut self.world);
+        self.carry_out_requests();
         match self.world.get_resource::<Gravity>() {
             Some(gravity) => {
                 let request = Request::SwitchGravity(!gravity.on);
                 self.ask(request);
-                self.stepper.carry_out_requests(&mut self.world);
+                self.carry_out_requests();
             }
             None => {
                 self.ui.notice("this scene declares no gravity; the settings (Tab) can add it".to_owned());
@@ -304,13 +305,6 @@ impl Session {
             Experiment::Remove(name) => {
                 if let Some(body) = self.body(name) {
                     self.ask(Request::Remove(body));
-                    let gone = |thing: &mut Option<Entity>| {
-                        if *thing == Some(body) {
-                            *thing = None;
-                        }
-                    };
-                    gone(&mut self.control.selection);
-                    gone(&mut self.control.locked);
                 }
             }
             Experiment::DampingRate(rate) => {

@@ -338,16 +338,20 @@ impl Session {
         self.follow_locked();
         if self.options.pictures || self.ui.any_open() || self.ui.closing() {
             self.lay_out_panels(time);
+        } else {
+            self.ui.forget();
         }
         self.frames += 1;
     }
 
     fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self)) {
-        self.stepper.carry_out_requests(&mut self.world);
+        self.carry_out_requests();
         self.dropped_lately = 0.0;
+        // Taken in any case: a step that was asked for before going on is not one of the next pause.
+        let steps_asked = std::mem::take(&mut self.control.steps_asked);
         let (mut ticks, step) = if self.control.paused {
             self.clock.pause(time);
-            (std::mem::take(&mut self.control.steps_asked), None)
+            (steps_asked, None)
         } else if self.scene.step == StepKind::Frame {
             let length = time.length() * self.clock.pace();
             self.clock.pause(time);
@@ -438,8 +442,19 @@ impl Session {
         self.world.resource_mut::<Requests>().ask(request);
     }
 
+    /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
+    pub(crate) fn carry_out_requests(&mut self) {
+        self.stepper.carry_out_requests(&mut self.world);
+        self.targets_current = false;
+        for thing in [&mut self.control.selection, &mut self.control.locked] {
+            thing.take_if(|thing| self.world.get_entity(*thing).is_err());
+        }
+    }
+
     /// Builds the world anew; camera, gravity, damping and click force stay, the selection does not.
     pub(crate) fn reset_world(&mut self) {
+        // Gravity and damping may have been asked for in this very frame.
+        self.carry_out_requests();
         let gravity = self.world.get_resource::<Gravity>().copied();
         let damping = self.world.get_resource::<Damping>().copied();
         let method = self.stepper.method();
@@ -462,6 +477,7 @@ impl Session {
         self.records_seen = 0;
         self.movable = None;
         self.targets = Targets::default();
+        self.targets_current = false;
         self.trails = Trails::default();
         self.acting.clear();
     }

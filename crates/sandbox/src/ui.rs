@@ -60,6 +60,12 @@ impl Ui {
         self.finder = if self.finder.is_none() { Some(Finder::default()) } else { None };
     }
 
+    /// Drops what waits for a layout that nobody will see.
+    pub fn forget(&mut self) {
+        self.events.clear();
+        self.notices.clear();
+    }
+
     pub fn notice(&mut self, text: String) {
         self.notices.push((text, None));
     }
@@ -94,7 +100,10 @@ impl Ui {
 
     /// Whether the pointer is over a panel or drags something of it.
     pub fn wants_pointer(&self) -> bool {
-        self.any_open() && self.context.egui_wants_pointer_input()
+        // Where the pointer is now, not where the last layout saw it: it may have moved in this very frame.
+        let layer = self.context.layer_id_at(self.pointer);
+        let over = layer.is_some_and(|layer| layer.order != egui::Order::Background);
+        self.any_open() && (over || self.context.egui_is_using_pointer())
     }
 
     pub fn key(&mut self, key: &Key, pressed: bool) {
@@ -157,6 +166,15 @@ impl Ui {
     #[expect(clippy::cast_possible_truncation, reason = "a scale between 1 and 4")]
     pub fn set_scale(&mut self, scale: f64) {
         self.scale = scale.clamp(0.5, 8.0) as f32;
+    }
+}
+
+impl Drop for Ui {
+    fn drop(&mut self) {
+        // Nobody will draw them any more; a debug build of egui asks to be told so.
+        if let Some(output) = &mut self.output {
+            output.textures_delta.clear();
+        }
     }
 }
 
