@@ -21,7 +21,7 @@ impl Offscreen {
         Self::with_format(gpu, size_px, OFFSCREEN_FORMAT)
     }
 
-    /// As [`Offscreen::new`], with another format of four bytes in the order red, green, blue, alpha.
+    /// As [`Offscreen::new`], with another format of four bytes: that of a window, to take a picture of it.
     pub fn with_format(
         gpu: &Gpu,
         size_px: [u32; 2],
@@ -108,7 +108,12 @@ impl Offscreen {
             }
         }
         self.buffer.unmap();
+        use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb};
+        let blue_first = matches!(self.texture.format(), Bgra8Unorm | Bgra8UnormSrgb);
         for pixel in rgba.chunks_exact_mut(4) {
+            if blue_first {
+                pixel.swap(0, 2);
+            }
             pixel[3] = 255;
         }
         Ok(Image { size_px: self.size_px, rgba })

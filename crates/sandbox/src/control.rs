@@ -123,7 +123,10 @@ impl Session {
                 self.control.selecting = false;
                 self.ui.focus_lost();
             }
-            Input::Resized(size) => self.options.size_px = *size,
+            Input::Resized(size) => {
+                self.options.size_px = *size;
+                self.ui.set_size(*size);
+            }
             Input::Scaled(scale) => self.ui.set_scale(*scale),
             Input::Experiment(experiment) => self.experiment(experiment),
         }

@@ -126,7 +126,7 @@ impl Session {
         Self {
             camera: Camera::new(scene.camera),
             control: Control::new(push, options.paused),
-            ui: Ui::new(),
+            ui: Ui::new(options.size_px),
             trails: Trails::default(),
             measured: None,
             orders: Vec::new(),

@@ -12,12 +12,19 @@ use crate::session::{Order, Session};
 /// How long a notice stays, s.
 const NOTICE_S: f64 = 4.0;
 
+/// Points that the panels need, the help being the widest. A smaller picture has smaller points, down to half
+/// the size: below that nobody could read them.
+const ROOM: [f32; 2] = [960.0, 540.0];
+const SMALLEST: f32 = 0.5;
+
 /// Which panels are open, and egui.
 pub(crate) struct Ui {
     context: egui::Context,
     events: Vec<Event>,
     output: Option<egui::FullOutput>,
+    /// Pixels a point, as the display has it.
     scale: f32,
+    size_px: [u32; 2],
     pointer: Pos2,
     laid_out: bool,
     pub help: bool,
@@ -28,16 +35,20 @@ pub(crate) struct Ui {
 }
 
 impl Ui {
-    pub fn new() -> Self {
+    pub fn new(size_px: [u32; 2]) -> Self {
         let context = egui::Context::default();
         // Pictures must not depend on how many frames ago a panel was opened.
         context.all_styles_mut(|style| style.animation_time = 0.0);
-        context.set_visuals(egui::Visuals::dark());
+        let mut visuals = egui::Visuals::dark();
+        // As bright as the tutorial's texts.
+        visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(191);
+        context.set_visuals(visuals);
         Self {
             context,
             events: Vec::new(),
             output: None,
             scale: 1.0,
+            size_px,
             pointer: Pos2::ZERO,
             laid_out: false,
             help: false,
@@ -126,7 +137,7 @@ impl Ui {
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels")]
     pub fn pointer(&mut self, x: f64, y: f64) {
-        self.pointer = Pos2::new(x as f32, y as f32) / self.scale;
+        self.pointer = Pos2::new(x as f32, y as f32) / self.pixels_per_point();
         self.events.push(Event::PointerMoved(self.pointer));
     }
 
@@ -167,6 +178,16 @@ impl Ui {
     pub fn set_scale(&mut self, scale: f64) {
         self.scale = scale.clamp(0.5, 8.0) as f32;
     }
+
+    pub const fn set_size(&mut self, size_px: [u32; 2]) {
+        self.size_px = size_px;
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "pixels")]
+    fn pixels_per_point(&self) -> f32 {
+        let fits = |axis: usize| self.size_px[axis] as f32 / (ROOM[axis] * self.scale);
+        self.scale * fits(0).min(fits(1)).clamp(SMALLEST, 1.0)
+    }
 }
 
 impl Drop for Ui {
@@ -188,11 +209,12 @@ impl Session {
         let context = self.ui.context.clone();
         // The first layout only measures; a second one of the same frame stands right.
         let passes = if self.ui.laid_out { 1 } else { 2 };
+        let pixels_per_point = self.ui.pixels_per_point();
         let mut edits = Vec::new();
         for _ in 0..passes {
             let [width, height] = self.options.size_px;
             #[expect(clippy::cast_precision_loss, reason = "pixels")]
-            let size = Vec2::new(width as f32, height as f32) / self.ui.scale;
+            let size = Vec2::new(width as f32, height as f32) / pixels_per_point;
             let mut input = RawInput {
                 screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
                 time: Some(now),
@@ -202,7 +224,7 @@ impl Session {
                 ..Default::default()
             };
             if let Some(viewport) = input.viewports.get_mut(&egui::ViewportId::ROOT) {
-                viewport.native_pixels_per_point = Some(self.ui.scale);
+                viewport.native_pixels_per_point = Some(pixels_per_point);
             }
             let ui_state = &mut self.ui;
             let mut output =

@@ -5,6 +5,9 @@ use glam::DVec3;
 
 use super::Selected;
 
+/// Points that three components of two digits before the point need.
+const WIDTH: f32 = 340.0;
+
 pub(super) fn show(context: &egui::Context, selected: &Selected) {
     // Read-only and not interactive: clicks over it reach the scene.
     egui::Window::new("selection")
@@ -13,6 +16,8 @@ pub(super) fn show(context: &egui::Context, selected: &Selected) {
         .interactable(false)
         .anchor(Align2::RIGHT_CENTER, [-8.0, 0.0])
         .show(context, |ui| {
+            // Else the card's edge would jump with every digit.
+            ui.set_min_width(WIDTH);
             ui.label(RichText::new(&selected.name).strong());
             Grid::new("quantities").num_columns(2).show(ui, |ui| {
                 for (quantity, value) in rows(selected) {

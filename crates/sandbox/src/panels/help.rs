@@ -8,10 +8,13 @@ pub(super) fn show(context: &egui::Context) {
     let keys = BINDINGS.iter().map(|row| (row.keys.join("  "), row.what, row.when.words()));
     let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *what, when.words()));
     let rows: Vec<_> = keys.chain(mouse).collect();
-    egui::Window::new("Keys and mouse").resizable(false).anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(
-        context,
-        |ui| {
+    egui::Window::new("Keys and mouse")
+        .resizable(false)
+        .collapsible(false)
+        .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+        .show(context, |ui| {
             ui.horizontal_top(|ui| {
+                ui.spacing_mut().item_spacing.x = 24.0;
                 // Two columns: one would be higher than a small window.
                 for (half, rows) in rows.chunks(rows.len().div_ceil(2)).enumerate() {
                     Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
@@ -23,6 +26,5 @@ pub(super) fn show(context: &egui::Context) {
                     });
                 }
             });
-        },
-    );
+        });
 }

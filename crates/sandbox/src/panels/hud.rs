@@ -9,6 +9,9 @@ use crate::session::Measured;
 /// The light gray in which the tutorial's texts are drawn.
 const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
 
+/// Our own, thinner words stand on the bright sky.
+const THIN: Color32 = Color32::from_rgb(235, 235, 235);
+
 const WARNING: Color32 = Color32::from_rgb(255, 190, 60);
 
 /// Where the tutorial draws them: percent of width and height from the top left, the text standing on the point.
@@ -16,6 +19,9 @@ const CLICK_FORCE_AT: Vec2 = Vec2::new(10.0, 20.0);
 const LOCK_HINT_AT: Vec2 = Vec2::new(5.0, 80.0);
 const MODE_HINT_AT: Vec2 = Vec2::new(5.0, 85.0);
 const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
+
+/// Ours, below all that stands at the top: a notice may be wide.
+const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
 
 pub(super) fn show(context: &egui::Context, model: &Model) {
     let screen = context.content_rect();
@@ -51,12 +57,13 @@ pub(super) fn show(context: &egui::Context, model: &Model) {
         Align2::RIGHT_BOTTOM,
         "H help   Tab settings",
         FontId::proportional(font.size * 0.8),
-        TEXT,
+        THIN,
     );
     state(&painter, at(Vec2::new(99.0, 2.0)), model, font.size * 0.8);
     for (row, notice) in (0_u8..).zip(&model.notices) {
-        let place = at(Vec2::new(50.0, 8.0)) + Vec2::Y * font.size * 1.5 * f32::from(row);
-        text(&painter, place, Align2::CENTER_TOP, notice, FontId::proportional(font.size), WARNING);
+        let size = font.size * 0.8;
+        let place = at(NOTICES_AT) + Vec2::Y * size * 1.3 * f32::from(row);
+        text(&painter, place, Align2::CENTER_TOP, notice, FontId::proportional(size), WARNING);
     }
     if model.mode == Mode::Camera {
         cross_hair(&painter, screen.center());
@@ -66,8 +73,8 @@ pub(super) fn show(context: &egui::Context, model: &Model) {
 /// Scene and clock in the top right corner.
 fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
     let mut lines = vec![
-        (format!("{}   {} bodies   {}", model.scene, model.bodies, model.method), TEXT),
-        (format!("{:.2} s at {} Hz", model.simulated, (model.step_hz * 1e6).round() / 1e6), TEXT),
+        (format!("{}   {} bodies   {}", model.scene, model.bodies, model.method), THIN),
+        (format!("{:.2} s at {} Hz", model.simulated, (model.step_hz * 1e6).round() / 1e6), THIN),
     ];
     if let Some(measured) = model.measured {
         let Measured { frames_per_second, tick, simulated_over_real } = measured;
@@ -75,7 +82,7 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
         let words = format!(
             "{frames_per_second:.0} frames/s   tick {tick:.1} us   {simulated_over_real:.2} x real time"
         );
-        lines.push((words, TEXT));
+        lines.push((words, THIN));
     }
     if model.pace != 1.0 {
         lines.push((format!("{} x speed", model.pace), WARNING));
@@ -112,8 +119,8 @@ fn cross_hair(painter: &Painter, center: Pos2) {
 
 /// Words with a dark rim, readable on sky and checker alike.
 fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
-    for offset in [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 0.0), Vec2::new(0.0, -1.0)] {
-        painter.text(at + offset, anchor, words, font.clone(), Color32::from_black_alpha(200));
+    for corner in [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, -1.0)] {
+        painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }
     painter.text(at, anchor, words, font, color);
 }

@@ -14,9 +14,11 @@ const PRESETS: [(&str, f64); 5] =
 const STEP_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 pub(super) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>) {
-    egui::Window::new("Settings").resizable(false).anchor(Align2::LEFT_CENTER, [8.0, 0.0]).show(
-        context,
-        |ui| {
+    egui::Window::new("Settings")
+        .resizable(false)
+        .collapsible(false)
+        .anchor(Align2::LEFT_CENTER, [8.0, 0.0])
+        .show(context, |ui| {
             gravity(ui, model, edits);
             ui.separator();
             damping(ui, model, edits);
@@ -35,8 +37,7 @@ pub(super) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>
                     ui.weak("select a body to edit its mass and velocity");
                 }
             }
-        },
-    );
+        });
 }
 
 fn gravity(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
