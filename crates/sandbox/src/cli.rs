@@ -45,7 +45,7 @@ pub(crate) struct WindowArgs {
     #[arg(long, value_name = "M", value_parser = method)]
     pub method: Option<Method>,
     /// Record inputs and frame times, for `run --script`
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["script", "paused"])]
     pub record: Option<PathBuf>,
 }
 

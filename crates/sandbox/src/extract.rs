@@ -22,7 +22,7 @@ const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
 const ARROW_WIDTH_PX: f32 = 2.5;
 
 /// Meters of an arrow a m/s, and a m/s² of the acceleration that a force would give.
-const ARROW_SCALE: f64 = 0.25;
+const ARROW_SCALE: f64 = 0.5;
 
 /// Radius of a particle, m.
 const PARTICLE_RADIUS: f32 = 0.15;

@@ -102,6 +102,7 @@ impl Player {
             Action::Wheel(notches) => Input::Wheel(notches),
             Action::FocusLost => Input::FocusLost,
             Action::Resize(width, height) => Input::Resized([width, height]),
+            Action::Scale(scale) => Input::Scaled(scale),
             Action::Push(body, newtons) => experiment(Experiment::Push(body, newtons.to_array())),
             Action::Impulse(body, value) => of_body(body, Request::Impulse, value),
             Action::SetVelocity(body, value) => of_body(body, Request::SetVelocity, value),
@@ -142,6 +143,7 @@ pub fn recorded(input: &Input) -> Option<Action> {
         Input::Wheel(notches) => Action::Wheel(*notches),
         Input::FocusLost => Action::FocusLost,
         Input::Resized([width, height]) => Action::Resize(*width, *height),
-        Input::Scaled(_) | Input::Experiment(_) => return None,
+        Input::Scaled(scale) => Action::Scale(*scale),
+        Input::Experiment(_) => return None,
     })
 }

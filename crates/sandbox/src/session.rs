@@ -301,6 +301,11 @@ impl Session {
         &self.orders
     }
 
+    /// Leaves an order for the next frame, because this one could not carry it out.
+    pub fn postpone(&mut self, order: Order) {
+        self.orders.push(order);
+    }
+
     /// Whether a text field takes what is typed.
     #[must_use]
     pub fn takes_text(&self) -> bool {

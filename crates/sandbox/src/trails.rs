@@ -1,6 +1,6 @@
 //! Where bodies have been: a short line behind each, while trails are switched on.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
@@ -13,8 +13,10 @@ const POINTS: usize = 90;
 const BODIES: usize = 300;
 
 /// The points that bodies passed, oldest first.
+///
+/// Ordered, because translucent lines blend in the order in which they are drawn.
 #[derive(Default)]
-pub(crate) struct Trails(HashMap<Entity, VecDeque<DVec3>>);
+pub(crate) struct Trails(BTreeMap<Entity, VecDeque<DVec3>>);
 
 impl Trails {
     pub fn record(&mut self, world: &mut World) {

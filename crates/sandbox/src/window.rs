@@ -49,7 +49,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         Some(path) => Some(player_of(load_script(path, &scene)?)),
         None => None,
     };
-    let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.size)).transpose()?;
+    let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args)).transpose()?;
     let event_loop = display::event_loop()?;
     let options = Options { size_px: args.size, paused: args.paused, ..Options::default() };
     let mut shell = Shell {
@@ -263,7 +263,7 @@ impl Shell {
         let mut after = before;
         self.session.advance_watched(&InputFrame { events }, time, &mut |_| after = Instant::now());
         self.measure_ticks(after - before, self.session.ticks() - ticks_before);
-        if time.length() > 0.0 {
+        if time.length() > 0.0 && !self.session.paused() {
             // A reset sets the simulated time back: that frame counts as nothing.
             let factor = (self.session.simulated() - simulated_before).max(0.0) / time.length();
             self.measured.simulated_over_real = blend(self.measured.simulated_over_real, factor);
@@ -272,27 +272,30 @@ impl Shell {
         if let Some(screen) = &self.screen {
             self.pointer.follow(&screen.window, self.focused && self.session.grabs_pointer());
         }
-        if let Err(failure) = self.draw() {
+        let drawn = self.draw().unwrap_or_else(|failure| {
             self.fail(event_loop, failure);
-        }
+            false
+        });
         for order in self.session.take_orders() {
             match order {
                 Order::Quit => event_loop.exit(),
                 Order::Open(name) => self.open_scene(&name),
-                // Written with the picture, in `draw`.
-                Order::Screenshot(_) => {}
+                // Written with the picture, in `draw`, if there was one.
+                Order::Screenshot(_) if drawn => {}
+                Order::Screenshot(_) => self.session.postpone(order),
             }
         }
     }
 
-    fn draw(&mut self) -> Result<(), Failure> {
-        let Some(screen) = &mut self.screen else { return Ok(()) };
+    /// Draws a frame and writes the screenshots that were ordered; `false`: there was nothing to draw on.
+    fn draw(&mut self) -> Result<bool, Failure> {
+        let Some(screen) = &mut self.screen else { return Ok(false) };
         let Some(target) = screen.target.acquire(&screen.gpu) else {
             if screen.target.lost() {
                 let surface = screen.gpu.surface(Arc::clone(&screen.window))?;
                 screen.target.replace_surface(&screen.gpu, surface);
             }
-            return Ok(());
+            return Ok(false);
         };
         let mut frame = self.session.picture();
         frame.size_px = target.size_px();
@@ -318,7 +321,7 @@ impl Shell {
                 Err(failure) => failure.to_string(),
             });
         }
-        Ok(())
+        Ok(true)
     }
 
     fn open_scene(&mut self, name: &str) {

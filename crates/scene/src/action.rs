@@ -36,6 +36,8 @@ pub enum Action {
     FocusLost,
     /// The window gets a new size, px, each 1 to 16384.
     Resize(u32, u32),
+    /// The display has so many pixels a point of the panels, above 0.
+    Scale(f64),
     /// Pushes a body for one tick, N.
     Push(String, #[serde(with = "triple")] DVec3),
     /// Gives a body an impulse, N s.
@@ -112,6 +114,9 @@ impl Action {
             }
             Self::Wheel(notches) if !notches.is_finite() => {
                 (format!("{notches} is not a number of notches"), "give a finite number")
+            }
+            Self::Scale(scale) if !(scale.is_finite() && *scale > 0.0) => {
+                (format!("{scale} is not a scale"), "give a positive number")
             }
             Self::Resize(x, y) if ![x, y].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
                 (format!("{x} x {y} is not a window size"), "give two numbers of pixels from 1 to 16384")

@@ -3,8 +3,9 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use scene::{Recording, Script, Step, When};
+use scene::{Action, Recording, Script, Step, When};
 
+use crate::cli::WindowArgs;
 use crate::failure::Failure;
 use crate::files::Output;
 use crate::input::Input;
@@ -22,13 +23,16 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Starts a recording that will be written to `path`.
-    pub fn new(path: &Path, scene: &str, [width, height]: [u32; 2]) -> Result<Self, Failure> {
+    pub fn new(path: &Path, scene: &str, args: &WindowArgs) -> Result<Self, Failure> {
+        let [width, height] = args.size;
+        let method = args.method.map(Action::SetMethod);
+        let steps = method.into_iter().map(|action| Step { when: When::Frame(0), action }).collect();
         // Found out before a person has played for an hour; an older recording stays until then.
         let output = Output::create(path).map_err(|error| Failure::file("write", path, &error))?;
         Ok(Self {
             path: path.to_owned(),
             output,
-            script: Script::default(),
+            script: Script { steps, recording: None },
             frame_ends_s: Vec::new(),
             scene: scene.to_owned(),
             size_px: (width, height),
