@@ -9,8 +9,8 @@ use render::{AdapterSummary, Gpu, Image, OFFSCREEN_FORMAT, Offscreen, Quality, R
 use sandbox::actions::Key;
 use sandbox::input::{Button, Experiment, Input, InputFrame};
 use sandbox::player::Player;
-use sandbox::{Options, Order, Session};
-use scene::{Action, Scene, Script};
+use sandbox::{Mode, Options, Order, Session};
+use scene::{Scene, Script};
 
 use crate::harness::{program, root};
 
@@ -293,19 +293,20 @@ fn middle(places: &[DVec2]) -> DVec2 {
 /// The tour as `sandbox run` plays it, its pointer scaled to the smaller picture: the pictures named `wanted`.
 fn tour(wanted: &[&str]) -> Vec<Image> {
     let path = root().join("assets/scripts/tour.ron");
-    let mut script = Script::parse("tour.ron", &std::fs::read_to_string(path).unwrap()).unwrap();
-    for step in &mut script.steps {
-        if let Action::MoveMouse(x, y) = &mut step.action {
-            (*x, *y) = (*x / 2.0, *y / 2.0);
-        }
-    }
+    let script = Script::parse("tour.ron", &std::fs::read_to_string(path).unwrap()).unwrap();
     let mut player = Player::new(script).unwrap();
     let scene = scene::load("tutorial").unwrap();
     let mut session = Session::new(scene, Options { size_px: SIZE, ..Options::default() });
     let (mut clock, mut studio, mut pictures) = (FrameClock::default(), Studio::new(SIZE), Vec::new());
     while !player.finished() {
         let time = clock.advance_to(session.frames() as f64 / 60.0).unwrap();
-        let input = player.input(&session, time.total());
+        let mut input = player.input(&session, time.total());
+        for event in &mut input.events {
+            // The tour points at pixels of a picture of twice the size; counts that turn the camera stay.
+            if let (Input::Mouse(x, y), Mode::Selection) = (event, session.mode()) {
+                (*x, *y) = (*x / 2.0, *y / 2.0);
+            }
+        }
         session.advance(&input, time);
         for order in session.take_orders() {
             if matches!(order, Order::Screenshot(Some(name)) if wanted.contains(&name.as_str())) {
