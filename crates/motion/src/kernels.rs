@@ -6,13 +6,20 @@
 //! stored; a row that would turn non-finite is left as it was and refused. There is no fused multiply-add:
 //! it would change the bits.
 
+mod accelerate;
+mod advance;
+mod one_pass;
+
 use std::sync::LazyLock;
 
-use fearless_simd::{Level, Simd, dispatch, f64x4, mask64x4, prelude::*, u8x32};
+use fearless_simd::{Level, Simd, f64x4, mask64x4, prelude::*, u8x32};
 
-use crate::components::{AxisLocks, Force, PhysicsBody, Transform};
-use crate::effects::Decay;
-use crate::units::{Scalar, Vector};
+use crate::components::Force;
+use crate::units::Scalar;
+
+pub(crate) use accelerate::Accelerate;
+pub(crate) use advance::Move;
+pub(crate) use one_pass::OnePass;
 
 /// Velocity components below this snap to zero where they decay, m/s. Damping would otherwise end in subnormal
 /// numbers and stay there for good, and those run many times slower.
@@ -95,337 +102,6 @@ impl<'a> Pushed<'a> {
 
 /// What to tell about a row that was not updated.
 pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize);
-
-/// `v keep + (F w + g) gain` for movable rows; what acts on an inverse mass of 0 is deselected, not multiplied.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Accelerate {
-    gravity: Vector,
-    keep: Option<Scalar>,
-    gain: Scalar,
-}
-
-impl Accelerate {
-    pub fn new(gravity: Option<Vector>, decay: Decay) -> Self {
-        // Adding 0 turns -0 into 0: a row comes out the same whether its block has a force or not.
-        Self { gravity: gravity.unwrap_or(Vector::ZERO) + Vector::ZERO, keep: decay.keep, gain: decay.gain }
-    }
-
-    /// Applies the update to every row.
-    pub fn run(&self, bodies: &mut [PhysicsBody], applied: Option<Applied<'_>>, refuse: Refuse<'_>) {
-        let rows: &mut [Row] = bytemuck::cast_slice_mut(bodies);
-        let pushed = Pushed::new(applied, rows.len());
-        let level = *LEVEL;
-        if self.keep.is_none() {
-            dispatch!(level, simd => self.rows::<_, false>(simd, rows, pushed, refuse));
-        } else {
-            dispatch!(level, simd => self.rows::<_, true>(simd, rows, pushed, refuse));
-        }
-    }
-
-    #[inline(always)]
-    fn rows<S: Simd, const KEEP: bool>(
-        &self,
-        simd: S,
-        rows: &mut [Row],
-        mut pushed: Pushed<'_>,
-        refuse: Refuse<'_>,
-    ) {
-        let update = self.lanes(simd);
-        let mut start = 0;
-        // A block is loaded one number beyond its last force, so the last block is a copied one.
-        while start + BLOCK < rows.len() {
-            let block = rows[start..].first_chunk_mut().expect("a whole block");
-            let force = pushed.touches(start).then(|| pushed.block(start));
-            let new = update.update::<KEEP>(simd, load_rows(simd, block), block, force);
-            commit_rows(simd, &new, block, &mut |k| refuse(start + k));
-            start += BLOCK;
-        }
-        let rest = rows.len() - start;
-        let mut block = [[0.0; 4]; BLOCK];
-        block[..rest].copy_from_slice(&rows[start..]);
-        let force = pushed.touches(start).then(|| pushed.last(start));
-        let new = update.update::<KEEP>(simd, load_rows(simd, &block), &block, force.as_ref());
-        commit_rows(simd, &new, &mut block, &mut |k| refuse(start + k));
-        rows[start..].copy_from_slice(&block[..rest]);
-    }
-
-    /// The constants of the update in registers, loaded once: stores of rows might change them in memory.
-    #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S) -> AccelerateLanes<S> {
-        let Vector { x, y, z } = self.gravity;
-        let keep = self.keep.unwrap_or(1.0);
-        AccelerateLanes {
-            gravity: lanes(simd, [x, y, z, 0.0]),
-            keep: lanes(simd, [keep, keep, keep, 1.0]),
-            gain: f64x4::splat(simd, self.gain),
-            // No inverse mass is above infinity: the last lane, the inverse mass itself, is never accelerated.
-            immovable: lanes(simd, [0.0, 0.0, 0.0, Scalar::INFINITY]),
-            snap: Snap::new(simd),
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct AccelerateLanes<S: Simd> {
-    gravity: f64x4<S>,
-    keep: f64x4<S>,
-    gain: f64x4<S>,
-    immovable: f64x4<S>,
-    snap: Snap<S>,
-}
-
-impl<S: Simd> AccelerateLanes<S> {
-    /// The new rows of a block; nothing is stored or checked.
-    #[inline(always)]
-    fn update<const KEEP: bool>(
-        self,
-        simd: S,
-        mut rows: Rows<S>,
-        old: &[Row; BLOCK],
-        force: Option<&Triples>,
-    ) -> Rows<S> {
-        let mut dv = [self.gravity * self.gain; BLOCK];
-        if let Some(force) = force {
-            for (k, dv) in dv.iter_mut().enumerate() {
-                let w = f64x4::splat(simd, old[k][3]);
-                *dv = (load_triple(simd, force, k) * w + self.gravity) * self.gain;
-            }
-        }
-        for (k, v) in rows.iter_mut().enumerate() {
-            // From memory, where it stands unchanged: broadcasting it from a register takes shuffles.
-            let w = f64x4::splat(simd, old[k][3]);
-            // A selection, not a factor: NaN and infinity are deselected as well.
-            let dv = where_true(w.simd_gt(self.immovable), dv[k]);
-            *v = if KEEP { self.snap.apply(*v * self.keep + dv) } else { *v + dv };
-        }
-        rows
-    }
-}
-
-/// `x += v h` with the factors around it, and what a single body may ask for.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Move {
-    h: Scalar,
-    before: Option<Scalar>,
-    after: Option<Scalar>,
-}
-
-impl Move {
-    pub const fn new(h: Scalar, decay: Decay) -> Self {
-        Self { h, before: decay.before_move, after: decay.after_move }
-    }
-
-    /// Whether a finite position does not prove a finite velocity: a factor after the move may enlarge it.
-    fn grows(&self) -> bool {
-        self.after.is_some_and(|k| k.abs() > 1.0)
-    }
-
-    /// Applies the update to every row.
-    pub fn run(&self, transforms: &mut [Transform], bodies: &mut [PhysicsBody], refuse: Refuse<'_>) {
-        let positions: &mut [Scalar] = bytemuck::cast_slice_mut(transforms);
-        let rows: &mut [Row] = bytemuck::cast_slice_mut(bodies);
-        assert_eq!(positions.len(), 3 * rows.len(), "a transform for every body");
-        let level = *LEVEL;
-        match (self.before, self.after) {
-            (None, None) => {
-                dispatch!(level, simd => self.rows::<_, false, false>(simd, positions, rows, refuse));
-            }
-            (None, Some(_)) => {
-                dispatch!(level, simd => self.rows::<_, false, true>(simd, positions, rows, refuse));
-            }
-            (Some(_), _) => {
-                dispatch!(level, simd => self.rows::<_, true, false>(simd, positions, rows, refuse));
-            }
-        }
-    }
-
-    /// [`Move::run`] for one body with a speed limit or axis locks of its own, in PhysX's order: clamped
-    /// damping, speed limit, locks, move. `false`: it would turn non-finite and was left as it was.
-    #[must_use]
-    pub fn run_asking(
-        &self,
-        transform: &mut Transform,
-        body: &mut PhysicsBody,
-        limit: Option<Scalar>,
-        locks: Option<&AxisLocks>,
-    ) -> bool {
-        let (old_transform, old_body) = (*transform, *body);
-        body.velocity *= self.before.unwrap_or(1.0);
-        if let Some(limit) = limit {
-            // Not by the sum of squares: it overflows for speeds that are still finite.
-            let speed = body.velocity.x.hypot(body.velocity.y).hypot(body.velocity.z);
-            if speed > limit {
-                body.velocity *= limit / speed;
-            }
-        }
-        if let Some(locks) = locks {
-            for (axis, locked) in [locks.x, locks.y, locks.z].into_iter().enumerate() {
-                if locked {
-                    body.velocity[axis] = 0.0;
-                }
-            }
-        }
-        let rest = Self { before: None, ..*self };
-        let mut refused = false;
-        let (transforms, bodies) = (std::slice::from_mut(transform), std::slice::from_mut(body));
-        rest.run(transforms, bodies, &mut |_| refused = true);
-        if refused {
-            (transforms[0], bodies[0]) = (old_transform, old_body);
-        }
-        !refused
-    }
-
-    #[inline(always)]
-    fn rows<S: Simd, const BEFORE: bool, const AFTER: bool>(
-        &self,
-        simd: S,
-        positions: &mut [Scalar],
-        rows: &mut [Row],
-        refuse: Refuse<'_>,
-    ) {
-        let update = self.lanes(simd);
-        let rows_len = rows.len();
-        each_block(
-            simd,
-            positions,
-            rows,
-            Pushed::new(None, rows_len),
-            self.grows(),
-            refuse,
-            #[inline(always)]
-            move |x: &Triples, rows: &[Row; BLOCK], _: Option<&Triples>| {
-                update.update::<BEFORE, AFTER>(load_triples(simd, x), load_rows(simd, rows))
-            },
-        );
-    }
-
-    /// The constants of the update in registers.
-    #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S) -> MoveLanes<S> {
-        let factor = |factor: Option<Scalar>| {
-            let k = factor.unwrap_or(1.0);
-            lanes(simd, [k, k, k, 1.0])
-        };
-        MoveLanes {
-            h: lanes(simd, [self.h, self.h, self.h, 0.0]),
-            before: factor(self.before),
-            after: factor(self.after),
-            snap: Snap::new(simd),
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct MoveLanes<S: Simd> {
-    h: f64x4<S>,
-    before: f64x4<S>,
-    after: f64x4<S>,
-    snap: Snap<S>,
-}
-
-impl<S: Simd> MoveLanes<S> {
-    /// The new positions and rows of a block; nothing is stored or checked.
-    #[inline(always)]
-    fn update<const BEFORE: bool, const AFTER: bool>(
-        self,
-        mut x: Rows<S>,
-        mut rows: Rows<S>,
-    ) -> (Rows<S>, Rows<S>) {
-        for (x, v) in x.iter_mut().zip(&mut rows) {
-            if BEFORE {
-                *v = self.snap.apply(*v * self.before);
-            }
-            *x += *v * self.h;
-            if AFTER {
-                *v = self.snap.apply(*v * self.after);
-            }
-        }
-        (x, rows)
-    }
-}
-
-/// Both updates in one pass over memory, the velocity's first or the position's first: the same arithmetic on
-/// the same registers, so the same bits as one after the other.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct OnePass {
-    pub accelerate: Accelerate,
-    pub advance: Move,
-    /// Explicit Euler: the position moves with the old velocity.
-    pub position_first: bool,
-}
-
-impl OnePass {
-    /// Applies both updates to every row.
-    pub fn run(
-        &self,
-        transforms: &mut [Transform],
-        bodies: &mut [PhysicsBody],
-        applied: Option<Applied<'_>>,
-        refuse: Refuse<'_>,
-    ) {
-        let x: &mut [Scalar] = bytemuck::cast_slice_mut(transforms);
-        let rows: &mut [Row] = bytemuck::cast_slice_mut(bodies);
-        assert_eq!(x.len(), 3 * rows.len(), "a transform for every body");
-        let pushed = Pushed::new(applied, rows.len());
-        let level = *LEVEL;
-        match (self.accelerate.keep, self.advance.before, self.advance.after) {
-            (Some(_), ..) => {
-                dispatch!(level, simd => self.rows::<_, true, false, false>(simd, x, rows, pushed, refuse));
-            }
-            (None, Some(_), _) => {
-                dispatch!(level, simd => self.rows::<_, false, true, false>(simd, x, rows, pushed, refuse));
-            }
-            (None, None, Some(_)) => {
-                dispatch!(level, simd => self.rows::<_, false, false, true>(simd, x, rows, pushed, refuse));
-            }
-            (None, None, None) => {
-                dispatch!(level, simd => self.rows::<_, false, false, false>(simd, x, rows, pushed, refuse));
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn rows<S: Simd, const KEEP: bool, const BEFORE: bool, const AFTER: bool>(
-        &self,
-        simd: S,
-        x: &mut [Scalar],
-        rows: &mut [Row],
-        pushed: Pushed<'_>,
-        refuse: Refuse<'_>,
-    ) {
-        let (accelerate, advance) = (self.accelerate.lanes(simd), self.advance.lanes(simd));
-        if self.position_first {
-            each_block(
-                simd,
-                x,
-                rows,
-                pushed,
-                true,
-                refuse,
-                #[inline(always)]
-                move |x: &Triples, rows: &[Row; BLOCK], force: Option<&Triples>| {
-                    let (x, v) = (load_triples(simd, x), load_rows(simd, rows));
-                    let (x, v) = advance.update::<BEFORE, AFTER>(x, v);
-                    (x, accelerate.update::<KEEP>(simd, v, rows, force))
-                },
-            );
-        } else {
-            each_block(
-                simd,
-                x,
-                rows,
-                pushed,
-                self.advance.grows(),
-                refuse,
-                #[inline(always)]
-                move |x: &Triples, rows: &[Row; BLOCK], force: Option<&Triples>| {
-                    let v = accelerate.update::<KEEP>(simd, load_rows(simd, rows), rows, force);
-                    advance.update::<BEFORE, AFTER>(load_triples(simd, x), v)
-                },
-            );
-        }
-    }
-}
 
 /// Updates positions and rows block by block: computed, checked, then stored.
 #[inline(always)]
@@ -564,5 +240,59 @@ impl<S: Simd> Snap<S> {
     fn apply(self, v: f64x4<S>) -> f64x4<S> {
         // Not "where it is at least": NaN is not, and has to stay to be found.
         where_true(!v.abs().simd_lt(self.least), v)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::components::{PhysicsBody, Transform};
+    use crate::effects::{Damping, DampingModel};
+    use crate::units::Vector;
+
+    /// Positions and rows after `ticks` of one pass with the instructions of `simd`.
+    fn after<S: Simd>(simd: S, damping: Damping, ticks: usize) -> (Vec<Scalar>, Vec<Row>) {
+        let decay = damping.factors(1.0 / 120.0);
+        let update = OnePass {
+            accelerate: Accelerate::new(Some(Vector::new(0.1, -9.8, 1e-3)), decay),
+            advance: Move::new(1.0 / 120.0, decay),
+            position_first: false,
+        };
+        let numbers = |i: usize| Vector::new(0.1 * i as Scalar, 1.0 / (i + 1) as Scalar, -3.7);
+        let mut transforms: Vec<_> = (0..11).map(|i| Transform::at(numbers(i))).collect();
+        let mut bodies: Vec<_> = (0..11)
+            .map(|i| PhysicsBody { velocity: numbers(i + 5), inverse_mass: i as Scalar / 3.0 })
+            .collect();
+        let forces: Vec<_> = (0..11).map(|i| Force(numbers(i + 2))).collect();
+        for _ in 0..ticks {
+            let applied = Applied { forces: &forces, rows: &[1, 2, 7, 10] };
+            let (x, rows) =
+                (bytemuck::cast_slice_mut(&mut transforms), bytemuck::cast_slice_mut(&mut bodies));
+            update.run_with(simd, x, rows, Pushed::new(Some(applied), 11), &mut |row| {
+                panic!("row {row} refused")
+            });
+        }
+        (bytemuck::cast_slice(&transforms).to_vec(), bytemuck::cast_slice(&bodies).to_vec())
+    }
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        for model in DampingModel::ALL {
+            let damping = Damping { model, rate: 0.4 };
+            let plain = after(fearless_simd::Fallback::new(), damping, 200);
+            #[cfg(target_arch = "x86_64")]
+            {
+                let level = Level::new();
+                assert_eq!(
+                    level.as_sse4_2().map(|simd| after(simd, damping, 200)).unwrap_or(plain.clone()),
+                    plain
+                );
+                assert_eq!(
+                    level.as_avx2().map(|simd| after(simd, damping, 200)).unwrap_or(plain.clone()),
+                    plain
+                );
+            }
+            assert!(plain.0.iter().all(|x| x.is_finite()));
+        }
     }
 }

@@ -2,20 +2,22 @@
 //!
 //! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
 
+mod pose;
+mod read;
+
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use motion::{
-    Damping, DampingModel, FrameTime, Gravity, Orientation, PhysicsBody, PreviousPosition, Push, PushQueue,
-    Quarantine, Quarantined, Request, Requests, StepClock, Stepper, TickClock, TimeStep, Transform,
-    remember_positions,
+    Damping, DampingModel, FrameTime, Gravity, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine,
+    Quarantined, Request, Requests, Stepper, TickClock, TimeStep, Transform, remember_positions,
 };
-use pick::{Chunk, Hit, Ray, Shape, Targets};
+use pick::Targets;
 use scene::{PushSpec, Scene, StepKind};
 
 use crate::camera::Camera;
-use crate::control::{Control, Mode};
+use crate::control::Control;
 use crate::trails::Trails;
 use crate::ui::Ui;
 
@@ -157,132 +159,6 @@ impl Session {
     /// Simulates at most `ticks` more ticks; after that, frames change nothing but the camera.
     pub const fn limit_ticks(&mut self, ticks: u64) {
         self.ticks_left = Some(ticks);
-    }
-
-    /// The scene.
-    #[must_use]
-    pub const fn scene(&self) -> &Scene {
-        &self.scene
-    }
-
-    /// The world, to look at.
-    #[must_use]
-    pub const fn world(&self) -> &World {
-        &self.world
-    }
-
-    /// The world, for queries, which need it mutable; input and scripts never write it.
-    pub const fn world_mut(&mut self) -> &mut World {
-        &mut self.world
-    }
-
-    /// The compiled step.
-    #[must_use]
-    pub const fn stepper(&self) -> &Stepper {
-        &self.stepper
-    }
-
-    /// Camera or selection mode.
-    #[must_use]
-    pub const fn mode(&self) -> Mode {
-        self.control.mode
-    }
-
-    /// The camera.
-    #[must_use]
-    pub const fn camera(&self) -> &Camera {
-        &self.camera
-    }
-
-    /// The selected thing.
-    #[must_use]
-    pub const fn selection(&self) -> Option<Entity> {
-        self.control.selection
-    }
-
-    /// Newtons of a click.
-    #[must_use]
-    pub const fn click_force(&self) -> f64 {
-        self.control.click_force
-    }
-
-    /// Size of the picture, pixels.
-    #[must_use]
-    pub const fn size_px(&self) -> [u32; 2] {
-        self.options.size_px
-    }
-
-    /// Ticks simulated, over every reset of the world.
-    #[must_use]
-    pub const fn ticks(&self) -> u64 {
-        self.ticks
-    }
-
-    /// Frames so far.
-    #[must_use]
-    pub const fn frames(&self) -> u64 {
-        self.frames
-    }
-
-    /// Simulated time since the world was built, s.
-    #[must_use]
-    pub fn simulated(&self) -> f64 {
-        self.world.resource::<StepClock>().seconds()
-    }
-
-    /// Time dropped in hitches, s.
-    #[must_use]
-    pub const fn dropped(&self) -> f64 {
-        self.dropped
-    }
-
-    /// Whether the last frame dropped time.
-    pub(crate) fn drops_time(&self) -> bool {
-        self.dropped_lately > 0.0
-    }
-
-    /// Accelerations of one body evaluated once: all, and those by gravity and by damping as laws.
-    #[must_use]
-    pub const fn evaluations(&self) -> (u64, [u64; 2]) {
-        (self.evaluations, self.evaluations_of)
-    }
-
-    /// Every body that was quarantined.
-    #[must_use]
-    pub fn quarantined(&self) -> &[QuarantinedBody] {
-        &self.quarantined
-    }
-
-    /// The body of that name, if there is one and it was not removed.
-    #[must_use]
-    pub fn body(&self, name: &str) -> Option<Entity> {
-        let id = self.scene.names.find(name)?;
-        let body = *self.entities.get(id as usize)?;
-        self.world.get_entity(body).is_ok().then_some(body)
-    }
-
-    /// Every thing of the scene that was not removed, in stable-id order.
-    pub fn things(&self) -> impl Iterator<Item = Entity> + '_ {
-        self.entities.iter().copied().filter(|thing| self.world.get_entity(*thing).is_ok())
-    }
-
-    /// Ticks a second.
-    #[must_use]
-    pub const fn step_hz(&self) -> f64 {
-        self.clock.rate()
-    }
-
-    /// Name of a thing of the scene.
-    #[must_use]
-    pub fn name(&self, thing: Entity) -> String {
-        let name = self.ids.get(&thing).and_then(|id| self.scene.names.get(*id));
-        name.map_or_else(|| format!("{thing}"), std::borrow::Cow::into_owned)
-    }
-
-    /// Whether it is paused.
-    #[must_use]
-    pub const fn paused(&self) -> bool {
-        self.control.paused
     }
 
     /// Tells the HUD what the shell measured.
@@ -499,51 +375,6 @@ impl Session {
         next.ticks = self.ticks;
         next.dropped = self.dropped;
         *self = next;
-    }
-
-    /// Where a thing is drawn, m.
-    pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
-        let now = self.world.get::<Transform>(thing)?.position;
-        let before = self.world.get::<PreviousPosition>(thing).map_or(now, |before| before.0);
-        Some(before + (now - before) * self.alpha)
-    }
-
-    /// The ray that picks: through the pointer in selection mode, through the middle of the view otherwise.
-    pub(crate) fn picking_ray(&self) -> Ray {
-        let size = DVec2::new(f64::from(self.options.size_px[0]), f64::from(self.options.size_px[1]));
-        let pixel = if self.control.mode == Mode::Selection { self.control.pointer } else { size / 2.0 };
-        self.camera.viewpoint().ray_through(pixel, size)
-    }
-
-    /// The closest thing on `ray` as drawn.
-    pub(crate) fn cast(&mut self, ray: &Ray) -> Option<Hit> {
-        self.update_targets();
-        self.targets.cast(ray)
-    }
-
-    /// Drawn poses relative to the camera, brought up to date once a frame.
-    pub(crate) fn update_targets(&mut self) {
-        if self.targets_current && self.targets.anchor() == self.camera.position {
-            return;
-        }
-        let mut things =
-            self.world
-                .query::<(Entity, &Transform, Option<&PreviousPosition>, &Shape, Option<&Orientation>)>();
-        let tables =
-            things.contiguous_iter(&self.world).expect("every component of a thing is stored in tables");
-        let chunks = tables.map(|(entities, transforms, previous, shapes, orientations)| Chunk {
-            entities,
-            transforms,
-            previous,
-            shapes,
-            orientations,
-        });
-        self.targets.update(self.camera.position, self.alpha, chunks);
-        self.targets_current = true;
-    }
-
-    pub(crate) const fn targets(&self) -> &Targets {
-        &self.targets
     }
 }
 

@@ -1,0 +1,139 @@
+//! What there is to know about a session.
+
+use std::borrow::Cow;
+
+use bevy_ecs::prelude::*;
+use motion::{StepClock, Stepper};
+use scene::Scene;
+
+use super::{QuarantinedBody, Session};
+use crate::camera::Camera;
+use crate::control::Mode;
+
+impl Session {
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The world, to look at.
+    #[must_use]
+    pub const fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The world, for queries, which need it mutable; input and scripts never write it.
+    pub const fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// The compiled step.
+    #[must_use]
+    pub const fn stepper(&self) -> &Stepper {
+        &self.stepper
+    }
+
+    /// Camera or selection mode.
+    #[must_use]
+    pub const fn mode(&self) -> Mode {
+        self.control.mode
+    }
+
+    /// The camera.
+    #[must_use]
+    pub const fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The selected thing.
+    #[must_use]
+    pub const fn selection(&self) -> Option<Entity> {
+        self.control.selection
+    }
+
+    /// Newtons of a click.
+    #[must_use]
+    pub const fn click_force(&self) -> f64 {
+        self.control.click_force
+    }
+
+    /// Size of the picture, pixels.
+    #[must_use]
+    pub const fn size_px(&self) -> [u32; 2] {
+        self.options.size_px
+    }
+
+    /// Ticks simulated, over every reset of the world.
+    #[must_use]
+    pub const fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Frames so far.
+    #[must_use]
+    pub const fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Simulated time since the world was built, s.
+    #[must_use]
+    pub fn simulated(&self) -> f64 {
+        self.world.resource::<StepClock>().seconds()
+    }
+
+    /// Time dropped in hitches, s.
+    #[must_use]
+    pub const fn dropped(&self) -> f64 {
+        self.dropped
+    }
+
+    /// Whether the last frame dropped time.
+    pub(crate) fn drops_time(&self) -> bool {
+        self.dropped_lately > 0.0
+    }
+
+    /// Accelerations of one body evaluated once: all, and those by gravity and by damping as laws.
+    #[must_use]
+    pub const fn evaluations(&self) -> (u64, [u64; 2]) {
+        (self.evaluations, self.evaluations_of)
+    }
+
+    /// Every body that was quarantined.
+    #[must_use]
+    pub fn quarantined(&self) -> &[QuarantinedBody] {
+        &self.quarantined
+    }
+
+    /// The body of that name, if there is one and it was not removed.
+    #[must_use]
+    pub fn body(&self, name: &str) -> Option<Entity> {
+        let id = self.scene.names.find(name)?;
+        let body = *self.entities.get(id as usize)?;
+        self.world.get_entity(body).is_ok().then_some(body)
+    }
+
+    /// Every thing of the scene that was not removed, in stable-id order.
+    pub fn things(&self) -> impl Iterator<Item = Entity> + '_ {
+        self.entities.iter().copied().filter(|thing| self.world.get_entity(*thing).is_ok())
+    }
+
+    /// Ticks a second.
+    #[must_use]
+    pub const fn step_hz(&self) -> f64 {
+        self.clock.rate()
+    }
+
+    /// Name of a thing of the scene.
+    #[must_use]
+    pub fn name(&self, thing: Entity) -> String {
+        let name = self.ids.get(&thing).and_then(|id| self.scene.names.get(*id));
+        name.map_or_else(|| format!("{thing}"), Cow::into_owned)
+    }
+
+    /// Whether it is paused.
+    #[must_use]
+    pub const fn paused(&self) -> bool {
+        self.control.paused
+    }
+}
