@@ -323,3 +323,21 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
         }
     }
 }
+
+#[test]
+fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
+    let folder = TempDir::new().unwrap();
+    let script = "[(at_tick: 4, do: press(\"F1\")), (at_tick: 8, do: press(\"next_scene\")), \
+                  (at_tick: 10, do: press(\"F1\")), (at_tick: 12, do: push(\"grid.x0.z0\", (nan, 0, 0)))]";
+    fs::write(folder.path().join("s.ron"), script).unwrap();
+    let line = "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --summary s.json --state s.csv";
+    let output = Command::new(program()).args(line.split(' ')).current_dir(&folder).output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    assert_eq!(summary["scene"], "tutorial_large");
+    assert_eq!((&summary["ticks"], &summary["step_hz"]), (&15.into(), &240.0.into()));
+    assert_eq!(summary["method"], "explicit_euler");
+    assert_eq!(summary["quarantined"][0]["tick"], 13);
+    let simulated = summary["simulated_s"].as_f64().unwrap();
+    assert!((simulated - 15.0 / 240.0).abs() < 1e-15, "{simulated}");
+}

@@ -1,7 +1,7 @@
 //! The three damping models against their formulas.
 
 use motion::units::Vector;
-use motion::{Damping, DampingModel, Method};
+use motion::{AxisLocks, Damping, DampingModel, DampingRate, Method, PhysicsBody, SpeedLimit};
 
 use crate::harness::{G, H, Lab, close, digits};
 
@@ -86,9 +86,18 @@ fn strong_damping_flips_the_tutorial_stops_clamped_and_decays_exactly() {
 fn two_thousand_seconds_of_damping_end_at_zero_not_in_subnormals() {
     for model in DampingModel::ALL {
         let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_damping(Damping { model, rate: 0.4 });
-        let body = lab.body(10.0, Vector::new(1.0, -1.0, 1e-300));
+        let v = Vector::new(1.0, -1.0, 1e-300);
+        let plain = lab.body(10.0, v);
+        let asking = [
+            (DampingRate::new(0.4), SpeedLimit(f64::MAX), AxisLocks::default()),
+            (DampingRate::new(0.5), SpeedLimit(2.0), AxisLocks { z: true, ..Default::default() }),
+        ];
+        let asking =
+            asking.map(|asked| lab.world.spawn((PhysicsBody::with_mass(1.0).moving_at(v), asked)).id());
         lab.run(240_000);
-        assert_eq!(lab.v(body), Vector::ZERO, "{model:?}");
+        for body in asking.into_iter().chain([plain]) {
+            assert_eq!(lab.v(body), Vector::ZERO, "{model:?}");
+        }
     }
 }
 

@@ -101,3 +101,41 @@ fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
     assert!(lab.world.get::<Quarantined>(floor).is_none());
     assert!(bodies.iter().all(|body| lab.x(*body).is_finite()));
 }
+
+#[test]
+fn damping_that_is_not_a_number_freezes_what_moves_and_nothing_else() {
+    for rate in [f64::NAN, f64::INFINITY] {
+        for model in motion::DampingModel::ALL {
+            for n in [1, 3, 4, 5, 8, 300] {
+                let (mut lab, bodies) = crowd(n);
+                let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
+                lab.run(2);
+                lab.world.resource_mut::<Requests>().ask(Request::SetDamping(Damping { model, rate }));
+                lab.run(3);
+                for body in &bodies {
+                    assert!(lab.x(*body).is_finite() && lab.v(*body).is_finite(), "{model:?} {rate} {n}");
+                }
+                assert!(lab.world.get::<Quarantined>(floor).is_none());
+                assert!(lab.world.resource::<Quarantine>().records().len() <= n);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_quarantined_body_stays_as_it_is_whatever_is_asked() {
+    let (mut lab, bodies) = crowd(2);
+    lab.push(bodies[0], Vector::splat(f64::NAN));
+    lab.run(1);
+    let frozen = (lab.x(bodies[0]), lab.v(bodies[0]));
+    for request in [
+        Request::ReverseVelocities,
+        Request::SetVelocity(bodies[0], Vector::X),
+        Request::SetPosition(bodies[0], Vector::X),
+        Request::Impulse(bodies[0], Vector::X),
+    ] {
+        lab.world.resource_mut::<Requests>().ask(request);
+        lab.run(1);
+        assert_eq!((lab.x(bodies[0]), lab.v(bodies[0])), frozen);
+    }
+}

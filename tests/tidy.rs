@@ -159,21 +159,44 @@ fn the_readme_has_the_table_of_keys_and_the_list_of_scenes() {
 }
 
 #[test]
-fn the_contract_names_every_action_flag_and_command() {
+fn the_contract_names_every_flag() {
     let contract = fs::read_to_string(root().join("docs/contract.md")).unwrap();
-    for command in ["run", "list", "plan"] {
-        let help = Command::new(crate::harness::program()).args([command, "--help"]).output().unwrap();
+    for arguments in [&["--help"][..], &["run", "--help"], &["list", "--help"], &["plan", "--help"]] {
+        let help = Command::new(crate::harness::program()).args(arguments).output().unwrap();
         let help = String::from_utf8(help.stdout).unwrap();
         let flags = help.split_whitespace().filter_map(|word| word.strip_prefix("--"));
         for flag in flags
             .map(|flag| flag.trim_end_matches(|c: char| !c.is_ascii_lowercase()))
-            .filter(|flag| *flag != "help")
+            .filter(|flag| !["help", "version"].contains(flag))
         {
             assert!(
                 contract.contains(&format!("--{flag}")),
-                "docs/contract.md lacks --{flag} of `sandbox {command}`"
+                "docs/contract.md lacks --{flag} of `sandbox {}`",
+                arguments[0]
             );
         }
+    }
+}
+
+#[test]
+fn the_contract_names_every_action_of_scripts() {
+    let contract = fs::read_to_string(root().join("docs/contract.md")).unwrap();
+    let source = fs::read_to_string(root().join("crates/scene/src/action.rs")).unwrap();
+    let body = source.split_once("pub enum Action {").unwrap().1.split_once("\n}").unwrap().0;
+    let variants: Vec<_> = code(body)
+        .map(|line| line.trim().trim_end_matches(',').split('(').next().unwrap())
+        .filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase()))
+        .collect();
+    assert!(variants.len() > 20, "found only {variants:?}");
+    for variant in variants {
+        let mut name = String::new();
+        for c in variant.chars() {
+            if c.is_ascii_uppercase() && !name.is_empty() {
+                name.push('_');
+            }
+            name.push(c.to_ascii_lowercase());
+        }
+        assert!(contract.contains(&format!("`{name}")), "docs/contract.md lacks the action {name}");
     }
 }
 

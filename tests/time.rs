@@ -86,6 +86,17 @@ fn a_changed_pace_keeps_the_tick_and_a_pause_owes_nothing() {
 }
 
 #[test]
+fn a_fast_pace_is_no_hitch() {
+    let mut frames = FrameClock::default();
+    let mut clock = TickClock::new(120.0, 0.25).unwrap();
+    clock.set_pace(16.0).unwrap();
+    for i in 1..=600 {
+        let due = clock.due(frames.advance_to(f64::from(i) / 60.0).unwrap());
+        assert_eq!((due.ticks, due.dropped), (32, 0.0));
+    }
+}
+
+#[test]
 fn simulated_time_survives_a_change_of_step() {
     let mut clock = StepClock::default();
     (0..120).for_each(|_| clock.count(1.0 / 120.0));

@@ -161,8 +161,8 @@ impl TickClock {
     /// Ticks within this fraction of being due are due: 1/60 s times 120 Hz may come out a rounding below 2.
     const NEARLY: Scalar = 1e-6;
 
-    /// A clock of `rate` ticks a second that simulates at most `catch_up` seconds, but always at least one
-    /// tick, in one frame.
+    /// A clock of `rate` ticks a second that catches up with at most `catch_up` seconds of frame time, but
+    /// always simulates at least one tick, in one frame.
     ///
     /// # Errors
     /// A rate that is not above 0 and finite; a catch-up limit that is not a time.
@@ -254,7 +254,8 @@ impl TickClock {
         let passed = self.carried + (frame.total - self.anchor) * self.pace * self.rate;
         let whole = (passed + Self::NEARLY).floor().max(0.0);
         let owed = whole as u64 - self.done.min(whole as u64);
-        let most = ((self.catch_up * self.rate + Self::NEARLY).floor() as u64).max(1);
+        // The limit is one of frame time: a fast pace is no hitch.
+        let most = ((self.catch_up * self.pace.max(1.0) * self.rate + Self::NEARLY).floor() as u64).max(1);
         if owed > most {
             let open = passed - whole;
             self.anchor = frame.total;

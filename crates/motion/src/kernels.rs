@@ -130,7 +130,12 @@ fn each_block<S: Simd>(
     block[..rest].copy_from_slice(&rows[start..]);
     let force = pushed.touches(start).then(|| pushed.last(start));
     let (new_x, new_v) = update(&x, &block, force.as_ref());
-    commit(simd, &new_x, &new_v, &mut x, &mut block, check_v, &mut |k| refuse(start + k));
+    commit(simd, &new_x, &new_v, &mut x, &mut block, check_v, &mut |k| {
+        // The rows that fill the last block up belong to nobody.
+        if k < rest {
+            refuse(start + k);
+        }
+    });
     positions[3 * start..].copy_from_slice(&x[..3 * rest]);
     rows[start..].copy_from_slice(&block[..rest]);
 }
@@ -164,10 +169,15 @@ fn commit<S: Simd>(
         if [a, b, c].into_iter().chain(v).all(Scalar::is_finite) {
             x[3 * k..3 * k + 3].copy_from_slice(&[a, b, c]);
             rows[k] = v;
-        } else {
+        } else if is_movable(&rows[k]) {
             refuse(k);
         }
     }
+}
+
+/// An immovable row that an update would spoil (damping that is not a number) is left alone, not refused.
+fn is_movable(row: &Row) -> bool {
+    row[3] > 0.0
 }
 
 /// Stores the rows that stayed finite and refuses the others.
@@ -183,7 +193,7 @@ fn commit_rows<S: Simd>(simd: S, new: &Rows<S>, rows: &mut [Row; BLOCK], refuse:
         let new = <Row>::from(new[k]);
         if new.into_iter().all(Scalar::is_finite) {
             rows[k] = new;
-        } else {
+        } else if is_movable(&rows[k]) {
             refuse(k);
         }
     }

@@ -1,8 +1,8 @@
-//! Experiments: changes of state that a person or a script asks for, carried out at the start of a tick.
+//! Experiments: changes of state that a person or a script asks for, carried out between two ticks.
 
 use bevy_ecs::prelude::*;
 
-use crate::components::{PhysicsBody, Transform};
+use crate::components::{PhysicsBody, Quarantined, Transform};
 use crate::effects::{Damping, Gravity};
 use crate::interpolate::PreviousPosition;
 use crate::quarantine::{Cause, Quarantine, quarantine_bodies};
@@ -69,7 +69,9 @@ pub(crate) fn carry_out(world: &mut World) {
             }
             Request::SetInverseMass(body, w) => change(world, body, |_, body| body.inverse_mass = w),
             Request::ReverseVelocities => {
-                for mut body in world.query::<&mut PhysicsBody>().iter_mut(world) {
+                for mut body in
+                    world.query_filtered::<&mut PhysicsBody, Without<Quarantined>>().iter_mut(world)
+                {
                     body.velocity = -body.velocity;
                 }
             }
@@ -92,8 +94,9 @@ pub(crate) fn carry_out(world: &mut World) {
 
 /// Changes one body, or quarantines it at its present state where the change is not finite.
 fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &mut PhysicsBody)) {
-    let Ok((mut transform, mut body)) =
-        world.query::<(&mut Transform, &mut PhysicsBody)>().get_mut(world, entity)
+    let Ok((mut transform, mut body)) = world
+        .query_filtered::<(&mut Transform, &mut PhysicsBody), Without<Quarantined>>()
+        .get_mut(world, entity)
     else {
         return;
     };

@@ -12,6 +12,7 @@ use serde_json::json;
 use crate::actions::{BINDINGS, MOUSE};
 pub use crate::failure::Failure;
 use crate::headless;
+use crate::session::Overrides;
 use crate::window;
 
 /// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
@@ -153,8 +154,8 @@ pub fn run() -> Result<(), Failure> {
             Ok(())
         }
         Some(Command::Plan { scene, method }) => {
-            let scene = overridden(scene::load(&scene)?, method);
-            show(&crate::plan::text(scene));
+            let overrides = Overrides { method, ..Overrides::default() };
+            show(&crate::plan::text(scene::load(&scene)?, overrides));
             Ok(())
         }
     }
@@ -170,12 +171,6 @@ fn worded(error: clap::Error) -> clap::Error {
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
     let what = format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
     program.error(ErrorKind::UnknownArgument, what)
-}
-
-/// The scene with the method of the command line in place of its own.
-pub(crate) fn overridden(mut scene: Scene, method: Option<Method>) -> Scene {
-    scene.method = method.unwrap_or(scene.method);
-    scene
 }
 
 fn list(what: Listed, format: Format) {

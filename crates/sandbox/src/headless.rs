@@ -9,12 +9,12 @@ use render::{Gpu, Image, Offscreen, Quality, Renderer};
 use scene::{Action, Recording, Scene, Script, Source};
 
 use crate::actions;
-use crate::cli::{RunArgs, follows_frames, overridden, show};
+use crate::cli::{RunArgs, follows_frames, show};
 use crate::failure::Failure;
 use crate::files::{self, Output};
 use crate::player::Player;
 use crate::report::{self, STATE_HEADER, Summary};
-use crate::session::{Options, Order, Session};
+use crate::session::{Options, Order, Overrides, Session};
 
 /// Seconds of a run that does not say how long.
 const DEFAULT_SECONDS: f64 = 10.0;
@@ -131,20 +131,13 @@ pub(crate) fn player_of(script: Script) -> Player {
 
 /// Does what `sandbox run` says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
-    let mut scene = overridden(scene::load(&args.scene)?, args.method);
-    if let Some(hz) = args.hz {
-        scene.step_hz = hz;
+    let mut scene = scene::load(&args.scene)?;
+    if args.damping.is_some() && scene.damping.is_none() {
+        return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
     }
-    if let Some(model) = args.damping {
-        match &mut scene.damping {
-            Some(damping) => damping.model = model,
-            None => {
-                return Err(Failure::Usage(format!(
-                    "{} declares no damping; leave --damping out",
-                    args.scene
-                )));
-            }
-        }
+    if args.hz.is_some() && follows_frames(&scene) {
+        let what = format!("{} takes a step a frame; leave --hz out and give --fps", args.scene);
+        return Err(Failure::Usage(what));
     }
     let script = args.script.as_ref().map(|path| load_script(path, &scene)).transpose()?;
     let recording = script.as_ref().and_then(|script| script.recording.clone());
@@ -152,6 +145,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let what = "a recording has frame times of its own; leave --fps and --frame-times out";
         return Err(Failure::Usage(what.to_owned()));
     }
+    let recorded_method = recording.as_ref().and_then(|recording| recording.method);
+    let overrides =
+        Overrides { method: args.method.or(recorded_method), step_hz: args.hz, damping: args.damping };
+    overrides.apply(&mut scene);
     let mut ends = frame_ends(args, recording.as_ref().map(|recording| recording.frame_ends_s.clone()))?;
     let ticks = tick_limit(args, &scene, &ends)?;
     let takes_pictures =
@@ -167,6 +164,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             _ => None,
         },
         paused: false,
+        overrides,
     };
     let mut player = script.map(player_of);
     if args.state.is_some() && args.state == args.summary {

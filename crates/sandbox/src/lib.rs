@@ -22,4 +22,4 @@ mod window;
 
 pub use camera::Camera;
 pub use control::Mode;
-pub use session::{Measured, Options, Order, QuarantinedBody, Session};
+pub use session::{Measured, Options, Order, Overrides, QuarantinedBody, Session};

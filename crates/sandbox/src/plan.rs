@@ -3,12 +3,12 @@
 use motion::{Damping, Gravity, Passes};
 use scene::{Scene, StepKind};
 
-use crate::session::{Options, Session};
+use crate::session::{Options, Overrides, Session};
 
-/// The plan of `scene` as text.
+/// The plan of `scene`, changed by `overrides`, as text.
 #[must_use]
-pub fn text(scene: Scene) -> String {
-    let options = Options { pictures: false, interpolate: false, ..Options::default() };
+pub fn text(scene: Scene, overrides: Overrides) -> String {
+    let options = Options { pictures: false, interpolate: false, overrides, ..Options::default() };
     let session = Session::new(scene, options);
     let scene = session.scene();
     let step = match scene.step {

@@ -10,8 +10,9 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Damping, DampingModel, FrameTime, Gravity, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine,
-    Quarantined, Request, Requests, Stepper, TickClock, TimeStep, Transform, remember_positions,
+    Damping, DampingModel, FrameTime, Gravity, Method, PhysicsBody, PreviousPosition, Push, PushQueue,
+    Quarantine, Quarantined, Request, Requests, StepClock, Stepper, TickClock, TimeStep, Transform,
+    remember_positions,
 };
 use pick::Targets;
 use scene::{PushSpec, Scene, StepKind};
@@ -27,6 +28,28 @@ const CATCH_UP: f64 = 0.25;
 /// Newtons of a held push key.
 pub(crate) const KEY_PUSH: f64 = 10.0;
 
+/// What a run changes of every scene that it opens.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// Method of integration.
+    pub method: Option<Method>,
+    /// Ticks a second, positive and finite.
+    pub step_hz: Option<f64>,
+    /// Damping model, where the scene declares damping.
+    pub damping: Option<DampingModel>,
+}
+
+impl Overrides {
+    /// Changes `scene`.
+    pub fn apply(self, scene: &mut Scene) {
+        scene.method = self.method.unwrap_or(scene.method);
+        scene.step_hz = self.step_hz.unwrap_or(scene.step_hz);
+        if let (Some(damping), Some(model)) = (&mut scene.damping, self.damping) {
+            damping.model = model;
+        }
+    }
+}
+
 /// What a session is to do besides simulating.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -40,11 +63,20 @@ pub struct Options {
     pub catch_up: Option<f64>,
     /// Simulate nothing until told so.
     pub paused: bool,
+    /// What is changed of every scene.
+    pub overrides: Overrides,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { size_px: [1280, 720], pictures: true, interpolate: true, catch_up: None, paused: false }
+        Self {
+            size_px: [1280, 720],
+            pictures: true,
+            interpolate: true,
+            catch_up: None,
+            paused: false,
+            overrides: Overrides::default(),
+        }
     }
 }
 
@@ -119,7 +151,8 @@ pub struct Session {
 impl Session {
     /// Starts `scene`.
     #[must_use]
-    pub fn new(scene: Scene, options: Options) -> Self {
+    pub fn new(mut scene: Scene, options: Options) -> Self {
+        options.overrides.apply(&mut scene);
         let catch_up = options.catch_up.unwrap_or(CATCH_UP);
         let clock =
             TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
@@ -250,8 +283,9 @@ impl Session {
         if let Some(length) = step {
             self.world.insert_resource(TimeStep(length));
         }
-        self.acting.clear();
         if ticks > 0 {
+            // Shown until the next tick: a frame without one changes nothing.
+            self.acting.clear();
             let queue = self.world.resource::<PushQueue>();
             for Push { body, newtons } in queue.pending() {
                 *self.acting.entry(body).or_default() += newtons;
@@ -340,10 +374,13 @@ impl Session {
         let damping = self.world.get_resource::<Damping>().copied();
         let method = self.stepper.method();
         let step = *self.world.resource::<TimeStep>();
+        let clock = *self.world.resource::<StepClock>();
         let (world, stepper, entities) = build(&self.scene, self.options.interpolate);
         (self.world, self.stepper, self.entities) = (world, stepper, entities);
         self.ids = ids_of(&self.entities);
         self.world.insert_resource(step);
+        // Simulated time goes on: the new world is the same run.
+        self.world.insert_resource(clock);
         if let Some(gravity) = gravity {
             self.world.insert_resource(gravity);
         }
@@ -372,7 +409,9 @@ impl Session {
         next.control.mode = self.control.mode;
         next.control.pointer = self.control.pointer;
         (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
+        next.world.insert_resource(*self.world.resource::<StepClock>());
         next.ticks = self.ticks;
+        next.ticks_left = self.ticks_left;
         next.dropped = self.dropped;
         *self = next;
     }

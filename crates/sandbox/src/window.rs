@@ -12,7 +12,6 @@ use std::time::{Duration, Instant};
 
 use motion::FrameClock;
 use render::{Gpu, Offscreen, Quality, Renderer, WindowTarget};
-use scene::Scene;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{
@@ -25,12 +24,12 @@ use winit::window::{Window, WindowId};
 use self::pointer::Pointer;
 use self::recorder::Recorder;
 use crate::actions::{Action, Key, binding};
-use crate::cli::{WindowArgs, overridden};
+use crate::cli::WindowArgs;
 use crate::failure::Failure;
 use crate::headless::{load_script, player_of, write_picture};
 use crate::input::{Button, Input, InputFrame};
 use crate::player::Player;
-use crate::session::{Measured, Options, Order, Session};
+use crate::session::{Measured, Options, Order, Overrides, Session};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -44,16 +43,16 @@ const SMOOTHING: f64 = 0.05;
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let name = args.scene.as_deref().unwrap_or("tutorial");
-    let scene = overridden(scene::load(name)?, args.method);
+    let scene = scene::load(name)?;
     let player = match &args.script {
         Some(path) => Some(player_of(load_script(path, &scene)?)),
         None => None,
     };
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args)).transpose()?;
     let event_loop = display::event_loop()?;
-    let options = Options { size_px: args.size, paused: args.paused, ..Options::default() };
+    let overrides = Overrides { method: args.method, ..Overrides::default() };
+    let options = Options { size_px: args.size, paused: args.paused, overrides, ..Options::default() };
     let mut shell = Shell {
-        method: args.method,
         session: Session::new(scene, options),
         player,
         recorder,
@@ -111,7 +110,6 @@ impl Screen {
 }
 
 struct Shell {
-    method: Option<motion::Method>,
     session: Session,
     player: Option<Player>,
     recorder: Option<Recorder>,
@@ -326,10 +324,7 @@ impl Shell {
 
     fn open_scene(&mut self, name: &str) {
         match scene::load(name) {
-            Ok(scene) => {
-                let scene: Scene = overridden(scene, self.method);
-                self.session.open(scene);
-            }
+            Ok(scene) => self.session.open(scene),
             Err(error) => self.session.notice(error.to_string()),
         }
     }

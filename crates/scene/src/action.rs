@@ -115,6 +115,9 @@ impl Action {
             Self::Wheel(notches) if !notches.is_finite() => {
                 (format!("{notches} is not a number of notches"), "give a finite number")
             }
+            Self::SetDamping(rate) if *rate < 0.0 => {
+                (format!("{rate} is not a rate"), "give a number of 1/s, at least 0")
+            }
             Self::Scale(scale) if !(scale.is_finite() && *scale > 0.0) => {
                 (format!("{scale} is not a scale"), "give a positive number")
             }

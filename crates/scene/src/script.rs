@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use motion::Method;
 use serde::Deserialize;
 
 use crate::action::Action;
@@ -9,7 +10,7 @@ use crate::faults::{Faults, SceneError};
 use crate::locate;
 use crate::names::Names;
 use crate::nearest::{nearest, suggest};
-use crate::syntax::{self, keys_of};
+use crate::syntax::{self, Word, keys_of};
 
 /// Version of recordings that this program reads and writes.
 pub const SCRIPT_VERSION: u32 = 1;
@@ -50,6 +51,8 @@ pub enum When {
 pub struct Recording {
     /// Name of the scene, or path of its file.
     pub scene: String,
+    /// The method that replaced those of the scenes, if one did.
+    pub method: Option<Method>,
     /// Size of the window at the start, px.
     pub size_px: (u32, u32),
     /// End of every frame since the start, s, finite, at least 0, never going backwards.
@@ -61,6 +64,7 @@ pub struct Recording {
 struct RawRecording<'a> {
     version: Option<u32>,
     scene: Option<String>,
+    method: Option<Word>,
     size_px: Option<(u32, u32)>,
     frame_ends_s: Option<Vec<f64>>,
     #[serde(borrow, default)]
@@ -161,9 +165,12 @@ impl Script {
     #[must_use]
     pub fn to_ron(&self) -> String {
         let mut ron = String::new();
-        if let Some(Recording { scene, size_px: (width, height), frame_ends_s }) = &self.recording {
+        if let Some(Recording { scene, method, size_px: (width, height), frame_ends_s }) = &self.recording {
             let scene = written(scene);
             line(&mut ron, format_args!("(\n    version: {SCRIPT_VERSION},\n    scene: {scene},"));
+            if let Some(method) = method {
+                line(&mut ron, format_args!("    method: {},", method.name()));
+            }
             line(&mut ron, format_args!("    size_px: ({width}, {height}),\n    frame_ends_s: ["));
             for end in frame_ends_s {
                 line(&mut ron, format_args!("        {end:?},"));
@@ -207,6 +214,11 @@ fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
     if raw.scene.is_none() {
         faults.add("scene", "the scene is missing", "add the name of a scene, such as `scene: \"tutorial\"`");
     }
+    let method = raw.method.as_ref().and_then(|Word(word)| Method::from_name(word));
+    if let (Some(Word(word)), None) = (&raw.method, method) {
+        let names = Method::ALL.map(Method::name).join(", ");
+        faults.add("method", format!("there is no method `{word}`"), format!("the methods are {names}"));
+    }
     if !raw.size_px.is_some_and(|(width, height)| width > 0 && height > 0) {
         faults.add("size_px", "the window has no size", "give one such as `size_px: (1280, 720)`");
     }
@@ -225,6 +237,7 @@ fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
     }
     Recording {
         scene: raw.scene.clone().unwrap_or_default(),
+        method,
         size_px: raw.size_px.unwrap_or_default(),
         frame_ends_s: ends.to_vec(),
     }

@@ -3,11 +3,11 @@
 use fearless_simd::{Simd, dispatch, f64x4};
 
 use super::{
-    BLOCK, LEVEL, Pushed, Refuse, Row, Rows, Snap, Triples, each_block, lanes, load_rows, load_triples,
+    BLOCK, LEVEL, Pushed, Refuse, Row, Rows, SNAP, Snap, Triples, each_block, lanes, load_rows, load_triples,
 };
 use crate::components::{AxisLocks, PhysicsBody, Transform};
 use crate::effects::Decay;
-use crate::units::Scalar;
+use crate::units::{Scalar, Vector};
 
 /// `x += v h` with the factors around it, and what a single body may ask for.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,7 @@ impl Move {
 
     /// Whether a finite position does not prove a finite velocity: a factor after the move may enlarge it.
     pub(super) fn grows(&self) -> bool {
-        self.after.is_some_and(|k| k.abs() > 1.0)
+        self.after.is_some_and(|k| k.abs() > 1.0 || k.is_nan())
     }
 
     /// Applies the update to every row.
@@ -57,7 +57,11 @@ impl Move {
         locks: Option<&AxisLocks>,
     ) -> bool {
         let (old_transform, old_body) = (*transform, *body);
-        body.velocity *= self.before.unwrap_or(1.0);
+        if let Some(factor) = self.before {
+            let decayed = body.velocity * factor;
+            body.velocity =
+                Vector::from_array(decayed.to_array().map(|v| if v.abs() < SNAP { 0.0 } else { v }));
+        }
         if let Some(limit) = limit {
             // Not by the sum of squares: it overflows for speeds that are still finite.
             let speed = body.velocity.x.hypot(body.velocity.y).hypot(body.velocity.z);

@@ -74,7 +74,7 @@ fn damping(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
         });
         ui.add(DragValue::new(&mut changed.rate).range(0.0..=1e6).speed(0.01).suffix(" 1/s"));
     });
-    if changed != declared {
+    if changed != declared && changed.rate.is_finite() {
         edits.push(Edit::Ask(Request::SetDamping(changed)));
     }
 }

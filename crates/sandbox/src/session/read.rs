@@ -76,7 +76,7 @@ impl Session {
         self.frames
     }
 
-    /// Simulated time since the world was built, s.
+    /// Simulated time, s; it goes on over a reset of the world.
     #[must_use]
     pub fn simulated(&self) -> f64 {
         self.world.resource::<StepClock>().seconds()

@@ -3,7 +3,8 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use scene::{Action, Recording, Script, Step, When};
+use motion::Method;
+use scene::{Recording, Script, Step, When};
 
 use crate::cli::WindowArgs;
 use crate::failure::Failure;
@@ -18,6 +19,7 @@ pub(super) struct Recorder {
     script: Script,
     frame_ends_s: Vec<f64>,
     scene: String,
+    method: Option<Method>,
     size_px: (u32, u32),
 }
 
@@ -25,14 +27,13 @@ impl Recorder {
     /// Starts a recording that will be written to `path`.
     pub fn new(path: &Path, scene: &str, args: &WindowArgs) -> Result<Self, Failure> {
         let [width, height] = args.size;
-        let method = args.method.map(Action::SetMethod);
-        let steps = method.into_iter().map(|action| Step { when: When::Frame(0), action }).collect();
         // Found out before a person has played for an hour; an older recording stays until then.
         let output = Output::create(path).map_err(|error| Failure::file("write", path, &error))?;
         Ok(Self {
             path: path.to_owned(),
             output,
-            script: Script { steps, recording: None },
+            script: Script::default(),
+            method: args.method,
             frame_ends_s: Vec::new(),
             scene: scene.to_owned(),
             size_px: (width, height),
@@ -48,8 +49,12 @@ impl Recorder {
 
     /// Writes the recording.
     pub fn finish(mut self) -> Result<(), Failure> {
-        let recording =
-            Recording { scene: self.scene, size_px: self.size_px, frame_ends_s: self.frame_ends_s };
+        let recording = Recording {
+            scene: self.scene,
+            method: self.method,
+            size_px: self.size_px,
+            frame_ends_s: self.frame_ends_s,
+        };
         let script = Script { recording: Some(recording), ..self.script };
         let written = self.output.write_all(script.to_ron().as_bytes()).and_then(|()| self.output.finish());
         written.map_err(|error| Failure::file("write", &self.path, &error))

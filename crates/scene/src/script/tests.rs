@@ -51,8 +51,12 @@ fn what_is_written_reads_back_to_the_last_bit() {
 
     script.steps.retain(|step| !matches!(step.action, Action::SetDamping(_) | Action::SetVelocity(..)));
     let frame_ends_s = vec![0.0, 1.0 / 60.0, 0.1 + 0.2, 1e-7 + 0.5, 123_456.789_012_345_67, 1e20];
-    script.recording =
-        Some(Recording { scene: r"C:\my \{s}.ron".to_owned(), size_px: (1280, 720), frame_ends_s });
+    script.recording = Some(Recording {
+        scene: r"C:\my \{s}.ron".to_owned(),
+        method: Some(motion::Method::ExplicitEuler),
+        size_px: (1280, 720),
+        frame_ends_s,
+    });
     let ron = script.to_ron();
     assert_eq!(Script::parse("t", &ron).unwrap_or_else(|error| panic!("{error}\n{ron}")), script);
 
