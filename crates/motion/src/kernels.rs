@@ -46,14 +46,14 @@ const NO_TRIPLES: Triples = [0.0; 3 * BLOCK + 1];
 pub(crate) struct Applied<'a> {
     /// The column of the table.
     pub forces: &'a [Force],
-    /// Rows that were pushed, ascending.
-    pub rows: &'a [usize],
+    /// Table and row of the bodies of this table that were pushed, rows ascending.
+    pub rows: &'a [(usize, usize)],
 }
 
 /// Finds the blocks that were pushed while the rows go by.
 struct Pushed<'a> {
     numbers: &'a [Scalar],
-    rows: &'a [usize],
+    rows: &'a [(usize, usize)],
     next: usize,
 }
 
@@ -61,11 +61,7 @@ impl<'a> Pushed<'a> {
     fn new(applied: Option<Applied<'a>>, rows: usize) -> Self {
         let Applied { forces, rows: pushed } = applied.unwrap_or(Applied { forces: &[], rows: &[] });
         assert!(pushed.is_empty() || forces.len() == rows, "a force for every body");
-        Self {
-            numbers: bytemuck::cast_slice(forces),
-            rows: pushed,
-            next: pushed.first().copied().unwrap_or(usize::MAX),
-        }
+        Self { numbers: bytemuck::cast_slice(forces), rows: pushed, next: first_row(pushed) }
     }
 
     /// Whether a row of the block at `start` was pushed. Blocks are asked for in order.
@@ -80,9 +76,9 @@ impl<'a> Pushed<'a> {
 
     #[inline(never)]
     fn skip(&mut self, end: usize) {
-        let beyond = self.rows.iter().position(|row| *row >= end).unwrap_or(self.rows.len());
+        let beyond = self.rows.iter().position(|(_, row)| *row >= end).unwrap_or(self.rows.len());
         self.rows = &self.rows[beyond..];
-        self.next = self.rows.first().copied().unwrap_or(usize::MAX);
+        self.next = first_row(self.rows);
     }
 
     /// The forces of a whole block and one number beyond.
@@ -98,6 +94,10 @@ impl<'a> Pushed<'a> {
         force[..rest.len()].copy_from_slice(rest);
         force
     }
+}
+
+fn first_row(rows: &[(usize, usize)]) -> usize {
+    rows.first().map_or(usize::MAX, |(_, row)| *row)
 }
 
 /// What to tell about a row that was not updated.
@@ -275,7 +275,7 @@ mod tests {
             .collect();
         let forces: Vec<_> = (0..11).map(|i| Force(numbers(i + 2))).collect();
         for _ in 0..ticks {
-            let applied = Applied { forces: &forces, rows: &[1, 2, 7, 10] };
+            let applied = Applied { forces: &forces, rows: &[1, 2, 7, 10].map(|row| (0, row)) };
             let (x, rows) =
                 (bytemuck::cast_slice_mut(&mut transforms), bytemuck::cast_slice_mut(&mut bodies));
             update.run_with(simd, x, rows, Pushed::new(Some(applied), 11), &mut |row| {

@@ -115,12 +115,14 @@ pub fn apply_forces(mut queue: ResMut<PushQueue>, mut forces: Forces) {
 
 /// What acts in a tick besides the applied forces.
 #[derive(SystemParam)]
-pub struct Laws<'w> {
+pub struct Laws<'w, 's> {
     step: Res<'w, TimeStep>,
     gravity: Option<Res<'w, Gravity>>,
     damping: Option<Res<'w, Damping>>,
     pushed: Res<'w, PushedBodies>,
     entities: &'w Entities,
+    /// Table and row of the pushed bodies, ascending; kept, so that a tick allocates nothing.
+    rows: Local<'s, Vec<(usize, usize)>>,
 }
 
 /// [`Laws`] as plain numbers, taken out once a tick.
@@ -129,11 +131,10 @@ struct Tick {
     gravity: Option<Vector>,
     damping: Option<Damping>,
     decay: Decay,
-    /// Table and row of the pushed bodies, ascending.
-    pushed: Vec<(usize, usize)>,
+    forced: bool,
 }
 
-impl Laws<'_> {
+impl Laws<'_, '_> {
     fn of_tick(&self) -> Tick {
         let TimeStep(h) = *self.step;
         let damping = self.damping.as_deref().copied();
@@ -142,36 +143,37 @@ impl Laws<'_> {
             gravity: self.gravity.as_deref().and_then(Gravity::acting),
             damping,
             decay: damping.map_or(Decay::none(h), |damping| damping.factors(h)),
-            pushed: Vec::new(),
+            forced: !self.pushed.0.is_empty(),
         }
     }
 
-    fn of_tick_with_pushes(&self) -> Tick {
-        Tick { pushed: self.pushed_rows(), ..self.of_tick() }
-    }
-
-    fn pushed_rows(&self) -> Vec<(usize, usize)> {
+    /// Looks up where the pushed bodies are.
+    fn find_pushed(&mut self) {
+        let Self { pushed, entities, rows, .. } = self;
         let place = |body: &Entity| {
-            let place = self.entities.get_spawned(*body).ok()?;
+            let place = entities.get_spawned(*body).ok()?;
             Some((place.table_id.as_usize(), place.table_row.index()))
         };
-        let mut rows: Vec<_> = self.pushed.0.iter().filter_map(place).collect();
+        rows.clear();
+        rows.extend(pushed.0.iter().filter_map(place));
         rows.sort_unstable();
-        rows
     }
 
-    /// The pushed rows of the table that holds `body`.
-    fn rows_of(&self, body: Entity, pushed: &[(usize, usize)]) -> Vec<usize> {
-        let Ok(place) = self.entities.get_spawned(body) else { return Vec::new() };
-        let table = place.table_id.as_usize();
-        let start = pushed.partition_point(|(other, _)| *other < table);
-        pushed[start..].iter().take_while(|(other, _)| *other == table).map(|(_, row)| *row).collect()
+    /// What was pushed of the table that holds `body`.
+    fn applied<'a>(&'a self, body: Entity, forces: &'a [Force]) -> Option<Applied<'a>> {
+        if self.rows.is_empty() {
+            return None;
+        }
+        let table = self.entities.get_spawned(body).ok()?.table_id.as_usize();
+        let start = self.rows.partition_point(|(other, _)| *other < table);
+        let end = self.rows.partition_point(|(other, _)| *other <= table);
+        Some(Applied { forces, rows: &self.rows[start..end] })
     }
 }
 
 impl Tick {
     fn nothing_accelerates(&self) -> bool {
-        self.pushed.is_empty() && self.gravity.is_none() && self.decay.keep.is_none()
+        !self.forced && self.gravity.is_none() && self.decay.keep.is_none()
     }
 
     fn acceleration(&self, gravity_off: bool, decay: Decay) -> Accelerate {
@@ -195,7 +197,7 @@ impl Tick {
     ) -> bool {
         let mut ok = true;
         let update = self.acceleration(gravity_off, self.decay_of(rate));
-        let applied = Applied { forces: slice::from_ref(force), rows: &[0] };
+        let applied = Applied { forces: slice::from_ref(force), rows: &[(0, 0)] };
         update.run(slice::from_mut(body), Some(applied), &mut |_| ok = false);
         ok
     }
@@ -221,14 +223,15 @@ impl Tick {
 ///
 /// [`DampingModel::Exact`]: crate::DampingModel::Exact
 pub fn integrate_acceleration(
-    laws: Laws,
+    mut laws: Laws,
     mut quarantine: ResMut<Quarantine>,
     mut bodies: Query<
         (Entity, &Transform, &mut PhysicsBody, &Force, Option<&mut DampingRate>, Has<GravityOff>),
         Without<Quarantined>,
     >,
 ) {
-    let tick = laws.of_tick_with_pushes();
+    laws.find_pushed();
+    let tick = laws.of_tick();
     if tick.nothing_accelerates() {
         return;
     }
@@ -245,8 +248,7 @@ pub fn integrate_acceleration(
             }
         } else {
             let update = tick.acceleration(gravity_off, tick.decay);
-            let rows = laws.rows_of(entities[0], &tick.pushed);
-            update.run(bodies, Some(Applied { forces, rows: &rows }), &mut |row| refused.push(row));
+            update.run(bodies, laws.applied(entities[0], forces), &mut |row| refused.push(row));
         }
         for row in refused {
             quarantine.refuse(entities[row], transforms[row], bodies[row], Cause::Velocity);
@@ -297,7 +299,7 @@ pub fn integrate_velocity(
 /// `POSITION_FIRST` is the order of explicit Euler. Bodies that ask for something of their own are done row
 /// by row.
 pub fn integrate_in_one_pass<const POSITION_FIRST: bool>(
-    laws: Laws,
+    mut laws: Laws,
     mut quarantine: ResMut<Quarantine>,
     mut bodies: Query<
         (
@@ -313,7 +315,8 @@ pub fn integrate_in_one_pass<const POSITION_FIRST: bool>(
         Without<Quarantined>,
     >,
 ) {
-    let tick = laws.of_tick_with_pushes();
+    laws.find_pushed();
+    let tick = laws.of_tick();
     let tables = bodies.contiguous_iter_mut().expect(DENSE);
     for (entities, mut transforms, mut bodies, forces, gravity_off, mut rates, limits, locks) in tables {
         let (transforms, bodies) = (&mut *transforms, bodies.bypass_change_detection());
@@ -325,10 +328,9 @@ pub fn integrate_in_one_pass<const POSITION_FIRST: bool>(
                 advance: Move::new(tick.h, tick.decay),
                 position_first: POSITION_FIRST,
             };
-            let rows = laws.rows_of(entities[0], &tick.pushed);
-            let applied = Applied { forces, rows: &rows };
             // A refused row is done again, to say which of the two updates it was.
-            update.run(transforms, bodies, Some(applied), &mut |row| row_by_row.push(row));
+            let applied = laws.applied(entities[0], forces);
+            update.run(transforms, bodies, applied, &mut |row| row_by_row.push(row));
         } else {
             row_by_row.extend(0..bodies.len());
         }
