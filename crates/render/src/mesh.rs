@@ -3,11 +3,6 @@
 use bytemuck::{Pod, Zeroable};
 use wgpu::util::DeviceExt as _;
 
-/// Meridians of a sphere: with [`SPHERE_RINGS`] its outline strays from a circle by less than 1% of the radius.
-const SPHERE_SEGMENTS: u16 = 24;
-/// Parallels of a sphere, pole to pole.
-const SPHERE_RINGS: u16 = 16;
-
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(crate) struct Vertex {
@@ -28,8 +23,9 @@ impl Mesh {
         Self::upload(device, "cube", &vertices, &indices)
     }
 
-    pub fn sphere(device: &wgpu::Device) -> Self {
-        let (vertices, indices) = sphere();
+    /// A sphere of so many meridians and two thirds as many parallels.
+    pub fn sphere(device: &wgpu::Device, meridians: u16) -> Self {
+        let (vertices, indices) = sphere(meridians, (meridians * 2 / 3).max(2));
         Self::upload(device, "sphere", &vertices, &indices)
     }
 
@@ -75,29 +71,29 @@ fn cube() -> (Vec<Vertex>, Vec<u16>) {
 }
 
 /// Radius 1, counter-clockwise seen from outside, longitude and latitude as u and v.
-fn sphere() -> (Vec<Vertex>, Vec<u16>) {
+fn sphere(segments: u16, rings: u16) -> (Vec<Vertex>, Vec<u16>) {
     let mut vertices = Vec::new();
     let mut indices = Vec::new();
-    for ring in 0..=SPHERE_RINGS {
-        let v = f32::from(ring) / f32::from(SPHERE_RINGS);
+    for ring in 0..=rings {
+        let v = f32::from(ring) / f32::from(rings);
         let (radius, height) = (v * std::f32::consts::PI).sin_cos();
         // The seam is there twice, with u = 0 and u = 1, or the texture would run backward in its last strip.
-        for segment in 0..=SPHERE_SEGMENTS {
-            let u = f32::from(segment) / f32::from(SPHERE_SEGMENTS);
+        for segment in 0..=segments {
+            let u = f32::from(segment) / f32::from(segments);
             let (x, z) = (u * std::f32::consts::TAU).sin_cos();
             let position = [x * radius, height, z * radius];
             vertices.push(Vertex { position, normal: position, uv: [u, v] });
         }
     }
-    let stride = SPHERE_SEGMENTS + 1;
-    for ring in 0..SPHERE_RINGS {
-        for segment in 0..SPHERE_SEGMENTS {
+    let stride = segments + 1;
+    for ring in 0..rings {
+        for segment in 0..segments {
             let upper = ring * stride + segment;
             let lower = upper + stride;
             if ring > 0 {
                 indices.extend([upper, lower + 1, upper + 1]);
             }
-            if ring + 1 < SPHERE_RINGS {
+            if ring + 1 < rings {
                 indices.extend([upper, lower, lower + 1]);
             }
         }
@@ -112,7 +108,7 @@ mod tests {
 
     #[test]
     fn triangles_face_outward() {
-        for (name, (vertices, indices)) in [("cube", cube()), ("sphere", sphere())] {
+        for (name, (vertices, indices)) in [("cube", cube()), ("sphere", sphere(48, 32))] {
             for triangle in indices.chunks_exact(3) {
                 let [a, b, c] = [0, 1, 2].map(|i| Vec3::from(vertices[usize::from(triangle[i])].position));
                 let facing = (b - a).cross(c - a).dot(a + b + c);
@@ -123,7 +119,7 @@ mod tests {
 
     #[test]
     fn meshes_are_closed() {
-        for (name, (vertices, indices)) in [("cube", cube()), ("sphere", sphere())] {
+        for (name, (vertices, indices)) in [("cube", cube()), ("sphere", sphere(48, 32))] {
             let volume: f32 = indices
                 .chunks_exact(3)
                 .map(|triangle| {

@@ -7,16 +7,22 @@ use crate::AdapterSummary;
 pub struct Quality {
     /// Side of the square shadow map, pixels; cut to what the adapter can.
     pub shadow_map_px: u32,
+    /// Meridians of a sphere, at least 3: with n of them its outline strays from a circle by 5 / n² of the radius.
+    pub sphere_meridians: u16,
     /// Samples a pixel: 1, or 4 for smooth edges; 1 where the adapter cannot do 4.
     pub msaa: u32,
 }
 
 impl Quality {
     /// The same on every machine: what stored reference pictures are drawn with.
-    pub const FIXED: Self = Self { shadow_map_px: 1024, msaa: 1 };
+    pub const FIXED: Self = Self { shadow_map_px: 1024, sphere_meridians: 15, msaa: 1 };
 
     /// What suits an adapter: four samples quadruple the time of a frame in software and cost little in hardware.
     pub fn for_adapter(adapter: &AdapterSummary) -> Self {
-        if adapter.software { Self::FIXED } else { Self { shadow_map_px: 4096, msaa: 4 } }
+        if adapter.software {
+            Self::FIXED
+        } else {
+            Self { shadow_map_px: 4096, sphere_meridians: 48, msaa: 4 }
+        }
     }
 }

@@ -89,14 +89,14 @@ impl Renderer {
         });
         let shadow_map = ShadowMap::new(device, quality.shadow_map_px);
         Self {
-            quality: Quality { shadow_map_px: shadow_map.side_px, msaa: samples },
+            quality: Quality { shadow_map_px: shadow_map.side_px, msaa: samples, ..quality },
             pipelines: Pipelines::new(device, &globals_layout, &shadow_map.layout, &destination),
             destination,
             globals,
             globals_group,
             shadow_map,
             cube: Mesh::cube(device),
-            sphere: Mesh::sphere(device),
+            sphere: Mesh::sphere(device, quality.sphere_meridians),
             cuboids: Bodies::new(device, "cuboids"),
             spheres: Bodies::new(device, "spheres"),
             particles: InstanceBuffer::new(device, "particles"),

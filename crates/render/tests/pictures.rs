@@ -53,7 +53,7 @@ fn a_cube_shows_its_color_with_any_light_and_quality() {
     let lamp =
         Light { position: Vec3::new(20.0, 30.0, 10.0), target: Vec3::ZERO, color: Vec3::ONE, shadows: true };
     for light in [None, Some(lamp)] {
-        for quality in [Quality::FIXED, Quality { shadow_map_px: 64, msaa: 4 }] {
+        for quality in [Quality::FIXED, Quality { shadow_map_px: 64, msaa: 4, ..Quality::FIXED }] {
             for sphere in [false, true] {
                 let mut frame = Frame { light, ..frame() };
                 let bodies = if sphere { &mut frame.spheres } else { &mut frame.cuboids };
@@ -248,7 +248,7 @@ fn panels_are_painted_last_even_if_their_textures_came_with_a_frame_without_area
     let gpu = gpu();
     let context = egui::Context::default();
     let picture = Offscreen::new(&gpu, SIZE).unwrap();
-    for quality in [Quality::FIXED, Quality { shadow_map_px: 64, msaa: 4 }] {
+    for quality in [Quality::FIXED, Quality { shadow_map_px: 64, msaa: 4, ..Quality::FIXED }] {
         let context = if quality.msaa == 1 { context.clone() } else { egui::Context::default() };
         let mut renderer = Renderer::new(&gpu, OFFSCREEN_FORMAT, quality);
         let minimized = Frame { size_px: [0, 90], panels: Some(panels(&context)), ..Frame::default() };
@@ -324,7 +324,8 @@ fn an_srgb_target_stores_the_same_bytes_within_rounding() {
 #[test]
 fn one_renderer_draws_frames_of_any_size_and_any_number_of_bodies() {
     let gpu = gpu();
-    let mut renderer = Renderer::new(&gpu, OFFSCREEN_FORMAT, Quality { shadow_map_px: 256, msaa: 4 });
+    let mut renderer =
+        Renderer::new(&gpu, OFFSCREEN_FORMAT, Quality { shadow_map_px: 256, msaa: 4, ..Quality::FIXED });
     for (size_px, count) in [([160, 90], 1), ([1, 1], 5_000), ([333, 77], 0), ([160, 90], 3)] {
         let picture = Offscreen::new(&gpu, size_px).unwrap();
         let cuboids = vec![body([0.0, 0.0, -5.0], 3.0, [1.0, 0.0, 0.0]); count];
