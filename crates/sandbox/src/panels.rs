@@ -8,7 +8,7 @@ mod settings;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Damping, Gravity, PhysicsBody, Request, TimeStep, Transform};
+use motion::{Damping, DampingModel, DampingRate, Gravity, PhysicsBody, Request, TimeStep, Transform};
 
 use crate::control::Mode;
 use crate::session::{Measured, Session};
@@ -56,6 +56,8 @@ pub(crate) struct Selected {
     pub body: Option<PhysicsBody>,
     pub applied: DVec3,
     pub gravity: DVec3,
+    /// Rate of damping that is an acceleration, 1/s: the exact model's. The others scale velocities.
+    pub damping: f64,
     pub quarantined: bool,
 }
 
@@ -93,6 +95,10 @@ impl Selected {
         let body = session.world.get::<PhysicsBody>(entity).copied();
         let floats = session.world.get::<motion::GravityOff>(entity).is_some();
         let acting = gravity.and_then(|gravity| gravity.acting()).filter(|_| !floats).unwrap_or(DVec3::ZERO);
+        let damping = session.world.get_resource::<Damping>();
+        let damping = damping.filter(|damping| damping.model == DampingModel::Exact).map_or(0.0, |damping| {
+            session.world.get::<DampingRate>(entity).map_or(damping.rate, DampingRate::rate)
+        });
         Some(Self {
             entity,
             name: session.name(entity),
@@ -101,6 +107,7 @@ impl Selected {
             body,
             applied: session.acting.get(&entity).copied().unwrap_or_default(),
             gravity: acting,
+            damping,
             quarantined: session.world.get::<motion::Quarantined>(entity).is_some(),
         })
     }

@@ -41,7 +41,8 @@ fn rows(selected: &Selected) -> Vec<(&'static str, String)> {
     let movable = body.inverse_mass > 0.0;
     let gravity = if movable { selected.gravity } else { DVec3::ZERO };
     let weight = if movable { gravity * body.mass() } else { DVec3::ZERO };
-    let acceleration = if movable { selected.applied * body.inverse_mass + gravity } else { DVec3::ZERO };
+    let applied = selected.applied * body.inverse_mass - body.velocity * selected.damping;
+    let acceleration = if movable { applied + gravity } else { DVec3::ZERO };
     rows.extend([
         ("velocity", vector(body.velocity, "m/s")),
         ("speed", format!("{} m/s", number(body.velocity.length()))),
