@@ -238,8 +238,7 @@ impl TickClock {
 
     /// A frame passes in which nothing is simulated and no time is owed afterwards.
     pub fn pause(&mut self, frame: FrameTime) {
-        self.now = frame.total;
-        self.re_anchor(frame.total);
+        self.start_at(frame.total);
     }
 
     /// The ticks due at the end of `frame`.

@@ -130,12 +130,7 @@ fn each_block<S: Simd>(
     block[..rest].copy_from_slice(&rows[start..]);
     let force = pushed.touches(start).then(|| pushed.last(start));
     let (new_x, new_v) = update(&x, &block, force.as_ref());
-    commit(simd, &new_x, &new_v, &mut x, &mut block, check_v, &mut |k| {
-        // The rows that fill the last block up belong to nobody.
-        if k < rest {
-            refuse(start + k);
-        }
-    });
+    commit(simd, &new_x, &new_v, &mut x, &mut block, check_v, &mut |k| refuse(start + k));
     positions[3 * start..].copy_from_slice(&x[..3 * rest]);
     rows[start..].copy_from_slice(&block[..rest]);
 }
@@ -175,7 +170,8 @@ fn commit<S: Simd>(
     }
 }
 
-/// An immovable row that an update would spoil (damping that is not a number) is left alone, not refused.
+/// An immovable row that an update would spoil (damping that is not a number) is left alone, not refused; so
+/// are the rows of inverse mass 0 that fill the last block up and belong to nobody.
 fn is_movable(row: &Row) -> bool {
     row[3] > 0.0
 }

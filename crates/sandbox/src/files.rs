@@ -75,11 +75,3 @@ impl Write for Output {
         }
     }
 }
-
-/// Makes a folder and those above it.
-///
-/// # Errors
-/// A place that is not writable, or where a file of that name stands.
-pub fn make_folder(path: &Path) -> io::Result<()> {
-    fs::create_dir_all(path)
-}

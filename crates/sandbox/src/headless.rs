@@ -1,5 +1,6 @@
 //! Runs without a window: the same session and renderer, a constant or given frame time, files as output.
 
+use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -11,10 +12,10 @@ use scene::{Action, Recording, Scene, Script, Source};
 use crate::actions;
 use crate::cli::{RunArgs, follows_frames, show};
 use crate::failure::Failure;
-use crate::files::{self, Output};
+use crate::files::Output;
 use crate::player::Player;
 use crate::report::{self, STATE_HEADER, Summary};
-use crate::session::{Options, Order, Overrides, Session};
+use crate::session::{CATCH_UP, Options, Order, Overrides, Session};
 
 /// Seconds of a run that does not say how long.
 const DEFAULT_SECONDS: f64 = 10.0;
@@ -62,7 +63,7 @@ impl Camera {
         let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED);
         let target = Offscreen::new(&gpu, size)?;
         // Last, so that a run that cannot draw leaves no folder.
-        files::make_folder(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
+        fs::create_dir_all(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
         Ok(Self { gpu, renderer, target, folder, pictures: 0 })
     }
 
@@ -160,7 +161,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         pictures: wants_pictures,
         interpolate: wants_pictures || script.is_some(),
         catch_up: match ends {
-            FrameEnds::Constant { rate } => Some((1.0 / rate).max(0.25)),
+            FrameEnds::Constant { rate } => Some((1.0 / rate).max(CATCH_UP)),
             _ => None,
         },
         paused: false,
@@ -188,6 +189,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     if let Some(ticks) = ticks {
         session.limit_ticks(ticks);
     }
+    let bounds_energy = args.assert && session.scene().expect.is_some_and(|e| e.energy_drift_below.is_some());
     let mut clock = FrameClock::default();
     while ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0 {
         let frame_number = session.frames();
@@ -195,7 +197,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let input =
             player.as_mut().map_or_else(Default::default, |player| player.input(&session, time.total()));
         session.advance_watched(&input, time, &mut |session| watch.after_tick(session));
-        if args.assert {
+        if bounds_energy {
             watch.peak_kinetic = watch.peak_kinetic.max(motion::totals(session.world_mut()).kinetic_energy);
         }
         let orders = session.take_orders();
@@ -281,7 +283,7 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
 
 fn output_file(path: &Path) -> Result<Output, Failure> {
     if let Some(folder) = path.parent() {
-        files::make_folder(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
     }
     Output::create(path).map_err(|error| Failure::file("write", path, &error))
 }

@@ -23,7 +23,7 @@ use crate::trails::Trails;
 use crate::ui::Ui;
 
 /// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.
-const CATCH_UP: f64 = 0.25;
+pub(crate) const CATCH_UP: f64 = 0.25;
 
 /// Newtons of a held push key.
 pub(crate) const KEY_PUSH: f64 = 10.0;
@@ -134,8 +134,6 @@ pub struct Session {
     /// Where between the last two ticks bodies are drawn, in [0, 1].
     pub(crate) alpha: f64,
     ticks_left: Option<u64>,
-    /// Ticks of this session, over every reset of the world.
-    ticks: u64,
     frames: u64,
     dropped: f64,
     dropped_lately: f64,
@@ -170,7 +168,6 @@ impl Session {
             ids: ids_of(&entities),
             alpha: 1.0,
             ticks_left: None,
-            ticks: 0,
             frames: 0,
             dropped: 0.0,
             dropped_lately: 0.0,
@@ -296,7 +293,6 @@ impl Session {
                 self.world.run_system_cached(remember_positions).expect("a query and nothing else");
             }
             self.stepper.tick(&mut self.world);
-            self.ticks += 1;
             after_tick(self);
         }
         if ticks > 0 {
@@ -410,7 +406,6 @@ impl Session {
         next.control.pointer = self.control.pointer;
         (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
         next.world.insert_resource(*self.world.resource::<StepClock>());
-        next.ticks = self.ticks;
         next.ticks_left = self.ticks_left;
         next.dropped = self.dropped;
         *self = next;

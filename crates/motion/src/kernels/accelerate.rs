@@ -59,12 +59,7 @@ impl Accelerate {
         block[..rest].copy_from_slice(&rows[start..]);
         let force = pushed.touches(start).then(|| pushed.last(start));
         let new = update.update::<KEEP>(simd, load_rows(simd, &block), &block, force.as_ref());
-        commit_rows(simd, &new, &mut block, &mut |k| {
-            // The rows that fill the last block up belong to nobody.
-            if k < rest {
-                refuse(start + k);
-            }
-        });
+        commit_rows(simd, &new, &mut block, &mut |k| refuse(start + k));
         rows[start..].copy_from_slice(&block[..rest]);
     }
 

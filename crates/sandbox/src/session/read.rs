@@ -66,8 +66,8 @@ impl Session {
 
     /// Ticks simulated, over every reset of the world.
     #[must_use]
-    pub const fn ticks(&self) -> u64 {
-        self.ticks
+    pub fn ticks(&self) -> u64 {
+        self.world.resource::<StepClock>().ticks()
     }
 
     /// Frames so far.
