@@ -3,16 +3,20 @@
 //! Times are thread CPU time. Below the criterion groups a table gives the medians of the ratios inside
 //! interleaved rounds, which is what a shared machine can be asked for.
 
+#[path = "common/mod.rs"]
+mod common;
+
 use std::hint::black_box;
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
+use common::{avx2_or_plain, compare};
 use cpu_time::ThreadTime;
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use motion::units::Vector;
 use motion::{
-    Damping, Force, Gravity, Method, Passes, PhysicsBody, PushQueue, TimeStep, Transform,
+    Damping, Force, Gravity, Passes, PhysicsBody, PushQueue, StepPlan, TimeStep, Transform,
     insert_step_resources, integrate_acceleration, integrate_velocity, step_schedule,
 };
 
@@ -115,25 +119,6 @@ impl Soa {
         let [f, ..] = self.views().f;
         f.iter_mut().step_by(stride).for_each(|f| *f += 10.0);
     }
-}
-
-macro_rules! avx2_or_plain {
-    (fn $name:ident($($argument:ident: $type:ty),*) $body:block) => {
-        fn $name($($argument: $type),*) {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2")]
-                fn avx2($($argument: $type),*) $body
-                if std::arch::is_x86_feature_detected!("avx2") {
-                    #[expect(unsafe_code, reason = "detected in the line above; the rival gets what the kernels get")]
-                    // SAFETY: AVX2 was detected.
-                    unsafe { avx2($($argument),*) }
-                    return;
-                }
-            }
-            $body
-        }
-    };
 }
 
 #[inline(always)]
@@ -271,11 +256,11 @@ fn middle_schedule() -> Schedule {
 }
 
 fn one_pass() -> Schedule {
-    step_schedule(Method::SemiImplicitEuler, Passes::One)
+    step_schedule(&StepPlan { passes: Passes::One, ..StepPlan::default() })
 }
 
 fn whole() -> Schedule {
-    step_schedule(Method::SemiImplicitEuler, Passes::Two)
+    step_schedule(&StepPlan::default())
 }
 
 /// Both sides must do the same work to the last bit, or the ratio means nothing.
@@ -300,48 +285,6 @@ fn assert_same_bits(n: usize) {
             }
             assert_eq!(force.newtons(), Vector::ZERO);
         }
-    }
-}
-
-/// One contestant: its name and one step of it.
-type Contestant<'a> = (&'static str, Box<dyn FnMut() + 'a>);
-
-/// Medians of nanoseconds a step and of the ratio to the first contestant inside each round.
-fn compare(n: usize, title: &str, bounds: &[Option<f64>], mut contestants: Vec<Contestant<'_>>) {
-    let steps = (2_000_000 / n).clamp(1, 20_000);
-    let rounds = 21;
-    let mut times = vec![Vec::new(); contestants.len()];
-    for (_, step) in &mut contestants {
-        (0..steps.min(200)).for_each(|_| step());
-    }
-    for round in 0..rounds {
-        let mut took = vec![0.0; contestants.len()];
-        for turn in 0..contestants.len() {
-            let who = (round + turn) % contestants.len();
-            let clock = ThreadTime::now();
-            for _ in 0..steps {
-                contestants[who].1();
-            }
-            #[expect(clippy::cast_precision_loss, reason = "a count of steps")]
-            {
-                took[who] = clock.elapsed().as_secs_f64() * 1e9 / steps as f64;
-            }
-        }
-        took.into_iter().zip(&mut times).for_each(|(t, times)| times.push(t));
-    }
-    let median = |mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    for (who, (name, _)) in contestants.iter().enumerate() {
-        let ratio = median(times[who].iter().zip(&times[0]).map(|(a, b)| a / b).collect());
-        let bound = bounds[who].map_or(String::new(), |bound| {
-            format!("  reach {bound:4.2}: {}", if ratio <= bound { "held" } else { "MISSED" })
-        });
-        println!(
-            "{title:>22} {n:>9}  {name:<34} {:>14.1} ns  {ratio:6.3}{bound}",
-            median(times[who].clone())
-        );
     }
 }
 

@@ -106,6 +106,8 @@ pub struct StepClock {
     since_tick: u64,
     since_time: Scalar,
     step: Scalar,
+    /// Simulated time at which the scene began, s.
+    scene_began: Scalar,
 }
 
 impl StepClock {
@@ -122,12 +124,30 @@ impl StepClock {
         self.since_time + (self.ticks - self.since_tick) as Scalar * self.step
     }
 
+    /// Time since the scene began, s: the time that laws see.
+    #[must_use]
+    pub fn scene_seconds(&self) -> Scalar {
+        self.seconds() - self.scene_began
+    }
+
+    /// Lets the scene begin now, ticks and simulated time going on.
+    pub fn begin_scene(&mut self) {
+        self.scene_began = self.seconds();
+    }
+
     /// Counts one tick of `step` seconds.
     pub fn count(&mut self, step: Scalar) {
         if step != self.step {
-            *self = Self { ticks: self.ticks, since_tick: self.ticks, since_time: self.seconds(), step };
+            (self.since_tick, self.since_time, self.step) = (self.ticks, self.seconds(), step);
         }
         self.ticks += 1;
+    }
+
+    /// The clock after one more tick of `step` seconds.
+    #[must_use]
+    pub fn after(mut self, step: Scalar) -> Self {
+        self.count(step);
+        self
     }
 }
 

@@ -1,29 +1,9 @@
-//! The effects that a scene may declare: gravity and damping, as resources and as per-body components.
+//! Damping: of the scene as a resource, of a body as a component.
 
 use bevy_ecs::prelude::*;
 
-use crate::units::{Scalar, Vector};
-
-/// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if
-/// the scene declares it; switching it off keeps the value.
-#[derive(Resource, Clone, Copy, Debug, PartialEq)]
-pub struct Gravity {
-    /// Acceleration of free fall, m/s².
-    pub acceleration: Vector,
-    /// Whether it acts in this tick.
-    pub on: bool,
-}
-
-impl Gravity {
-    /// Gravity near the ground as the tutorial has it: 9.8 m/s² downwards.
-    pub const EARTH: Self = Self { acceleration: Vector::new(0.0, -9.8, 0.0), on: true };
-
-    /// What acts now: the acceleration, m/s², or `None` while it is off.
-    #[must_use]
-    pub fn acting(&self) -> Option<Vector> {
-        self.on.then_some(self.acceleration)
-    }
-}
+use crate::real::Real;
+use crate::units::Scalar;
 
 /// How velocity decays. Every model takes a rate c in 1/s; q = c h is the decay of one step of h seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -68,72 +48,64 @@ impl Damping {
     /// The tutorial's damping: `v *= 1 - 0.4 h` after every move.
     pub const TUTORIAL: Self = Self { model: DampingModel::Tutorial, rate: 0.4 };
 
-    /// What one step of `h` seconds does to velocities.
-    pub(crate) fn factors(self, h: Scalar) -> Decay {
-        let q = self.rate * h;
+    /// What one step of `h` seconds does to velocities, where damping is inside the step.
+    pub(crate) fn factors<T: Real>(self, h: T) -> Decay<T> {
+        let q = T::of(self.rate) * h;
         match self.model {
-            DampingModel::Tutorial => Decay { after_move: Some(1.0 - q), ..Decay::none(h) },
-            DampingModel::Clamped => Decay { before_move: Some((1.0 - q).max(0.0)), ..Decay::none(h) },
+            DampingModel::Tutorial => Decay { after_move: Some(T::ONE - q), ..Decay::none(h) },
+            DampingModel::Clamped => {
+                let factor = if q > T::ONE { T::ZERO } else { T::ONE - q };
+                Decay { before_move: Some(factor), ..Decay::none(h) }
+            }
             DampingModel::Exact => {
                 // (1 - e^-q) / q by expm1: the plain form loses every digit as q goes to 0.
-                let gain = if q == 0.0 { h } else { h * (-libm::expm1(-q) / q) };
-                Decay { keep: Some(libm::exp(-q)), gain, ..Decay::none(h) }
+                let gain = if q == T::ZERO { h } else { h * (-(-q).exp_m1() / q) };
+                Decay { keep: Some((-q).exp()), gain, ..Decay::none(h) }
             }
+        }
+    }
+
+    /// The same for a method around whose ticks damping stands: factors of a tick of `tick` seconds, and the
+    /// rate of linear drag, 1/s, that the exact model is in it.
+    pub(crate) fn around<T: Real>(self, tick: T) -> (Decay<T>, T) {
+        match self.model {
+            DampingModel::Exact => (Decay::none(tick), T::of(self.rate)),
+            DampingModel::Tutorial | DampingModel::Clamped => (self.factors(tick), T::ZERO),
         }
     }
 }
 
-/// The body's own damping rate, in place of the scene's. Present only on bodies that ask for it.
+/// The body's own damping rate c in place of the scene's, 1/s, at least 0. Present only on bodies that ask for it.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
-pub struct DampingRate {
-    rate: Scalar,
-    /// Factors of the last step; an exponential per body and step would cost more than the step.
-    known: Option<(DampingModel, Scalar, Decay)>,
-}
+pub struct DampingRate(Scalar);
 
 impl DampingRate {
     /// A body that decays at `rate` c, 1/s, at least 0.
     #[must_use]
     pub const fn new(rate: Scalar) -> Self {
-        Self { rate, known: None }
+        Self(rate)
     }
 
     /// Decay rate c, 1/s.
     #[must_use]
     pub const fn rate(&self) -> Scalar {
-        self.rate
-    }
-
-    /// Changes the decay rate c, 1/s, at least 0.
-    pub const fn set_rate(&mut self, rate: Scalar) {
-        *self = Self::new(rate);
-    }
-
-    pub(crate) fn factors(&mut self, model: DampingModel, h: Scalar) -> Decay {
-        match self.known {
-            Some((for_model, for_h, decay)) if for_model == model && for_h == h => decay,
-            _ => {
-                let decay = Damping { model, rate: self.rate }.factors(h);
-                self.known = Some((model, h, decay));
-                decay
-            }
-        }
+        self.0
     }
 }
 
 /// What a step of h seconds does to a velocity, with every model in one form: `v = v keep + a gain`, then
 /// `v *= before_move`, move, `v *= after_move`; `None` is a factor that is not applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Decay {
-    pub keep: Option<Scalar>,
-    pub gain: Scalar,
-    pub before_move: Option<Scalar>,
-    pub after_move: Option<Scalar>,
+pub(crate) struct Decay<T> {
+    pub keep: Option<T>,
+    pub gain: T,
+    pub before_move: Option<T>,
+    pub after_move: Option<T>,
 }
 
-impl Decay {
+impl<T> Decay<T> {
     /// No damping at all over `h` seconds.
-    pub const fn none(h: Scalar) -> Self {
+    pub const fn none(h: T) -> Self {
         Self { keep: None, gain: h, before_move: None, after_move: None }
     }
 }
@@ -145,27 +117,12 @@ mod tests {
     #[test]
     fn exact_factors_solve_the_equation_at_every_step_size() {
         for q in [1e-300, 1e-12, 1e-3, 0.5, 30.0, 800.0] {
-            let decay = Damping { model: DampingModel::Exact, rate: q }.factors(1.0);
+            let decay = Damping { model: DampingModel::Exact, rate: q }.factors(1.0_f64);
             let keep = decay.keep.expect("the exact model always decays");
             assert!((keep - (-q).exp()).abs() <= 2e-16);
             // The fixed point of v = v keep + a gain is the terminal speed a / c.
             assert!((decay.gain * q + keep - 1.0).abs() <= 4e-16, "q = {q}");
         }
         assert_eq!(Damping { model: DampingModel::Exact, rate: 0.0 }.factors(0.25).gain, 0.25);
-    }
-
-    #[test]
-    fn a_bodys_own_factors_follow_the_model_and_the_step() {
-        let mut own = DampingRate::new(2.0);
-        for (model, h) in
-            [(DampingModel::Tutorial, 0.1), (DampingModel::Exact, 0.1), (DampingModel::Exact, 0.2)]
-        {
-            for _ in 0..2 {
-                assert_eq!(own.factors(model, h), Damping { model, rate: 2.0 }.factors(h));
-            }
-        }
-        own.set_rate(3.0);
-        let expected = Damping { model: DampingModel::Exact, rate: 3.0 }.factors(0.2);
-        assert_eq!(own.factors(DampingModel::Exact, 0.2), expected);
     }
 }

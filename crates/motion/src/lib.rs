@@ -1,4 +1,4 @@
-//! Linear motion on an entity component system: `Transform`, `PhysicsBody` and `Force`, moved by four scheduled
+//! Linear motion on an entity component system: `Transform`, `PhysicsBody` and `Force`, moved by scheduled
 //! systems.
 //!
 //! In order of importance, this crate is for: motion that can be proven against theory; hard cases that stay
@@ -6,31 +6,53 @@
 //!
 //! Does not include: rotation dynamics, collisions, friction, contact of any kind.
 
+mod bare;
+mod blocks;
 mod clock;
 mod components;
+mod course;
 mod effects;
+mod evaluations;
 mod forces;
+mod integrate;
 mod interpolate;
-mod kernels;
+mod laws;
+mod method;
+pub mod methods;
+mod own;
 mod quarantine;
+pub mod real;
 mod requests;
 mod step;
 mod stepper;
+mod threads;
 mod totals;
 pub mod units;
 
+pub use bare::Bare;
 pub use clock::{BadTime, Due, FrameClock, FrameTime, StepClock, TickClock};
 pub use components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
-pub use effects::{Damping, DampingModel, DampingRate, Gravity};
+pub use effects::{Damping, DampingModel, DampingRate};
+pub use evaluations::Evaluations;
 pub use forces::{Forces, Push, PushQueue, PushedBodies};
+pub use integrate::{
+    Acting, Bodies, Notes, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass,
+    integrate_velocity,
+};
 pub use interpolate::{PreviousPosition, remember_positions};
+pub use laws::{Affine, BodyState, Curve, Drag, Gravity, Jacobians, Law, Laws, Moment, Thrust, Well, Wells};
+pub use method::{Claims, METHODS, Method};
+pub use own::{
+    LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps, mark_method, own_method,
+};
 pub use quarantine::{Cause, Quarantine, QuarantineRecord, quarantine_bodies};
 pub use requests::{Request, Requests};
 pub use step::{
-    Laws, Method, Passes, Step, TimeStep, apply_forces, clear_forces, insert_step_resources,
-    integrate_acceleration, integrate_in_one_pass, integrate_velocity, step_schedule,
+    Passes, Step, StepPlan, TimeStep, apply_forces, clear_forces, insert_step_resources,
+    remember_accelerations, remember_steps, step_schedule,
 };
 pub use stepper::Stepper;
+pub use threads::Threads;
 pub use totals::{Totals, totals};

@@ -13,6 +13,8 @@ pub enum Cause {
     Velocity,
     /// The position, by the velocity of the tick.
     Position,
+    /// Either, by a method that updates both at once.
+    State,
     /// A value that an experiment asked to set.
     Request,
 }
@@ -24,6 +26,7 @@ impl Cause {
         match self {
             Self::Velocity => "velocity would turn non-finite in integrate_acceleration",
             Self::Position => "position would turn non-finite in integrate_velocity",
+            Self::State => "position or velocity would turn non-finite in integrate",
             Self::Request => "an experiment asked for a non-finite state",
         }
     }

@@ -3,9 +3,14 @@
 use bevy_ecs::prelude::*;
 
 use crate::components::{PhysicsBody, Quarantined, Transform};
-use crate::effects::{Damping, Gravity};
+use crate::effects::Damping;
+use crate::integrate::leave_position_verlet;
 use crate::interpolate::PreviousPosition;
+use crate::laws::Gravity;
+use crate::method::Method;
+use crate::own::LastStep;
 use crate::quarantine::{Cause, Quarantine, quarantine_bodies};
+use crate::stepper::{set_body_method, start_anew};
 use crate::units::{Scalar, Vector};
 
 /// One change that is asked for. Values may be non-finite on purpose: such a body is quarantined.
@@ -27,6 +32,8 @@ pub enum Request {
     SwitchGravity(bool),
     /// Replaces model and rate of the scene's damping; declares it where there was none.
     SetDamping(Damping),
+    /// Gives a body a method of its own; `None` the world's again.
+    SetBodyMethod(Entity, Option<Method>),
     /// Removes a body.
     Remove(Entity),
 }
@@ -52,13 +59,29 @@ impl Requests {
 pub(crate) fn carry_out(world: &mut World) {
     let requests = std::mem::take(&mut world.resource_mut::<Requests>().0);
     for request in requests {
+        if matches!(request, Request::SetGravity(_) | Request::SwitchGravity(_) | Request::SetDamping(_)) {
+            // Position Verlet's next kick is half of the last step's, which was taken under the old laws.
+            world
+                .run_system_cached(leave_position_verlet::<With<LastStep>>)
+                .expect("its resources are inserted with the step's");
+        }
+        if let Request::SetPosition(body, _) | Request::SetInverseMass(body, _) = request {
+            // Its next kick would be one of the new place or mass, for the last step as well.
+            start_anew(world, body);
+        }
         match request {
             Request::Impulse(body, impulse) => change(world, body, |_, body| {
                 if body.inverse_mass > 0.0 {
                     body.velocity += impulse * body.inverse_mass;
                 }
             }),
-            Request::SetVelocity(body, velocity) => change(world, body, |_, body| body.velocity = velocity),
+            Request::SetVelocity(body, velocity) => {
+                change(world, body, |_, body| body.velocity = velocity);
+                // Position Verlet starts anew: this is the velocity now, not that of half a step ago.
+                if let Some(mut last) = world.get_mut::<LastStep>(body) {
+                    last.0 = 0.0;
+                }
+            }
             Request::SetPosition(body, position) => {
                 change(world, body, |at, _| at.position = position);
                 // It did not travel there: nothing is drawn between.
@@ -69,10 +92,13 @@ pub(crate) fn carry_out(world: &mut World) {
             }
             Request::SetInverseMass(body, w) => change(world, body, |_, body| body.inverse_mass = w),
             Request::ReverseVelocities => {
-                for mut body in
-                    world.query_filtered::<&mut PhysicsBody, Without<Quarantined>>().iter_mut(world)
-                {
+                let mut bodies =
+                    world.query_filtered::<(&mut PhysicsBody, Option<&mut LastStep>), Without<Quarantined>>();
+                for (mut body, last) in bodies.iter_mut(world) {
                     body.velocity = -body.velocity;
+                    if let Some(mut last) = last {
+                        last.0 = -last.0;
+                    }
                 }
             }
             Request::SetGravity(acceleration) => {
@@ -85,6 +111,7 @@ pub(crate) fn carry_out(world: &mut World) {
                 }
             }
             Request::SetDamping(damping) => world.insert_resource(damping),
+            Request::SetBodyMethod(body, method) => set_body_method(world, body, method),
             Request::Remove(body) => {
                 world.despawn(body);
             }

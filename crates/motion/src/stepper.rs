@@ -1,17 +1,44 @@
 //! Carries a world from tick to tick.
 
+use bevy_ecs::archetype::Archetype;
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
 
 use crate::clock::StepClock;
-use crate::components::PhysicsBody;
+use crate::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
+use crate::effects::{Damping, DampingModel, DampingRate};
+use crate::evaluations::Evaluations;
+use crate::integrate::{Unmarked, leave_position_verlet};
+use crate::laws::Gravity;
+use crate::method::Method;
+use crate::methods::{Integrator, with_method};
+use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substeps, mark_method, own_method};
+use crate::quarantine::Quarantine;
 use crate::requests::{self, Requests};
-use crate::step::{Method, Passes, TimeStep, insert_step_resources, step_schedule};
+use crate::step::{
+    Passes, StepPlan, TimeStep, affine_laws, called_laws, drag_rate, insert_step_resources, step_schedule,
+};
 
 /// The compiled schedule of a world, with what happens around it: requests before a tick, the count after it.
 pub struct Stepper {
-    method: Method,
-    passes: Passes,
+    plan: StepPlan,
     schedule: Schedule,
+    /// How many kinds of entity there were when the plan was made: a new one may have a method of its own.
+    archetypes: usize,
+    /// What [`Substeps`] was then: two passes are for one step a tick.
+    substeps: u32,
+    counted: Option<Counted>,
+}
+
+/// Evaluations of a tick that are known beforehand: those of bodies that no law is called for.
+#[derive(Clone, Debug)]
+struct Counted {
+    /// What they were counted for: entities by kind, frozen bodies.
+    world: (u64, usize),
+    /// Laws that are summed up, gravity aside.
+    laws: Vec<&'static str>,
+    accelerations: u64,
+    with_gravity: u64,
 }
 
 impl Stepper {
@@ -23,51 +50,86 @@ impl Stepper {
     #[must_use]
     pub fn new(world: &mut World, method: Method, step: TimeStep) -> Self {
         insert_step_resources(world, step);
-        world.init_resource::<StepClock>();
         world.init_resource::<Requests>();
         Self::compile(world, method)
     }
 
     fn compile(world: &mut World, method: Method) -> Self {
-        let bodies = world.query::<&PhysicsBody>().iter(world).len();
-        let passes = Passes::for_bodies(bodies);
-        let mut schedule = step_schedule(method, passes);
+        let plan = StepPlan::of(world, method);
+        let mut schedule = step_schedule(&plan);
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
-        Self { method, passes, schedule }
+        Self {
+            plan,
+            schedule,
+            archetypes: world.archetypes().len(),
+            substeps: substeps(world),
+            counted: None,
+        }
     }
 
-    /// The method of the schedule.
+    /// Compiles the schedule anew if the world asks for another one than when it was compiled last. Markers and
+    /// components of bodies are noticed without it; a new [`Drag`](crate::Drag), [`Wells`](crate::Wells) or
+    /// [`Laws`](crate::Laws) is not.
+    ///
+    /// # Panics
+    /// As [`Stepper::new`].
+    pub fn recompile(&mut self, world: &mut World) {
+        let plan = StepPlan::of(world, self.plan.method);
+        (self.archetypes, self.substeps) = (world.archetypes().len(), substeps(world));
+        self.counted = None;
+        if plan != self.plan {
+            *self = Self::compile(world, plan.method);
+        }
+    }
+
+    /// The method of every body that has none of its own.
     #[must_use]
     pub const fn method(&self) -> Method {
-        self.method
+        self.plan.method
+    }
+
+    /// What the schedule was compiled from.
+    #[must_use]
+    pub const fn plan(&self) -> &StepPlan {
+        &self.plan
     }
 
     /// How the two middle systems are run, decided by the number of bodies when the schedule was compiled.
     #[must_use]
     pub const fn passes(&self) -> Passes {
-        self.passes
+        self.plan.passes
     }
 
-    /// Compiles the schedule of another method; the state of the world stays as it is.
+    /// Changes the method of every body that has none of its own, between two ticks: what the old one kept is
+    /// turned into what the new one starts from.
     ///
     /// # Panics
     /// As [`Stepper::new`].
     pub fn set_method(&mut self, world: &mut World, method: Method) {
+        if method == self.plan.method {
+            return;
+        }
+        leave_methods::<Unmarked>(world);
         *self = Self::compile(world, method);
     }
 
     /// Simulates one tick.
     pub fn tick(&mut self, world: &mut World) {
         self.carry_out_requests(world);
+        if world.archetypes().len() != self.archetypes || substeps(world) != self.substeps {
+            self.recompile(world);
+        }
+        self.count(world);
         self.schedule.run(world);
         let TimeStep(step) = *world.resource::<TimeStep>();
         world.resource_mut::<StepClock>().count(step);
     }
 
     /// Carries out what was asked for without simulating: what a tick does first, for a world that is paused.
-    pub fn carry_out_requests(&self, world: &mut World) {
+    pub fn carry_out_requests(&mut self, world: &mut World) {
         if !world.resource::<Requests>().is_empty() {
             requests::carry_out(world);
+            self.counted = None;
         }
     }
 
@@ -80,4 +142,109 @@ impl Stepper {
         let systems = self.schedule.systems().expect("initialized when compiled");
         systems.map(|(_, system)| system.name().shortname().to_string()).collect()
     }
+
+    /// Counts the evaluations of the coming tick that no kernel counts: a body that no law is called for takes
+    /// as many as its method claims.
+    fn count(&mut self, world: &mut World) {
+        // A body that asks for something new goes from one kind to another, and their sum stays.
+        let mix = |sum: u64, kind: &Archetype| sum.wrapping_mul(0x100_0000_01b3) ^ u64::from(kind.len());
+        let entities = world.archetypes().iter().fold(0, mix);
+        let counted_for = (entities, world.resource::<Quarantine>().records().len());
+        if self.counted.as_ref().is_none_or(|counted| counted.world != counted_for) {
+            let damping = world.get_resource::<Damping>();
+            let exact = damping.is_some_and(|damping| damping.model == DampingModel::Exact);
+            let laws = affine_laws(world).map(|law| law.name()).chain(exact.then_some("damping")).collect();
+            let mut counted = Counted { world: counted_for, laws, accelerations: 0, with_gravity: 0 };
+            with_method!(self.plan.method, M => counted.add::<M, Unmarked>(world));
+            for method in &self.plan.own {
+                with_method!(*method, M => counted.add::<M, With<M>>(world));
+            }
+            self.counted = Some(counted);
+        }
+        let Some(counted) = &self.counted else { return };
+        let gravity = world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
+        let mut evaluations = world.resource_mut::<Evaluations>();
+        evaluations.count_accelerations(counted.accelerations, counted.laws.iter().copied());
+        if gravity {
+            evaluations.count("gravity", counted.with_gravity);
+        }
+    }
+}
+
+impl Counted {
+    fn add<M: Integrator, Who: QueryFilter>(&mut self, world: &mut World) {
+        type Plain = (
+            Without<Quarantined>,
+            Without<DampingRate>,
+            Without<SpeedLimit>,
+            Without<AxisLocks>,
+            Without<OwnLaws>,
+            Without<OwnSubsteps>,
+        );
+        let damping = world.get_resource::<Damping>().copied();
+        let drag = drag_rate(world) != 0.0;
+        // What `blocks::integrate` calls laws for, or reckons as if it did.
+        if !called_laws(world).is_empty() || drag && damping.is_some() && M::DAMPS_INSIDE {
+            return;
+        }
+        let exact =
+            damping.is_some_and(|damping| damping.model == DampingModel::Exact && damping.rate != 0.0);
+        let looks_at_velocity = drag || exact && !M::DAMPS_INSIDE;
+        let claims = M::METHOD.claims();
+        let of_a_step =
+            if looks_at_velocity { claims.evaluations_with_velocity_laws } else { claims.evaluations };
+        let of_a_tick = u64::from(of_a_step) * u64::from(substeps(world));
+        let mut bodies = world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain)>();
+        for (body, gravity_off) in bodies.iter(world) {
+            if body.inverse_mass > 0.0 {
+                self.accelerations += of_a_tick;
+                self.with_gravity += if gravity_off { 0 } else { of_a_tick };
+            }
+        }
+    }
+}
+
+fn substeps(world: &World) -> u32 {
+    world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1))
+}
+
+/// Lets the bodies `Who` forget what their methods keep of them, with velocities that any other can start from.
+fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
+    world
+        .run_system_cached(leave_position_verlet::<(Who, With<LastStep>)>)
+        .expect("inserted with the step's");
+    let kept = world
+        .query_filtered::<Entity, (Who, Or<(With<LastStep>, With<LastAcceleration>)>)>()
+        .iter(world)
+        .collect::<Vec<_>>();
+    for body in kept {
+        world.entity_mut(body).remove::<(LastStep, LastAcceleration)>();
+    }
+}
+
+/// The body that leaves its method.
+#[derive(Component)]
+struct Leaves;
+
+/// Lets one body of position Verlet start anew, with the velocity at the time of its position.
+pub(crate) fn start_anew(world: &mut World, body: Entity) {
+    if world.get::<LastStep>(body).is_some() {
+        world.entity_mut(body).insert(Leaves);
+        world
+            .run_system_cached(leave_position_verlet::<(With<Leaves>, With<LastStep>)>)
+            .expect("its resources are inserted with the step's");
+        world.entity_mut(body).remove::<Leaves>();
+    }
+}
+
+/// Gives one body a method of its own, or the world's again.
+pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Method>) {
+    if world.get::<PhysicsBody>(body).is_none() || own_method(world.entity(body)) == method {
+        return;
+    }
+    world.entity_mut(body).insert(Leaves);
+    leave_methods::<With<Leaves>>(world);
+    let mut body = world.entity_mut(body);
+    body.remove::<Leaves>();
+    mark_method(&mut body, method);
 }

@@ -2,8 +2,9 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::components::{PhysicsBody, StableId, Transform};
-use crate::effects::Gravity;
+use crate::components::{GravityOff, PhysicsBody, StableId, Transform};
+use crate::laws::{BodyState, Gravity, Law, Laws, Wells};
+use crate::own::OwnLaws;
 use crate::units::{Scalar, Vector};
 
 /// Energy and momentum of all movable bodies.
@@ -11,7 +12,8 @@ use crate::units::{Scalar, Vector};
 pub struct Totals {
     /// Sum of `m v² / 2`, J.
     pub kinetic_energy: Scalar,
-    /// Sum of `-m g · x` under gravity that is on, J; zero at the origin.
+    /// Sum of the potentials of all laws that have one, J: of gravity that is on, zero at the origin, and of
+    /// wells, zero far away.
     pub potential_energy: Scalar,
     /// Sum of `m v`, kg m/s.
     pub momentum: Vector,
@@ -22,22 +24,32 @@ pub struct Totals {
 /// Sums over every movable body of `world`, in stable-id order so that no table order changes a bit; bodies
 /// without an id come last, in table order.
 pub fn totals(world: &mut World) -> Totals {
-    let gravity = world.get_resource::<Gravity>().and_then(Gravity::acting);
-    let mut rows: Vec<_> = world
-        .query::<(Option<&StableId>, &Transform, &PhysicsBody)>()
+    let mut query =
+        world.query::<(Option<&StableId>, &Transform, &PhysicsBody, Option<&OwnLaws>, Has<GravityOff>)>();
+    let world = &*world;
+    let gravity = world.get_resource::<Gravity>();
+    let wells = world.get_resource::<Wells>().map(|wells| wells as &dyn Law<Scalar>);
+    let more = world.get_resource::<Laws>().into_iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
+    let laws: Vec<_> = wells.into_iter().chain(more).collect();
+    let mut rows: Vec<_> = query
         .iter(world)
-        .filter(|(_, _, body)| body.inverse_mass > 0.0)
-        .map(|(id, transform, body)| (id.map_or(u32::MAX, |id| id.0), *transform, *body))
+        .filter(|(_, _, body, ..)| body.inverse_mass > 0.0)
+        .map(|(id, transform, body, own, gravity_off)| {
+            (id.map_or(u32::MAX, |id| id.0), transform.position, *body, own, gravity_off)
+        })
         .collect();
-    rows.sort_by_key(|(id, _, _)| *id);
+    rows.sort_by_key(|(id, ..)| *id);
     let mut sum = Totals::default();
-    for (_, transform, body) in rows {
+    for (_, position, body, own, gravity_off) in rows {
         let momentum = body.momentum();
         sum.kinetic_energy += body.kinetic_energy();
         sum.momentum += momentum;
-        sum.angular_momentum += transform.position.cross(momentum);
-        if let Some(g) = gravity {
-            sum.potential_energy -= body.mass() * g.dot(transform.position);
+        sum.angular_momentum += position.cross(momentum);
+        let state = BodyState { position, velocity: body.velocity, inverse_mass: body.inverse_mass };
+        let own = own.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
+        let gravity = gravity.filter(|_| !gravity_off).map(|gravity| gravity as &dyn Law<Scalar>);
+        for law in gravity.into_iter().chain(laws.iter().copied()).chain(own) {
+            sum.potential_energy += law.potential_energy(state);
         }
     }
     sum

@@ -1,0 +1,44 @@
+//! What methods keep of bodies from tick to tick.
+
+use crate::real::Real;
+
+/// The called laws' acceleration at the end of a step, for the next one, if it begins just there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Known<T> {
+    /// Position and inverse mass that it was evaluated at.
+    pub at: [T; 4],
+    /// Time that it was evaluated at, s.
+    pub time: T,
+    /// Which laws were called.
+    pub laws: (u64, u64),
+    /// Acceleration by the called laws, m/s².
+    pub called: [T; 4],
+}
+
+impl<T: Real> Default for Known<T> {
+    fn default() -> Self {
+        // A time that none is equal to.
+        Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), called: [T::ZERO; 4] }
+    }
+}
+
+/// The column of what a method keeps.
+pub(crate) enum MemoryRows<'a, T> {
+    /// It keeps nothing.
+    None,
+    /// Length of the last step, s.
+    LastStep(&'a mut [T]),
+    /// The last acceleration.
+    Known(&'a mut [Known<T>]),
+}
+
+impl<T> MemoryRows<'_, T> {
+    /// The same rows, borrowed for a part of them.
+    pub fn part(&mut self, rows: std::ops::Range<usize>) -> MemoryRows<'_, T> {
+        match self {
+            Self::None => MemoryRows::None,
+            Self::LastStep(steps) => MemoryRows::LastStep(&mut steps[rows]),
+            Self::Known(known) => MemoryRows::Known(&mut known[rows]),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The times of a tick: substeps, split where a law jumps or bends.
+
+use crate::real::Real;
+
+/// A stretch of time that is integrated in one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Piece<T> {
+    /// Time at the start, s.
+    pub start: T,
+    /// Time at the end, s: the start of the next piece to the last bit.
+    pub end: T,
+    /// Length, s; that of a substep unless the piece was split off one.
+    pub length: T,
+    /// Whether a law may jump at the start.
+    pub jump: bool,
+}
+
+impl<T: Real> Piece<T> {
+    /// A time inside the piece, s.
+    pub fn inside(&self) -> T {
+        self.start + self.length * T::of(0.5)
+    }
+
+    /// A time just before the piece, s.
+    pub fn before(&self) -> T {
+        self.start - self.length * T::of(0.25)
+    }
+}
+
+/// The times of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Course<T> {
+    /// Time at the start of the tick, s.
+    pub start: T,
+    /// Time at its end, s.
+    pub end: T,
+    /// Length of the tick, s.
+    pub tick: T,
+    /// Parts of equal length, at least 1.
+    pub substeps: u32,
+}
+
+/// A break this near to the end of a substep, in lengths of a substep, is taken to be there: it would split off
+/// a piece of rounding errors.
+const NEAR: f64 = 1e-9;
+
+impl<T: Real> Course<T> {
+    /// Length of a substep, s.
+    pub fn substep(&self) -> T {
+        self.tick / T::of(f64::from(self.substeps))
+    }
+
+    /// The pieces of the tick for laws with those `breaks`, s, in any order.
+    pub fn pieces<'a>(&self, breaks: impl Iterator<Item = &'a f64>, pieces: &mut Vec<Piece<T>>) {
+        pieces.clear();
+        let h = self.substep();
+        let near = h * T::of(NEAR);
+        let mut breaks: Vec<T> = breaks
+            .map(|time| T::of(*time))
+            .filter(|time| *time >= self.start - near && *time < self.end - near)
+            .collect();
+        breaks.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        let mut breaks = breaks.into_iter().peekable();
+        for part in 1..=self.substeps {
+            let mut start = match pieces.last() {
+                Some(piece) => piece.end,
+                None => self.start,
+            };
+            let end = if part == self.substeps { self.end } else { self.start + h * T::of(f64::from(part)) };
+            let mut length = h;
+            let mut jump = false;
+            while let Some(time) = breaks.next_if(|time| *time < end - near) {
+                if time - start > near {
+                    pieces.push(Piece { start, end: time, length: time - start, jump });
+                    (start, length) = (time, end - time);
+                }
+                jump = true;
+            }
+            pieces.push(Piece { start, end, length, jump });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pieces(course: Course<f64>, breaks: &[f64]) -> Vec<(f64, f64, bool)> {
+        let mut pieces = Vec::new();
+        course.pieces(breaks.iter(), &mut pieces);
+        assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
+        assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (course.start, course.end));
+        pieces.into_iter().map(|piece| (piece.start, piece.length, piece.jump)).collect()
+    }
+
+    #[test]
+    fn a_tick_is_split_at_substeps_and_breaks() {
+        let course = Course { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
+        assert_eq!(pieces(course, &[]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
+        assert_eq!(pieces(course, &[0.9, 2.0, 7.0]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
+        assert_eq!(
+            pieces(course, &[1.75, 1.25]),
+            [(1.0, 0.25, false), (1.25, 0.25, true), (1.5, 0.25, false), (1.75, 0.25, true)]
+        );
+    }
+
+    #[test]
+    fn a_break_at_the_end_of_a_piece_up_to_rounding_splits_nothing_and_is_known_after_it() {
+        let course = Course { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
+        for error in [-1e-15, 0.0, 1e-15] {
+            assert_eq!(pieces(course, &[1.0 + error]), [(1.0, 0.5, true), (1.5, 0.5, false)], "{error}");
+            assert_eq!(pieces(course, &[1.5 + error]), [(1.0, 0.5, false), (1.5, 0.5, true)], "{error}");
+        }
+    }
+}

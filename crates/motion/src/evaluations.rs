@@ -1,0 +1,78 @@
+//! How often laws were evaluated, and what solvers did.
+
+use bevy_ecs::prelude::*;
+
+use crate::blocks::Account;
+use crate::laws::Law;
+use crate::units::Scalar;
+
+/// Evaluations since the world was made, counted in the run.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Evaluations {
+    accelerations: u64,
+    laws: Vec<(&'static str, u64)>,
+    newton_iterations: u64,
+    unconverged_steps: u64,
+}
+
+impl Evaluations {
+    /// Accelerations of one body by all laws together, evaluated once.
+    #[must_use]
+    pub const fn accelerations(&self) -> u64 {
+        self.accelerations
+    }
+
+    /// The same for each law that acted, by name.
+    #[must_use]
+    pub fn laws(&self) -> &[(&'static str, u64)] {
+        &self.laws
+    }
+
+    /// Newton iterations of implicit steps.
+    #[must_use]
+    pub const fn newton_iterations(&self) -> u64 {
+        self.newton_iterations
+    }
+
+    /// Implicit steps of a body that did not converge: their state is that of the last iteration.
+    #[must_use]
+    pub const fn unconverged_steps(&self) -> u64 {
+        self.unconverged_steps
+    }
+
+    /// Counts evaluations of a law.
+    pub(crate) fn count(&mut self, law: &'static str, evaluations: u64) {
+        match self.laws.iter_mut().find(|(name, _)| *name == law) {
+            Some((_, count)) => *count += evaluations,
+            None if evaluations > 0 => self.laws.push((law, evaluations)),
+            None => {}
+        }
+    }
+
+    /// Counts accelerations by laws that are summed up before the tick, all of which are in `laws`.
+    pub(crate) fn count_accelerations(
+        &mut self,
+        accelerations: u64,
+        laws: impl Iterator<Item = &'static str>,
+    ) {
+        self.accelerations += accelerations;
+        laws.for_each(|law| self.count(law, accelerations));
+    }
+
+    /// Takes an account of a table in which `called` were called and `affine` were not.
+    pub(crate) fn add(
+        &mut self,
+        account: &Account,
+        called: &[&dyn Law<Scalar>],
+        affine: impl Iterator<Item = &'static str>,
+    ) {
+        if account.accelerations == 0 {
+            return;
+        }
+        self.count_accelerations(account.accelerations, affine);
+        called.iter().zip(&account.calls).for_each(|(law, calls)| self.count(law.name(), *calls));
+        account.own.iter().for_each(|(law, calls)| self.count(law, *calls));
+        self.newton_iterations += account.newton_iterations;
+        self.unconverged_steps += account.unconverged;
+    }
+}

@@ -1,0 +1,469 @@
+//! The systems that integrate bodies, over the tables of the world.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bevy_ecs::entity::Entities;
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::ArchetypeFilter;
+use bevy_ecs::system::SystemParam;
+use bytemuck::TransparentWrapper as _;
+
+use crate::blocks::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
+use crate::clock::StepClock;
+use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
+use crate::course::Course;
+use crate::effects::{Damping, DampingModel, DampingRate};
+use crate::evaluations::Evaluations;
+use crate::forces::PushedBodies;
+use crate::laws::{Drag, Gravity, Law, Laws, Wells};
+use crate::method::Method;
+use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
+use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
+use crate::quarantine::{Cause, Quarantine};
+use crate::real::Real as _;
+use crate::step::TimeStep;
+use crate::threads::Threads;
+use crate::units::{Scalar, Vector};
+
+/// Bodies that are integrated with the world's method.
+pub type Unmarked = Without<OwnMethod>;
+
+/// The columns of a body that the integration may need; most bodies have the first four.
+type Columns = (
+    Entity,
+    &'static mut Transform,
+    &'static mut PhysicsBody,
+    &'static Force,
+    Has<GravityOff>,
+    Option<&'static DampingRate>,
+    Option<&'static SpeedLimit>,
+    Option<&'static AxisLocks>,
+    Option<&'static OwnLaws>,
+    Option<&'static OwnSubsteps>,
+    Option<&'static mut LastStep>,
+    Option<&'static mut LastAcceleration>,
+);
+
+/// The bodies of a system.
+pub type Bodies<'w, 's, Who> = Query<'w, 's, Columns, (Who, Without<Quarantined>)>;
+
+/// What acts in a tick besides the applied forces.
+#[derive(SystemParam)]
+pub struct Acting<'w, 's> {
+    step: Res<'w, TimeStep>,
+    substeps: Option<Res<'w, Substeps>>,
+    clock: Option<Res<'w, StepClock>>,
+    gravity: Option<Res<'w, Gravity>>,
+    damping: Option<Res<'w, Damping>>,
+    drag: Option<Res<'w, Drag>>,
+    wells: Option<Res<'w, Wells>>,
+    laws: Option<Res<'w, Laws>>,
+    threads: Option<Res<'w, Threads>>,
+    pushed: Res<'w, PushedBodies>,
+    entities: &'w Entities,
+    /// Table and row of the pushed bodies, ascending; kept, so that a tick allocates nothing.
+    rows: Local<'s, Vec<(usize, usize)>>,
+    epoch: Local<'s, u64>,
+    /// Which of the resources with laws there were in the last tick.
+    present: Local<'s, [bool; 3]>,
+}
+
+/// Where a system notes what happened.
+#[derive(SystemParam)]
+pub struct Notes<'w> {
+    quarantine: ResMut<'w, Quarantine>,
+    evaluations: ResMut<'w, Evaluations>,
+}
+
+impl Acting<'_, '_> {
+    /// Looks up where the pushed bodies are, and whether laws have changed.
+    fn prepare(&mut self) {
+        // Unlike any other number that a kept acceleration may have been noted with.
+        static EPOCHS: AtomicU64 = AtomicU64::new(1);
+        let changed = self.drag.as_ref().is_some_and(|drag| drag.is_changed())
+            || self.wells.as_ref().is_some_and(|wells| wells.is_changed())
+            || self.laws.as_ref().is_some_and(|laws| laws.is_changed());
+        // One that is gone is not changed.
+        let present = [self.drag.is_some(), self.wells.is_some(), self.laws.is_some()];
+        if changed || *self.present != present {
+            *self.present = present;
+            *self.epoch = EPOCHS.fetch_add(1, Ordering::Relaxed);
+        }
+        let Self { pushed, entities, rows, .. } = self;
+        let place = |body: &Entity| {
+            let place = entities.get_spawned(*body).ok()?;
+            Some((place.table_id.as_usize(), place.table_row.index()))
+        };
+        rows.clear();
+        rows.extend(pushed.0.iter().filter_map(place));
+        rows.sort_unstable();
+        rows.dedup();
+    }
+
+    /// The laws that have to be called.
+    fn called(&self) -> Vec<&dyn Law<Scalar>> {
+        let mut called: Vec<&dyn Law<Scalar>> = Vec::new();
+        if let Some(drag) = self.drag.as_deref().filter(|drag| Law::<Scalar>::affine(*drag).is_none()) {
+            called.push(drag);
+        }
+        if let Some(wells) = self.wells.as_deref() {
+            called.push(wells);
+        }
+        if let Some(laws) = self.laws.as_deref() {
+            called.extend(laws.0.iter().map(|law| &**law).filter(|law| law.affine().is_none()));
+        }
+        called
+    }
+
+    fn course(&self) -> Course<Scalar> {
+        let TimeStep(tick) = *self.step;
+        let clock = self.clock.as_deref().copied().unwrap_or_default();
+        let substeps = self.substeps.as_deref().map_or(1, |substeps| substeps.0.max(1));
+        Course { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
+    }
+
+    /// Laws that may be summed up, gravity aside.
+    fn declared(&self) -> impl Iterator<Item = &dyn Law<Scalar>> {
+        let drag = self.drag.as_deref().map(|drag| drag as &dyn Law<Scalar>);
+        let more = self.laws.iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
+        drag.into_iter().chain(more).filter(|law| law.affine().is_some())
+    }
+
+    /// What acts on every body, gravity aside.
+    fn terms<'a, M: Integrator>(&self, called: &'a [&'a dyn Law<Scalar>]) -> Terms<'a, Scalar> {
+        let (mut constant, mut drag) = (Vector::ZERO, 0.0);
+        for part in self.declared().filter_map(|law| law.affine()) {
+            (constant, drag) = (constant + part.constant, drag + part.rate);
+        }
+        let damping = self.damping.as_deref().copied();
+        Terms::new::<M>(constant, drag, damping, called, *self.epoch, self.course())
+    }
+
+    fn gravity(&self) -> Option<Vector> {
+        self.gravity.as_deref().and_then(Gravity::acting)
+    }
+
+    /// Names of the laws that are summed up in a table's terms.
+    fn affine(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
+        let gravity = (!gravity_off && self.gravity().is_some()).then_some("gravity");
+        let exact = self.damping.as_deref().is_some_and(|damping| damping.model == DampingModel::Exact);
+        gravity.into_iter().chain(exact.then_some("damping")).chain(self.declared().map(|law| law.name()))
+    }
+
+    /// What was pushed of the table that holds `body`.
+    fn pushed_of(&self, body: Entity) -> &[(usize, usize)] {
+        if self.rows.is_empty() {
+            return &[];
+        }
+        let Ok(place) = self.entities.get_spawned(body) else { return &[] };
+        let table = place.table_id.as_usize();
+        let start = self.rows.partition_point(|(other, _)| *other < table);
+        let end = self.rows.partition_point(|(other, _)| *other <= table);
+        &self.rows[start..end]
+    }
+}
+
+/// The rows of a table, or a part of them.
+struct Chunk<'a> {
+    entities: &'a [Entity],
+    transforms: &'a mut [Transform],
+    bodies: &'a mut [PhysicsBody],
+    forces: &'a [Force],
+    rates: Option<&'a [DampingRate]>,
+    limits: Option<&'a [SpeedLimit]>,
+    locks: Option<&'a [AxisLocks]>,
+    own: Option<&'a [OwnLaws]>,
+    parts: Option<&'a [OwnSubsteps]>,
+    steps: Option<&'a mut [LastStep]>,
+    known: Option<&'a mut [LastAcceleration]>,
+}
+
+/// A body that was not updated, and the state to freeze it at.
+type Refused = (Entity, Transform, PhysicsBody, Cause);
+
+/// What became of a chunk.
+#[derive(Default)]
+struct Done {
+    account: Account,
+    refused: Vec<Refused>,
+}
+
+impl<'a> Chunk<'a> {
+    /// Splits the first `rows` off.
+    fn split_at(self, rows: usize) -> (Self, Self) {
+        macro_rules! split {
+            ($($name:ident),*; $($maybe:ident),*; $($own:ident),*; $($maybe_own:ident),*) => {{
+                $(let $name = self.$name.split_at(rows);)*
+                $(let $own = self.$own.split_at_mut(rows);)*
+                $(let $maybe = self.$maybe.map(|column| column.split_at(rows)).unzip();)*
+                $(let $maybe_own = self.$maybe_own.map(|column| column.split_at_mut(rows)).unzip();)*
+                (
+                    Self { $($name: $name.0,)* $($own: $own.0,)* $($maybe: $maybe.0,)* $($maybe_own: $maybe_own.0),* },
+                    Self { $($name: $name.1,)* $($own: $own.1,)* $($maybe: $maybe.1,)* $($maybe_own: $maybe_own.1),* },
+                )
+            }};
+        }
+        split!(entities, forces; rates, limits, locks, own, parts; transforms, bodies; steps, known)
+    }
+
+    /// Integrates a tick of every row; `pushed` are the pushed ones of the table, in which the chunk begins at
+    /// row `start`.
+    fn integrate<M: Integrator>(
+        mut self,
+        terms: &Terms<'_, Scalar>,
+        pushed: &[(usize, usize)],
+        start: usize,
+    ) -> Done {
+        let mut done = Done::default();
+        let mut refused = Vec::new();
+        let asks = self.limits.is_some()
+            || self.locks.is_some()
+            || self.own.is_some()
+            || self.parts.is_some()
+            || self.rates.is_some();
+        if asks {
+            for row in 0..self.bodies.len() {
+                if !self.integrate_row::<M>(terms, row, &mut done.account) {
+                    refused.push(row);
+                }
+            }
+        } else {
+            let applied = Applied::of(self.forces, pushed, start);
+            let table = self.table(0..self.bodies.len());
+            blocks::integrate::<_, M>(terms, table, applied, &mut done.account, &mut |row| refused.push(row));
+        }
+        for row in refused {
+            let cause = self.diagnose::<M>(terms, row);
+            done.refused.push((self.entities[row], self.transforms[row], self.bodies[row], cause));
+        }
+        done
+    }
+
+    /// One row with everything that it asks for; `false`: refused.
+    #[must_use]
+    fn integrate_row<M: Integrator>(
+        &mut self,
+        terms: &Terms<'_, Scalar>,
+        row: usize,
+        account: &mut Account,
+    ) -> bool {
+        let own = self.own.map(|own| &own[row]);
+        let rate = self.rates.as_ref().map(|rates| rates[row].rate());
+        let asks = Asks {
+            damping: rate.zip(terms.damping).map(|(rate, damping)| Damping { rate, ..damping }),
+            limit: self.limits.map(|limits| limits[row].0),
+            locks: self.locks.map(|locks| locks[row]),
+            laws: own.map_or(&[], OwnLaws::laws),
+            version: own.map_or(0, OwnLaws::version),
+            substeps: self.parts.map(|parts| parts[row].0.max(1)),
+        };
+        let force = self.forces[row].0.to_array();
+        blocks::integrate_one::<_, M>(terms, &asks, self.table(row..row + 1), force, account)
+    }
+
+    fn table(&mut self, rows: Range<usize>) -> Table<'_, Scalar> {
+        let memory = match (&mut self.steps, &mut self.known) {
+            (Some(steps), _) => MemoryRows::LastStep(bytemuck::cast_slice_mut(&mut steps[rows.clone()])),
+            (None, Some(known)) => {
+                MemoryRows::Known(LastAcceleration::peel_slice_mut(&mut known[rows.clone()]))
+            }
+            (None, None) => MemoryRows::None,
+        };
+        Table {
+            positions: bytemuck::cast_slice_mut(&mut self.transforms[rows.clone()]),
+            bodies: bytemuck::cast_slice_mut(&mut self.bodies[rows]),
+            memory,
+        }
+    }
+
+    /// What went wrong in a row. Of the two updates of an Euler step the first is done if it can be: the row is
+    /// left as it is where the two are systems of their own.
+    #[cold]
+    fn diagnose<M: Integrator>(&mut self, terms: &Terms<'_, Scalar>, row: usize) -> Cause {
+        let account = &mut Account::default();
+        match M::METHOD {
+            _ if !M::DAMPS_INSIDE => Cause::State,
+            _ if !M::MOVES => Cause::Velocity,
+            _ if M::KICKS && M::METHOD == Method::SemiImplicitEuler => {
+                match self.integrate_row::<Kick>(terms, row, account) {
+                    true => Cause::Position,
+                    false => Cause::Velocity,
+                }
+            }
+            _ if M::KICKS => match self.integrate_row::<Drift>(terms, row, account) {
+                true => Cause::Velocity,
+                false => Cause::Position,
+            },
+            _ => Cause::Position,
+        }
+    }
+}
+
+/// Integrates a chunk on all threads.
+fn shared<M: Integrator>(
+    threads: &Threads,
+    chunk: Chunk<'_>,
+    terms: &Terms<'_, Scalar>,
+    pushed: &[(usize, usize)],
+) -> Done {
+    let share = chunk.bodies.len().div_ceil(threads.count()).next_multiple_of(blocks::BLOCK);
+    let mut parts: Vec<(Done, Option<Chunk<'_>>, usize)> = Vec::new();
+    let (mut rest, mut start) = (Some(chunk), 0);
+    while let Some(chunk) = rest {
+        let rows = chunk.bodies.len().min(share);
+        let (first, others) = chunk.split_at(rows);
+        parts.push((Done::default(), Some(first), start));
+        start += rows;
+        rest = (!others.bodies.is_empty()).then_some(others);
+    }
+    let jobs = parts.iter_mut().map(|(done, chunk, start)| {
+        move || {
+            if let Some(chunk) = chunk.take() {
+                *done = chunk.integrate::<M>(terms, pushed, *start);
+            }
+        }
+    });
+    threads.run(jobs.collect());
+    let mut sum = Done::default();
+    for (done, ..) in parts {
+        sum.account.add(&done.account);
+        sum.refused.extend(done.refused);
+    }
+    sum
+}
+
+/// One system's share of a tick: `M` over all bodies.
+fn advance<M: Integrator, Who: ArchetypeFilter>(
+    mut acting: Acting,
+    mut notes: Notes,
+    mut bodies: Bodies<Who>,
+) {
+    acting.prepare();
+    let called = acting.called();
+    let weightless = acting.terms::<M>(&called);
+    let mut falling = weightless;
+    falling.gravity += acting.gravity().unwrap_or(Vector::ZERO);
+    for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
+        let (
+            entities,
+            mut transforms,
+            mut bodies,
+            forces,
+            gravity_off,
+            rates,
+            limits,
+            locks,
+            own,
+            parts,
+            mut steps,
+            mut known,
+        ) = columns;
+        let terms = if gravity_off { &weightless } else { &falling };
+        let chunk = Chunk {
+            entities,
+            // A kick moves nothing, so nothing is marked as moved.
+            transforms: if M::MOVES { &mut transforms } else { transforms.bypass_change_detection() },
+            bodies: bodies.bypass_change_detection(),
+            forces,
+            rates,
+            limits,
+            locks,
+            own,
+            parts,
+            steps: steps.as_mut().map(|steps| steps.bypass_change_detection()),
+            known: known.as_mut().map(|known| known.bypass_change_detection()),
+        };
+        let pushed = acting.pushed_of(entities[0]);
+        let done = match acting.threads.as_deref() {
+            Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
+                shared::<M>(threads, chunk, terms, pushed)
+            }
+            _ => chunk.integrate::<M>(terms, pushed, 0),
+        };
+        notes.evaluations.add(&done.account, &called, acting.affine(gravity_off));
+        for (body, transform, state, cause) in done.refused {
+            notes.quarantine.refuse(body, transform, state, cause);
+        }
+    }
+}
+
+/// The velocity's half of an Euler step.
+#[derive(Clone, Copy, Default)]
+struct Kick;
+
+/// The position's half of an Euler step.
+#[derive(Clone, Copy, Default)]
+struct Drift;
+
+impl Integrator for Kick {
+    const METHOD: Method = Method::SemiImplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+    const MOVES: bool = false;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        let a = field.acceleration(F::Real::ZERO, x, v);
+        (x, field.kick(v, a))
+    }
+}
+
+impl Integrator for Drift {
+    const METHOD: Method = Method::SemiImplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+    const KICKS: bool = false;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        euler::advance(field, x, v)
+    }
+}
+
+/// What a body of position Verlet needs to go on with another method.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Synchronise;
+
+impl Integrator for Synchronise {
+    const METHOD: Method = Method::PositionVerlet;
+    const MEMORY: Memory = Memory::LastStep;
+    const MOVES: bool = false;
+    const PASSES_TIME: bool = false;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+        let v = synchronise(field, x, v, carry.last_step);
+        carry.last_step = F::Real::ZERO;
+        (x, v)
+    }
+}
+
+/// `v += (F w + g) h`: forces and laws become acceleration, acceleration becomes velocity.
+///
+/// A body of inverse mass 0 is passed by whatever acts on it. With [`DampingModel::Exact`] the decay is part
+/// of this update. Laws of the position or the velocity are not for this system and [`integrate_velocity`], but
+/// for [`integrate_in_one_pass`], which reads them before either half.
+pub fn integrate_acceleration(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
+    advance::<Kick, _>(acting, notes, bodies);
+}
+
+/// `x += v h`, with the damping, speed limit and axis locks that have their place around the move.
+pub fn integrate_velocity(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
+    advance::<Drift, _>(acting, notes, bodies);
+}
+
+/// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory: the same bits as
+/// [`integrate_acceleration`] and [`integrate_velocity`] one after the other, in that order or the other.
+pub fn integrate_in_one_pass<M: Integrator>(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
+    advance::<M, _>(acting, notes, bodies);
+}
+
+/// A tick of `M` for the bodies `Who`.
+pub fn integrate<M: Integrator, Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
+    advance::<M, _>(acting, notes, bodies);
+}
+
+/// Gives the bodies `Who` the velocity at the time of their position, which position Verlet does not keep, so
+/// that another method can go on with them.
+pub(crate) fn leave_position_verlet<Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
+    advance::<Synchronise, _>(acting, notes, bodies);
+}

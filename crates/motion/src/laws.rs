@@ -1,0 +1,154 @@
+//! Laws: what accelerates a body by where it is, how fast it is and what time it is.
+//!
+//! A law is evaluated at the states and times that a method asks for, as often as it asks; an applied force
+//! ([`Force`](crate::Force)) is constant over the tick and is not a law. Each law is one small file; adding
+//! one touches no method.
+
+mod drag;
+mod gravity;
+mod thrust;
+mod wells;
+
+use std::fmt::Debug;
+
+use bevy_ecs::prelude::*;
+
+pub use drag::Drag;
+pub use gravity::Gravity;
+pub use thrust::{Curve, Thrust};
+pub use wells::{Well, Wells};
+
+use crate::real::{Real, RealMatrix, RealVector};
+use crate::units::Scalar;
+
+/// When a law is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment<T> {
+    /// Time of the evaluation, s.
+    pub time: T,
+    /// A time inside the step that is being taken, s. A law that jumps decides by this one on which side of
+    /// the jump it is, because `time` may be the jump itself, or beyond the step.
+    pub inside: T,
+}
+
+/// The state of a body at which a law is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyState<T: Real> {
+    /// Position, m.
+    pub position: T::Vector,
+    /// Velocity, m/s.
+    pub velocity: T::Vector,
+    /// Reciprocal of the mass, 1/kg, above 0: laws are not asked about immovable bodies.
+    pub inverse_mass: T,
+}
+
+/// Derivatives of an acceleration a: what an implicit method needs.
+#[derive(Clone, Copy, Debug)]
+pub struct Jacobians<T: Real> {
+    /// Of a by position, 1/s²; column j is the derivative by coordinate j.
+    pub position: T::Matrix,
+    /// Of a by velocity, 1/s.
+    pub velocity: T::Matrix,
+}
+
+impl<T: Real> Jacobians<T> {
+    /// Those of a law that depends on time alone.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self { position: T::Matrix::ZERO, velocity: T::Matrix::ZERO }
+    }
+}
+
+/// What an affine law is made of: `a = constant - rate v`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine<T: Real> {
+    /// The part that depends on nothing, m/s².
+    pub constant: T::Vector,
+    /// The rate of linear drag, 1/s.
+    pub rate: T,
+}
+
+/// A local law: the acceleration of one body by its own state and the time.
+///
+/// ```
+/// use motion::{BodyState, Jacobians, Law, Moment};
+/// use motion::real::{Real, RealMatrix};
+///
+/// /// A spring to the origin: `a = -w² x`.
+/// #[derive(Debug)]
+/// struct Harmonic { w: f64 }
+///
+/// impl<T: Real> Law<T> for Harmonic {
+///     fn name(&self) -> &'static str { "harmonic" }
+///     fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+///         body.position * T::of(-self.w * self.w)
+///     }
+///     fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+///         Jacobians { position: T::Matrix::IDENTITY * T::of(-self.w * self.w), ..Jacobians::zero() }
+///     }
+///     fn depends_on_velocity(&self) -> bool { false }
+/// }
+/// ```
+pub trait Law<T: Real>: Debug + Send + Sync + 'static {
+    /// The word for it in summaries, plans and receipts.
+    fn name(&self) -> &'static str;
+
+    /// The acceleration of `body` at that moment, m/s².
+    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector;
+
+    /// The derivatives of [`Law::acceleration`] there.
+    fn jacobians(&self, at: Moment<T>, body: BodyState<T>) -> Jacobians<T>;
+
+    /// Whether the acceleration depends on the velocity: some methods then pay more, or lose an order.
+    fn depends_on_velocity(&self) -> bool;
+
+    /// The law as constant and linear drag, if that is all it is. Such a law is summed up once a tick and never
+    /// called.
+    fn affine(&self) -> Option<Affine<T>> {
+        None
+    }
+
+    /// Times at which the acceleration jumps or bends, s: steps are split there.
+    fn breaks(&self) -> &[f64] {
+        &[]
+    }
+
+    /// Potential energy of `body`, J, for a law that has one.
+    fn potential_energy(&self, body: BodyState<T>) -> T {
+        let _ = body;
+        T::ZERO
+    }
+
+    /// Adds the accelerations of a block of bodies to `sum`: x, y, z and a fourth number that stays as it is.
+    /// Rows are (x, y, z, anything) and (velocity, inverse mass); those of inverse mass 0 are passed over.
+    ///
+    /// One call a block and stage: a law may do better than row by row, with the same bits.
+    fn accelerate(&self, at: Moment<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
+        for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
+            if body[3] > T::ZERO {
+                let a = self.acceleration(at, BodyState::of_rows(x, body)).to_array();
+                (0..3).for_each(|axis| sum[axis] += a[axis]);
+            }
+        }
+    }
+}
+
+impl<T: Real> BodyState<T> {
+    /// From (x, y, z, anything) and (velocity, inverse mass).
+    #[must_use]
+    #[inline(always)]
+    pub fn of_rows(position: &[T; 4], body: &[T; 4]) -> Self {
+        Self {
+            position: T::Vector::from_array([position[0], position[1], position[2]]),
+            velocity: T::Vector::from_array([body[0], body[1], body[2]]),
+            inverse_mass: body[3],
+        }
+    }
+}
+
+/// Laws of every body beside those with a resource of their own: what an embedder adds.
+#[derive(Resource, Debug, Default)]
+pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
+
+#[cfg(test)]
+mod tests;

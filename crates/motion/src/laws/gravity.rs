@@ -1,0 +1,57 @@
+//! Uniform gravity.
+
+use bevy_ecs::prelude::*;
+
+use super::{Affine, BodyState, Jacobians, Law, Moment};
+use crate::real::{Real, RealVector};
+use crate::units::Vector;
+
+/// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if
+/// the scene declares it; switching it off keeps the value.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct Gravity {
+    /// Acceleration of free fall, m/s².
+    pub acceleration: Vector,
+    /// Whether it acts in this tick.
+    pub on: bool,
+}
+
+impl Gravity {
+    /// Gravity near the ground as the tutorial has it: 9.8 m/s² downwards.
+    pub const EARTH: Self = Self { acceleration: Vector::new(0.0, -9.8, 0.0), on: true };
+
+    /// What acts now: the acceleration, m/s², or `None` while it is off.
+    #[must_use]
+    pub fn acting(&self) -> Option<Vector> {
+        self.on.then_some(self.acceleration)
+    }
+}
+
+impl<T: Real> Law<T> for Gravity {
+    fn name(&self) -> &'static str {
+        "gravity"
+    }
+
+    fn acceleration(&self, _: Moment<T>, _: BodyState<T>) -> T::Vector {
+        T::Vector::of(self.acting().unwrap_or(Vector::ZERO))
+    }
+
+    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+        Jacobians::zero()
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+
+    fn affine(&self) -> Option<Affine<T>> {
+        let constant = T::Vector::of(self.acting().unwrap_or(Vector::ZERO));
+        Some(Affine { constant, rate: T::ZERO })
+    }
+
+    /// `-m g x`: zero at the origin.
+    fn potential_energy(&self, body: BodyState<T>) -> T {
+        let g = T::Vector::of(self.acting().unwrap_or(Vector::ZERO));
+        -(g.dot(body.position) / body.inverse_mass)
+    }
+}

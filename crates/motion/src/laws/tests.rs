@@ -1,0 +1,98 @@
+//! Laws against their own derivatives, potentials and promises.
+
+use glam::DVec3;
+
+use super::*;
+
+const AT: Moment<f64> = Moment { time: 0.3, inside: 0.3 };
+
+fn body(position: DVec3, velocity: DVec3) -> BodyState<f64> {
+    BodyState { position, velocity, inverse_mass: 0.5 }
+}
+
+/// Central differences of the acceleration against the Jacobians that the law states.
+fn jacobians_are_derivatives(law: &dyn Law<f64>) {
+    let (x, v) = (DVec3::new(0.3, -1.2, 0.7), DVec3::new(2.0, -0.4, 1.1));
+    let stated = law.jacobians(AT, body(x, v));
+    let d = 1e-6;
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let by = |dx: DVec3, dv: DVec3| {
+            (law.acceleration(AT, body(x + dx, v + dv)) - law.acceleration(AT, body(x - dx, v - dv)))
+                / (2.0 * d)
+        };
+        for (stated, measured) in [
+            (stated.position * axis, by(axis * d, DVec3::ZERO)),
+            (stated.velocity * axis, by(DVec3::ZERO, axis * d)),
+        ] {
+            assert!((stated - measured).length() < 1e-7, "{law:?} {axis}: {stated} {measured}");
+        }
+    }
+}
+
+#[test]
+fn stated_jacobians_are_the_derivatives() {
+    let well = |at| Well { position: at, strength: 2.0, softening: 0.1 };
+    jacobians_are_derivatives(&Gravity::EARTH);
+    jacobians_are_derivatives(&Drag { linear: 0.4, quadratic: 0.05 });
+    jacobians_are_derivatives(&Wells(vec![well(DVec3::ZERO), well(DVec3::ONE)]));
+    jacobians_are_derivatives(&Thrust::new(Curve::Polynomial(vec![DVec3::X, DVec3::Y]), 0.0, 1.0));
+}
+
+#[test]
+fn a_potential_falls_along_the_acceleration() {
+    let laws: [&dyn Law<f64>; 2] = [
+        &Gravity::EARTH,
+        &Wells(vec![Well { position: DVec3::new(0.5, 0.0, 0.0), strength: 3.0, softening: 0.2 }]),
+    ];
+    let (x, d) = (DVec3::new(0.3, -1.2, 0.7), 1e-6);
+    for law in laws {
+        let force = law.acceleration(AT, body(x, DVec3::ZERO)) / 0.5;
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            let up = law.potential_energy(body(x + axis * d, DVec3::ZERO));
+            let down = law.potential_energy(body(x - axis * d, DVec3::ZERO));
+            assert!(((down - up) / (2.0 * d) - force.dot(axis)).abs() < 1e-7, "{law:?} {axis}");
+        }
+    }
+}
+
+#[test]
+fn affine_laws_are_what_they_say() {
+    let state = body(DVec3::ONE, DVec3::new(3.0, -2.0, 1.0));
+    let laws: [&dyn Law<f64>; 3] =
+        [&Gravity::EARTH, &Gravity { on: false, ..Gravity::EARTH }, &Drag { linear: 0.4, quadratic: 0.0 }];
+    for law in laws {
+        let Affine { constant, rate } = law.affine().expect("affine");
+        assert_eq!(law.acceleration(AT, state), constant - state.velocity * rate, "{law:?}");
+    }
+    assert!(Law::<f64>::affine(&Drag { linear: 0.4, quadratic: 1.0 }).is_none());
+}
+
+#[test]
+fn a_thrust_is_on_between_its_ends_and_decides_by_the_inside_of_the_step() {
+    let thrust = Thrust::new(Curve::Polynomial(vec![DVec3::X * 10.0, DVec3::X * 15.0]), 0.0, 2.0);
+    let at = |time, inside| thrust.acceleration(Moment { time, inside }, body(DVec3::ZERO, DVec3::ZERO)).x;
+    assert_eq!(at(1.0, 1.0), 12.5);
+    // The last stage of the step that ends at the cut still has the engine on, the first of the next has not.
+    assert_eq!(at(2.0, 1.99), 20.0);
+    assert_eq!(at(2.0, 2.01), 0.0);
+    assert_eq!(Law::<f64>::breaks(&thrust), [0.0, 2.0]);
+}
+
+#[test]
+fn a_table_is_linear_between_its_points_and_bends_at_them() {
+    let points = vec![(1.0, DVec3::X * 2.0), (2.0, DVec3::X * 6.0), (4.0, DVec3::ZERO)];
+    let thrust = Thrust::new(Curve::Table(points), f64::NEG_INFINITY, f64::INFINITY);
+    let at = |time, inside| thrust.acceleration(Moment { time, inside }, body(DVec3::ZERO, DVec3::ZERO)).x;
+    assert_eq!([at(0.0, 0.0), at(1.5, 1.5), at(3.0, 3.0), at(5.0, 5.0)], [1.0, 2.0, 1.5, 0.0]);
+    assert_eq!(at(2.0, 1.9), at(2.0, 2.1));
+    assert_eq!(at(2.5, 1.9), 4.0, "continued along the piece of the step");
+    assert_eq!(Law::<f64>::breaks(&thrust), [1.0, 2.0, 4.0]);
+}
+
+#[test]
+fn a_sine_has_amplitude_frequency_and_phase() {
+    let sine = Curve::Sine { amplitude: DVec3::X, angular_frequency: 2.0, phase: 0.5 };
+    let thrust = Thrust::new(sine, 0.0, 1.0);
+    let a: f64 = thrust.acceleration(AT, body(DVec3::ZERO, DVec3::ZERO)).x;
+    assert!((a - 0.5 * 1.1_f64.sin()).abs() < 1e-15);
+}

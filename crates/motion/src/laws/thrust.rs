@@ -1,0 +1,105 @@
+//! Forces that follow a curve over time: engines.
+
+use super::{BodyState, Jacobians, Law, Moment};
+use crate::real::{Real, RealVector};
+use crate::units::{Scalar, Vector};
+
+/// A force over time, N.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Curve {
+    /// Coefficients of 1, t, t², ...: N, N/s, N/s², ...
+    Polynomial(Vec<Vector>),
+    /// `amplitude sin(w t + phase)`.
+    Sine {
+        /// Largest force, N.
+        amplitude: Vector,
+        /// w, rad/s.
+        angular_frequency: Scalar,
+        /// Phase at t = 0, rad.
+        phase: Scalar,
+    },
+    /// Times, s, strictly ascending, and forces, N; linear between, constant before the first and after the
+    /// last.
+    Table(Vec<(Scalar, Vector)>),
+}
+
+impl Curve {
+    /// The force, N. A table is continued along the piece that `at.inside` falls into.
+    fn newtons<T: Real>(&self, at: Moment<T>) -> T::Vector {
+        match self {
+            Self::Polynomial(coefficients) => coefficients
+                .iter()
+                .rev()
+                .fold(T::Vector::ZERO, |sum, coefficient| sum * at.time + T::Vector::of(*coefficient)),
+            Self::Sine { amplitude, angular_frequency, phase } => {
+                T::Vector::of(*amplitude) * (T::of(*angular_frequency) * at.time + T::of(*phase)).sin()
+            }
+            Self::Table(points) => {
+                let next = points.partition_point(|(time, _)| T::of(*time) <= at.inside);
+                match (next.checked_sub(1).and_then(|last| points.get(last)), points.get(next)) {
+                    (Some((t0, f0)), Some((t1, f1))) => {
+                        let part = (at.time - T::of(*t0)) / T::of(t1 - t0);
+                        T::Vector::of(*f0) + T::Vector::of(*f1 - *f0) * part
+                    }
+                    (Some((_, force)), None) | (None, Some((_, force))) => T::Vector::of(*force),
+                    (None, None) => T::Vector::ZERO,
+                }
+            }
+        }
+    }
+}
+
+/// An engine: a force that follows a curve while it is on. The acceleration is the force times the inverse
+/// mass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thrust {
+    curve: Curve,
+    from: Scalar,
+    until: Scalar,
+    breaks: Vec<Scalar>,
+}
+
+impl Thrust {
+    /// An engine that follows `curve` from `from`, s, until `until`, s; the curve's time is the time of the
+    /// scene, not that since it was switched on. Infinite ends are allowed.
+    #[must_use]
+    pub fn new(curve: Curve, from: Scalar, until: Scalar) -> Self {
+        let mut breaks = vec![from, until];
+        if let Curve::Table(points) = &curve {
+            breaks.extend(points.iter().map(|(time, _)| *time).filter(|time| (from..until).contains(time)));
+        }
+        breaks.retain(|time| time.is_finite());
+        breaks.sort_by(Scalar::total_cmp);
+        breaks.dedup();
+        Self { curve, from, until, breaks }
+    }
+
+    /// What it follows.
+    #[must_use]
+    pub const fn curve(&self) -> &Curve {
+        &self.curve
+    }
+}
+
+impl<T: Real> Law<T> for Thrust {
+    fn name(&self) -> &'static str {
+        "thrusts"
+    }
+
+    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
+        let on = at.inside >= T::of(self.from) && at.inside < T::of(self.until);
+        if on { self.curve.newtons(at) * body.inverse_mass } else { T::Vector::ZERO }
+    }
+
+    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+        Jacobians::zero()
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+
+    fn breaks(&self) -> &[Scalar] {
+        &self.breaks
+    }
+}

@@ -1,0 +1,68 @@
+//! Attracting points.
+
+use bevy_ecs::prelude::*;
+
+use super::{BodyState, Jacobians, Law, Moment};
+use crate::real::{Real, RealMatrix, RealVector};
+use crate::units::{Scalar, Vector};
+
+/// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to
+/// the body (Newton; softened after Plummer 1911).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Well {
+    /// Where it is, m.
+    pub position: Vector,
+    /// mu, m³/s²; negative repels.
+    pub strength: Scalar,
+    /// s, m, at least 0: keeps the pull finite near the well.
+    pub softening: Scalar,
+}
+
+impl Well {
+    /// r and `(r² + s²)^(-1/2)`.
+    fn reach<T: Real>(&self, body: BodyState<T>) -> (T::Vector, T) {
+        let r = body.position - T::Vector::of(self.position);
+        let s = T::of(self.softening);
+        (r, T::ONE / (r.dot(r) + s * s).sqrt())
+    }
+}
+
+/// Every well of the scene.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct Wells(pub Vec<Well>);
+
+impl<T: Real> Law<T> for Wells {
+    fn name(&self) -> &'static str {
+        "wells"
+    }
+
+    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+        let mut sum = T::Vector::ZERO;
+        for well in &self.0 {
+            let (r, inverse) = well.reach(body);
+            sum += r * -(T::of(well.strength) * inverse * inverse * inverse);
+        }
+        sum
+    }
+
+    fn jacobians(&self, _: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
+        let mut position = T::Matrix::ZERO;
+        for well in &self.0 {
+            let (r, inverse) = well.reach(body);
+            let cubed = T::of(well.strength) * inverse * inverse * inverse;
+            position = position + T::Matrix::outer(r, r) * (T::of(3.0) * cubed * inverse * inverse)
+                - T::Matrix::IDENTITY * cubed;
+        }
+        Jacobians { position, ..Jacobians::zero() }
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+
+    /// `-m mu / sqrt(r² + s²)`.
+    fn potential_energy(&self, body: BodyState<T>) -> T {
+        let sum = self.0.iter().map(|well| T::of(well.strength) * well.reach(body).1).sum::<T>();
+        -(sum / body.inverse_mass)
+    }
+}

@@ -1,0 +1,271 @@
+//! The methods of integration and what each promises: the only place of these claims.
+//!
+//! `sandbox list methods`, the README, the panel and the tests read this table.
+
+use crate::units::Scalar;
+
+/// A method of integration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Method {
+    /// [`ExplicitEuler`](crate::methods::ExplicitEuler)
+    ExplicitEuler,
+    /// [`SemiImplicitEuler`](crate::methods::SemiImplicitEuler)
+    #[default]
+    SemiImplicitEuler,
+    /// [`ImplicitEuler`](crate::methods::ImplicitEuler)
+    ImplicitEuler,
+    /// [`PositionVerlet`](crate::methods::PositionVerlet)
+    PositionVerlet,
+    /// [`VelocityVerlet`](crate::methods::VelocityVerlet)
+    VelocityVerlet,
+    /// [`RungeKutta2Midpoint`](crate::methods::RungeKutta2Midpoint)
+    RungeKutta2Midpoint,
+    /// [`RungeKutta2Heun`](crate::methods::RungeKutta2Heun)
+    RungeKutta2Heun,
+    /// [`RungeKutta4`](crate::methods::RungeKutta4)
+    RungeKutta4,
+    /// [`Yoshida4`](crate::methods::Yoshida4)
+    Yoshida4,
+}
+
+/// What a method promises. An order p means an error that falls as h^p for steps of h seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Claims {
+    /// The method.
+    pub method: Method,
+    /// The word for it in scene files, flags, panels and columns.
+    pub name: &'static str,
+    /// The name as a title.
+    pub title: &'static str,
+    /// Order of the position under laws of position and time.
+    pub position_order: u32,
+    /// Order of the velocity under laws of position and time.
+    pub velocity_order: u32,
+    /// Order of the position, and at best of the velocity, under laws that depend on the velocity.
+    pub order_with_velocity_laws: u32,
+    /// Evaluations of the acceleration a step; the iterations of a solver come on top.
+    pub evaluations: u32,
+    /// The same under laws that depend on the velocity.
+    pub evaluations_with_velocity_laws: u32,
+    /// Evaluations that the first step takes on top.
+    pub start_up_evaluations: u32,
+    /// Largest stable w h of `x'' = -w² x`: 0 is never stable, infinity always.
+    pub stability_limit: Scalar,
+    /// Whether it keeps areas in phase space, and with them a nearby energy for exponentially long times.
+    pub symplectic: bool,
+    /// Whether a step with turned velocities leads back, under laws of position.
+    pub reversible: bool,
+    /// Where the damping models stand in it.
+    pub damping: &'static str,
+    /// Author and year.
+    pub source: &'static str,
+}
+
+const AS_LAW: &str =
+    "exact is the law a = -c v, evaluated at every stage; clamped multiplies before, tutorial after a tick";
+
+/// One row a method, in the order of the tutorial.
+pub const METHODS: [Claims; 9] = [
+    Claims {
+        method: Method::ExplicitEuler,
+        name: "explicit_euler",
+        title: "explicit Euler",
+        position_order: 1,
+        velocity_order: 1,
+        order_with_velocity_laws: 1,
+        evaluations: 1,
+        evaluations_with_velocity_laws: 1,
+        start_up_evaluations: 0,
+        stability_limit: 0.0,
+        symplectic: false,
+        reversible: false,
+        damping: "exact is in the velocity's update, clamped before and tutorial after the position's",
+        source: "Euler 1768",
+    },
+    Claims {
+        method: Method::SemiImplicitEuler,
+        name: "semi_implicit_euler",
+        title: "semi-implicit Euler",
+        position_order: 1,
+        velocity_order: 1,
+        order_with_velocity_laws: 1,
+        evaluations: 1,
+        evaluations_with_velocity_laws: 1,
+        start_up_evaluations: 0,
+        stability_limit: 2.0,
+        symplectic: true,
+        reversible: false,
+        damping: "exact is in the velocity's update, clamped before and tutorial after the position's",
+        source: "de Vogelaere 1956; Hairer, Lubich, Wanner 2003",
+    },
+    Claims {
+        method: Method::ImplicitEuler,
+        name: "implicit_euler",
+        title: "implicit Euler",
+        position_order: 1,
+        velocity_order: 1,
+        order_with_velocity_laws: 1,
+        evaluations: 1,
+        evaluations_with_velocity_laws: 1,
+        start_up_evaluations: 0,
+        stability_limit: Scalar::INFINITY,
+        symplectic: false,
+        reversible: false,
+        damping: AS_LAW,
+        source: "Curtiss, Hirschfelder 1952",
+    },
+    Claims {
+        method: Method::PositionVerlet,
+        name: "position_verlet",
+        title: "position Verlet",
+        position_order: 2,
+        velocity_order: 1,
+        order_with_velocity_laws: 1,
+        evaluations: 1,
+        evaluations_with_velocity_laws: 1,
+        start_up_evaluations: 0,
+        stability_limit: 2.0,
+        symplectic: true,
+        reversible: true,
+        damping: AS_LAW,
+        source: "Stormer 1907; Verlet 1967",
+    },
+    Claims {
+        method: Method::VelocityVerlet,
+        name: "velocity_verlet",
+        title: "velocity Verlet",
+        position_order: 2,
+        velocity_order: 2,
+        order_with_velocity_laws: 2,
+        evaluations: 1,
+        evaluations_with_velocity_laws: 2,
+        start_up_evaluations: 1,
+        stability_limit: 2.0,
+        symplectic: true,
+        reversible: true,
+        damping: AS_LAW,
+        source: "Swope et al. 1982; predicted velocity: Groot, Warren 1997, lambda = 1",
+    },
+    Claims {
+        method: Method::RungeKutta2Midpoint,
+        name: "runge_kutta_2_midpoint",
+        title: "Runge-Kutta 2, midpoint",
+        position_order: 2,
+        velocity_order: 2,
+        order_with_velocity_laws: 2,
+        evaluations: 2,
+        evaluations_with_velocity_laws: 2,
+        start_up_evaluations: 0,
+        stability_limit: 0.0,
+        symplectic: false,
+        reversible: false,
+        damping: AS_LAW,
+        source: "Runge 1895",
+    },
+    Claims {
+        method: Method::RungeKutta2Heun,
+        name: "runge_kutta_2_heun",
+        title: "Runge-Kutta 2, Heun",
+        position_order: 2,
+        velocity_order: 2,
+        order_with_velocity_laws: 2,
+        evaluations: 2,
+        evaluations_with_velocity_laws: 2,
+        start_up_evaluations: 0,
+        stability_limit: 0.0,
+        symplectic: false,
+        reversible: false,
+        damping: AS_LAW,
+        source: "Heun 1900",
+    },
+    Claims {
+        method: Method::RungeKutta4,
+        name: "runge_kutta_4",
+        title: "Runge-Kutta 4",
+        position_order: 4,
+        velocity_order: 4,
+        order_with_velocity_laws: 4,
+        evaluations: 4,
+        evaluations_with_velocity_laws: 4,
+        start_up_evaluations: 0,
+        stability_limit: 2.0 * std::f64::consts::SQRT_2,
+        symplectic: false,
+        reversible: false,
+        damping: AS_LAW,
+        source: "Kutta 1901",
+    },
+    Claims {
+        method: Method::Yoshida4,
+        name: "yoshida_4",
+        title: "Yoshida 4",
+        position_order: 4,
+        velocity_order: 4,
+        order_with_velocity_laws: 3,
+        evaluations: 3,
+        evaluations_with_velocity_laws: 6,
+        start_up_evaluations: 1,
+        stability_limit: 1.573_401_947_435_3,
+        symplectic: true,
+        reversible: true,
+        damping: AS_LAW,
+        source: "Yoshida 1990",
+    },
+];
+
+impl Method {
+    /// Every method.
+    pub const ALL: [Self; METHODS.len()] = {
+        let mut all = [Self::ExplicitEuler; METHODS.len()];
+        let mut i = 0;
+        while i < METHODS.len() {
+            all[i] = METHODS[i].method;
+            i += 1;
+        }
+        all
+    };
+
+    /// What it promises.
+    #[must_use]
+    pub const fn claims(self) -> &'static Claims {
+        &METHODS[self as usize]
+    }
+
+    /// The word for it in scene files, flags and panels.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.claims().name
+    }
+
+    /// The method of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|method| method.name() == name)
+    }
+
+    /// The next method in the order of the table, the first after the last.
+    #[must_use]
+    pub const fn next(self) -> Self {
+        Self::ALL[(self as usize + 1) % METHODS.len()]
+    }
+
+    /// The method before in the order of the table, the last before the first.
+    #[must_use]
+    pub const fn previous(self) -> Self {
+        Self::ALL[(self as usize + METHODS.len() - 1) % METHODS.len()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_has_its_row() {
+        for method in Method::ALL {
+            assert_eq!(method.claims().method, method);
+            assert_eq!(Method::from_name(method.name()), Some(method));
+            assert_eq!(method.next().previous(), method);
+        }
+        assert_eq!(Method::from_name("euler"), None);
+    }
+}

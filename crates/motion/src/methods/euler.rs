@@ -1,0 +1,55 @@
+//! The two Eulers of the tutorial: the same two updates, one before the other.
+
+use bevy_ecs::prelude::*;
+
+use super::{Carry, Field, Integrator};
+use crate::method::Method;
+use crate::own::OwnMethod;
+use crate::real::Real as _;
+
+/// `x += v h; v += a(x, v) h`, both from the state at the start (Euler 1768): order 1, gains energy on every
+/// oscillation.
+///
+/// Velocity after damping, `exact`: right at every step; position: late by a h T / 2, as without damping.
+#[derive(Component, Clone, Copy, Debug, Default)]
+#[require(OwnMethod)]
+pub struct ExplicitEuler;
+
+/// `v += a(x, v) h; x += v h`: velocity first, then position with the new velocity (de Vogelaere 1956; Hairer,
+/// Lubich, Wanner 2003, "symplectic Euler"): order 1, keeps a nearby energy.
+#[derive(Component, Clone, Copy, Debug, Default)]
+#[require(OwnMethod)]
+pub struct SemiImplicitEuler;
+
+impl Integrator for ExplicitEuler {
+    const METHOD: Method = Method::ExplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        // Read before the move: a law of the position would otherwise see the new one, which is another method.
+        let a = field.acceleration(F::Real::ZERO, x, v);
+        let (x, v) = advance(field, x, v);
+        (x, field.kick(v, a))
+    }
+}
+
+impl Integrator for SemiImplicitEuler {
+    const METHOD: Method = Method::SemiImplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+    const MOVES_WITH_NEW_VELOCITY: bool = true;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        let a = field.acceleration(F::Real::ZERO, x, v);
+        let v = field.kick(v, a);
+        advance(field, x, v)
+    }
+}
+
+/// The tutorial's `IntegrateVelocity`: damping of one kind or the other around `x += v h`.
+#[inline(always)]
+pub(crate) fn advance<F: Field>(field: &F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
+    let v = field.before_move(v);
+    (x + v * field.step(), field.after_move(v))
+}

@@ -1,0 +1,108 @@
+//! What a single body may ask for about how it is integrated: its own method, substeps and laws.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use bevy_ecs::prelude::*;
+
+use crate::blocks::Known;
+use crate::laws::Law;
+use crate::method::Method;
+use crate::methods::{
+    ExplicitEuler, ImplicitEuler, PositionVerlet, RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4,
+    SemiImplicitEuler, VelocityVerlet, Yoshida4,
+};
+use crate::units::Scalar;
+
+/// Parts into which a tick is divided for every body without [`OwnSubsteps`], at least 1.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Substeps(pub u32);
+
+impl Default for Substeps {
+    fn default() -> Self {
+        Self(1)
+    }
+}
+
+/// Parts into which a tick is divided for this body, at least 1. Present only on bodies that ask for it.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnSubsteps(pub u32);
+
+/// Laws of this body alone, such as its engines. Present only on bodies that have some.
+#[derive(Component, Debug)]
+pub struct OwnLaws {
+    laws: Vec<Box<dyn Law<Scalar>>>,
+    version: u64,
+}
+
+impl OwnLaws {
+    /// These laws, added up.
+    #[must_use]
+    pub fn new(laws: Vec<Box<dyn Law<Scalar>>>) -> Self {
+        // No two lists of laws have the same version, also on different bodies and in different worlds: an
+        // acceleration of the one is never taken for one of the other.
+        static VERSIONS: AtomicU64 = AtomicU64::new(1);
+        Self { laws, version: VERSIONS.fetch_add(1, Ordering::Relaxed) }
+    }
+
+    /// The laws.
+    #[must_use]
+    pub fn laws(&self) -> &[Box<dyn Law<Scalar>>] {
+        &self.laws
+    }
+
+    pub(crate) const fn version(&self) -> u64 {
+        self.version
+    }
+}
+
+/// What position Verlet keeps of a body: the length of its last step, s. 0 is a start, with the Taylor value;
+/// negative, velocities were turned round since. Only bodies of that method carry it.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+pub struct LastStep(pub Scalar);
+
+/// What velocity Verlet and Yoshida's composition keep of a body where laws are called: the last acceleration,
+/// which is the next one's first. Only bodies of these methods carry it.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, bytemuck::TransparentWrapper)]
+#[repr(transparent)]
+pub struct LastAcceleration(pub(crate) Known<Scalar>);
+
+/// A body that has a method of its own, marked by the method's component, whatever the world's is.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OwnMethod;
+
+macro_rules! marks {
+    ($($method:ident),*) => {
+        /// Marks a body as one that uses `method` whatever the world's is; `None` takes the mark away.
+        ///
+        /// Only for bodies that have not been integrated yet: a running body changes its method by
+        /// [`Request::SetBodyMethod`](crate::Request::SetBodyMethod), which starts the new one as it should.
+        pub fn mark_method(body: &mut EntityWorldMut, method: Option<Method>) {
+            body.remove::<(OwnMethod, $($method),*)>();
+            match method {
+                None => {}
+                $(Some(Method::$method) => {
+                    body.insert($method);
+                })*
+            }
+        }
+
+        /// The method that a body is marked with.
+        #[must_use]
+        pub fn own_method(body: EntityRef) -> Option<Method> {
+            None$(.or(body.contains::<$method>().then_some(Method::$method)))*
+        }
+    };
+}
+
+marks!(
+    ExplicitEuler,
+    SemiImplicitEuler,
+    ImplicitEuler,
+    PositionVerlet,
+    VelocityVerlet,
+    RungeKutta2Midpoint,
+    RungeKutta2Heun,
+    RungeKutta4,
+    Yoshida4
+);
