@@ -56,8 +56,10 @@ pub enum Action {
     Remove(String),
     /// Writes the picture of this frame under that plain file name, which ends in `.png`.
     Screenshot(String),
-    /// Changes the method of integration.
+    /// Changes the method of the scene: of every body without one of its own.
     SetMethod(#[serde(with = "method")] Method),
+    /// Gives a body a method of its own.
+    SetBodyMethod(String, #[serde(with = "method")] Method),
 }
 
 /// A button of the mouse.
@@ -84,7 +86,8 @@ impl Action {
             | Self::Impulse(body, _)
             | Self::SetVelocity(body, _)
             | Self::SetPosition(body, _)
-            | Self::Remove(body) => Some(body),
+            | Self::Remove(body)
+            | Self::SetBodyMethod(body, _) => Some(body),
             _ => None,
         }
     }
@@ -167,7 +170,15 @@ mod method {
 
     use crate::syntax::Word;
 
-    const NAMES: &[&str] = &[Method::ALL[0].name(), Method::ALL[1].name()];
+    const NAMES: [&str; Method::ALL.len()] = {
+        let mut names = [""; Method::ALL.len()];
+        let mut i = 0;
+        while i < names.len() {
+            names[i] = Method::ALL[i].name();
+            i += 1;
+        }
+        names
+    };
 
     pub(super) fn serialize<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_unit_variant("Method", *method as u32, method.name())
@@ -175,6 +186,6 @@ mod method {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Method, D::Error> {
         let Word(word) = Word::deserialize(deserializer)?;
-        Method::from_name(&word).ok_or_else(|| de::Error::unknown_variant(&word, NAMES))
+        Method::from_name(&word).ok_or_else(|| de::Error::unknown_variant(&word, &NAMES))
     }
 }

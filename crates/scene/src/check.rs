@@ -68,9 +68,8 @@ pub(crate) fn shown_vector(v: DVec3) -> String {
 /// The cure for what comes with a later version.
 const LATER_CURE: &str = "remove it, or wait for a later version";
 
-/// Methods of the format that this version does not simulate yet.
-const LATER_METHODS: [&str; 5] =
-    ["implicit_euler", "position_verlet", "velocity_verlet", "runge_kutta_2", "runge_kutta_4"];
+/// Most parts into which a tick may be divided: a slip of the finger must not stop the program for minutes.
+const SUBSTEP_LIMIT: u32 = 100_000;
 
 impl Faults {
     /// A number, or `default` where none is given; `noun` says what a bad one is not.
@@ -137,41 +136,26 @@ impl Faults {
         default
     }
 
-    /// A method of integration.
-    pub fn method(&mut self, scope: Scope, value: Option<&Word>, default: Method) -> Method {
-        let Some(Word(word)) = value else { return default };
-        if LATER_METHODS.contains(&word.as_str()) {
-            self.later(scope.key("method"), word);
-            return default;
-        }
-        self.word((scope, "method"), value, default, &Method::ALL.map(|method| (method.name(), method)))
+    /// A method of integration, where one is given.
+    pub fn method(&mut self, scope: Scope, value: Option<&Word>) -> Option<Method> {
+        let known = Method::ALL.map(|method| (method.name(), Some(method)));
+        self.word((scope, "method"), value, None, &known)
     }
 
-    /// The method and substeps of a body, grid or cloud: in this version those of the scene.
-    pub fn own_method(&mut self, scope: Scope, method: Option<&Word>, substeps: Option<u32>, scenes: Method) {
-        let own = self.method(scope, method, scenes);
-        if own != scenes {
-            self.add(
-                scope.key("method"),
-                format!("a method of its own (`{}` in a scene of `{}`) is part of the format, but this version does not simulate it yet", own.name(), scenes.name()),
-                LATER_CURE,
-            );
+    /// A number of substeps, where one is given.
+    pub fn substeps(&mut self, scope: Scope, value: Option<u32>) -> Option<u32> {
+        let substeps = value?;
+        if (1..=SUBSTEP_LIMIT).contains(&substeps) {
+            return value;
         }
-        self.substeps(scope, substeps);
+        let cure = format!("give a whole number from 1 to {SUBSTEP_LIMIT}");
+        self.add(scope.key("substeps"), format!("{substeps} is not a number of substeps"), cure);
+        None
     }
 
-    /// The number of substeps: in this version 1.
-    pub fn substeps(&mut self, scope: Scope, value: Option<u32>) -> u32 {
-        match value {
-            Some(0) => self.add(scope.key("substeps"), "0 is not a number of substeps", "give 1"),
-            Some(2..) => {
-                let what =
-                    "substeps above 1 are part of the format, but this version does not simulate them yet";
-                self.add(scope.key("substeps"), what, LATER_CURE);
-            }
-            _ => {}
-        }
-        1
+    /// Notes a key of the group at `path` that has to be given and is not.
+    pub fn missing(&mut self, path: String, key: &str, cure: &str) {
+        self.add(path, format!("`{key}` is missing"), cure);
     }
 
     /// A word of the format that this version does not simulate.

@@ -1,7 +1,6 @@
 //! Every body of a scene in the order of the stable id: the written ones, then grids, then clouds.
 
 use glam::DVec3;
-use motion::Method;
 use pick::Shape;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -11,7 +10,7 @@ use crate::faults::Faults;
 use crate::names::Names;
 use crate::raw::{RawBody, RawCloud, RawGrid};
 use crate::resolve::is_extent;
-use crate::resolve_body;
+use crate::resolve_body::{self, Defaults};
 use crate::scene::BodySpec;
 
 /// Most bodies that a scene may have; four times what the documentation promises to be able to watch.
@@ -50,20 +49,30 @@ struct Cloud {
     body: BodySpec,
 }
 
+/// Every body of a scene and what belongs to it by stable id.
+pub(crate) struct Bodies {
+    pub bodies: Vec<BodySpec>,
+    /// `None` where there are too many bodies to be named.
+    pub names: Option<Names>,
+    pub labels: Vec<(u32, String)>,
+}
+
 /// Resolves all bodies and draws what the generators draw, from one stream in the order of the file.
 pub(crate) fn bodies(
     raw_bodies: &[RawBody],
     raw_grids: &[RawGrid],
     raw_clouds: &[RawCloud],
-    method: Method,
+    scenes: Defaults,
     seed: u64,
     faults: &mut Faults,
-) -> (Vec<BodySpec>, Names) {
+) -> Bodies {
     let mut names = Names::default();
+    let mut labels = Vec::new();
     let mut bodies: Vec<BodySpec> = Vec::new();
     for (i, raw) in raw_bodies.iter().enumerate() {
-        bodies.push(resolve_body::body(raw, i, method, faults));
+        bodies.push(resolve_body::body(raw, i, scenes, faults));
         let scope = Scope::item("bodies", i);
+        labels.extend(resolve_body::label(raw, scope, faults).map(|label| (i as u32, label)));
         // The dot keeps names that nobody wrote apart from those that somebody did.
         let name = raw.name.clone().unwrap_or_else(|| format!("body.{i}"));
         if raw.name.is_some() {
@@ -71,10 +80,8 @@ pub(crate) fn bodies(
         }
         add_name(|name| names.add(name), name, scope, faults);
     }
-    let grids: Vec<Grid> =
-        raw_grids.iter().enumerate().map(|(i, raw)| grid(raw, i, method, faults)).collect();
-    let clouds: Vec<Cloud> =
-        raw_clouds.iter().enumerate().map(|(i, raw)| cloud(raw, i, method, faults)).collect();
+    let grids: Vec<Grid> = raw_grids.iter().enumerate().map(|(i, raw)| grid(raw, i, faults)).collect();
+    let clouds: Vec<Cloud> = raw_clouds.iter().enumerate().map(|(i, raw)| cloud(raw, i, faults)).collect();
 
     let sizes = grids.iter().map(|grid| u64::from(grid.rows) * u64::from(grid.columns));
     let sizes = sizes.chain(clouds.iter().map(|cloud| u64::from(cloud.count)));
@@ -92,7 +99,7 @@ pub(crate) fn bodies(
             format!("{total} bodies are too many"),
             format!("give at most {BODY_LIMIT} in all"),
         );
-        return (bodies, names);
+        return Bodies { bodies, names: None, labels };
     }
     for (i, (grid, raw)) in grids.iter().zip(raw_grids).enumerate() {
         let scope = Scope::item("grids", i);
@@ -116,7 +123,7 @@ pub(crate) fn bodies(
         grids.iter().for_each(|grid| grid.generate(&mut random, &mut bodies));
         clouds.iter().for_each(|cloud| cloud.generate(&mut random, &mut bodies));
     }
-    (bodies, names)
+    Bodies { bodies, names: Some(names), labels }
 }
 
 /// `grid` for the first of its list, `grid2` for the second, unless it has a name of its own.
@@ -150,7 +157,7 @@ fn add_name(add: impl FnOnce(String) -> bool, name: String, scope: Scope, faults
     }
 }
 
-fn grid(raw: &RawGrid, index: usize, method: Method, faults: &mut Faults) -> Grid {
+fn grid(raw: &RawGrid, index: usize, faults: &mut Faults) -> Grid {
     let scope = Scope::item("grids", index);
     let kinds = [("mixed", GridKind::Mixed), ("cubes", GridKind::Cubes), ("spheres", GridKind::Spheres)];
     let kind = faults.word((scope, "kind"), raw.kind.as_ref(), GridKind::Mixed, &kinds);
@@ -171,7 +178,6 @@ fn grid(raw: &RawGrid, index: usize, method: Method, faults: &mut Faults) -> Gri
     if spacing.into_iter().all(positive) && !(origin + span).is_finite() {
         faults.add(scope.key("spacing_m"), "the grid reaches beyond all numbers", "give a smaller spacing");
     }
-    faults.own_method(scope, raw.method.as_ref(), raw.substeps, method);
     let body = BodySpec {
         inverse_mass: Some(faults.inverse_mass(
             scope,
@@ -181,12 +187,14 @@ fn grid(raw: &RawGrid, index: usize, method: Method, faults: &mut Faults) -> Gri
         )),
         color: faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0),
         checker: true,
+        method: faults.method(scope, raw.method.as_ref()),
+        substeps: faults.substeps(scope, raw.substeps),
         ..BodySpec::DEFAULT
     };
     Grid { kind, columns, rows, spacing, origin, body }
 }
 
-fn cloud(raw: &RawCloud, index: usize, method: Method, faults: &mut Faults) -> Cloud {
+fn cloud(raw: &RawCloud, index: usize, faults: &mut Faults) -> Cloud {
     let scope = Scope::item("clouds", index);
     let half_extents = raw.half_extents_m.map_or(DVec3::ZERO, DVec3::from_array);
     let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);
@@ -197,7 +205,6 @@ fn cloud(raw: &RawCloud, index: usize, method: Method, faults: &mut Faults) -> C
         faults.add(scope.key("half_extents_m"), what, "give three numbers of meters from 0 up");
     }
     let words = ("a speed", "give meters per second from 0 up");
-    faults.own_method(scope, raw.method.as_ref(), raw.substeps, method);
     Cloud {
         count: count(raw.count, (scope, "count"), faults),
         center,
@@ -211,6 +218,8 @@ fn cloud(raw: &RawCloud, index: usize, method: Method, faults: &mut Faults) -> C
                 "give a positive number of kilograms",
             )),
             color: faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0),
+            method: faults.method(scope, raw.method.as_ref()),
+            substeps: faults.substeps(scope, raw.substeps),
             ..BodySpec::DEFAULT
         },
     }
@@ -225,7 +234,7 @@ fn count(value: Option<u32>, (scope, key): (Scope, &str), faults: &mut Faults) -
                 "give a whole number from 1 up",
             );
         }
-        None => faults.add(scope.path(), format!("`{key}` is missing"), "give a whole number from 1 up"),
+        None => faults.missing(scope.path(), key, "give a whole number from 1 up"),
         Some(_) => {}
     }
     value.unwrap_or(0)

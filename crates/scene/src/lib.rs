@@ -11,8 +11,7 @@
 //!
 //! # Does not include
 //!
-//! Drag, wind, wells, mutual gravity, thrusts, emitters, springs, soft bodies, substeps and methods other than
-//! the two Euler methods: they belong to the format and are refused by name.
+//! Wind, mutual gravity, emitters, springs and soft bodies: they belong to the format and are refused by name.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
@@ -27,6 +26,7 @@ mod nearest;
 mod raw;
 mod resolve;
 mod resolve_body;
+mod resolve_laws;
 mod scene;
 mod script;
 mod shipped;
@@ -39,7 +39,8 @@ pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
 pub use names::Names;
 pub use scene::{
-    BodySpec, CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind,
+    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, Source,
+    StepKind,
 };
 pub use script::{Recording, SCRIPT_VERSION, Script, Step, When};
 pub use shipped::{FILE_LIMIT, ShippedScene, find, load, read_text, shipped};

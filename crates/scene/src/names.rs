@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use crate::nearest::nearest;
+
 /// The name of every body of a scene, by stable id.
 ///
 /// A million particles cost one entry: generated names are a prefix and a pattern.
@@ -59,9 +61,13 @@ impl Names {
         self.given.iter().map(|name| Cow::Borrowed(name.as_str())).chain(generated)
     }
 
-    /// The names of bodies that have one of their own, and the prefixes of the others; for suggestions.
-    pub(crate) fn written(&self) -> impl Iterator<Item = &str> {
-        self.given.iter().map(String::as_str)
+    /// What is wrong with a name that [`Self::find`] does not find, and what would be right.
+    pub(crate) fn stranger(&self, name: &str) -> (String, String) {
+        let cure = match nearest(name, self.given.iter().map(String::as_str)) {
+            Some(near) => format!("did you mean {near:?}?"),
+            None => "give the name of a body of the scene".to_owned(),
+        };
+        (format!("there is no body {name:?}"), cure)
     }
 
     /// Adds a name of its own; false if it is taken. All of these come before the generated ones.

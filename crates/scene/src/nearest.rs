@@ -4,11 +4,15 @@
 /// enough that a forgotten unit (`mass` for `mass_kg`) is seen.
 const SIMILAR: f64 = 0.8;
 
-/// The known word nearest to `word`, if any is near (Jaro and Winkler 1990).
+/// The known word nearest to `word`, if any is near (Jaro and Winkler 1990). One that goes on where `word` ends is
+/// nearer than any that differs: `runge_kutta_2` is short for `runge_kutta_2_heun` and not a slip of the 4.
 pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let rated = known.into_iter().map(|candidate| (strsim::jaro_winkler(word, candidate), candidate));
-    let best = rated.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
-    (best.0 >= SIMILAR).then_some(best.1)
+    let near = rated.filter(|(similarity, _)| *similarity >= SIMILAR);
+    let best = near.max_by(|(a, one), (b, other)| {
+        one.starts_with(word).cmp(&other.starts_with(word)).then(a.total_cmp(b))
+    });
+    best.map(|(_, candidate)| candidate)
 }
 
 /// The cure for an unknown word: the nearest known one, or all of them.
@@ -39,5 +43,8 @@ mod tests {
         assert_eq!(suggest("mass", &known), "did you mean `mass_kg`?");
         assert_eq!(suggest("wobble", &known), format!("known here: {}", known.join(", ")));
         assert_eq!(one_of(&["x", "y", "z"]), "x, y or z");
+        let known = ["runge_kutta_2_heun", "runge_kutta_4"];
+        assert_eq!(nearest("runge_kutta_2", known), Some(known[0]));
+        assert_eq!(nearest("runge_kuta_4", known), Some(known[1]));
     }
 }

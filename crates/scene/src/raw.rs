@@ -2,8 +2,10 @@
 //!
 //! The shape of the file and nothing else; defaults, units and faults are the resolver's.
 
+use std::marker::PhantomData;
+
 use serde::Deserialize;
-use serde::de::{self, MapAccess, Visitor};
+use serde::de::{self, MapAccess, VariantAccess, Visitor};
 
 use crate::syntax::{Name, Word, keys_of};
 
@@ -23,9 +25,15 @@ pub(crate) struct RawScene {
     pub seed: Option<u64>,
     pub gravity: Option<RawGravity>,
     pub damping: Option<RawDamping>,
+    pub drag: Option<RawDrag>,
+    #[serde(default)]
+    pub wells: Vec<RawWell>,
+    #[serde(default)]
+    pub thrusts: Vec<RawThrust>,
     pub push: Option<RawPush>,
     pub camera: Option<RawCamera>,
     pub light: Option<RawLight>,
+    pub trails: Option<bool>,
     #[serde(default)]
     pub bodies: Vec<RawBody>,
     #[serde(default)]
@@ -54,6 +62,31 @@ pub(crate) struct RawGravity {
 pub(crate) struct RawDamping {
     pub model: Option<Word>,
     pub rate_per_s: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Drag")]
+pub(crate) struct RawDrag {
+    pub linear_per_s: Option<f64>,
+    pub quadratic_per_m: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Well")]
+pub(crate) struct RawWell {
+    pub position_m: Option<Triple>,
+    pub strength_m3_s2: Option<f64>,
+    pub softening_m: Option<f64>,
+    pub bodies: Option<Vec<String>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Thrust")]
+pub(crate) struct RawThrust {
+    pub body: Option<String>,
+    pub curve: Option<RawCurve>,
+    pub from_s: Option<f64>,
+    pub until_s: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -90,11 +123,13 @@ pub(crate) struct RawBody {
     pub position_m: Option<Triple>,
     pub rotation_deg: Option<Triple>,
     pub velocity_m_s: Option<Triple>,
+    pub verlet_previous_position_m: Option<Triple>,
     pub mass_kg: Option<f64>,
     pub immovable: Option<bool>,
     pub scenery: Option<bool>,
     pub texture: Option<Word>,
     pub color: Option<Triple>,
+    pub label: Option<String>,
     pub method: Option<Word>,
     pub substeps: Option<u32>,
     pub damping_per_s: Option<f64>,
@@ -165,29 +200,80 @@ impl<'de> Deserialize<'de> for RawShape {
 
             fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<RawShape, A::Error> {
                 let (Name(word), variant) = data.variant()?;
-                let sizes = de::VariantAccess::struct_variant(variant, &[], SizesVisitor)?;
+                let sizes = variant.struct_variant(&[], KeysVisitor::new())?;
                 Ok(RawShape { word, sizes })
-            }
-        }
-        struct SizesVisitor;
-        impl<'de> Visitor<'de> for SizesVisitor {
-            type Value = RawSizes;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("the sizes of a shape")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawSizes, A::Error> {
-                RawSizes::deserialize(de::value::MapAccessDeserializer::new(map))
             }
         }
         deserializer.deserialize_enum("", &[], ShapeVisitor)
     }
 }
 
+/// A force over time, as `word(...)`.
+#[derive(Debug)]
+pub(crate) enum RawCurve {
+    /// `polynomial([(x, y, z), ...])`.
+    Polynomial(Vec<Triple>),
+    /// `sine(amplitude_n: (x, y, z), ...)`.
+    Sine(RawSine),
+    /// `table([(t, (x, y, z)), ...])`.
+    Table(Vec<(f64, Triple)>),
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct RawSine {
+    pub amplitude_n: Option<Triple>,
+    pub angular_frequency_rad_s: Option<f64>,
+    pub phase_rad: Option<f64>,
+}
+
+impl<'de> Deserialize<'de> for RawCurve {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct CurveVisitor;
+        impl<'de> Visitor<'de> for CurveVisitor {
+            type Value = RawCurve;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a curve")
+            }
+
+            fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<RawCurve, A::Error> {
+                let (Name(word), variant) = data.variant()?;
+                match word.as_str() {
+                    "polynomial" => variant.newtype_variant().map(RawCurve::Polynomial),
+                    "sine" => variant.struct_variant(&[], KeysVisitor::new()).map(RawCurve::Sine),
+                    "table" => variant.newtype_variant().map(RawCurve::Table),
+                    // What stands behind an unknown word cannot be read past, so this fault comes alone.
+                    _ => Err(de::Error::unknown_variant(&word, &["polynomial", "sine", "table"])),
+                }
+            }
+        }
+        deserializer.deserialize_enum("", &[], CurveVisitor)
+    }
+}
+
+/// Reads `(key: value, ...)` behind a word.
+struct KeysVisitor<T>(PhantomData<T>);
+
+impl<T> KeysVisitor<T> {
+    const fn new() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for KeysVisitor<T> {
+    type Value = T;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("keys and values")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<T, A::Error> {
+        T::deserialize(de::value::MapAccessDeserializer::new(map))
+    }
+}
+
 /// Keys of the format that this version does not simulate yet.
-pub(crate) const LATER_KEYS: [&str; 8] =
-    ["drag", "wind", "wells", "mutual_gravity", "thrusts", "emitters", "springs", "soft_bodies"];
+pub(crate) const LATER_KEYS: [&str; 5] = ["wind", "mutual_gravity", "emitters", "springs", "soft_bodies"];
 
 /// The keys that are known at the path of a group, if the path leads to one.
 pub(crate) fn keys_at(path: &str) -> Option<&'static [&'static str]> {
@@ -196,6 +282,10 @@ pub(crate) fn keys_at(path: &str) -> Option<&'static [&'static str]> {
         ("", "") => keys_of::<RawScene>(),
         ("gravity", "") => keys_of::<RawGravity>(),
         ("damping", "") => keys_of::<RawDamping>(),
+        ("drag", "") => keys_of::<RawDrag>(),
+        ("wells", "") => keys_of::<RawWell>(),
+        ("thrusts", "") => keys_of::<RawThrust>(),
+        ("thrusts", ".curve") => keys_of::<RawSine>(),
         ("push", "") => keys_of::<RawPush>(),
         ("camera", "") => keys_of::<RawCamera>(),
         ("light", "") => keys_of::<RawLight>(),

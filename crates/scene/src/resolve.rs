@@ -1,14 +1,16 @@
 //! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Gravity, Method};
+use motion::{Damping, DampingModel, Gravity};
 
 use crate::check::{Scope, not_negative, positive};
 use crate::faults::{Faults, SceneError};
-use crate::generate;
+use crate::generate::{self, Bodies};
 use crate::locate;
 use crate::nearest::suggest;
 use crate::raw::{self, LATER_KEYS, RawCamera, RawDamping, RawExpect, RawLight, RawScene, RawVersion};
+use crate::resolve_body::Defaults;
+use crate::resolve_laws::{self, OwnLaws};
 use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
 use crate::syntax;
 
@@ -95,8 +97,11 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
     );
     let kinds = [("fixed", StepKind::Fixed), ("frame", StepKind::Frame)];
     let step = faults.word((ROOT, "step"), raw.step.as_ref(), StepKind::Fixed, &kinds);
-    let method = faults.method(ROOT, raw.method.as_ref(), Method::SemiImplicitEuler);
-    let substeps = faults.substeps(ROOT, raw.substeps);
+    let own = faults.method(ROOT, raw.method.as_ref());
+    let method = own.unwrap_or_default();
+    let substeps = faults.substeps(ROOT, raw.substeps).unwrap_or(1);
+    let defaults =
+        Defaults { method: if raw.method.is_some() { own } else { Some(method) }, substeps, step_hz };
     let seed = raw.seed.unwrap_or(0);
 
     let gravity = raw.gravity.map(|raw| {
@@ -105,6 +110,7 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
         Gravity { acceleration, on: raw.on_at_start.unwrap_or(true) }
     });
     let damping = raw.damping.map(|raw| damping(&raw, faults));
+    let drag = raw.drag.map(|raw| resolve_laws::drag(&raw, faults));
     let push = raw.push.map(|raw| {
         let scope = Scope::section("push");
         let words = ("a force", "give a finite number of newtons");
@@ -123,7 +129,12 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
     let camera = raw.camera.map_or(CameraSpec::TUTORIAL, |raw| camera(&raw, faults));
     let light = raw.light.map(|raw| light(&raw, faults));
     let expect = raw.expect.map(|raw| expect(&raw, faults));
-    let (bodies, names) = generate::bodies(&raw.bodies, &raw.grids, &raw.clouds, method, seed, faults);
+    let Bodies { bodies, names, labels } =
+        generate::bodies(&raw.bodies, &raw.grids, &raw.clouds, defaults, seed, faults);
+    let mut own_laws = OwnLaws::new(&bodies, names.as_ref());
+    let wells = own_laws.wells(&raw.wells, faults);
+    own_laws.thrusts(&raw.thrusts, faults);
+    let own_laws = own_laws.by_id;
     // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
     let own_rates = bodies.iter().any(|body| body.damping_rate.is_some());
     let damping = damping.or(own_rates.then_some(Damping { model: DampingModel::Exact, rate: 0.0 }));
@@ -139,11 +150,16 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
         seed,
         gravity,
         damping,
+        drag,
+        wells,
+        own_laws,
         push,
         camera,
         light,
+        trails: raw.trails.unwrap_or(false),
         bodies,
-        names,
+        names: names.unwrap_or_default(),
+        labels,
         expect,
     }
 }

@@ -12,8 +12,17 @@ use crate::resolve::DAMPING_RATE;
 use crate::scene::BodySpec;
 use crate::syntax::Word;
 
-/// Resolves body `index` of the list, in a scene of the given method.
-pub(crate) fn body(raw: &RawBody, index: usize, scenes: Method, faults: &mut Faults) -> BodySpec {
+/// What a body has of the scene where it says nothing itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Defaults {
+    /// `None` where what is written is no method.
+    pub method: Option<Method>,
+    pub substeps: u32,
+    pub step_hz: f64,
+}
+
+/// Resolves body `index` of the list.
+pub(crate) fn body(raw: &RawBody, index: usize, scenes: Defaults, faults: &mut Faults) -> BodySpec {
     let scope = Scope::item("bodies", index);
     let scenery = raw.scenery == Some(true);
     let immovable = raw.immovable == Some(true);
@@ -31,15 +40,25 @@ pub(crate) fn body(raw: &RawBody, index: usize, scenes: Method, faults: &mut Fau
     let cure = "give a positive number of kilograms, or immovable: true";
     let inverse_mass = faults.inverse_mass(scope, raw.mass_kg, 1.0, cure);
     let speed = ("a speed", "give meters per second from 0 up");
-    faults.own_method(scope, raw.method.as_ref(), raw.substeps, scenes);
+    let position = faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO);
+    let method = faults.method(scope, raw.method.as_ref());
+    let substeps = faults.substeps(scope, raw.substeps);
+    let own = Defaults {
+        method: if raw.method.is_some() { method } else { scenes.method },
+        substeps: substeps.unwrap_or(scenes.substeps),
+        ..scenes
+    };
     BodySpec {
         shape: raw.shape.as_ref().and_then(|shape| resolve_shape(shape, scope, faults)),
-        position: faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO),
+        position,
         orientation: orientation(raw, scope, faults),
         velocity: if scenery || immovable { DVec3::ZERO } else { velocity },
+        verlet_previous: if scenery { None } else { verlet_previous(raw, position, own, scope, faults) },
         inverse_mass: (!scenery).then_some(if immovable { 0.0 } else { inverse_mass }),
         color: faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0),
         checker: faults.word((scope, "texture"), raw.texture.as_ref(), false, &TEXTURES),
+        method,
+        substeps,
         damping_rate: raw
             .damping_per_s
             .map(|rate| faults.number((scope, "damping_per_s"), Some(rate), 0.0, not_negative, DAMPING_RATE)),
@@ -49,6 +68,51 @@ pub(crate) fn body(raw: &RawBody, index: usize, scenes: Method, faults: &mut Fau
         locks: locks(raw.locked_axes.as_deref().unwrap_or_default(), scope, faults),
         gravity_off: raw.gravity_off == Some(true),
     }
+}
+
+/// Where the body was a substep before the start; `own` is what holds for it.
+fn verlet_previous(
+    raw: &RawBody,
+    position: DVec3,
+    own: Defaults,
+    scope: Scope,
+    faults: &mut Faults,
+) -> Option<DVec3> {
+    const KEY: &str = "verlet_previous_position_m";
+    let previous = faults.vector((scope, KEY), Some(raw.verlet_previous_position_m?), position);
+    let mut refuse = |what: &str, cure: &str| faults.add(scope.key(KEY), what, cure);
+    if raw.immovable == Some(true) {
+        refuse("an immovable body was nowhere else", "remove it, or immovable: true");
+    } else if let Some(method) = own.method.filter(|method| *method != Method::PositionVerlet) {
+        let what = format!("{} knows no previous position", method.name());
+        refuse(&what, "set method: position_verlet, or give velocity_m_s instead");
+    } else if !((position - previous) * own.step_hz * f64::from(own.substeps)).is_finite() {
+        refuse("the way from there is too long for one step", "give a place closer to position_m");
+    }
+    if raw.velocity_m_s.is_some() {
+        refuse("it says how fast the body starts, as velocity_m_s does", "remove one of the two");
+    }
+    Some(previous)
+}
+
+/// Longest label, characters: about a third of a window 1280 pixels wide.
+const LABEL_LIMIT: usize = 60;
+
+/// The text that is drawn beside the body.
+pub(crate) fn label(raw: &RawBody, scope: Scope, faults: &mut Faults) -> Option<String> {
+    let label = raw.label.clone()?;
+    let length = label.chars().count();
+    let what = if label.trim().is_empty() {
+        "an empty label says nothing".to_owned()
+    } else if label.chars().any(char::is_control) {
+        "a label is one line of plain characters".to_owned()
+    } else if length > LABEL_LIMIT {
+        format!("{length} characters are too many beside a body")
+    } else {
+        return Some(label);
+    };
+    faults.add(scope.key("label"), what, format!("give 1 to {LABEL_LIMIT} characters, or remove it"));
+    None
 }
 
 /// Textures and whether they are the checker.
@@ -62,6 +126,7 @@ fn refuse_physics(raw: &RawBody, scope: Scope, faults: &mut Faults) {
     }
     let physics = [
         ("velocity_m_s", raw.velocity_m_s.is_some()),
+        ("verlet_previous_position_m", raw.verlet_previous_position_m.is_some()),
         ("mass_kg", raw.mass_kg.is_some()),
         ("immovable", raw.immovable.is_some()),
         ("method", raw.method.is_some()),
@@ -156,5 +221,36 @@ mod tests {
         let turned = scene.bodies[0].orientation.unwrap() * DVec3::Y;
         // y goes to z about x, and on to x about y.
         assert!((turned - DVec3::X).length() < 1e-15, "{turned}");
+    }
+
+    #[test]
+    fn bodies_grids_and_clouds_may_have_methods_and_substeps_of_their_own() {
+        let scene = crate::Scene::parse(
+            "t",
+            r#"(version: 1, method: yoshida_4, substeps: 3, bodies: [(), (method: yoshida_4, substeps: 100000)],
+                grids: [(rows: 1, columns: 1, method: implicit_euler)], clouds: [(count: 1, substeps: 2)])"#,
+        )
+        .unwrap();
+        assert_eq!((scene.method, scene.substeps), (Method::Yoshida4, 3));
+        let own: Vec<_> = scene.bodies.iter().map(|body| (body.method, body.substeps)).collect();
+        let expected = [
+            (None, None),
+            (Some(Method::Yoshida4), Some(100_000)),
+            (Some(Method::ImplicitEuler), None),
+            (None, Some(2)),
+        ];
+        assert_eq!(own, expected);
+    }
+
+    #[test]
+    fn labels_and_trails_are_there_where_they_are_given() {
+        let text = format!(
+            r#"(version: 1, trails: true, bodies: [(), (label: "größe {}"), (shape: sphere(radius_m: 1), scenery: true, label: "3 s")])"#,
+            "x".repeat(LABEL_LIMIT - 6)
+        );
+        let scene = crate::Scene::parse("t", &text).unwrap();
+        let labels: Vec<_> = scene.labels.iter().map(|(id, label)| (*id, label.chars().count())).collect();
+        assert_eq!((labels, scene.trails), (vec![(1, LABEL_LIMIT), (2, 3)], true));
+        assert!(!crate::Scene::parse("t", "(version: 1)").unwrap().trails);
     }
 }

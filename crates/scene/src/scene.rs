@@ -1,9 +1,10 @@
 //! A scene as the program uses it: plain data, SI units, no absent numbers.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
-use motion::{AxisLocks, Damping, Gravity, Method};
+use motion::{AxisLocks, Damping, Drag, Gravity, Method, Thrust, Well};
 use pick::Shape;
 
 use crate::names::Names;
@@ -24,9 +25,9 @@ pub struct Scene {
     pub step_hz: f64,
     /// What a tick follows.
     pub step: StepKind,
-    /// Integration method of every body.
+    /// Integration method of every body that names none.
     pub method: Method,
-    /// Parts into which a tick is divided; always 1 in this version.
+    /// Parts into which a tick is divided for every body that names no number, 1 to 100,000.
     pub substeps: u32,
     /// What the generators drew from.
     pub seed: u64,
@@ -34,16 +35,26 @@ pub struct Scene {
     pub gravity: Option<Gravity>,
     /// Damping, if the scene or a body of it declares it.
     pub damping: Option<Damping>,
+    /// Drag, if the scene declares it.
+    pub drag: Option<Drag>,
+    /// Wells that attract every body.
+    pub wells: Vec<Well>,
+    /// Laws of single bodies, by stable id.
+    pub own_laws: BTreeMap<u32, OwnLawsSpec>,
     /// Pushes by pointer, if the scene declares them.
     pub push: Option<PushSpec>,
     /// The camera at the start and after a reset.
     pub camera: CameraSpec,
     /// The light, if the scene declares one.
     pub light: Option<LightSpec>,
+    /// Whether trails are shown from the start.
+    pub trails: bool,
     /// Every body in the order of the stable id, grids and clouds expanded.
     pub bodies: Vec<BodySpec>,
     /// The name of every body, by stable id.
     pub names: Names,
+    /// Texts that are drawn beside bodies, by stable id, ascending; each is one line of at most 60 characters.
+    pub labels: Vec<(u32, String)>,
     /// What `run --assert` checks, if the scene says so.
     pub expect: Option<ExpectSpec>,
 }
@@ -129,6 +140,15 @@ impl LightSpec {
         Self { position: DVec3::new(-200.0, 60.0, -200.0), color: [0.8, 0.8, 0.5], shadows: true };
 }
 
+/// Laws that act on one body alone.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OwnLawsSpec {
+    /// Wells that name the body.
+    pub wells: Vec<Well>,
+    /// Its engines; their forces add up.
+    pub thrusts: Vec<Thrust>,
+}
+
 /// One body, or one piece of scenery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodySpec {
@@ -140,12 +160,18 @@ pub struct BodySpec {
     pub orientation: Option<DQuat>,
     /// Velocity at the start, m/s; zero for scenery and immovable bodies.
     pub velocity: DVec3,
+    /// Where it was one substep before the start, m, for position Verlet in place of its own start.
+    pub verlet_previous: Option<DVec3>,
     /// Reciprocal of the mass, 1/kg; 0 is immovable, `None` is scenery: a collision volume without physics.
     pub inverse_mass: Option<f64>,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
     /// Whether it wears the checker texture.
     pub checker: bool,
+    /// Integration method in place of the scene's.
+    pub method: Option<Method>,
+    /// Parts into which a tick is divided in place of the scene's, 1 to 100,000.
+    pub substeps: Option<u32>,
     /// Decay rate in place of the scene's, 1/s, at least 0.
     pub damping_rate: Option<f64>,
     /// Largest speed, m/s, at least 0.
@@ -163,9 +189,12 @@ impl BodySpec {
         position: DVec3::ZERO,
         orientation: None,
         velocity: DVec3::ZERO,
+        verlet_previous: None,
         inverse_mass: Some(1.0),
         color: [1.0; 3],
         checker: false,
+        method: None,
+        substeps: None,
         damping_rate: None,
         max_speed: None,
         locks: AxisLocks { x: false, y: false, z: false },

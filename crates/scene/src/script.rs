@@ -9,7 +9,7 @@ use crate::action::Action;
 use crate::faults::{Faults, SceneError};
 use crate::locate;
 use crate::names::Names;
-use crate::nearest::{nearest, suggest};
+use crate::nearest::suggest;
 use crate::syntax::{self, Word, keys_of};
 
 /// Version of recordings that this program reads and writes.
@@ -151,11 +151,8 @@ impl Script {
                 faults.add(format!("steps[{i}].do"), what, "`sandbox list keys` names them all");
             }
             let Some(body) = step.action.body().filter(|body| names.find(body).is_none()) else { continue };
-            let cure = match nearest(body, names.written()) {
-                Some(near) => format!("did you mean {near:?}?"),
-                None => "give the name of a body of the scene".to_owned(),
-            };
-            faults.add(format!("steps[{i}].do"), format!("there is no body {body:?}"), cure);
+            let (what, cure) = names.stranger(body);
+            faults.add(format!("steps[{i}].do"), what, cure);
         }
         let root = if locate::is_list(text) { "steps" } else { "" };
         if faults.is_empty() { Ok(()) } else { Err(faults.into_error(name, text, root)) }

@@ -44,7 +44,21 @@ macro_rules! shipped {
 /// Every shipped scene, the default one first.
 #[must_use]
 pub const fn shipped() -> &'static [ShippedScene] {
-    shipped!["tutorial", "tutorial_large", "empty", "thousand", "projectile", "coast", "frame_step"]
+    shipped![
+        "tutorial",
+        "tutorial_large",
+        "empty",
+        "thousand",
+        "projectile",
+        "coast",
+        "frame_step",
+        "ship",
+        "ship_between",
+        "verlet_start",
+        "orbit",
+        "orbits_race",
+        "terminal_speed",
+    ]
 }
 
 /// The shipped scenes whose name contains the letters of `query` in order, best match first: an unbroken run

@@ -1,9 +1,14 @@
 //! From a resolved scene to entities: each carries the components that it asks for and no others.
 
 use bevy_ecs::prelude::*;
-use motion::{AxisLocks, DampingRate, GravityOff, Orientation, PhysicsBody, SpeedLimit, StableId, Transform};
+use glam::DVec3;
+use motion::units::Scalar;
+use motion::{
+    AxisLocks, DampingRate, GravityOff, LastStep, Law, Method, Orientation, OwnLaws, OwnSubsteps,
+    PhysicsBody, SpeedLimit, StableId, Substeps, Transform, Wells, mark_method,
+};
 
-use crate::scene::{BodySpec, Scene};
+use crate::scene::{BodySpec, OwnLawsSpec, Scene};
 
 /// What a thing looks like beside its shape.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
@@ -19,48 +24,100 @@ impl Scene {
     ///
     /// The entities come in the order of the stable id, which each of them carries; scenery too.
     pub fn spawn(&self, world: &mut World) -> Vec<Entity> {
+        world.insert_resource(Substeps(self.substeps));
         if let Some(gravity) = self.gravity {
             world.insert_resource(gravity);
         }
         if let Some(damping) = self.damping {
             world.insert_resource(damping);
         }
-        (0..).map(StableId).zip(&self.bodies).map(|(id, body)| spawn_body(world, id, body)).collect()
+        if let Some(drag) = self.drag {
+            world.insert_resource(drag);
+        }
+        if !self.wells.is_empty() {
+            world.insert_resource(Wells(self.wells.clone()));
+        }
+        let entities: Vec<_> = (0..)
+            .map(StableId)
+            .zip(&self.bodies)
+            .map(|(id, body)| self.spawn_body(world, id, body))
+            .collect();
+        for (id, laws) in &self.own_laws {
+            world.entity_mut(entities[*id as usize]).insert(own_laws(laws));
+        }
+        entities
+    }
+
+    /// Velocity of a body that starts as position Verlet remembers it, m/s, and the length of that step, s. Another
+    /// method, asked for in place of the scene's, remembers nothing.
+    fn verlet_start(&self, body: &BodySpec) -> Option<(DVec3, LastStep)> {
+        let previous = body.verlet_previous?;
+        let h = 1.0 / (self.step_hz * f64::from(body.substeps.unwrap_or(self.substeps)));
+        let uses_it = body.method.unwrap_or(self.method) == Method::PositionVerlet;
+        uses_it.then(|| ((body.position - previous) / h, LastStep(h)))
+    }
+
+    fn spawn_body(&self, world: &mut World, id: StableId, body: &BodySpec) -> Entity {
+        let verlet_start = self.verlet_start(body);
+        let velocity = verlet_start.map_or(body.velocity, |(velocity, _)| velocity);
+        let mut entity = spawn_plain(world, id, body, velocity);
+        if let Some(method) = body.method {
+            mark_method(&mut entity, Some(method));
+        }
+        if let Some((_, last_step)) = verlet_start {
+            entity.insert(last_step);
+        }
+        if let Some(substeps) = body.substeps {
+            entity.insert(OwnSubsteps(substeps));
+        }
+        if let Some(orientation) = body.orientation {
+            entity.insert(Orientation(orientation));
+        }
+        if let Some(rate) = body.damping_rate {
+            entity.insert(DampingRate::new(rate));
+        }
+        if let Some(limit) = body.max_speed {
+            entity.insert(SpeedLimit(limit));
+        }
+        if body.locks != AxisLocks::default() {
+            entity.insert(body.locks);
+        }
+        if body.gravity_off {
+            entity.insert(GravityOff);
+        }
+        entity.id()
     }
 }
 
-fn spawn_body(world: &mut World, id: StableId, body: &BodySpec) -> Entity {
+/// A body as most are: nothing of its own but place, mass and shape.
+fn spawn_plain<'w>(
+    world: &'w mut World,
+    id: StableId,
+    body: &BodySpec,
+    velocity: DVec3,
+) -> EntityWorldMut<'w> {
     let look = Appearance { color: body.color, checker: body.checker };
     let common = (Transform::at(body.position), id, look);
-    let physics = body.inverse_mass.map(|inverse_mass| PhysicsBody { velocity: body.velocity, inverse_mass });
+    let physics = body.inverse_mass.map(|inverse_mass| PhysicsBody { velocity, inverse_mass });
     // The common kinds in one go each: inserting piece by piece would move a million bodies several times.
-    let mut entity = match (physics, body.shape) {
+    match (physics, body.shape) {
         (Some(physics), Some(shape)) => world.spawn((common, physics, shape)),
         (Some(physics), None) => world.spawn((common, physics)),
         (None, Some(shape)) => world.spawn((common, shape)),
         (None, None) => world.spawn(common),
-    };
-    if let Some(orientation) = body.orientation {
-        entity.insert(Orientation(orientation));
     }
-    if let Some(rate) = body.damping_rate {
-        entity.insert(DampingRate::new(rate));
-    }
-    if let Some(limit) = body.max_speed {
-        entity.insert(SpeedLimit(limit));
-    }
-    if body.locks != AxisLocks::default() {
-        entity.insert(body.locks);
-    }
-    if body.gravity_off {
-        entity.insert(GravityOff);
-    }
-    entity.id()
+}
+
+fn own_laws(spec: &OwnLawsSpec) -> OwnLaws {
+    let wells = (!spec.wells.is_empty()).then(|| Box::new(Wells(spec.wells.clone())) as Box<dyn Law<Scalar>>);
+    let thrusts = spec.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law<Scalar>>);
+    OwnLaws::new(wells.into_iter().chain(thrusts).collect())
 }
 
 #[cfg(test)]
 mod tests {
-    use motion::{Damping, Gravity};
+    use motion::methods::RungeKutta4;
+    use motion::{Damping, Drag, Gravity};
     use pick::Shape;
 
     use super::*;
@@ -90,5 +147,52 @@ mod tests {
         assert!(world.get_resource::<Gravity>().is_none());
         // Declared by the body's own rate alone.
         assert_eq!(world.get_resource::<Damping>().unwrap().rate, 0.0);
+        assert!(world.get_resource::<Drag>().is_none() && world.get_resource::<Wells>().is_none());
+        assert_eq!(world.get_resource::<Substeps>(), Some(&Substeps(1)));
+        assert!(world.get::<OwnLaws>(plain).is_none() && world.get::<OwnSubsteps>(plain).is_none());
+    }
+
+    #[test]
+    fn laws_methods_and_substeps_go_where_they_were_asked_for() {
+        let text = r#"(version: 1, substeps: 5, drag: (linear_per_s: 1), wells: [(strength_m3_s2: 1), (strength_m3_s2: 2, bodies: ["b"])],
+            method: runge_kutta_4, bodies: [(), (name: "b", method: runge_kutta_4, substeps: 7)],
+            thrusts: [(body: "b", curve: polynomial([(1, 0, 0)])), (body: "b", curve: polynomial([(0, 1, 0)]))])"#;
+        let scene = Scene::parse("t", text).unwrap();
+        let mut world = World::new();
+        let [plain, own] = scene.spawn(&mut world)[..] else { panic!("two bodies") };
+        assert_eq!(world.resource::<Substeps>(), &Substeps(5));
+        assert_eq!(world.resource::<Drag>().linear, 1.0);
+        assert_eq!(world.resource::<Wells>().0.len(), 1);
+        assert_eq!(world.get::<OwnSubsteps>(own), Some(&OwnSubsteps(7)));
+        let names = |body| {
+            world
+                .get::<OwnLaws>(body)
+                .map(|laws| laws.laws().iter().map(|law| law.name()).collect::<Vec<_>>())
+        };
+        assert_eq!((names(plain), names(own)), (None, Some(vec!["wells", "thrusts", "thrusts"])));
+        // A method that is named is kept, also if it is the scene's.
+        assert!(world.get::<RungeKutta4>(own).is_some() && world.get::<RungeKutta4>(plain).is_none());
+    }
+
+    #[test]
+    fn a_previous_position_sets_the_velocity_and_the_last_step_of_position_verlet() {
+        let text = "(version: 1, step_hz: 10, method: position_verlet, substeps: 2, bodies: [
+            (position_m: (1, 2, 0), verlet_previous_position_m: (0, 2, 0)),
+            (position_m: (1, 2, 0), verlet_previous_position_m: (0, 2, 0), substeps: 1),
+            (position_m: (1, 2, 0))])";
+        let mut scene = Scene::parse("t", text).unwrap();
+        let mut world = World::new();
+        let [two, one, right] = scene.spawn(&mut world)[..] else { panic!("three bodies") };
+        for (body, speed) in [(two, 20.0), (one, 10.0)] {
+            assert_eq!(world.get::<PhysicsBody>(body).unwrap().velocity, DVec3::X * speed);
+            assert_eq!(world.get::<LastStep>(body), Some(&LastStep(1.0 / speed)));
+        }
+        assert_eq!(world.get::<PhysicsBody>(right).unwrap().velocity, DVec3::ZERO);
+
+        scene.method = Method::RungeKutta4;
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        assert_eq!(world.get::<PhysicsBody>(bodies[0]).unwrap().velocity, DVec3::ZERO);
+        assert!(world.get::<LastStep>(bodies[0]).is_none());
     }
 }

@@ -18,13 +18,13 @@ const EVERY_ACTION: &str = r#"// comments are fine
     (at_s: 1, do: set_gravity((0, -1.62, 0))), (at_s: 1, do: set_damping(nan)),
     (at_s: 1, do: set_velocity("grid.x0.z1", (nan, NaN, -inf))), (at_s: 2, do: set_position("bonus", (1, 2, 3))),
     (at_s: 2, do: reverse_velocities), (at_s: 2, do: remove("enemy")), (at_s: 2, do: screenshot("after push.png")),
-    (at_s: 2, do: set_method(explicit_euler)),
+    (at_s: 2, do: set_method(explicit_euler)), (at_s: 3, do: set_body_method("player", yoshida_4)),
 ]"#;
 
 #[test]
 fn every_action_of_the_contract_is_read() {
     let script = Script::parse("t", EVERY_ACTION).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(script.steps.len(), 23);
+    assert_eq!(script.steps.len(), 24);
     assert_eq!(script.recording, None);
     let step = |i: usize| (script.steps[i].when, script.steps[i].action.clone());
     assert_eq!(step(1), (When::Seconds(0.5), Action::Hold("W".to_owned(), 0.5)));
@@ -39,6 +39,20 @@ fn every_action_of_the_contract_is_read() {
         matches!(step(17).1, Action::SetVelocity(_, v) if v.x.is_nan() && v.y.is_nan() && v.z == f64::NEG_INFINITY)
     );
     assert_eq!(step(22).1, Action::SetMethod(Method::ExplicitEuler));
+    assert_eq!(step(23).1, Action::SetBodyMethod("player".to_owned(), Method::Yoshida4));
+    assert_eq!(step(23).1.body(), Some("player"));
+}
+
+#[test]
+fn every_method_can_be_set_and_is_written_by_its_name() {
+    for method in Method::ALL {
+        let action = Action::SetBodyMethod("a".to_owned(), method);
+        let steps = [Action::SetMethod(method), action].map(|action| Step { when: When::Tick(1), action });
+        let script = Script { steps: steps.to_vec(), recording: None };
+        let ron = script.to_ron();
+        assert!(ron.contains(&format!("set_body_method(\"a\",{})", method.name())), "{ron}");
+        assert_eq!(Script::parse("t", &ron), Ok(script));
+    }
 }
 
 #[test]
@@ -83,6 +97,17 @@ fn every_fault_of_a_script_is_reported_at_once() {
             "t:4:20: steps[2].do[0]: unknown word `lft`; did you mean `left`?",
             "t:5:2: steps[3]: the step has several times; keep one of at_s, at_tick and at_frame",
             "t:5:2: steps[3]: the step does nothing; add an action such as `do: press(\"G\")`",
+        ],
+    );
+}
+
+#[test]
+fn a_method_that_there_is_not_gets_a_suggestion_or_the_list() {
+    check(
+        "[(at_s: 0, do: set_method(runge_kutta_2)), (at_s: 0, do: set_body_method(\"a\", rk4))]",
+        &[
+            "t:1:27: steps[0].do[0]: unknown word `runge_kutta_2`; did you mean `runge_kutta_2_heun`?",
+            "t:1:79: steps[1].do[1]: unknown word `rk4`; known here: explicit_euler, semi_implicit_euler, implicit_euler, position_verlet, velocity_verlet, runge_kutta_2_midpoint, runge_kutta_2_heun, runge_kutta_4, yoshida_4",
         ],
     );
 }

@@ -1,11 +1,11 @@
 //! The shipped scenes, and loading by name and path.
 
 use glam::DVec3;
-use motion::{Damping, Gravity};
+use motion::{BodyState, Damping, Gravity, Law, Method, Moment, Well};
 use pick::Shape;
 
 use super::*;
-use crate::scene::{CameraSpec, LightSpec, PushSpec, StepKind};
+use crate::scene::{BodySpec, CameraSpec, LightSpec, PushSpec, StepKind};
 
 #[test]
 fn every_shipped_scene_loads_under_its_own_name_with_a_description() {
@@ -73,9 +73,71 @@ fn the_other_scenes_are_what_they_say() {
     assert_eq!(scene("thousand").bodies.len(), 1 + 1000);
     assert!(scene("thousand").gravity.unwrap().on);
     assert!(scene("projectile").damping.is_none() && scene("projectile").gravity.unwrap().on);
+    let ship = scene("ship");
+    assert!(ship.gravity.is_none() && ship.damping.is_none() && ship.trails);
+    assert_eq!(ship.own_laws[&0].thrusts.len(), 2);
+    let (start, fall) = (scene("verlet_start"), scene("terminal_speed"));
+    let wrong = start.bodies[start.names.find("wrong").unwrap() as usize];
+    assert_eq!((start.method, wrong.verlet_previous), (Method::PositionVerlet, Some(DVec3::ZERO)));
+    let drag = fall.drag.unwrap();
+    let terminal = (-fall.gravity.unwrap().acceleration.y / drag.quadratic).sqrt();
+    assert!((terminal - 7.0).abs() < 1e-14 && drag.linear == 0.0);
     assert!(scene("coast").gravity.is_none() && scene("coast").damping.is_some());
     let (frame, tutorial) = (scene("frame_step"), scene("tutorial"));
     assert_eq!((frame.step, frame.bodies == tutorial.bodies), (StepKind::Frame, true));
+}
+
+#[test]
+fn the_three_engines_agree_at_both_ends_and_not_between() {
+    let scene = load("ship_between").unwrap();
+    let newtons = |name: &str, time: f64| {
+        let id = scene.names.find(name).unwrap();
+        let [thrust] = &scene.own_laws[&id].thrusts[..] else { panic!("{name} has one engine") };
+        let at = Moment { time, inside: time.clamp(1.0, 1.999) };
+        let state = BodyState { position: DVec3::ZERO, velocity: DVec3::ZERO, inverse_mass: 1.0 };
+        thrust.acceleration(at, state).x
+    };
+    let curves: [(&str, fn(f64) -> f64); 3] = [
+        ("linear", |t| 10.0 + 15.0 * (t - 1.0)),
+        ("quadratic", |t| t * (7.5 + 2.5 * t)),
+        ("exponential", |t| 10.0 * 2.5_f64.powf(t - 1.0)),
+    ];
+    for (name, curve) in curves {
+        assert!((newtons(name, 1.0) - 10.0).abs() < 1e-12 && (newtons(name, 2.0) - 25.0).abs() < 1e-11);
+        // Points of the table, where it is exact to its twelve digits.
+        for i in 0..20 {
+            let time = 1.0 + f64::from(i) / 20.0;
+            assert!((newtons(name, time) - curve(time)).abs() < 1e-11, "{name} at {time} s");
+        }
+    }
+    assert!(newtons("linear", 1.5) > newtons("quadratic", 1.5));
+    assert!(newtons("quadratic", 1.5) > newtons("exponential", 1.5));
+}
+
+#[test]
+fn the_orbits_are_keplers() {
+    let (orbit, race) = (load("orbit").unwrap(), load("orbits_race").unwrap());
+    let check = |well: &Well, body: &BodySpec| {
+        let (r, v) = (body.position - well.position, body.velocity);
+        let axis = 1.0 / (2.0 / r.length() - v.length_squared() / well.strength);
+        let eccentricity = (v.cross(r.cross(v)) / well.strength - r / r.length()).length();
+        let year = std::f64::consts::TAU * (axis.powi(3) / well.strength).sqrt();
+        for (actual, expected) in [(axis, 10.0), (eccentricity, 0.6), (year, 6.0)] {
+            assert!((actual - expected).abs() < 1e-13 * expected, "{actual} is not {expected}");
+        }
+    };
+    let planet = orbit.names.find("planet").unwrap();
+    check(&orbit.wells[0], &orbit.bodies[planet as usize]);
+    assert_eq!((orbit.wells.len(), race.wells.len(), race.own_laws.len()), (1, 0, Method::ALL.len()));
+    for method in Method::ALL {
+        let id = race.names.find(method.name()).unwrap();
+        let body = &race.bodies[id as usize];
+        assert_eq!(body.method, Some(method));
+        check(&race.own_laws[&id].wells[0], body);
+        let sun = race.names.find(&format!("{}_sun", method.name())).unwrap();
+        assert_eq!(race.bodies[sun as usize].position, race.own_laws[&id].wells[0].position);
+        assert!(race.labels.contains(&(sun, method.claims().title.to_owned())), "{}", method.name());
+    }
 }
 
 #[test]
@@ -90,7 +152,7 @@ fn search_finds_letters_in_order_and_the_best_first() {
 
 #[test]
 fn an_unknown_name_lists_the_shipped_ones_and_the_nearest() {
-    let all = "tutorial, tutorial_large, empty, thousand, projectile, coast, frame_step";
+    let all = "tutorial, tutorial_large, empty, thousand, projectile, coast, frame_step, ship, ship_between, verlet_start, orbit, orbits_race, terminal_speed";
     assert_eq!(
         load("tutorail").unwrap_err().to_string(),
         format!(

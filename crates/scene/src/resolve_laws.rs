@@ -1,0 +1,216 @@
+//! From written laws to those that bodies obey: drag, wells and thrusts, and which body each of them is for.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use motion::{Curve, Drag, Thrust, Well};
+
+use crate::check::{Scope, not_negative, shown};
+use crate::faults::Faults;
+use crate::names::Names;
+use crate::raw::{RawCurve, RawDrag, RawSine, RawThrust, RawWell, Triple};
+use crate::scene::{BodySpec, OwnLawsSpec};
+
+pub(crate) fn drag(raw: &RawDrag, faults: &mut Faults) -> Drag {
+    let scope = Scope::section("drag");
+    if raw.linear_per_s.is_none() && raw.quadratic_per_m.is_none() {
+        let cure = "add `linear_per_s`, `quadratic_per_m` or both";
+        faults.add(scope.path(), "drag without a coefficient is nothing", cure);
+    }
+    let linear = ("a rate of drag", "give a number of 1/s from 0 up");
+    let quadratic = ("a factor of drag", "give a number of 1/m from 0 up");
+    Drag {
+        linear: faults.number((scope, "linear_per_s"), raw.linear_per_s, 0.0, not_negative, linear),
+        quadratic: faults.number(
+            (scope, "quadratic_per_m"),
+            raw.quadratic_per_m,
+            0.0,
+            not_negative,
+            quadratic,
+        ),
+    }
+}
+
+/// Gathers the laws of single bodies.
+pub(crate) struct OwnLaws<'a> {
+    /// The written bodies at least; generated ones are always movable.
+    bodies: &'a [BodySpec],
+    names: Option<&'a Names>,
+    pub by_id: BTreeMap<u32, OwnLawsSpec>,
+}
+
+impl<'a> OwnLaws<'a> {
+    pub const fn new(bodies: &'a [BodySpec], names: Option<&'a Names>) -> Self {
+        Self { bodies, names, by_id: BTreeMap::new() }
+    }
+
+    /// Notes the wells that name bodies and gives the others.
+    pub fn wells(&mut self, raw: &[RawWell], faults: &mut Faults) -> Vec<Well> {
+        let mut for_all = Vec::new();
+        for (i, raw) in raw.iter().enumerate() {
+            let scope = Scope::item("wells", i);
+            let well = well(raw, scope, faults);
+            let Some(bodies) = &raw.bodies else {
+                for_all.push(well);
+                continue;
+            };
+            if bodies.is_empty() {
+                let cure = "name a body, or leave `bodies` out for a well that attracts all";
+                faults.add(scope.key("bodies"), "a well for no body is nothing", cure);
+            }
+            for (j, name) in bodies.iter().enumerate() {
+                let key = format!("bodies[{j}]");
+                if bodies[..j].contains(name) {
+                    faults.add(scope.key(&key), format!("{name:?} is named twice"), "keep one of them");
+                } else if let Some(own) = self.of(name, (scope, &key), "well attracts", faults) {
+                    own.wells.push(well);
+                }
+            }
+        }
+        for_all
+    }
+
+    /// Notes the engines of bodies.
+    pub fn thrusts(&mut self, raw: &[RawThrust], faults: &mut Faults) {
+        for (i, raw) in raw.iter().enumerate() {
+            let scope = Scope::item("thrusts", i);
+            let Some(body) = &raw.body else {
+                faults.missing(scope.path(), "body", "name the body that it drives");
+                thrust(raw, scope, faults);
+                continue;
+            };
+            let thrust = thrust(raw, scope, faults);
+            let own = self.of(body, (scope, "body"), "engine moves", faults);
+            if let (Some(own), Some(thrust)) = (own, thrust) {
+                own.thrusts.push(thrust);
+            }
+        }
+    }
+
+    /// The laws of the body of that name, if it is one that laws can act on.
+    fn of(
+        &mut self,
+        name: &str,
+        (scope, key): (Scope, &str),
+        acts: &str,
+        faults: &mut Faults,
+    ) -> Option<&mut OwnLawsSpec> {
+        let names = self.names?;
+        let Some(id) = names.find(name) else {
+            let (what, cure) = names.stranger(name);
+            faults.add(scope.key(key), what, cure);
+            return None;
+        };
+        let inverse_mass = self.bodies.get(id as usize).map(|body| body.inverse_mass);
+        let kind = match inverse_mass {
+            Some(None) => "scenery",
+            Some(Some(0.0)) => "immovable",
+            _ => return Some(self.by_id.entry(id).or_default()),
+        };
+        let what = format!("{name:?} is {kind}, so no {acts} it");
+        faults.add(scope.key(key), what, "name a body that can move");
+        None
+    }
+}
+
+fn well(raw: &RawWell, scope: Scope, faults: &mut Faults) -> Well {
+    if raw.strength_m3_s2.is_none() {
+        faults.missing(scope.path(), "strength_m3_s2", "add one such as `strength_m3_s2: 1000.0`");
+    }
+    let strength = ("a strength", "give a finite number, below 0 to repel");
+    let softening = ("a softening", "give a number of meters from 0 up");
+    Well {
+        position: faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO),
+        strength: faults.number((scope, "strength_m3_s2"), raw.strength_m3_s2, 0.0, f64::is_finite, strength),
+        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, not_negative, softening),
+    }
+}
+
+fn thrust(raw: &RawThrust, scope: Scope, faults: &mut Faults) -> Option<Thrust> {
+    let curve = match &raw.curve {
+        Some(RawCurve::Polynomial(coefficients)) => polynomial(coefficients, scope, faults),
+        Some(RawCurve::Sine(sine)) => Some(self::sine(sine, scope, faults)),
+        Some(RawCurve::Table(points)) => table(points, scope, faults),
+        None => {
+            faults.missing(scope.path(), "curve", "add one such as `curve: polynomial([(10.0, 0.0, 0.0)])`");
+            None
+        }
+    };
+    let time = ("a time", "give seconds, or leave it out");
+    let from = faults.number((scope, "from_s"), raw.from_s, f64::NEG_INFINITY, |v| v < f64::INFINITY, time);
+    let until = faults.number((scope, "until_s"), raw.until_s, f64::INFINITY, |v| !v.is_nan(), time);
+    // The time of a scene begins at 0.
+    let start = from.max(0.0);
+    if until <= start {
+        let what = format!("{} s is not after the start at {} s", shown(until), shown(start));
+        faults.add(scope.key("until_s"), what, "give a later time, or leave it out");
+    }
+    curve.map(|curve| Thrust::new(curve, from, until))
+}
+
+/// The path of entry `i` of the list in the brackets of a curve.
+fn entry(i: usize) -> String {
+    format!("curve[0][{i}]")
+}
+
+fn polynomial(coefficients: &[Triple], scope: Scope, faults: &mut Faults) -> Option<Curve> {
+    if coefficients.is_empty() {
+        let cure = "give at least the constant force, as in `polynomial([(10.0, 0.0, 0.0)])`";
+        faults.add(scope.key("curve"), "a polynomial without coefficients is nothing", cure);
+        return None;
+    }
+    let finite =
+        |(i, triple): (usize, &Triple)| faults.vector((scope, &entry(i)), Some(*triple), DVec3::ZERO);
+    Some(Curve::Polynomial(coefficients.iter().enumerate().map(finite).collect()))
+}
+
+fn sine(raw: &RawSine, scope: Scope, faults: &mut Faults) -> Curve {
+    for (key, given) in [
+        ("amplitude_n", raw.amplitude_n.is_some()),
+        ("angular_frequency_rad_s", raw.angular_frequency_rad_s.is_some()),
+    ] {
+        if !given {
+            let cure = "give a sine as `sine(amplitude_n: (x, y, z), angular_frequency_rad_s: w)`";
+            faults.missing(scope.key("curve"), key, cure);
+        }
+    }
+    let frequency = ("a frequency", "give a finite number of radians a second");
+    let phase = ("a phase", "give a finite number of radians");
+    Curve::Sine {
+        amplitude: faults.vector((scope, "curve.amplitude_n"), raw.amplitude_n, DVec3::ZERO),
+        angular_frequency: faults.number(
+            (scope, "curve.angular_frequency_rad_s"),
+            raw.angular_frequency_rad_s,
+            0.0,
+            f64::is_finite,
+            frequency,
+        ),
+        phase: faults.number((scope, "curve.phase_rad"), raw.phase_rad, 0.0, f64::is_finite, phase),
+    }
+}
+
+fn table(points: &[(f64, Triple)], scope: Scope, faults: &mut Faults) -> Option<Curve> {
+    if points.is_empty() {
+        let cure = "give at least one point, as in `table([(0.0, (10.0, 0.0, 0.0))])`";
+        faults.add(scope.key("curve"), "a table without points is nothing", cure);
+        return None;
+    }
+    let mut latest = f64::NEG_INFINITY;
+    let mut point = |(i, (time, newtons)): (usize, &(f64, Triple))| {
+        let key = entry(i);
+        let cure = "give finite times, each later than the one before";
+        if !time.is_finite() {
+            faults.add(scope.key(&key), format!("{} is not a time", shown(*time)), cure);
+        } else if *time <= latest {
+            let what = format!("{} s comes after {} s", shown(*time), shown(latest));
+            faults.add(scope.key(&key), what, cure);
+        } else {
+            latest = *time;
+        }
+        (*time, faults.vector((scope, &format!("{key}[1]")), Some(*newtons), DVec3::ZERO))
+    };
+    Some(Curve::Table(points.iter().enumerate().map(&mut point).collect()))
+}
+
+#[cfg(test)]
+mod tests;

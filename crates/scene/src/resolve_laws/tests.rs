@@ -1,0 +1,62 @@
+//! Values and defaults of the laws; their faults are in `broken.txt`.
+
+use super::*;
+use crate::Scene;
+
+fn parse(body: &str) -> Scene {
+    Scene::parse("t", &format!("(version: 1, {body})")).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn drag_has_the_coefficient_that_is_given_and_no_other() {
+    let drag = |text| parse(&format!("drag: ({text})")).drag;
+    assert_eq!(drag("linear_per_s: 0.5"), Some(Drag { linear: 0.5, quadratic: 0.0 }));
+    assert_eq!(drag("quadratic_per_m: 2"), Some(Drag { linear: 0.0, quadratic: 2.0 }));
+    assert_eq!(drag("linear_per_s: 0"), Some(Drag { linear: 0.0, quadratic: 0.0 }));
+    assert_eq!(parse("").drag, None);
+}
+
+#[test]
+fn a_well_is_at_the_origin_and_hard_unless_it_says_otherwise() {
+    let scene =
+        parse("wells: [(strength_m3_s2: 2), (strength_m3_s2: -1, position_m: (1, 2, 3), softening_m: 0.5)]");
+    let expected = [
+        Well { position: DVec3::ZERO, strength: 2.0, softening: 0.0 },
+        Well { position: DVec3::new(1.0, 2.0, 3.0), strength: -1.0, softening: 0.5 },
+    ];
+    assert_eq!(scene.wells, expected);
+    assert!(scene.own_laws.is_empty());
+}
+
+#[test]
+fn a_well_that_names_bodies_is_theirs_alone() {
+    let scene = parse(
+        r#"bodies: [(name: "a"), (name: "b")], grids: [(rows: 2, columns: 2)],
+        wells: [(strength_m3_s2: 1), (strength_m3_s2: 2, bodies: ["b", "grid.x1.z0"]), (strength_m3_s2: 3, bodies: ["b"])]"#,
+    );
+    let strengths = |wells: &[Well]| wells.iter().map(|well| well.strength).collect::<Vec<_>>();
+    assert_eq!(strengths(&scene.wells), [1.0]);
+    let own: Vec<_> = scene.own_laws.iter().map(|(id, laws)| (*id, strengths(&laws.wells))).collect();
+    assert_eq!(own, [(1, vec![2.0, 3.0]), (4, vec![2.0])]);
+    assert_eq!(scene.names.get(4).as_deref(), Some("grid.x1.z0"));
+}
+
+#[test]
+fn thrusts_go_to_their_bodies_in_the_order_of_the_file() {
+    let scene = parse(
+        r#"bodies: [(name: "a"), (name: "ship")], clouds: [(count: 3)], thrusts: [
+            (body: "ship", curve: polynomial([(1, 2, 3), (4, 5, 6)]), from_s: 1, until_s: 2),
+            (body: "cloud.2", curve: sine(amplitude_n: (0, 1, 0), angular_frequency_rad_s: 3)),
+            (body: "ship", curve: table([(0.5, (1, 0, 0)), (1, (2, 0, 0))]), from_s: -inf, until_s: inf),
+        ]"#,
+    );
+    let (x, y) = (DVec3::X, DVec3::Y);
+    let polynomial = Curve::Polynomial(vec![DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)]);
+    let sine = Curve::Sine { amplitude: y, angular_frequency: 3.0, phase: 0.0 };
+    let table = Curve::Table(vec![(0.5, x), (1.0, 2.0 * x)]);
+    let always = |curve| Thrust::new(curve, f64::NEG_INFINITY, f64::INFINITY);
+    let ids: Vec<u32> = scene.own_laws.keys().copied().collect();
+    assert_eq!(ids, [1, 4]);
+    assert_eq!(scene.own_laws[&1].thrusts, [Thrust::new(polynomial, 1.0, 2.0), always(table)]);
+    assert_eq!(scene.own_laws[&4].thrusts, [always(sine)]);
+}
