@@ -9,6 +9,7 @@ use std::str::FromStr;
 pub struct Key {
     name: String,
     ctrl: bool,
+    shift: bool,
 }
 
 /// Keys that are named and not typed.
@@ -35,7 +36,7 @@ impl Key {
     /// The key that types `character`.
     #[must_use]
     pub fn character(character: char) -> Self {
-        Self { name: character.to_uppercase().collect(), ctrl: false }
+        Self { name: character.to_uppercase().collect(), ctrl: false, shift: false }
     }
 
     /// The same key with the control key held.
@@ -44,7 +45,15 @@ impl Key {
         Self { ctrl, ..self }
     }
 
-    /// The name without the control key.
+    /// The same key with the shift key held, if it is a letter: elsewhere shift makes another character, which
+    /// is a key of its own.
+    #[must_use]
+    pub fn with_shift(self, shift: bool) -> Self {
+        let letter = self.name.chars().count() == 1 && self.name.chars().all(char::is_alphabetic);
+        Self { shift: shift && letter, ..self }
+    }
+
+    /// The name without the control and the shift key.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -53,7 +62,9 @@ impl Key {
 
 impl fmt::Display for Key {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}{}", if self.ctrl { "Ctrl+" } else { "" }, self.name)
+        let ctrl = if self.ctrl { "Ctrl+" } else { "" };
+        let shift = if self.shift { "Shift+" } else { "" };
+        write!(out, "{ctrl}{shift}{}", self.name)
     }
 }
 
@@ -73,18 +84,18 @@ impl FromStr for Key {
     type Err = UnknownKey;
 
     fn from_str(text: &str) -> Result<Self, UnknownKey> {
-        let (ctrl, name) = match text.strip_prefix("Ctrl+") {
-            Some(name) => (true, name),
-            None => (false, text),
-        };
+        let (ctrl, rest) = text.strip_prefix("Ctrl+").map_or((false, text), |rest| (true, rest));
+        let (shift, name) = rest.strip_prefix("Shift+").map_or((false, rest), |name| (true, name));
         let mut characters = name.chars();
-        match (characters.next(), characters.next()) {
-            (Some(one), None) if !one.is_whitespace() => Ok(Self::character(one).with_ctrl(ctrl)),
+        let key = match (characters.next(), characters.next()) {
+            (Some(one), None) if !one.is_whitespace() => Self::character(one).with_ctrl(ctrl),
             _ => match NAMED.iter().find(|known| **known == name) {
-                Some(known) => Ok(Self { name: (*known).to_owned(), ctrl }),
-                None => Err(UnknownKey(text.to_owned())),
+                Some(known) => Self { name: (*known).to_owned(), ctrl, shift: false },
+                None => return Err(UnknownKey(text.to_owned())),
             },
-        }
+        };
+        let key = key.with_shift(shift);
+        if key.shift == shift { Ok(key) } else { Err(UnknownKey(text.to_owned())) }
     }
 }
 
@@ -116,6 +127,8 @@ pub enum Action {
     PreviousScene,
     NextScene,
     FindScene,
+    NextMethod,
+    PreviousMethod,
     Settings,
     Help,
     VelocityArrows,
@@ -218,11 +231,13 @@ pub const BINDINGS: &[Binding] = &[
     edge(Action::PreviousScene, "previous_scene", &["["], "previous scene"),
     edge(Action::NextScene, "next_scene", &["]"], "next scene"),
     edge(Action::FindScene, "find_scene", &["Ctrl+O"], "find a scene by name"),
+    edge(Action::NextMethod, "next_method", &["I"], "next method of integration of the scene"),
+    edge(Action::PreviousMethod, "previous_method", &["Shift+I"], "previous method of integration"),
     edge(
         Action::Settings,
         "settings",
         &["Tab"],
-        "settings: gravity, damping, tick rate, the selection's mass and velocity",
+        "settings: gravity, damping, tick rate, methods, the selection's mass and velocity",
     ),
     edge(Action::Help, "help", &["H", "?"], "this help"),
     edge(Action::VelocityArrows, "velocity_arrows", &["1"], "velocity arrows"),
@@ -247,8 +262,12 @@ pub const MOUSE: &[(&str, When, &str)] = &[
 /// The row of the key, if it has one.
 #[must_use]
 pub fn binding(key: &Key) -> Option<&'static Binding> {
-    let name = key.to_string();
-    BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
+    let row = |key: &Key| {
+        let name = key.to_string();
+        BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
+    };
+    // Shift flies down while other keys fly on: it changes only the keys that have a row with it.
+    row(key).or_else(|| row(&key.clone().with_shift(false)))
 }
 
 /// The key that a script means: a key's own name, or the name of an action.

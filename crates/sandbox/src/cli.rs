@@ -4,14 +4,13 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use motion::{DampingModel, Method};
 use scene::{Scene, StepKind};
-use serde_json::json;
 
-use crate::actions::{BINDINGS, MOUSE};
 pub use crate::failure::Failure;
 use crate::headless;
+use crate::list::{Format, Listed, listed};
 use crate::session::Overrides;
 use crate::window;
 
@@ -25,8 +24,25 @@ pub struct Cli {
     window: WindowArgs,
 }
 
+/// Parts of a tick, at most: at 120 Hz each is a tenth of a microsecond.
+const MOST_SUBSTEPS: u32 = 100_000;
+
 const EXIT_CODES: &str = "Exit codes: 0 fine, 1 an expectation failed, 2 bad flag, file or scene, 3 a body was \
 quarantined, 4 no graphics adapter for pictures, 5 no display for a window";
+
+/// How a tick is taken.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct StepArgs {
+    /// Method of the scene; bodies with a method of their own keep it
+    #[arg(long, value_name = "M", value_parser = method)]
+    pub method: Option<Method>,
+    /// Parts of a tick, in place of the scene's; bodies with substeps of their own keep them
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = substeps)]
+    pub substeps: Option<u32>,
+    /// Threads that integrate; states are the same for every number
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    pub threads: Option<usize>,
+}
 
 /// Opens the window.
 #[derive(Args, Debug)]
@@ -42,11 +58,10 @@ pub(crate) struct WindowArgs {
     /// Size of the window, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
-    /// Integration method
-    #[arg(long, value_name = "M", value_parser = method)]
-    pub method: Option<Method>,
+    #[command(flatten)]
+    pub step: StepArgs,
     /// Record inputs and frame times, for `run --script`
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["script", "paused"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["script", "paused", "substeps"])]
     pub record: Option<PathBuf>,
 }
 
@@ -54,7 +69,7 @@ pub(crate) struct WindowArgs {
 enum Command {
     /// Run a scene without a window
     Run(Box<RunArgs>),
-    /// List scenes, methods or keys
+    /// List scenes, methods, laws or keys
     List {
         /// What to list
         #[arg(value_enum, default_value_t)]
@@ -67,25 +82,10 @@ enum Command {
     Plan {
         /// A shipped scene or a file
         scene: String,
-        /// Integration method
+        /// Method of the scene; bodies with a method of their own keep it
         #[arg(long, value_name = "M", value_parser = method)]
         method: Option<Method>,
     },
-}
-
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum Listed {
-    #[default]
-    Scenes,
-    Methods,
-    Keys,
-}
-
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum Format {
-    #[default]
-    Table,
-    Json,
 }
 
 /// Runs a scene without a window.
@@ -102,9 +102,8 @@ pub(crate) struct RunArgs {
     /// Ticks a second, in place of the scene's
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = rate)]
     pub hz: Option<f64>,
-    /// Integration method
-    #[arg(long, value_name = "M", value_parser = method)]
-    pub method: Option<Method>,
+    #[command(flatten)]
+    pub step: StepArgs,
     /// Damping model, in place of the scene's: tutorial, clamped or exact
     #[arg(long, value_name = "MODEL", value_parser = damping)]
     pub damping: Option<DampingModel>,
@@ -150,7 +149,7 @@ pub fn run() -> Result<(), Failure> {
         None => window::open(&window),
         Some(Command::Run(args)) => headless::run(&args),
         Some(Command::List { what, format }) => {
-            list(what, format);
+            show(&listed(what, format));
             Ok(())
         }
         Some(Command::Plan { scene, method }) => {
@@ -171,55 +170,6 @@ fn worded(error: clap::Error) -> clap::Error {
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
     let what = format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
     program.error(ErrorKind::UnknownArgument, what)
-}
-
-fn list(what: Listed, format: Format) {
-    let rows: Vec<Vec<(&str, String)>> = match what {
-        Listed::Scenes => scene::shipped()
-            .iter()
-            .map(|shipped| {
-                let description =
-                    shipped.load().map_or_else(|error| error.to_string(), |scene| scene.description);
-                vec![("scene", shipped.name.to_owned()), ("description", description)]
-            })
-            .collect(),
-        Listed::Methods => {
-            Method::ALL.iter().map(|method| vec![("method", method.name().to_owned())]).collect()
-        }
-        Listed::Keys => {
-            let keys = BINDINGS.iter().map(|row| (row.keys.join(" "), row.when, row.what, row.name));
-            let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *when, *what, ""));
-            keys.chain(mouse)
-                .map(|(input, when, what, name)| {
-                    let when = when.words().to_owned();
-                    vec![
-                        ("input", input),
-                        ("when", when),
-                        ("name", name.to_owned()),
-                        ("what", what.to_owned()),
-                    ]
-                })
-                .collect()
-        }
-    };
-    match format {
-        Format::Json => {
-            let objects: Vec<_> = rows
-                .into_iter()
-                .map(|row| row.into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect())
-                .map(serde_json::Value::Object)
-                .collect();
-            show(&format!("{}\n", serde_json::to_string_pretty(&objects).expect("strings are JSON")));
-        }
-        Format::Table => {
-            let width =
-                |column: usize| rows.iter().map(|row| row[column].1.chars().count()).max().unwrap_or(0);
-            for row in &rows {
-                let cells = row.iter().enumerate().map(|(i, (_, value))| format!("{value:<0$}", width(i)));
-                show(&format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end()));
-            }
-        }
-    }
 }
 
 /// Prints results; a reader who has seen enough (`| head`) is no failure.
@@ -259,6 +209,16 @@ fn above_0(text: &str) -> Result<u64, String> {
         Ok(value) if value > 0 => Ok(value),
         _ => Err("give a whole number from 1 up".to_owned()),
     }
+}
+
+fn substeps(text: &str) -> Result<u32, String> {
+    let found = text.parse().ok().filter(|parts| (1..=MOST_SUBSTEPS).contains(parts));
+    found.ok_or_else(|| format!("give a whole number from 1 to {MOST_SUBSTEPS}"))
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    let found = text.parse().ok().filter(|threads| *threads > 0);
+    found.ok_or_else(|| "give a whole number from 1 up".to_owned())
 }
 
 fn method(text: &str) -> Result<Method, String> {

@@ -4,11 +4,12 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::{Damping, Gravity, Push, PushQueue, Request};
+use motion::{Damping, Gravity, Method, Push, PushQueue, Request};
 use scene::PushSpec;
 
 use crate::actions::{Action, Key, When, binding};
 use crate::input::{Button, Experiment, Input};
+use crate::methods;
 use crate::session::{KEY_PUSH, Order, Session};
 
 /// What the pointer is for.
@@ -93,7 +94,7 @@ impl Session {
                 }
             }
             Input::KeyUp(key) => {
-                // By name: the control key may have gone down or up since the key did.
+                // By name: the control or the shift key may have gone down or up since the key did.
                 self.control.held.retain(|held| held.name() != key.name());
                 self.ui.key(key, false);
             }
@@ -182,6 +183,8 @@ impl Session {
             Action::PreviousScene => self.open_neighbor(-1),
             Action::NextScene => self.open_neighbor(1),
             Action::FindScene => self.ui.toggle_finder(),
+            Action::NextMethod => self.change_method(Method::next),
+            Action::PreviousMethod => self.change_method(Method::previous),
             Action::Settings => self.ui.toggle_settings(),
             Action::Help => self.ui.toggle_help(),
             Action::VelocityArrows => self.control.velocity_arrows ^= true,
@@ -239,6 +242,14 @@ impl Session {
         }
     }
 
+    fn change_method(&mut self, other: fn(Method) -> Method) {
+        let before = self.stepper.method();
+        let method = other(before);
+        self.set_method(method);
+        self.ui.take_back(&methods::line(before));
+        self.ui.notice(methods::line(method));
+    }
+
     fn set_pace(&mut self, factor: f64) {
         let pace = (self.clock.pace() * factor).clamp(*PACES.start(), *PACES.end());
         self.clock.set_pace(pace).expect("a clamped pace is positive and finite");
@@ -292,7 +303,7 @@ impl Session {
         }
     }
 
-    fn experiment(&mut self, experiment: &Experiment) {
+    pub(crate) fn experiment(&mut self, experiment: &Experiment) {
         match experiment {
             Experiment::Push(name, newtons) => {
                 if let Some(body) = self.body(name) {
@@ -315,7 +326,12 @@ impl Session {
                 let model = damping.map_or_else(Default::default, |damping| damping.model);
                 self.ask(Request::SetDamping(Damping { model, rate: *rate }));
             }
-            Experiment::Method(method) => self.stepper.set_method(&mut self.world, *method),
+            Experiment::Method(method) => self.set_method(*method),
+            Experiment::BodyMethod(name, method) => {
+                if let Some(body) = self.body(name) {
+                    self.set_body_method(body, *method);
+                }
+            }
             Experiment::Screenshot(name) => self.orders.push(Order::Screenshot(Some(name.clone()))),
         }
     }

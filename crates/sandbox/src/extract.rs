@@ -124,7 +124,8 @@ impl Session {
                 add(body.velocity, VELOCITY_COLOR);
             }
             if self.control.force_arrows {
-                add(self.acting.get(&entity).copied().unwrap_or_default() * body.inverse_mass, FORCE_COLOR);
+                let pushed = self.acting.get(&entity).copied().unwrap_or_default() * body.inverse_mass;
+                add(pushed + self.acceleration_by_laws(entity), FORCE_COLOR);
                 add(gravity.filter(|_| !floats).unwrap_or_default(), WEIGHT_COLOR);
             }
         }
@@ -139,9 +140,9 @@ impl Session {
     fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
         let [r, g, b] = TRAIL_COLOR;
         for trail in self.trails.iter() {
-            #[expect(clippy::cast_precision_loss, reason = "tens of points")]
-            let fade = |i: usize| i as f32 / trail.len() as f32;
-            for (i, (from, to)) in trail.iter().zip(trail.iter().skip(1)).enumerate() {
+            #[expect(clippy::cast_precision_loss, reason = "at most thousands of points")]
+            let fade = |i: usize| (i as f32 / trail.len() as f32).sqrt();
+            for (i, ((from, _), (to, _))) in trail.iter().zip(trail.iter().skip(1)).enumerate() {
                 let (from, to) = ((*from - eye).as_vec3(), (*to - eye).as_vec3());
                 frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 1.5));
             }

@@ -147,8 +147,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         return Err(Failure::Usage(what.to_owned()));
     }
     let recorded_method = recording.as_ref().and_then(|recording| recording.method);
-    let overrides =
-        Overrides { method: args.method.or(recorded_method), step_hz: args.hz, damping: args.damping };
+    let overrides = Overrides {
+        method: args.step.method.or(recorded_method),
+        step_hz: args.hz,
+        damping: args.damping,
+        substeps: args.step.substeps,
+    };
     overrides.apply(&mut scene);
     let mut ends = frame_ends(args, recording.as_ref().map(|recording| recording.frame_ends_s.clone()))?;
     let ticks = tick_limit(args, &scene, &ends)?;
@@ -166,6 +170,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         },
         paused: false,
         overrides,
+        threads: args.step.threads,
     };
     let mut player = script.map(player_of);
     if args.state.is_some() && args.state == args.summary {
@@ -348,11 +353,16 @@ fn verdict(args: &RunArgs, session: &mut Session, start: Totals, watch: &Watch) 
     }
     let Some(expect) = session.scene().expect.filter(|_| args.assert) else { return Ok(()) };
     let Some(bound) = expect.energy_drift_below else { return Ok(()) };
-    if session.world().get_resource::<motion::Damping>().is_some() || args.script.is_some() {
-        return Err(Failure::Expectation(
-            "energy_drift_below cannot be checked yet where damping or a script does work; run it without"
-                .to_owned(),
-        ));
+    let works = [
+        ("damping", session.world().contains_resource::<motion::Damping>()),
+        ("drag", session.scene().drag.is_some()),
+        ("a thrust", session.scene().own_laws.values().any(|own| !own.thrusts.is_empty())),
+        ("a script", args.script.is_some()),
+    ];
+    if let Some((what, _)) = works.iter().find(|(_, acts)| *acts) {
+        return Err(Failure::Expectation(format!(
+            "energy_drift_below cannot be checked yet where {what} does work; run it without"
+        )));
     }
     let now = motion::totals(session.world_mut());
     let (before, after) =

@@ -1,6 +1,6 @@
 //! What reaches the program from outside in one frame: the same events from a window, a script or a test.
 
-use motion::Request;
+use motion::{Method, Request};
 
 use crate::actions::Key;
 
@@ -54,8 +54,10 @@ pub enum Experiment {
     Remove(String),
     /// Sets the damping rate, 1/s, and keeps the model.
     DampingRate(f64),
-    /// Goes on with another method.
-    Method(motion::Method),
+    /// Goes on with another method of the scene.
+    Method(Method),
+    /// Gives a body, named, a method of its own, or the scene's.
+    BodyMethod(String, Option<Method>),
     /// Writes the picture of this frame to a file of this name.
     Screenshot(String),
 }

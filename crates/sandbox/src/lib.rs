@@ -11,6 +11,8 @@ mod failure;
 pub mod files;
 mod headless;
 pub mod input;
+mod list;
+pub mod methods;
 mod panels;
 mod plan;
 pub mod player;

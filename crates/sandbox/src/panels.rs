@@ -4,14 +4,20 @@ mod card;
 mod finder;
 mod help;
 mod hud;
+mod labels;
+mod method;
 mod settings;
 
 use bevy_ecs::prelude::*;
+use egui::{LayerId, Order};
 use glam::DVec3;
-use motion::{Damping, DampingModel, DampingRate, Gravity, PhysicsBody, Request, TimeStep, Transform};
+use motion::{
+    Damping, DampingModel, DampingRate, Gravity, Method, PhysicsBody, Request, TimeStep, Transform,
+};
 
 use crate::control::Mode;
-use crate::session::{Measured, Session};
+use crate::input::Experiment;
+use crate::session::{Label, Measured, Session};
 use crate::ui::Ui;
 
 pub(crate) use finder::Finder;
@@ -20,6 +26,7 @@ pub(crate) use finder::Finder;
 #[derive(Clone, Debug)]
 pub(crate) enum Edit {
     Ask(Request),
+    Try(Experiment),
     StepHz(f64),
     Open(String),
 }
@@ -31,7 +38,9 @@ pub(crate) struct Model {
     pub damping: Option<Damping>,
     pub step_hz: f64,
     pub scene: String,
-    pub method: &'static str,
+    pub method: Method,
+    /// Whether bodies have methods of their own.
+    pub own_methods: bool,
     pub click_force: f64,
     pub pushes: bool,
     pub locked: bool,
@@ -44,6 +53,7 @@ pub(crate) struct Model {
     pub quarantined: usize,
     pub notices: Vec<String>,
     pub selection: Option<Selected>,
+    pub labels: Vec<Label>,
 }
 
 /// The selected thing in the tutorial's terms.
@@ -55,9 +65,13 @@ pub(crate) struct Selected {
     /// Absent for scenery.
     pub body: Option<PhysicsBody>,
     pub applied: DVec3,
+    /// Acceleration by drag, wells, engines, m/s².
+    pub laws: DVec3,
     pub gravity: DVec3,
     /// Rate of damping that is an acceleration, 1/s: the exact model's. The others scale velocities.
     pub damping: f64,
+    /// The method that it asks for, whatever the scene's is.
+    pub own_method: Option<Method>,
     pub quarantined: bool,
 }
 
@@ -70,7 +84,8 @@ impl Model {
             damping: session.world.get_resource::<Damping>().copied(),
             step_hz: 1.0 / session.world.resource::<TimeStep>().0,
             scene: session.scene.name.clone(),
-            method: session.stepper.method().name(),
+            method: session.stepper.method(),
+            own_methods: !session.stepper.plan().own.is_empty(),
             click_force: session.control.click_force,
             pushes: session.scene.push.is_some(),
             locked: session.control.locked.is_some(),
@@ -82,6 +97,7 @@ impl Model {
             measured: session.measured,
             quarantined: session.quarantined().len(),
             notices,
+            labels: session.visible_labels(),
             selection: session.control.selection.and_then(|thing| Selected::of(session, thing, gravity)),
         }
     }
@@ -106,8 +122,10 @@ impl Selected {
             displacement: position - start,
             body,
             applied: session.acting.get(&entity).copied().unwrap_or_default(),
+            laws: session.acceleration_by_laws(entity),
             gravity: acting,
             damping,
+            own_method: session.world.get_entity(entity).ok().and_then(motion::own_method),
             quarantined: session.world.get::<motion::Quarantined>(entity).is_some(),
         })
     }
@@ -116,9 +134,11 @@ impl Selected {
 /// Lays everything out.
 pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<Edit> {
     let mut edits = Vec::new();
-    hud::show(context, model);
+    let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("hud")));
+    labels::show(&painter, &model.labels);
+    hud::show(&painter, model);
     if let Some(selected) = &model.selection {
-        card::show(context, selected);
+        card::show(context, selected, model.method);
     }
     if ui.help {
         help::show(context);

@@ -1,51 +1,157 @@
 //! What one step runs, in order, read from the compiled schedule.
 
-use motion::{Damping, Gravity, Passes};
+use std::collections::BTreeMap;
+
+use bevy_ecs::prelude::*;
+use motion::{Damping, Drag, Gravity, Method, OwnLaws, Wells};
 use scene::{Scene, StepKind};
 
+use crate::methods::cost;
 use crate::session::{Options, Overrides, Session};
 
 /// The plan of `scene`, changed by `overrides`, as text.
 #[must_use]
 pub fn text(scene: Scene, overrides: Overrides) -> String {
     let options = Options { pictures: false, interpolate: false, overrides, ..Options::default() };
-    let session = Session::new(scene, options);
+    let mut session = Session::new(scene, options);
+    let laws = Laws::of(session.world_mut());
     let scene = session.scene();
     let step = match scene.step {
         StepKind::Fixed => format!("{} Hz", scene.step_hz),
         StepKind::Frame => "the frame's own length".to_owned(),
     };
-    let method = session.stepper().method().name();
-    let mut plan = format!("step of `{}`: {method}, {step}, {} bodies\n", scene.name, scene.bodies.len());
-    for (i, system) in session.stepper().systems().iter().enumerate() {
-        // Generic parameters say nothing to a person.
-        let system = system.split('<').next().unwrap_or(system);
-        plan += &format!("  {}. {system:<24} {}\n", i + 1, what(system, &session));
+    let method = session.stepper().method();
+    let mut plan = format!(
+        "step of `{}`: {}, {step}{}, {} bodies\n",
+        scene.name,
+        method.name(),
+        if scene.substeps == 1 { String::new() } else { format!(" in {} substeps", scene.substeps) },
+        scene.bodies.len()
+    );
+    let systems = session.stepper().systems();
+    let integrating = systems.iter().filter(|system| integrated(system).is_some()).count();
+    for (i, system) in systems.iter().enumerate() {
+        let name = system.split(['<', ':']).next().unwrap_or(system);
+        let what = match integrated(system) {
+            Some((method, filter)) => {
+                let claims = method.claims();
+                let whose = if integrating > 1 { whose(filter) } else { "" };
+                format!("{}: {}{whose}{}{}", claims.title, cost(claims), laws.accelerating, laws.damping)
+            }
+            None => laws.what(name),
+        };
+        plan += &format!("{:>3}. {name:<24} {what}\n", i + 1);
     }
-    if session.stepper().passes() == Passes::One {
-        plan += "     ( integrate_acceleration and integrate_velocity, one pass over memory, equal bits )\n";
+    if systems.iter().any(|system| system.starts_with("integrate_in_one_pass")) {
+        let halves = ["integrate_acceleration", "integrate_velocity"];
+        let [first, second] = if method == Method::ExplicitEuler { [halves[1], halves[0]] } else { halves };
+        plan += &format!("     ( {first}, then {second}, one pass over memory, equal bits )\n");
     }
     plan
 }
 
-fn what(system: &str, session: &Session) -> String {
-    let gravity = match session.world().get_resource::<Gravity>() {
-        Some(Gravity { acceleration: g, on }) => {
-            format!("; gravity ({}, {}, {}) m/s², {}", g.x, g.y, g.z, if *on { "on" } else { "off" })
+/// The method of a system `integrate<RungeKutta4, Without<OwnMethod>>`, and what follows it in the brackets.
+fn integrated(system: &str) -> Option<(Method, &str)> {
+    let parameters = system.strip_prefix("integrate")?.trim_start_matches("::").strip_prefix('<')?;
+    let (name, filter) = parameters.split_once([',', '>'])?;
+    // A method's type is called what the method is.
+    let method = Method::ALL.into_iter().find(|method| format!("{method:?}") == name)?;
+    Some((method, filter.trim()))
+}
+
+/// Which bodies a system moves where several share them.
+fn whose(filter: &str) -> &'static str {
+    if filter.starts_with("Without") {
+        ", bodies without a method of their own"
+    } else {
+        ", bodies that ask for it"
+    }
+}
+
+/// The laws of a world in words, each behind a semicolon.
+struct Laws {
+    accelerating: String,
+    damping: String,
+}
+
+impl Laws {
+    fn of(world: &mut World) -> Self {
+        let mut accelerating = String::new();
+        if let Some(Gravity { acceleration: g, on }) = world.get_resource::<Gravity>() {
+            let on = if *on { "on" } else { "off" };
+            accelerating += &format!("; gravity ({}, {}, {}) m/s², {on}", g.x, g.y, g.z);
         }
-        None => String::new(),
-    };
-    let damping = match session.world().get_resource::<Damping>() {
-        Some(Damping { model, rate }) => format!("; damping {} {rate} 1/s", model.name()),
-        None => String::new(),
-    };
-    match system {
-        "apply_forces" => "queued pushes become forces".to_owned(),
-        "integrate_acceleration" => format!("v += (F w + g) h{gravity}"),
-        "integrate_velocity" => format!("x += v h{damping}"),
-        "integrate_in_one_pass" => format!("both middle systems{gravity}{damping}"),
-        "clear_forces" => "forces last one tick".to_owned(),
-        "quarantine_bodies" => "freezes what would turn non-finite".to_owned(),
-        _ => String::new(),
+        if let Some(Drag { linear, quadratic }) = world.get_resource::<Drag>() {
+            accelerating += &format!("; drag {linear} 1/s, {quadratic} 1/m");
+        }
+        if let Some(Wells(wells)) = world.get_resource::<Wells>() {
+            accelerating += &format!("; wells: {}", wells.len());
+        }
+        let mut own = BTreeMap::new();
+        for law in world.query::<&OwnLaws>().iter(world).flat_map(OwnLaws::laws) {
+            *own.entry(law.name()).or_insert(0) += 1;
+        }
+        for (name, count) in own {
+            accelerating += &format!("; {name}: {count}");
+        }
+        let damping = match world.get_resource::<Damping>() {
+            Some(Damping { model, rate }) => format!("; damping {} {rate} 1/s", model.name()),
+            None => String::new(),
+        };
+        Self { accelerating, damping }
+    }
+
+    fn what(&self, system: &str) -> String {
+        let Self { accelerating, damping } = self;
+        match system {
+            "apply_forces" => "queued pushes become forces".to_owned(),
+            "integrate_acceleration" => format!("v += (F w + g) h{accelerating}"),
+            "integrate_velocity" => format!("x += v h{damping}"),
+            "integrate_in_one_pass" => format!("both middle systems{accelerating}{damping}"),
+            "remember_steps" => "bodies new to position Verlet start with the Taylor value".to_owned(),
+            "remember_accelerations" => "room for the last acceleration, the next step's first".to_owned(),
+            "apply_deferred" => "bodies get what was given to them".to_owned(),
+            "clear_forces" => "forces last one tick".to_owned(),
+            "quarantine_bodies" => "freezes what would turn non-finite".to_owned(),
+            _ => String::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use motion::units::Vector;
+    use motion::{Curve, Thrust, Well};
+
+    use super::*;
+
+    #[test]
+    fn laws_are_named_with_their_numbers() {
+        let mut world = World::new();
+        assert_eq!(Laws::of(&mut world).accelerating, "");
+        world.insert_resource(Gravity::EARTH);
+        world.insert_resource(Drag { linear: 0.1, quadratic: 0.02 });
+        let well = Well { position: Vector::ZERO, strength: 1.0, softening: 0.0 };
+        world.insert_resource(Wells(vec![well; 2]));
+        let thrust = Thrust::new(Curve::Polynomial(vec![Vector::X]), 0.0, 1.0);
+        world.spawn(OwnLaws::new(vec![Box::new(thrust)]));
+        let expected = "; gravity (0, -9.8, 0) m/s², on; drag 0.1 1/s, 0.02 1/m; wells: 2; thrusts: 1";
+        assert_eq!(Laws::of(&mut world).accelerating, expected);
+    }
+
+    #[test]
+    fn the_name_of_a_system_says_its_method() {
+        for (name, method, filter) in [
+            ("integrate<RungeKutta4, Without<OwnMethod>>", Method::RungeKutta4, "Without<OwnMethod>>"),
+            ("integrate::<Yoshida4, With<Yoshida4>>", Method::Yoshida4, "With<Yoshida4>>"),
+            ("integrate<VelocityVerlet>", Method::VelocityVerlet, ""),
+        ] {
+            assert_eq!(integrated(name), Some((method, filter)));
+        }
+        for name in
+            ["integrate_in_one_pass<ExplicitEuler>", "integrate_velocity", "integrate<Rk9>", "clear_forces"]
+        {
+            assert_eq!(integrated(name), None);
+        }
     }
 }

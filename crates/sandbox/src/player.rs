@@ -112,6 +112,7 @@ impl Player {
             Action::ReverseVelocities => experiment(Experiment::OfWorld(Request::ReverseVelocities)),
             Action::Remove(body) => experiment(Experiment::Remove(body)),
             Action::Screenshot(name) => experiment(Experiment::Screenshot(name)),
+            Action::SetBodyMethod(body, method) => experiment(Experiment::BodyMethod(body, Some(method))),
             Action::SetMethod(method) => experiment(Experiment::Method(method)),
         });
     }

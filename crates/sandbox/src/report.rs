@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use motion::{PhysicsBody, Totals, Transform, totals};
+use motion::{Method, PhysicsBody, Totals, Transform, totals};
 use serde_json::{Map, Value, json};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -66,33 +66,43 @@ impl Summary {
     #[must_use]
     pub fn of(session: &mut Session, start: Totals, pictures: u64, adapter: Option<String>) -> Self {
         let now = totals(session.world_mut());
-        let (evaluations, [gravity, damping]) = session.evaluations();
-        let mut laws = Map::new();
-        if session.world().get_resource::<motion::Gravity>().is_some() {
-            laws.insert("gravity".to_owned(), json!(gravity));
-        }
-        if session
-            .world()
-            .get_resource::<motion::Damping>()
-            .is_some_and(|d| d.model == motion::DampingModel::Exact)
-        {
-            laws.insert("damping".to_owned(), json!(damping));
-        }
+        let evaluations = session.evaluations();
+        // A law that the scene declares is listed also while it is off.
+        let declared = [
+            ("gravity", session.world().contains_resource::<motion::Gravity>()),
+            ("drag", session.world().contains_resource::<motion::Drag>()),
+            ("wells", session.world().contains_resource::<motion::Wells>()),
+        ];
+        let declared = declared.into_iter().filter(|(_, declared)| *declared).map(|(law, _)| (law, 0));
+        let laws: Map<_, _> = declared
+            .chain(evaluations.laws().iter().copied())
+            .map(|(law, count)| (law.to_owned(), json!(count)))
+            .collect();
+        let (accelerations, newton_iterations, unconverged_steps) =
+            (evaluations.accelerations(), evaluations.newton_iterations(), evaluations.unconverged_steps());
         let quarantined: Vec<_> = session
             .quarantined()
             .iter()
             .map(|frozen| json!({"body": frozen.body, "tick": frozen.tick, "what": frozen.what}))
             .collect();
+        let methods: Map<_, _> = session
+            .methods()
+            .into_iter()
+            .map(|(method, bodies)| (method.name().to_owned(), json!(bodies)))
+            .collect();
         let fields = [
             ("scene", json!(session.scene().name)),
             ("method", json!(session.stepper().method().name())),
+            ("methods", Value::Object(methods)),
             ("step_hz", number(session.step_hz())),
             ("ticks", json!(session.ticks())),
             ("simulated_s", number(session.simulated())),
             ("dropped_s", number(session.dropped())),
-            ("force_evaluations", json!(evaluations)),
+            ("force_evaluations", json!(accelerations)),
             ("laws", Value::Object(laws)),
             ("cg_iterations", json!(0)),
+            ("newton_iterations", json!(newton_iterations)),
+            ("unconverged_steps", json!(unconverged_steps)),
             ("kinetic_energy_j", number(now.kinetic_energy)),
             ("potential_energy_j", number(now.potential_energy)),
             ("momentum_kg_m_s", vector(now.momentum)),
@@ -119,12 +129,14 @@ impl Summary {
     #[must_use]
     pub fn to_table(&self) -> String {
         let mut table = String::new();
-        for (name, value) in &self.fields {
+        for (field, value) in &self.fields {
             let value = match value {
+                Value::String(name) if field == "method" => Method::from_name(name)
+                    .map_or_else(|| name.clone(), |method| format!("{name} ({})", method.claims().title)),
                 Value::String(text) => text.clone(),
                 Value::Null => "none".to_owned(),
-                Value::Array(items) if name == "quarantined" => {
-                    let _ = writeln!(table, "{name:<26} {}", items.len());
+                Value::Array(items) if field == "quarantined" => {
+                    let _ = writeln!(table, "{field:<26} {}", items.len());
                     for item in items.iter().take(10) {
                         let _ = writeln!(table, "  {item}");
                     }
@@ -132,14 +144,14 @@ impl Summary {
                 }
                 other => other.to_string(),
             };
-            let _ = writeln!(table, "{name:<26} {value}");
+            let _ = writeln!(table, "{field:<26} {value}");
         }
         table
     }
 }
 
 /// A number, or its name where JSON has none.
-fn number(value: f64) -> Value {
+pub(crate) fn number(value: f64) -> Value {
     if value.is_nan() {
         json!("nan")
     } else if value.is_infinite() {

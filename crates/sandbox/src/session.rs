@@ -2,16 +2,22 @@
 //!
 //! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
 
+mod labels;
+mod options;
 mod pose;
 mod read;
 
+pub(crate) use labels::Label;
+pub use options::{Options, Overrides};
+
 use std::collections::HashMap;
+use std::num::NonZero;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Damping, DampingModel, FrameTime, Gravity, Method, PhysicsBody, PreviousPosition, Push, PushQueue,
-    Quarantine, Quarantined, Request, Requests, StepClock, Stepper, TickClock, TimeStep, Transform,
+    Damping, Evaluations, FrameTime, Gravity, Method, PhysicsBody, PreviousPosition, Push, PushQueue,
+    Quarantine, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
     remember_positions,
 };
 use pick::Targets;
@@ -27,58 +33,6 @@ pub(crate) const CATCH_UP: f64 = 0.25;
 
 /// Newtons of a held push key.
 pub(crate) const KEY_PUSH: f64 = 10.0;
-
-/// What a run changes of every scene that it opens.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Overrides {
-    /// Method of integration.
-    pub method: Option<Method>,
-    /// Ticks a second, positive and finite.
-    pub step_hz: Option<f64>,
-    /// Damping model, where the scene declares damping.
-    pub damping: Option<DampingModel>,
-}
-
-impl Overrides {
-    /// Changes `scene`.
-    pub fn apply(self, scene: &mut Scene) {
-        scene.method = self.method.unwrap_or(scene.method);
-        scene.step_hz = self.step_hz.unwrap_or(scene.step_hz);
-        if let (Some(damping), Some(model)) = (&mut scene.damping, self.damping) {
-            damping.model = model;
-        }
-    }
-}
-
-/// What a session is to do besides simulating.
-#[derive(Clone, Copy, Debug)]
-pub struct Options {
-    /// Size of the picture, pixels.
-    pub size_px: [u32; 2],
-    /// Whether frames are drawn; without pictures the panels are laid out only while one is open.
-    pub pictures: bool,
-    /// Whether poses between two ticks are drawn and picked. A run without input and pictures needs none.
-    pub interpolate: bool,
-    /// Longest frame that is caught up with, s, if not the usual quarter of a second.
-    pub catch_up: Option<f64>,
-    /// Simulate nothing until told so.
-    pub paused: bool,
-    /// What is changed of every scene.
-    pub overrides: Overrides,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            size_px: [1280, 720],
-            pictures: true,
-            interpolate: true,
-            catch_up: None,
-            paused: false,
-            overrides: Overrides::default(),
-        }
-    }
-}
 
 /// What the window shell measured; a headless run has none, so that its pictures depend on nothing but input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -137,13 +91,11 @@ pub struct Session {
     frames: u64,
     dropped: f64,
     dropped_lately: f64,
-    /// Bodies that forces move, until something may have changed their number.
-    movable: Option<u64>,
-    evaluations: u64,
-    evaluations_of: [u64; 2],
     quarantined: Vec<QuarantinedBody>,
     records_seen: usize,
     pub(crate) acting: HashMap<Entity, DVec3>,
+    /// Words beside bodies, by stable id.
+    pub(crate) labels: Vec<(u32, String)>,
 }
 
 impl Session {
@@ -154,11 +106,11 @@ impl Session {
         let catch_up = options.catch_up.unwrap_or(CATCH_UP);
         let clock =
             TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
-        let (world, stepper, entities) = build(&scene, options.interpolate);
+        let (world, stepper, entities) = build(&scene, options);
         let push = scene.push.unwrap_or(PushSpec::TUTORIAL);
         Self {
             camera: Camera::new(scene.camera),
-            control: Control::new(push, options.paused),
+            control: Control { trails: scene.trails, ..Control::new(push, options.paused) },
             ui: Ui::new(options.size_px),
             trails: Trails::default(),
             measured: None,
@@ -171,12 +123,10 @@ impl Session {
             frames: 0,
             dropped: 0.0,
             dropped_lately: 0.0,
-            movable: None,
-            evaluations: 0,
-            evaluations_of: [0; 2],
             quarantined: Vec::new(),
             records_seen: 0,
             acting: HashMap::new(),
+            labels: scene.labels.clone(),
             scene,
             world,
             stepper,
@@ -295,30 +245,14 @@ impl Session {
             self.stepper.tick(&mut self.world);
             after_tick(self);
         }
-        if ticks > 0 {
-            self.count(ticks);
-        }
         let between = self.options.interpolate && !self.control.paused && self.scene.step == StepKind::Fixed;
         self.alpha = if between { self.clock.fraction() } else { 1.0 };
         self.targets_current = false;
         self.note_quarantined();
         if self.control.trails {
-            self.trails.record(&mut self.world);
+            let time = self.simulated();
+            self.trails.record(&mut self.world, self.alpha, time);
         }
-    }
-
-    fn count(&mut self, ticks: u64) {
-        let world = &mut self.world;
-        let movable = *self.movable.get_or_insert_with(|| {
-            let mut bodies = world.query_filtered::<&PhysicsBody, Without<Quarantined>>();
-            bodies.iter(world).filter(|body| body.inverse_mass > 0.0).count() as u64
-        });
-        let gravity = self.world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
-        let damping = self.world.get_resource::<Damping>();
-        let damping = damping.is_some_and(|damping| damping.model == DampingModel::Exact);
-        self.evaluations += ticks * movable;
-        self.evaluations_of[0] += ticks * movable * u64::from(gravity);
-        self.evaluations_of[1] += ticks * movable * u64::from(damping);
     }
 
     fn note_quarantined(&mut self) {
@@ -326,9 +260,6 @@ impl Session {
         let named: Vec<_> =
             records.iter().map(|record| (record.body, record.tick, record.cause.what())).collect();
         self.records_seen += named.len();
-        if !named.is_empty() {
-            self.movable = None;
-        }
         for (body, tick, what) in named {
             let body = self.name(body);
             if self.quarantined.len() < 3 {
@@ -349,8 +280,17 @@ impl Session {
 
     /// Asks for a change at the start of the next tick.
     pub(crate) fn ask(&mut self, request: Request) {
-        self.movable = None;
         self.world.resource_mut::<Requests>().ask(request);
+    }
+
+    /// Gives `body` a method of its own, or the scene's.
+    pub(crate) fn set_body_method(&mut self, body: Entity, method: Option<Method>) {
+        self.ask(Request::SetBodyMethod(body, method));
+    }
+
+    /// Goes on with another method of the scene.
+    pub(crate) fn set_method(&mut self, method: Method) {
+        self.stepper.set_method(&mut self.world, method);
     }
 
     /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
@@ -370,13 +310,11 @@ impl Session {
         let damping = self.world.get_resource::<Damping>().copied();
         let method = self.stepper.method();
         let step = *self.world.resource::<TimeStep>();
-        let clock = *self.world.resource::<StepClock>();
-        let (world, stepper, entities) = build(&self.scene, self.options.interpolate);
+        let (mut world, stepper, entities) = build(&self.scene, self.options);
+        self.hand_over(&mut world);
         (self.world, self.stepper, self.entities) = (world, stepper, entities);
         self.ids = ids_of(&self.entities);
         self.world.insert_resource(step);
-        // Simulated time goes on: the new world is the same run.
-        self.world.insert_resource(clock);
         if let Some(gravity) = gravity {
             self.world.insert_resource(gravity);
         }
@@ -389,7 +327,6 @@ impl Session {
         self.control.selection = None;
         self.control.locked = None;
         self.records_seen = 0;
-        self.movable = None;
         self.targets = Targets::default();
         self.targets_current = false;
         self.trails = Trails::default();
@@ -405,10 +342,20 @@ impl Session {
         next.control.mode = self.control.mode;
         next.control.pointer = self.control.pointer;
         (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
-        next.world.insert_resource(*self.world.resource::<StepClock>());
+        self.hand_over(&mut next.world);
         next.ticks_left = self.ticks_left;
         next.dropped = self.dropped;
         *self = next;
+    }
+}
+
+impl Session {
+    /// Lets another world go on with the time and the counts of this one: it is the same run.
+    fn hand_over(&mut self, world: &mut World) {
+        let mut clock = *self.world.resource::<StepClock>();
+        clock.begin_scene();
+        world.insert_resource(clock);
+        world.insert_resource(std::mem::take(&mut *self.world.resource_mut::<Evaluations>()));
     }
 }
 
@@ -416,10 +363,14 @@ fn ids_of(entities: &[Entity]) -> HashMap<Entity, u32> {
     (0..).zip(entities).map(|(id, entity)| (*entity, id)).collect()
 }
 
-fn build(scene: &Scene, interpolate: bool) -> (World, Stepper, Vec<Entity>) {
+fn build(scene: &Scene, options: Options) -> (World, Stepper, Vec<Entity>) {
     let mut world = World::new();
     let entities = scene.spawn(&mut world);
-    if interpolate {
+    if entities.len() >= Threads::FROM {
+        let usual = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        world.insert_resource(Threads::new(options.threads.unwrap_or_else(usual)));
+    }
+    if options.interpolate {
         let movable: Vec<_> = world
             .query::<(Entity, &Transform, &PhysicsBody)>()
             .iter(&world)

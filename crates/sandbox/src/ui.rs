@@ -81,6 +81,11 @@ impl Ui {
         self.notices.push((text, None));
     }
 
+    /// Takes back a notice that something newer makes untrue.
+    pub fn take_back(&mut self, notice: &str) {
+        self.notices.retain(|(text, _)| text != notice);
+    }
+
     /// Whether a panel is open.
     pub const fn any_open(&self) -> bool {
         self.help || self.settings || self.finder.is_some()
@@ -241,6 +246,7 @@ impl Session {
         for edit in edits {
             match edit {
                 Edit::Ask(request) => self.ask(request),
+                Edit::Try(experiment) => self.experiment(&experiment),
                 Edit::StepHz(rate) => {
                     if self.clock.set_rate(rate).is_ok() {
                         self.world.insert_resource(motion::TimeStep(1.0 / rate));

@@ -18,7 +18,7 @@ use winit::event::{
     DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent,
 };
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::keyboard::PhysicalKey;
+use winit::keyboard::{ModifiersState, PhysicalKey};
 use winit::window::{Window, WindowId};
 
 use self::pointer::Pointer;
@@ -50,8 +50,15 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     };
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args)).transpose()?;
     let event_loop = display::event_loop()?;
-    let overrides = Overrides { method: args.method, ..Overrides::default() };
-    let options = Options { size_px: args.size, paused: args.paused, overrides, ..Options::default() };
+    let overrides =
+        Overrides { method: args.step.method, substeps: args.step.substeps, ..Overrides::default() };
+    let options = Options {
+        size_px: args.size,
+        paused: args.paused,
+        overrides,
+        threads: args.step.threads,
+        ..Options::default()
+    };
     let mut shell = Shell {
         session: Session::new(scene, options),
         player,
@@ -60,7 +67,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         pointer: Pointer::default(),
         events: Vec::new(),
         down: HashMap::new(),
-        ctrl: false,
+        modifiers: ModifiersState::empty(),
         focused: true,
         mode_changes: false,
         clock: FrameClock::default(),
@@ -118,7 +125,7 @@ struct Shell {
     events: Vec<Input>,
     /// What each key meant when it went down: shift may be let go before it.
     down: HashMap<PhysicalKey, Key>,
-    ctrl: bool,
+    modifiers: ModifiersState,
     focused: bool,
     /// A key that changes the mode waits for its frame: until then nobody knows what motion means.
     mode_changes: bool,
@@ -162,7 +169,7 @@ impl ApplicationHandler for Shell {
                 self.events.push(Input::Scaled(scale_factor));
             }
             WindowEvent::Focused(focused) => self.focus(focused),
-            WindowEvent::ModifiersChanged(modifiers) => self.ctrl = modifiers.state().control_key(),
+            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
             WindowEvent::CursorMoved { position, .. } => {
                 let known = !self.mode_changes && self.pointer.holds() == self.session.grabs_pointer();
@@ -225,13 +232,14 @@ impl Shell {
     fn key(&mut self, event: &KeyEvent) {
         match event.state {
             ElementState::Pressed => {
-                let Some(key) = keys::named(event, self.ctrl) else { return };
+                let Some(key) = keys::named(event, self.modifiers) else { return };
                 if !event.repeat || self.session.takes_text() {
                     self.mode_changes |= binding(&key).is_some_and(|row| row.action == Action::ToggleMode);
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
                 }
-                if let (Some(text), false, true) = (&event.text, self.ctrl, self.session.takes_text()) {
+                let ctrl = self.modifiers.control_key();
+                if let (Some(text), false, true) = (&event.text, ctrl, self.session.takes_text()) {
                     self.events.push(Input::Text(text.to_string()));
                 }
             }

@@ -2,13 +2,14 @@
 
 use egui::{Align2, Grid, RichText};
 use glam::DVec3;
+use motion::Method;
 
 use super::Selected;
 
 /// Points that three components of two digits before the point need.
 const WIDTH: f32 = 340.0;
 
-pub(super) fn show(context: &egui::Context, selected: &Selected) {
+pub(super) fn show(context: &egui::Context, selected: &Selected, scene: Method) {
     // Read-only and not interactive: clicks over it reach the scene.
     egui::Window::new("selection")
         .title_bar(false)
@@ -20,7 +21,7 @@ pub(super) fn show(context: &egui::Context, selected: &Selected) {
             ui.set_min_width(WIDTH);
             ui.label(RichText::new(&selected.name).strong());
             Grid::new("quantities").num_columns(2).show(ui, |ui| {
-                for (quantity, value) in rows(selected) {
+                for (quantity, value) in rows(selected, scene) {
                     ui.label(quantity);
                     ui.monospace(value);
                     ui.end_row();
@@ -29,7 +30,7 @@ pub(super) fn show(context: &egui::Context, selected: &Selected) {
         });
 }
 
-fn rows(selected: &Selected) -> Vec<(&'static str, String)> {
+fn rows(selected: &Selected, scene: Method) -> Vec<(&'static str, String)> {
     let mut rows = vec![
         ("position", vector(selected.position, "m")),
         ("displacement", vector(selected.displacement, "m")),
@@ -40,19 +41,24 @@ fn rows(selected: &Selected) -> Vec<(&'static str, String)> {
     };
     let movable = body.inverse_mass > 0.0;
     let gravity = if movable { selected.gravity } else { DVec3::ZERO };
+    let of_laws = if movable { selected.laws * body.mass() } else { DVec3::ZERO };
     let weight = if movable { gravity * body.mass() } else { DVec3::ZERO };
-    let applied = selected.applied * body.inverse_mass - body.velocity * selected.damping;
+    let applied = selected.applied * body.inverse_mass - body.velocity * selected.damping + selected.laws;
     let acceleration = if movable { applied + gravity } else { DVec3::ZERO };
     rows.extend([
         ("velocity", vector(body.velocity, "m/s")),
         ("speed", format!("{} m/s", number(body.velocity.length()))),
         ("acceleration", vector(acceleration, "m/s²")),
-        ("forces", vector(selected.applied + weight, "N")),
+        ("forces", vector(selected.applied + weight + of_laws, "N")),
         ("mass", if movable { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() }),
         ("inverse mass", format!("{} 1/kg", number(body.inverse_mass))),
         ("momentum", vector(body.momentum(), "kg m/s")),
         ("weight", format!("{} N", number(weight.length()))),
     ]);
+    if movable {
+        let (method, whose) = selected.own_method.map_or((scene, "the scene's"), |own| (own, "its own"));
+        rows.push(("method", format!("{}, {whose}", method.claims().title)));
+    }
     if selected.quarantined {
         rows.push(("quarantined", "frozen at its last finite state".to_owned()));
     }

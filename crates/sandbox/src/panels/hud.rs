@@ -1,6 +1,6 @@
 //! The tutorial's words in the tutorial's places, a cross-hair, and the state of the clock.
 
-use egui::{Align2, Color32, FontId, LayerId, Order, Painter, Pos2, Stroke, Vec2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke, Vec2};
 
 use super::Model;
 use crate::control::Mode;
@@ -10,7 +10,7 @@ use crate::session::Measured;
 const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
 
 /// Our own, thinner words stand on the bright sky.
-const THIN: Color32 = Color32::from_rgb(235, 235, 235);
+pub(super) const THIN: Color32 = Color32::from_rgb(235, 235, 235);
 
 const WARNING: Color32 = Color32::from_rgb(255, 190, 60);
 
@@ -23,15 +23,14 @@ const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
 /// Ours, below all that stands at the top: a notice may be wide.
 const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
 
-pub(super) fn show(context: &egui::Context, model: &Model) {
-    let screen = context.content_rect();
-    let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("hud")));
+pub(super) fn show(painter: &Painter, model: &Model) {
+    let screen = painter.ctx().content_rect();
     // The tutorial's glyphs are 1.9 % of the width apart.
     let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75);
     let at = |percent: Vec2| screen.min + screen.size() * percent / 100.0;
     let tutorial = |at: Vec2, words: &str| {
         let at = screen.min + screen.size() * at / 100.0;
-        text(&painter, at, Align2::LEFT_BOTTOM, words, font.clone(), TEXT);
+        text(painter, at, Align2::LEFT_BOTTOM, words, font.clone(), TEXT);
     };
     if model.pushes {
         tutorial(CLICK_FORCE_AT, &format!("Click Force:{:.6}", model.click_force));
@@ -52,28 +51,30 @@ pub(super) fn show(context: &egui::Context, model: &Model) {
         tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
     }
     text(
-        &painter,
+        painter,
         at(Vec2::new(99.0, 97.0)),
         Align2::RIGHT_BOTTOM,
         "H help   Tab settings",
         FontId::proportional(font.size * 0.8),
         THIN,
     );
-    state(&painter, at(Vec2::new(99.0, 2.0)), model, font.size * 0.8);
+    state(painter, at(Vec2::new(99.0, 2.0)), model, font.size * 0.8);
     for (row, notice) in (0_u8..).zip(&model.notices) {
         let size = font.size * 0.8;
         let place = at(NOTICES_AT) + Vec2::Y * size * 1.3 * f32::from(row);
-        text(&painter, place, Align2::CENTER_TOP, notice, FontId::proportional(size), WARNING);
+        text(painter, place, Align2::CENTER_TOP, notice, FontId::proportional(size), WARNING);
     }
     if model.mode == Mode::Camera {
-        cross_hair(&painter, screen.center());
+        cross_hair(painter, screen.center());
     }
 }
 
 /// Scene and clock in the top right corner.
 fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
+    let own = if model.own_methods { " and bodies' own" } else { "" };
+    let method = model.method.claims().title;
     let mut lines = vec![
-        (format!("{}   {} bodies   {}", model.scene, model.bodies, model.method), THIN),
+        (format!("{}   {} bodies   {method}{own}", model.scene, model.bodies), THIN),
         (format!("{:.2} s at {} Hz", model.simulated, (model.step_hz * 1e6).round() / 1e6), THIN),
     ];
     if let Some(measured) = model.measured {
@@ -118,7 +119,7 @@ fn cross_hair(painter: &Painter, center: Pos2) {
 }
 
 /// Words with a dark rim, readable on sky and checker alike.
-fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
+pub(super) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
     for corner in [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, -1.0)] {
         painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }

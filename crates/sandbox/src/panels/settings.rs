@@ -2,9 +2,10 @@
 
 use egui::{Align2, ComboBox, DragValue, Ui};
 use glam::DVec3;
-use motion::{Damping, DampingModel, Gravity, Request};
+use motion::{Damping, DampingModel, Gravity, Method, Request};
 
-use super::{Edit, Model, Selected};
+use super::{Edit, Model, Selected, method};
+use crate::control::Mode;
 
 /// Gravity at the surface, m/s² (Earth: the tutorial's value).
 const PRESETS: [(&str, f64); 5] =
@@ -19,6 +20,9 @@ pub(super) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>
         .collapsible(false)
         .anchor(Align2::LEFT_CENTER, [8.0, 0.0])
         .show(context, |ui| {
+            if model.mode == Mode::Camera {
+                ui.weak("the pointer turns the camera: Q lets it click here");
+            }
             gravity(ui, model, edits);
             ui.separator();
             damping(ui, model, edits);
@@ -31,10 +35,12 @@ pub(super) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>
                 }
             });
             ui.separator();
+            method::of_scene(ui, model, edits);
+            ui.separator();
             match &model.selection {
-                Some(selected) => body(ui, selected, edits),
+                Some(selected) => body(ui, selected, model.method, edits),
                 None => {
-                    ui.weak("select a body to edit its mass and velocity");
+                    ui.weak("select a body to edit its mass, velocity and method");
                 }
             }
         });
@@ -79,7 +85,7 @@ fn damping(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
     }
 }
 
-fn body(ui: &mut Ui, selected: &Selected, edits: &mut Vec<Edit>) {
+fn body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) {
     ui.label(&selected.name);
     let Some(body) = selected.body else {
         ui.weak("scenery has no physics");
@@ -101,6 +107,7 @@ fn body(ui: &mut Ui, selected: &Selected, edits: &mut Vec<Edit>) {
     if let Some(velocity) = vector(ui, body.velocity, 0.1, "m/s") {
         edits.push(Edit::Ask(Request::SetVelocity(selected.entity, velocity)));
     }
+    method::of_body(ui, selected, scene, edits);
 }
 
 /// Three numbers; the new vector if one was changed.

@@ -1,17 +1,18 @@
 //! From winit's keys to ours.
 
 use winit::event::KeyEvent;
-use winit::keyboard::{Key as Logical, NamedKey};
+use winit::keyboard::{Key as Logical, ModifiersState, NamedKey};
 
 use crate::actions::Key;
 
 /// The key that went down; `None` for keys that mean nothing to the program.
-pub(super) fn named(event: &KeyEvent, ctrl: bool) -> Option<Key> {
+pub(super) fn named(event: &KeyEvent, modifiers: ModifiersState) -> Option<Key> {
     let name = match &event.logical_key {
         Logical::Character(text) => {
             let mut characters = text.chars();
             let (Some(one), None) = (characters.next(), characters.next()) else { return None };
-            return Some(Key::character(one).with_ctrl(ctrl));
+            let key = Key::character(one).with_ctrl(modifiers.control_key());
+            return Some(key.with_shift(modifiers.shift_key()));
         }
         Logical::Named(named) => match named {
             NamedKey::Space => "Space",

@@ -33,7 +33,7 @@ impl Recorder {
             path: path.to_owned(),
             output,
             script: Script::default(),
-            method: args.method,
+            method: args.step.method,
             frame_ends_s: Vec::new(),
             scene: scene.to_owned(),
             size_px: (width, height),

@@ -1,0 +1,127 @@
+//! What `sandbox list` prints: scenes, methods, laws and keys.
+
+use clap::ValueEnum;
+use motion::METHODS;
+use serde_json::{Value, json};
+
+use crate::actions::{BINDINGS, MOUSE};
+use crate::methods::COLUMNS;
+
+/// What can be listed.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Listed {
+    #[default]
+    Scenes,
+    Methods,
+    Laws,
+    Keys,
+}
+
+/// How it is written.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Format {
+    #[default]
+    Table,
+    Json,
+}
+
+/// What accelerates bodies: name, key of the scene file, meaning.
+const LAWS: [[&str; 3]; 5] = [
+    ["gravity", "gravity", "the same acceleration for every body: a = g"],
+    ["drag", "drag", "drag of a fluid at rest, linear and quadratic: a = -c v - k |v| v"],
+    ["wells", "wells", "points that attract or repel: a = -mu r / (r² + s²)^(3/2)"],
+    [
+        "thrusts",
+        "thrusts",
+        "engines of single bodies: forces that follow a polynomial, a sine or a table in time",
+    ],
+    ["damping", "damping: (model: exact)", "the exact damping model: a = -c v"],
+];
+
+/// A cell: name in JSON, what programs and what people read.
+type Cell = (&'static str, Value, String);
+
+fn text(name: &'static str, text: impl Into<String>) -> Cell {
+    let text = text.into();
+    (name, json!(text), text)
+}
+
+fn rows(what: Listed) -> Vec<Vec<Cell>> {
+    match what {
+        Listed::Scenes => scene::shipped()
+            .iter()
+            .map(|shipped| {
+                let description =
+                    shipped.load().map_or_else(|error| error.to_string(), |scene| scene.description);
+                vec![text("scene", shipped.name), text("description", description)]
+            })
+            .collect(),
+        Listed::Methods => METHODS
+            .iter()
+            .map(|claims| {
+                let cell = |column: &crate::methods::Column| {
+                    (column.name, column.value(claims), column.text(claims))
+                };
+                COLUMNS.iter().map(cell).collect()
+            })
+            .collect(),
+        Listed::Laws => LAWS
+            .iter()
+            .map(|[law, key, what]| vec![text("law", *law), text("key", *key), text("what", *what)])
+            .collect(),
+        Listed::Keys => {
+            let keys = BINDINGS.iter().map(|row| (row.keys.join(" "), row.when, row.what, row.name));
+            let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *when, *what, ""));
+            keys.chain(mouse)
+                .map(|(input, when, what, name)| {
+                    vec![
+                        text("input", input),
+                        text("when", when.words()),
+                        text("name", name),
+                        text("what", what),
+                    ]
+                })
+                .collect()
+        }
+    }
+}
+
+/// Headings of the tables that would be numbers without a name.
+fn headings(what: Listed) -> Option<Vec<&'static str>> {
+    match what {
+        Listed::Methods => Some(COLUMNS.iter().map(|column| column.heading).collect()),
+        Listed::Laws => Some(vec!["law", "key of the scene file", "what it is"]),
+        Listed::Scenes | Listed::Keys => None,
+    }
+}
+
+/// The list as it is printed.
+pub(crate) fn listed(what: Listed, format: Format) -> String {
+    let rows = rows(what);
+    match format {
+        Format::Json => {
+            let objects: Vec<_> = rows
+                .into_iter()
+                .map(|row| row.into_iter().map(|(name, value, _)| (name.to_owned(), value)).collect())
+                .map(Value::Object)
+                .collect();
+            format!("{}\n", serde_json::to_string_pretty(&objects).expect("strings and numbers are JSON"))
+        }
+        Format::Table => {
+            let heading = headings(what).map(|row| row.into_iter().map(str::to_owned).collect());
+            let rows = rows.into_iter().map(|row| row.into_iter().map(|(.., text)| text).collect());
+            aligned(&heading.into_iter().chain(rows).collect::<Vec<_>>())
+        }
+    }
+}
+
+fn aligned(rows: &[Vec<String>]) -> String {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let mut table = String::new();
+    for row in rows {
+        let cells = row.iter().enumerate().map(|(i, text)| format!("{text:<0$}", width(i)));
+        table += cells.collect::<Vec<_>>().join("  ").trim_end();
+        table.push('\n');
+    }
+    table
+}

@@ -1,0 +1,109 @@
+//! Words beside bodies: where in the picture they stand.
+
+use glam::{DVec2, DVec3};
+use pick::Shape;
+
+use super::Session;
+
+/// A body's words in the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Label {
+    /// Where the body's middle is seen, pixels from the top left.
+    pub at: DVec2,
+    /// How far from there the body reaches to the side, pixels.
+    pub reach: f64,
+    pub text: String,
+}
+
+impl Session {
+    /// The labels of the bodies whose middle is in the picture, the farthest first.
+    pub(crate) fn visible_labels(&self) -> Vec<Label> {
+        let view = self.camera.viewpoint();
+        let size = DVec2::from_array(self.options.size_px.map(f64::from));
+        let mut seen: Vec<_> = self
+            .labels
+            .iter()
+            .filter_map(|(id, text)| {
+                let thing = *self.entities.get(*id as usize)?;
+                let place = self.drawn_position(thing)?;
+                let distance = (place - view.position).dot(view.forward());
+                let drawn = (view.near_m..=view.far_m).contains(&distance);
+                let at = view.project(place, size).filter(|_| drawn)?;
+                let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
+                let radius = self.world.get::<Shape>(thing).map_or(DVec3::ZERO, |shape| shape.half_extents());
+                let side = view.project(place + view.right() * radius.max_element(), size)?;
+                inside.then(|| (distance, Label { at, reach: side.distance(at), text: text.clone() }))
+            })
+            .collect();
+        seen.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        seen.into_iter().map(|(_, label)| label).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use scene::Scene;
+
+    use super::*;
+    use crate::session::Options;
+
+    /// Seen from the origin along -z, 90 degrees high.
+    fn session() -> Session {
+        let text = "(version: 1,
+            camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0, fov_y_deg: 90, near_m: 0.1, far_m: 100),
+            bodies: [
+                (name: \"ahead\", shape: sphere(radius_m: 2), position_m: (0, 0, -10)),
+                (name: \"particle\", position_m: (5, 5, -20)),
+                (name: \"behind\", shape: sphere(radius_m: 2), position_m: (0, 0, 10)),
+                (name: \"beside\", position_m: (40, 0, -10)),
+                (name: \"distant\", position_m: (0, 0, -200)),
+            ])";
+        let mut session =
+            Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
+        let names: Vec<_> = session.scene.names.iter().map(std::borrow::Cow::into_owned).collect();
+        session.labels = (0..).zip(names).collect();
+        // A body that there is not.
+        session.labels.push((99, "nobody".to_owned()));
+        session
+    }
+
+    #[test]
+    fn labels_stand_where_their_bodies_are_seen_and_only_in_the_picture() {
+        let seen = session().visible_labels();
+        let words: Vec<_> = seen.iter().map(|label| label.text.as_str()).collect();
+        assert_eq!(words, ["particle", "ahead"]);
+        let close = |a: DVec2, b: DVec2| assert!((a - b).length() < 1e-9, "{a} is not {b}");
+        // 360 pixels are 45 degrees.
+        close(seen[0].at, DVec2::new(640.0 + 90.0, 360.0 - 90.0));
+        close(seen[1].at, DVec2::new(640.0, 360.0));
+        assert!(seen[0].reach == 0.0 && (seen[1].reach - 72.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_label_of_a_removed_body_is_gone_and_others_stay_after_a_reset() {
+        let mut session = session();
+        let ahead = session.entities[0];
+        session.ask(motion::Request::Remove(ahead));
+        session.carry_out_requests();
+        assert_eq!(session.visible_labels().len(), 1);
+        session.reset_world();
+        assert_eq!(session.visible_labels().len(), 2);
+    }
+
+    #[test]
+    fn a_label_is_drawn_with_the_panels_of_the_frame() {
+        let mut session = session();
+        let words = |session: &mut Session, total: f64| {
+            let time = motion::FrameClock::default().advance_to(total).expect("a time");
+            let frame = session.frame(&crate::input::InputFrame::NOTHING, time);
+            let triangles = |primitive: &egui::ClippedPrimitive| match &primitive.primitive {
+                egui::epaint::Primitive::Mesh(mesh) => mesh.indices.len(),
+                egui::epaint::Primitive::Callback(_) => 0,
+            };
+            frame.panels.expect("a session with pictures").primitives.iter().map(triangles).sum::<usize>()
+        };
+        let labelled = words(&mut session, 0.0);
+        session.labels.clear();
+        assert!(words(&mut session, 0.0) < labelled);
+    }
+}

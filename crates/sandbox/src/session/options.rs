@@ -1,0 +1,62 @@
+//! What a session is asked to do: how it draws and paces, and what it changes of scenes.
+
+use motion::{DampingModel, Method};
+use scene::Scene;
+
+/// What a run changes of every scene that it opens.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// Method of the scene; bodies with a method of their own keep it.
+    pub method: Option<Method>,
+    /// Ticks a second, positive and finite.
+    pub step_hz: Option<f64>,
+    /// Damping model, where the scene declares damping.
+    pub damping: Option<DampingModel>,
+    /// Parts of a tick, at least 1; bodies with substeps of their own keep them.
+    pub substeps: Option<u32>,
+}
+
+impl Overrides {
+    /// Changes `scene`.
+    pub fn apply(self, scene: &mut Scene) {
+        scene.method = self.method.unwrap_or(scene.method);
+        scene.step_hz = self.step_hz.unwrap_or(scene.step_hz);
+        scene.substeps = self.substeps.unwrap_or(scene.substeps);
+        if let (Some(damping), Some(model)) = (&mut scene.damping, self.damping) {
+            damping.model = model;
+        }
+    }
+}
+
+/// What a session is to do besides simulating.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Size of the picture, pixels.
+    pub size_px: [u32; 2],
+    /// Whether frames are drawn; without pictures the panels are laid out only while one is open.
+    pub pictures: bool,
+    /// Whether poses between two ticks are drawn and picked. A run without input and pictures needs none.
+    pub interpolate: bool,
+    /// Longest frame that is caught up with, s, if not the usual quarter of a second.
+    pub catch_up: Option<f64>,
+    /// Simulate nothing until told so.
+    pub paused: bool,
+    /// What is changed of every scene.
+    pub overrides: Overrides,
+    /// Threads that integrate, at least 1, if not the usual number.
+    pub threads: Option<usize>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            size_px: [1280, 720],
+            pictures: true,
+            interpolate: true,
+            catch_up: None,
+            paused: false,
+            overrides: Overrides::default(),
+            threads: None,
+        }
+    }
+}
