@@ -1,9 +1,9 @@
 //! Keys, mouse and time: what each does, and what frame rates and hitches change.
 
 use glam::{DVec2, DVec3};
-use motion::Gravity;
+use motion::{Gravity, Method};
 use sandbox::actions::{self, BINDINGS, Key};
-use sandbox::input::{Button, Input};
+use sandbox::input::{Button, Experiment, Input};
 use sandbox::{Mode, Order};
 use scene::CameraSpec;
 
@@ -355,6 +355,67 @@ fn brackets_ask_for_the_neighboring_scenes_and_f12_for_a_screenshot() {
 }
 
 #[test]
+fn i_and_shift_i_go_through_the_methods_of_the_scene_and_a_reset_keeps_the_chosen_one() {
+    let mut drive = Drive::tutorial();
+    for (key, step) in [("I", Method::next as fn(Method) -> Method), ("Shift+I", Method::previous)] {
+        for _ in Method::ALL {
+            let expected = step(drive.session.stepper().method());
+            assert_eq!(drive.press(key).session.stepper().method(), expected, "{key}");
+        }
+    }
+    assert_eq!(drive.session.stepper().method(), Method::SemiImplicitEuler);
+    // Each press of a frame counts.
+    drive.give(tap("I").into_iter().chain(tap("I")).chain(tap("Shift+I")));
+    assert_eq!(drive.session.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(drive.press("F1").session.stepper().method(), Method::ImplicitEuler);
+    let hash = drive.hash();
+    drive.press("G").ticks(10);
+    assert_ne!(drive.hash(), hash);
+}
+
+#[test]
+fn shift_changes_only_the_keys_that_have_a_row_with_it() {
+    let fly = |keys: &[&str]| {
+        let mut drive = Drive::tutorial();
+        drive.give(keys.iter().map(|key| down(key))).run(10, 1.0 / 60.0);
+        let there = drive.session.camera().position;
+        drive.give(keys.iter().map(|key| up(key))).run(10, 1.0 / 60.0);
+        assert_eq!(drive.session.camera().position, there, "{keys:?}");
+        there
+    };
+    // A window reports the letter with shift while both are held.
+    assert_eq!(fly(&["Shift", "Shift+W"]), fly(&["Shift", "W"]));
+    assert!(gravity_on(Drive::tutorial().press("Shift+G")));
+    // A key that went down with shift and comes up without it is the same key.
+    let mut drive = Drive::tutorial();
+    drive.give([down("Shift+W"), up("W")]).ticks(5);
+    assert_eq!(drive.session.camera().position, CameraSpec::TUTORIAL.position);
+    assert_eq!(Drive::tutorial().press("Ctrl+Shift+I").session.stepper().method(), Method::default());
+    assert_eq!(Key::character('i').with_shift(true).to_string(), "Shift+I");
+    assert_eq!(Key::character('?').with_shift(true).to_string(), "?");
+    for word in ["Shift+?", "Shift+Up", "Shift+", "Shift+Ctrl+I", "Shift+Shift"] {
+        assert!(word.parse::<Key>().is_err(), "{word}");
+    }
+}
+
+#[test]
+fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
+    let mut drive = Drive::tutorial();
+    let count = |drive: &mut Drive| drive.session.methods();
+    assert_eq!(count(&mut drive), [(Method::SemiImplicitEuler, 28)]);
+    let body = |name: &str, method| Input::Experiment(Experiment::BodyMethod(name.to_owned(), method));
+    drive.give([body("player", Some(Method::RungeKutta4)), body("enemy", Some(Method::Yoshida4))]);
+    drive.give([body("nobody", Some(Method::Yoshida4))]);
+    let own = [(Method::SemiImplicitEuler, 26), (Method::RungeKutta4, 1), (Method::Yoshida4, 1)];
+    assert_eq!(count(&mut drive), own);
+    // The scene's method is that of all others.
+    drive.press("Shift+I");
+    assert_eq!(count(&mut drive)[0], (Method::ExplicitEuler, 26));
+    drive.give([body("player", None), body("enemy", Some(Method::ExplicitEuler))]);
+    assert_eq!(count(&mut drive), [(Method::ExplicitEuler, 28)]);
+}
+
+#[test]
 fn one_two_and_three_show_velocities_forces_and_trails() {
     for key in ["1", "2", "3"] {
         let (mut drive, _) = with_player();
@@ -363,6 +424,15 @@ fn one_two_and_three_show_velocities_forces_and_trails() {
         drive.press(key).ticks(2);
         assert!(drive.session.picture().lines.is_empty(), "{key} hides them");
     }
+}
+
+#[test]
+fn force_arrows_show_an_engine_while_it_is_on() {
+    let mut drive = Drive::shipped("ship");
+    drive.press("3").press("2").ticks(2);
+    assert!(!drive.session.picture().lines.is_empty(), "on for 2 s");
+    drive.ticks(240);
+    assert!(drive.session.picture().lines.is_empty(), "it coasts");
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod controls;
 mod damping;
 mod drive;
 mod harness;
+mod methods;
 mod newton;
 mod panels;
 mod picking;

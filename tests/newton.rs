@@ -164,12 +164,13 @@ fn state(world: &mut World) -> Vec<[u64; 6]> {
 
 #[test]
 fn one_pass_and_two_passes_give_the_same_bits() {
-    for method in Method::ALL {
+    for method in [Method::ExplicitEuler, Method::SemiImplicitEuler] {
         for model in DampingModel::ALL {
             for plain in [0, 1, 3, 4, 5, 9, 64] {
                 let [mut two, mut one] = [motion::Passes::Two, motion::Passes::One].map(|passes| {
                     let mut lab = asking(plain, method, model);
-                    let mut schedule = motion::step_schedule(method, passes);
+                    let plan = motion::StepPlan { method, passes, ..Default::default() };
+                    let mut schedule = motion::step_schedule(&plan);
                     let some = lab
                         .world
                         .query_filtered::<Entity, With<PhysicsBody>>()

@@ -1,7 +1,7 @@
 //! Panels: when they are closed, what they take from the scene and what they leave to it.
 
 use glam::DVec2;
-use motion::Gravity;
+use motion::{Gravity, Method};
 use sandbox::Order;
 use sandbox::input::{Button, Input};
 
@@ -143,9 +143,9 @@ fn letters_typed_into_the_finder_do_not_press_their_keys() {
 #[test]
 fn a_number_being_typed_into_the_settings_takes_the_keys() {
     let (mut drive, _) = with_settings();
-    // Somewhere above the lower edge is the field of step_hz; a click makes it a text field.
-    let field = (0..60).find(|row| {
-        let pixel = DVec2::new(100.0, 600.0 - 5.0 * f64::from(*row));
+    // Somewhere above the middle is the field of step_hz; a click makes it a text field.
+    let field = (0..20).find(|row| {
+        let pixel = DVec2::new(100.0, 346.0 - 3.0 * f64::from(*row));
         drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2).session.takes_text()
     });
     assert!(field.is_some());
@@ -160,14 +160,29 @@ fn a_number_being_typed_into_the_settings_takes_the_keys() {
 #[test]
 fn what_is_changed_in_the_settings_acts_on_the_scene() {
     let (mut drive, _) = with_settings();
-    // The box that switches gravity on is at the left edge, above the middle.
+    // The box that switches gravity on is at the left edge, near the top.
     let switch = (0..20).find(|row| {
-        let pixel = DVec2::new(24.0, 350.0 - 4.0 * f64::from(*row));
+        let pixel = DVec2::new(24.0, 218.0 - 3.0 * f64::from(*row));
         drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2);
         drive.session.world().resource::<Gravity>().on
     });
     assert!(switch.is_some());
     assert!(drive.ticks(5).v("player").y < 0.0);
+}
+
+#[test]
+fn a_method_is_chosen_from_the_list_in_the_settings() {
+    let (mut drive, _) = with_settings();
+    assert_eq!(drive.session.stepper().method(), Method::SemiImplicitEuler);
+    // A click on the box below the middle opens the list; its first line is 27 pixels lower.
+    let line = (0..20).map(|row| 350.0 + 4.0 * f64::from(row)).find(|row| {
+        for y in [*row, row + 29.0] {
+            drive.frame(H, [at(DVec2::new(120.0, y))]).frame(H, click(Button::Left)).ticks(2);
+        }
+        drive.session.stepper().method() == Method::ExplicitEuler
+    });
+    assert!(line.is_some());
+    assert_eq!(drive.session.methods(), [(Method::ExplicitEuler, 28)]);
 }
 
 #[test]

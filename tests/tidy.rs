@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use sandbox::actions;
+use sandbox::{actions, methods};
 
 use crate::harness::root;
 
@@ -147,10 +147,11 @@ fn one_version_of_glam_wgpu_and_winit() {
 }
 
 #[test]
-fn the_readme_has_the_table_of_keys_and_the_list_of_scenes() {
+fn the_readme_has_the_tables_of_keys_and_methods_and_the_list_of_scenes() {
     let readme = fs::read_to_string(root().join("README.md")).unwrap();
-    let table = actions::markdown();
-    assert!(readme.contains(&table), "README.md should contain:\n{table}");
+    for table in [actions::markdown(), methods::markdown()] {
+        assert!(readme.contains(&table), "README.md should contain:\n{table}");
+    }
     for shipped in scene::shipped() {
         let description = shipped.load().unwrap().description;
         let row = format!("| `{}` | {description} |", shipped.name);

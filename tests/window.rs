@@ -10,7 +10,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
-use motion::{FrameClock, PhysicsBody};
+use motion::{FrameClock, Method, PhysicsBody};
 use pick::Viewpoint;
 use render::Image;
 use sandbox::player::Player;
@@ -271,12 +271,13 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     while window.screenshot().tick < pushed.tick + 12 {}
     window.input(&["key", "p"]);
     let paused = window.screenshot();
+    window.input(&["key", "i", "i", "shift+i"]);
     assert_eq!(window.quit(2).code(), Some(0), "{}", window.messages());
     assert_ne!(pushed.state_hash, paused.state_hash, "nothing moved");
 
     let (script, recording) = window.recording();
     let recorded: Vec<_> = script.steps.iter().map(|step| &step.action).collect();
-    for key in ["F2", "Q", "G", "P", "F12", "Escape"] {
+    for key in ["F2", "Q", "G", "P", "I", "Shift+I", "F12", "Escape"] {
         assert!(recorded.contains(&&Action::KeyDown(key.to_owned())), "{key} is not recorded");
         assert!(recorded.contains(&&Action::KeyUp(key.to_owned())), "{key} is not let go in the recording");
     }
@@ -314,6 +315,7 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
         "pushed and falling: {velocity}\n{}",
         script.to_ron()
     );
+    assert_eq!(end.stepper().method(), Method::default().next());
     assert_eq!(end.selection(), None, "Escape clears the selection first");
 
     let [in_window, in_replay] = [&pushed.image, &replayed.unwrap()].map(without_the_shells_words);

@@ -1,0 +1,119 @@
+//! The methods of integration against theory.
+//!
+//! What a method promises is written as checks, functions of a [`Stepper`]. The methods of the table pass them
+//! all; each broken method in [`mutants`] is rejected by one of them, which is how the checks are checked.
+
+mod conserved;
+mod costs;
+mod damping;
+mod events;
+mod oracle;
+
+mod fingerprint;
+mod laws;
+mod mutants;
+
+mod orders;
+mod problems;
+mod pushes;
+mod symmetry;
+mod verlet;
+mod worlds;
+
+use glam::DVec3;
+use motion::methods::Integrator;
+use motion::real::Real;
+use motion::{Claims, Method};
+
+use motion::Bare;
+
+/// A unit vector along no axis, exact in decimals.
+const SKEW: DVec3 = DVec3::new(0.48, 0.6, 0.64);
+
+/// A method of the table, or a broken one that takes its place.
+#[derive(Clone, Copy)]
+struct Stepper {
+    name: &'static str,
+    /// Whose promises it is held to.
+    method: Method,
+    double: fn(&mut Bare<f64>),
+    single: fn(&mut Bare<f32>),
+}
+
+/// `f64` or `f32`.
+trait Precision: Real {
+    fn tick(stepper: &Stepper, bare: &mut Bare<Self>);
+}
+
+impl Precision for f64 {
+    fn tick(stepper: &Stepper, bare: &mut Bare<Self>) {
+        (stepper.double)(bare);
+    }
+}
+
+impl Precision for f32 {
+    fn tick(stepper: &Stepper, bare: &mut Bare<Self>) {
+        (stepper.single)(bare);
+    }
+}
+
+impl Stepper {
+    const fn real(method: Method) -> Self {
+        Self { name: method.name(), method, double: Bare::<f64>::tick, single: Bare::<f32>::tick }
+    }
+
+    const fn of<M: Integrator>(name: &'static str) -> Self {
+        Self { name, method: M::METHOD, double: Bare::tick_with::<M>, single: Bare::tick_with::<M> }
+    }
+
+    fn all() -> impl Iterator<Item = Self> {
+        Method::ALL.into_iter().map(Self::real)
+    }
+
+    fn claims(&self) -> &'static Claims {
+        self.method.claims()
+    }
+
+    fn bare<T: Real>(&self, step: T) -> Bare<T> {
+        Bare::new(self.method, step)
+    }
+
+    fn run<T: Precision>(&self, bare: &mut Bare<T>, ticks: u32) {
+        for _ in 0..ticks {
+            T::tick(self, bare);
+        }
+    }
+}
+
+type Check = Result<(), String>;
+
+/// Fails on NaN as well.
+fn within(what: impl FnOnce() -> String, error: f64, bound: f64) -> Check {
+    if error <= bound { Ok(()) } else { Err(format!("{}: {error:e}, at most {bound:e}", what())) }
+}
+
+/// Fails on NaN as well.
+fn beyond(what: impl FnOnce() -> String, error: f64, bound: f64) -> Check {
+    if error >= bound { Ok(()) } else { Err(format!("{}: {error:e}, at least {bound:e}", what())) }
+}
+
+/// Every method of the table passes.
+fn all_pass(check: fn(&Stepper) -> Check) {
+    let failures: Vec<String> = Stepper::all()
+        .filter_map(|stepper| check(&stepper).err().map(|why| stepper.name.to_owned() + ": " + &why))
+        .collect();
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+fn position<T: Real>(bare: &Bare<T>, body: usize) -> DVec3 {
+    DVec3::from_array(bare.positions[body].map(Real::to_f64))
+}
+
+fn velocity<T: Real>(bare: &Bare<T>, body: usize) -> DVec3 {
+    let [x, y, z, _] = bare.bodies[body].map(Real::to_f64);
+    DVec3::new(x, y, z)
+}
+
+fn numbers<T: Real>(vector: DVec3) -> [T; 3] {
+    vector.to_array().map(T::of)
+}

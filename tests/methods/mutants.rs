@@ -1,0 +1,93 @@
+//! Broken methods, each of a mistake that is easily made, and the check that rejects it.
+
+#[macro_use]
+mod kinds;
+mod broken;
+
+use motion::real::{Real, RealVector as _};
+use motion::{Affine, BodyState, Gravity, Jacobians, Law, Moment};
+
+use super::pushes::{check_gravity, check_passes_over};
+use super::{Check, Stepper, damping, fingerprint, orders, pushes, verlet};
+
+/// A check of a method.
+type Checked = (&'static str, fn(&Stepper) -> Check);
+
+const FINGERPRINT: Checked = ("fingerprint", fingerprint::check);
+const ORDERS: Checked = ("orders", orders::check);
+const PUSH: Checked = ("push", pushes::check_push);
+const CHANGING_STEPS: Checked = ("changing steps", verlet::check_jitter);
+const START: Checked = ("start", verlet::check_start);
+const SINGLE_PRECISION: Checked = ("single precision", verlet::check_single_precision);
+const DECAY: Checked = ("decay", damping::check_decay);
+const TERMINAL_SPEED: Checked = ("terminal speed", damping::check_terminal);
+const MULTIPLIERS: Checked = ("multipliers", damping::check_multipliers);
+
+#[test]
+fn every_broken_method_is_rejected() {
+    let mut survivors = vec![];
+    for (mutant, (name, check)) in broken::all() {
+        match check(&mutant) {
+            Ok(()) => survivors.push((mutant.name, name)),
+            Err(why) => println!("{}: rejected by {name}: {}", mutant.name, why.lines().next().unwrap()),
+        }
+    }
+    assert!(survivors.is_empty(), "not rejected: {survivors:?}");
+}
+
+/// Gravity as a force: heavy bodies fall slower.
+#[derive(Debug)]
+struct ByMass;
+
+impl<T: Real> Law<T> for ByMass {
+    fn name(&self) -> &'static str {
+        "gravity by mass"
+    }
+    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
+        Gravity::EARTH.acceleration(at, body) * body.inverse_mass
+    }
+    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+        Jacobians::zero()
+    }
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn gravity_by_mass_is_rejected() {
+    check_gravity(|bare| bare.with_law(ByMass)).unwrap_err();
+}
+
+/// Gravity that forgets that some bodies cannot be moved.
+#[derive(Debug)]
+struct OnEverything;
+
+impl<T: Real> Law<T> for OnEverything {
+    fn name(&self) -> &'static str {
+        "gravity on everything"
+    }
+    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
+        Gravity::EARTH.acceleration(at, body)
+    }
+    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+        Jacobians::zero()
+    }
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+    fn affine(&self) -> Option<Affine<T>> {
+        Gravity::EARTH.affine()
+    }
+    fn accelerate(&self, at: Moment<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
+        for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
+            let a = self.acceleration(at, BodyState::of_rows(x, body)).to_array();
+            (0..3).for_each(|axis| sum[axis] += a[axis]);
+        }
+    }
+}
+
+#[test]
+fn gravity_on_immovable_bodies_is_rejected() {
+    check_passes_over(&OnEverything).unwrap_err();
+}

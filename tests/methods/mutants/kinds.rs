@@ -1,0 +1,66 @@
+//! How a broken method is declared.
+
+/// Mistakes of one kind are one type: every type is compiled for every kernel, and that takes minutes.
+macro_rules! broken {
+    ($kind:ident, $mistake:ident, $memory:ident, $inside:literal
+        $($(#[doc = $doc:literal])+ $name:ident: $method:ident,
+        |$field:ident, $x:ident, $v:ident, $carry:ident| $body:block)*) => {
+        #[derive(Clone, Copy)]
+        enum $mistake {$($(#[doc = $doc])+ $name),*}
+
+        impl $mistake {
+            fn chosen() -> &'static std::thread::LocalKey<std::cell::Cell<Option<Self>>> {
+                thread_local! {
+                    static CHOSEN: std::cell::Cell<Option<$mistake>> = const { std::cell::Cell::new(None) };
+                }
+                &CHOSEN
+            }
+        }
+
+        #[derive(Clone, Copy, Default)]
+        struct $kind;
+
+        impl Integrator for $kind {
+            const METHOD: Method = Method::SemiImplicitEuler;
+            const MEMORY: Memory = Memory::$memory;
+            const DAMPS_INSIDE: bool = $inside;
+
+            fn step<F: Field>(
+                field: &mut F,
+                x: F::Space,
+                v: F::Space,
+                carry: &mut Carry<F>,
+            ) -> (F::Space, F::Space) {
+                match $mistake::chosen().get() {
+                    $(Some($mistake::$name) => $name::step(field, x, v, carry),)*
+                    None => (x, v),
+                }
+            }
+        }
+
+        $(
+            struct $name;
+
+            impl $name {
+                #[inline(never)]
+                fn step<F: Field>(
+                    $field: &mut F,
+                    $x: F::Space,
+                    $v: F::Space,
+                    $carry: &mut Carry<F>,
+                ) -> (F::Space, F::Space) {
+                    $body
+                }
+
+                fn mutant(name: &'static str, killer: Checked) -> (Stepper, Checked) {
+                    let double = |bare: &mut Bare<f64>| {
+                        $mistake::chosen().set(Some($mistake::$name));
+                        bare.tick_with::<$kind>();
+                    };
+                    let single = |_: &mut Bare<f32>| panic!("survived in double precision");
+                    (Stepper { name, method: Method::$method, double, single }, killer)
+                }
+            }
+        )*
+    };
+}

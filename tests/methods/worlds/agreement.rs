@@ -1,0 +1,227 @@
+//! A world moves its bodies as plain arrays do, to the bit, whatever tables they lie in.
+
+use bevy_ecs::prelude::*;
+use motion::{
+    AxisLocks, Damping, DampingModel, DampingRate, Drag, Gravity, GravityOff, Law, Method, Orientation,
+    OwnLaws, OwnSubsteps, SpeedLimit, StableId, Substeps, mark_method,
+};
+
+use super::{Bits, H, IMMOVABLE, Scene, add, bare_bits, engine, engines, pushes, starts, wells};
+use crate::harness::Lab;
+
+const TICKS: usize = 200;
+
+/// The one of the bodies that has an engine in a table of its own.
+const ENGINE: usize = 3;
+
+fn scenes() -> Vec<Scene> {
+    let gravity = Some(Gravity::EARTH);
+    let drag = |linear, quadratic| Some(Drag { linear, quadratic });
+    let scenes = [
+        Scene::falling(),
+        Scene { gravity, drag: drag(0.3, 0.0), ..Scene::default() },
+        Scene { gravity, drag: drag(0.1, 0.2), ..Scene::default() },
+        Scene { gravity, wells: Some(wells()), ..Scene::default() },
+        Scene { drag: drag(0.0, 0.1), wells: Some(wells()), ..Scene::default() },
+    ];
+    let dampings =
+        [None].into_iter().chain(DampingModel::ALL.map(|model| Some(Damping { model, rate: 0.4 })));
+    let dampings: Vec<_> = dampings.collect();
+    let varied = |scene: &Scene| {
+        let of_damping = |damping: &Option<Damping>| {
+            [None, Some(3)].map(|substeps| Scene { damping: *damping, substeps, ..scene.clone() })
+        };
+        dampings.iter().flat_map(of_damping).collect::<Vec<_>>()
+    };
+    scenes.iter().flat_map(varied).collect()
+}
+
+/// Puts a body into a table of its own that changes nothing about how it moves.
+fn set_apart(lab: &mut Lab, body: Entity, kind: usize) {
+    let rate = lab.world.get_resource::<Damping>().map(|damping| damping.rate);
+    let substeps = lab.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0);
+    let method = lab.stepper.method();
+    let mut body = lab.world.entity_mut(body);
+    match kind {
+        1 => {
+            body.insert(Orientation::default());
+        }
+        2 => {
+            body.insert(SpeedLimit(1e30));
+        }
+        ENGINE => {
+            body.insert(engines());
+        }
+        4 => {
+            body.insert(OwnSubsteps(substeps));
+        }
+        6 => {
+            body.insert(OwnLaws::new(vec![]));
+        }
+        7 => mark_method(&mut body, Some(method)),
+        8 => {
+            body.insert(DampingRate::new(rate.unwrap_or(7.0)));
+        }
+        9 => {
+            body.insert((Orientation::default(), SpeedLimit(1e30), OwnSubsteps(substeps)));
+        }
+        10 => {
+            body.insert(AxisLocks::default());
+        }
+        _ => {}
+    }
+}
+
+/// The bodies at the end, in the order of [`starts`].
+fn in_a_world(scene: &Scene, method: Method, apart: bool, seed: u64) -> Vec<Bits> {
+    let starts = starts();
+    let mut lab = scene.lab(method, H);
+    let mut bodies = vec![Entity::PLACEHOLDER; starts.len()];
+    // 7 and 11 have no common factor: every body once, in another order.
+    for i in (0..starts.len()).map(|k| (7 * k + 3) % starts.len()) {
+        bodies[i] = lab.spawn(starts[i]);
+        lab.world.entity_mut(bodies[i]).insert(StableId(u32::try_from(i).unwrap()));
+        if apart {
+            set_apart(&mut lab, bodies[i], i);
+        }
+    }
+    let mut pushes = pushes(seed, TICKS, starts.len()).into_iter().peekable();
+    for tick in 0..TICKS {
+        while let Some((_, body, newtons)) = pushes.next_if(|(at, ..)| *at == tick) {
+            lab.push(bodies[body], newtons);
+        }
+        lab.run(1);
+    }
+    let mut rows = lab.world.query::<(&StableId, Entity)>();
+    let mut rows: Vec<_> = rows.iter(&lab.world).map(|(id, body)| (id.0, body)).collect();
+    rows.sort_unstable();
+    rows.into_iter().map(|(_, body)| lab.bits(body)).collect()
+}
+
+/// The same without entities, or the body with an engine alone, because its law is nobody else's.
+fn in_arrays(scene: &Scene, method: Method, alone: Option<usize>, seed: u64) -> Vec<Bits> {
+    let mut bare = scene.bare(method, H);
+    if alone.is_some() {
+        bare = bare.with_law(engine());
+    }
+    let starts = starts();
+    let bodies: Vec<_> = (0..starts.len()).filter(|i| alone.is_none_or(|only| only == *i)).collect();
+    for i in &bodies {
+        add(&mut bare, starts[*i]);
+    }
+    let mut pushes = pushes(seed, TICKS, starts.len()).into_iter().peekable();
+    for tick in 0..TICKS {
+        while let Some((_, body, newtons)) = pushes.next_if(|(at, ..)| *at == tick) {
+            if let Some(row) = bodies.iter().position(|i| *i == body) {
+                bare.push(row, newtons.to_array());
+            }
+        }
+        bare.tick();
+    }
+    (0..bodies.len()).map(|row| bare_bits(&bare, row)).collect()
+}
+
+fn named(i: usize, [x, y, z, u, v, w]: Bits) -> String {
+    format!("{i}: {:?}", [x, y, z, u, v, w].map(f64::from_bits))
+}
+
+fn same(world: &[Bits], arrays: &[Bits], what: &dyn Fn() -> String) {
+    for (i, (world, arrays)) in world.iter().zip(arrays).enumerate() {
+        assert_eq!(named(i, *world), named(i, *arrays), "{}", what());
+    }
+    let start = starts()[IMMOVABLE];
+    assert_eq!(world[IMMOVABLE], super::bits(start.x, start.v), "{}", what());
+}
+
+#[test]
+fn a_world_gives_the_bits_of_plain_arrays() {
+    for method in Method::ALL {
+        for (seed, scene) in scenes().iter().enumerate() {
+            let seed = seed as u64;
+            let what = |why: &str| format!("{method:?} {why} {scene:?}");
+            let mut arrays = in_arrays(scene, method, None, seed);
+            same(&in_a_world(scene, method, false, seed), &arrays, &|| what("in one table"));
+            arrays[ENGINE] = in_arrays(scene, method, Some(ENGINE), seed)[0];
+            same(&in_a_world(scene, method, true, seed), &arrays, &|| what("in many tables"));
+        }
+    }
+}
+
+/// A body that gravity passes by moves as one of a world without gravity, beside others that fall.
+#[test]
+fn gravity_that_is_off_for_a_body_is_no_gravity() {
+    for method in Method::ALL {
+        for scene in scenes() {
+            let weightless = Scene { gravity: None, ..scene.clone() };
+            let (mut floating, mut lab) = (weightless.lab(method, H), scene.lab(method, H));
+            for start in starts() {
+                floating.spawn(start);
+                lab.spawn(start);
+                lab.world.spawn((start.components(), GravityOff, StableId(0)));
+            }
+            floating.run(50);
+            lab.run(50);
+            let bodies = |lab: &mut Lab| {
+                let mut bodies = lab.world.query_filtered::<Entity, With<motion::PhysicsBody>>();
+                bodies.iter(&lab.world).collect::<Vec<_>>()
+            };
+            let free = bodies(&mut floating);
+            let off: Vec<_> = bodies(&mut lab)
+                .into_iter()
+                .filter(|body| lab.world.get::<GravityOff>(*body).is_some())
+                .collect();
+            assert_eq!(lab.all_bits(&off), floating.all_bits(&free), "{method:?} {scene:?}");
+        }
+    }
+}
+
+/// Linear drag among the laws that an embedder adds is the scene's own drag.
+#[test]
+fn drag_among_other_laws_is_drag() {
+    for method in Method::ALL {
+        for damping in [None].into_iter().chain(DampingModel::ALL.map(Some)) {
+            let drag = Drag { linear: 0.7, quadratic: 0.0 };
+            let run = |as_resource: bool| {
+                let damping = damping.map(|model| Damping { model, rate: 0.4 });
+                let own = as_resource.then_some(drag);
+                let mut lab = Scene { drag: own, damping, ..Scene::falling() }.lab(method, H);
+                if !as_resource {
+                    let drag: Box<dyn Law<f64>> = Box::new(drag);
+                    lab.world.insert_resource(motion::Laws(vec![drag]));
+                }
+                lab.stepper.recompile(&mut lab.world);
+                let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+                lab.run(20);
+                lab.all_bits(&bodies)
+            };
+            assert_eq!(run(true), run(false), "{method:?} {damping:?}");
+        }
+    }
+}
+
+/// Substeps that change between two ticks, in a world of few bodies and of many.
+#[test]
+fn substeps_change_from_tick_to_tick() {
+    for method in Method::ALL {
+        for scene in [Scene::falling(), Scene { gravity: Some(Gravity::EARTH), ..Scene::orbiting() }] {
+            for copies in [1, 30] {
+                let mut lab = Scene { substeps: Some(1), ..scene.clone() }.lab(method, H);
+                let mut bare = scene.bare(method, H);
+                let starts = starts().repeat(copies);
+                let bodies: Vec<_> = starts.iter().map(|start| lab.spawn(*start)).collect();
+                for start in &starts {
+                    add(&mut bare, *start);
+                }
+                for substeps in [1, 3, 2] {
+                    lab.world.resource_mut::<Substeps>().0 = substeps;
+                    bare = bare.with_substeps(substeps);
+                    lab.run(10);
+                    (0..10).for_each(|_| bare.tick());
+                    for (row, body) in bodies.iter().enumerate() {
+                        assert_eq!(lab.bits(*body), bare_bits(&bare, row), "{method:?} {substeps} {scene:?}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Engines of a body that come on and go off inside a tick.
+
+use glam::DVec3;
+use motion::{Curve, Evaluations, Gravity, Method, OwnLaws, Thrust};
+
+use super::{H, Scene, Start, starts, wells};
+
+const TICKS: u64 = 12;
+
+/// The highest degree of a polynomial of time that the method integrates into a velocity exactly.
+fn exact_degree(method: Method) -> usize {
+    match method {
+        Method::ExplicitEuler | Method::SemiImplicitEuler | Method::ImplicitEuler => 0,
+        Method::PositionVerlet
+        | Method::VelocityVerlet
+        | Method::RungeKutta2Midpoint
+        | Method::RungeKutta2Heun => 1,
+        Method::RungeKutta4 | Method::Yoshida4 => 3,
+    }
+}
+
+/// Newtons of 1, t/s, ...
+const COEFFICIENTS: [DVec3; 4] = [
+    DVec3::new(4.0, -2.0, 1.0),
+    DVec3::new(-10.0, 30.0, 5.0),
+    DVec3::new(200.0, 0.0, -100.0),
+    DVec3::new(0.0, -700.0, 900.0),
+];
+
+/// Integral of the curve from `from` to `until`.
+fn impulse(degree: usize, from: f64, until: f64) -> DVec3 {
+    let term = |k: usize| {
+        let k1 = i32::try_from(k).unwrap() + 1;
+        COEFFICIENTS[k] * ((until.powi(k1) - from.powi(k1)) / f64::from(k1))
+    };
+    (0..=degree).map(term).sum()
+}
+
+#[test]
+fn an_engine_gives_the_exact_impulse_of_its_burn() {
+    for method in Method::ALL {
+        for degree in 0..=exact_degree(method) {
+            for (from, until) in [(0.3, 7.6), (2.0, 5.0), (2.3, 2.9), (0.0, 4.5), (3.0, 3.25)] {
+                for substeps in [1, 3] {
+                    let (from, until) = (from * H, until * H);
+                    let mut lab = Scene { substeps: Some(substeps), ..Scene::default() }.lab(method, H);
+                    let body = lab.spawn(Start { x: DVec3::ONE, v: DVec3::ZERO, w: 0.5 });
+                    let curve = Curve::Polynomial(COEFFICIENTS[..=degree].to_vec());
+                    lab.world
+                        .entity_mut(body)
+                        .insert(OwnLaws::new(vec![Box::new(Thrust::new(curve, from, until))]));
+                    lab.run(TICKS);
+                    let expected = impulse(degree, from, until) * 0.5;
+                    let error = lab.v(body).distance(expected);
+                    assert!(error <= 1e-13, "{method:?} degree {degree}, {from} to {until}: {error:e}");
+                }
+            }
+        }
+    }
+}
+
+/// A cut divides the steps of the body that has the engine and of no other.
+#[test]
+fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
+    let gravity = Some(Gravity::EARTH);
+    for method in Method::ALL {
+        for scene in [Scene::falling(), Scene { gravity, wells: Some(wells()), ..Scene::default() }] {
+            let run = |with_engine: bool| {
+                let mut lab = scene.lab(method, H);
+                let mut bodies = Vec::new();
+                for (i, start) in starts().into_iter().enumerate() {
+                    if i == 4 && with_engine {
+                        let curve = Curve::Polynomial(COEFFICIENTS.to_vec());
+                        let engine = Thrust::new(curve, 0.3 * H, 7.6 * H);
+                        lab.world.spawn((start.components(), OwnLaws::new(vec![Box::new(engine)])));
+                    }
+                    bodies.push(lab.spawn(start));
+                }
+                lab.run(TICKS);
+                let evaluations = lab.world.resource::<Evaluations>();
+                let newton = evaluations.newton_iterations();
+                (lab.all_bits(&bodies), evaluations.accelerations(), newton)
+            };
+            let ((with, evaluated, newton), (without, before, newton_before)) = (run(true), run(false));
+            assert_eq!(with, without, "{method:?} {scene:?}");
+            let claims = method.claims();
+            // 14 pieces, since both ends of the burn lie inside a tick; what was before a jump is evaluated for
+            // it, and again after it where it was kept.
+            let most = 14 * claims.evaluations + 2 + 3 * claims.start_up_evaluations;
+            let most = u64::from(most) + newton - newton_before;
+            let own = evaluated - before;
+            let least = u64::from(14 * claims.evaluations);
+            assert!((least..=most).contains(&own), "{method:?} {own} in {least}..={most} {scene:?}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The acceleration that velocity Verlet and Yoshida's composition keep is used only where it is the one that
+//! would be evaluated: a run that keeps nothing has the same bits.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{
+    Curve, Damping, DampingModel, Evaluations, Gravity, LastAcceleration, Law, Laws, Method, OwnLaws,
+    Request, SpeedLimit, Substeps, Thrust, Well, Wells,
+};
+
+use super::{Bits, H, Scene, engines, starts, wells};
+use crate::harness::Lab;
+
+const METHODS: [Method; 2] = [Method::VelocityVerlet, Method::Yoshida4];
+
+type Event = fn(&mut Lab, &[Entity]);
+
+/// The bits after every tick and the accelerations that were evaluated.
+fn run(scene: &Scene, method: Method, forgets: bool, event: Event) -> (Vec<Vec<Bits>>, u64) {
+    let mut lab = scene.lab(method, H);
+    let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+    lab.world.entity_mut(bodies[3]).insert(engines());
+    let mut ticks = Vec::new();
+    for tick in 0..40 {
+        if tick == 20 {
+            event(&mut lab, &bodies);
+        }
+        if forgets {
+            for body in &bodies {
+                lab.world.entity_mut(*body).remove::<LastAcceleration>();
+            }
+        }
+        lab.run(1);
+        ticks.push(lab.all_bits(&bodies));
+    }
+    (ticks, lab.world.resource::<Evaluations>().accelerations())
+}
+
+/// What may happen between two ticks, to a world whose laws are called.
+const EVENTS: [(&str, Event); 15] = [
+    ("nothing", |_, _| {}),
+    ("wells", |lab, _| {
+        lab.world.resource_mut::<Wells>().0[0].strength = -2.0;
+    }),
+    ("wells replaced", |lab, _| {
+        lab.world.insert_resource(Wells(vec![Well { position: DVec3::Y, strength: 2.0, softening: 1.0 }]));
+    }),
+    ("wells switched for other laws", |lab, _| {
+        lab.world.remove_resource::<Wells>();
+        let law: Box<dyn Law<f64>> = Box::new(wells());
+        lab.world.insert_resource(Laws(vec![law]));
+        lab.stepper.recompile(&mut lab.world);
+    }),
+    ("position", |lab, bodies| {
+        lab.ask(Request::SetPosition(bodies[1], DVec3::new(-3.0, 0.5, 2.0)));
+        lab.ask(Request::SetPosition(bodies[3], DVec3::new(-3.0, 0.5, 2.0)));
+    }),
+    ("velocity", |lab, bodies| {
+        lab.ask(Request::SetVelocity(bodies[1], DVec3::X));
+        lab.ask(Request::SetVelocity(bodies[3], DVec3::X));
+    }),
+    ("inverse mass", |lab, bodies| {
+        lab.ask(Request::SetInverseMass(bodies[3], 5.0));
+    }),
+    ("inverse mass without an engine, and one that becomes movable", |lab, bodies| {
+        lab.ask(Request::SetInverseMass(bodies[1], 0.0));
+        lab.ask(Request::SetInverseMass(bodies[5], 2.0));
+    }),
+    ("engines", |lab, bodies| {
+        let curve = Curve::Polynomial(vec![DVec3::new(-9.0, 3.0, 1.0)]);
+        let laws: Vec<Box<dyn Law<f64>>> =
+            vec![Box::new(Thrust::new(curve, f64::NEG_INFINITY, f64::INFINITY))];
+        lab.world.entity_mut(bodies[3]).insert(OwnLaws::new(laws));
+    }),
+    ("engines gone", |lab, bodies| {
+        lab.world.entity_mut(bodies[3]).remove::<OwnLaws>();
+    }),
+    ("engines that another body had", |lab, bodies| {
+        let laws = lab.world.entity_mut(bodies[3]).take::<OwnLaws>().unwrap();
+        lab.world.entity_mut(bodies[4]).insert(laws);
+    }),
+    ("gravity and damping", |lab, _| {
+        lab.ask(Request::SetGravity(DVec3::new(1.0, 2.0, 3.0)));
+        lab.ask(Request::SetDamping(Damping { model: DampingModel::Exact, rate: 0.5 }));
+    }),
+    ("tick and substeps", |lab, _| {
+        lab.set_step(H / 2.0);
+        lab.world.insert_resource(Substeps(2));
+    }),
+    ("removal", |lab, bodies| {
+        // The last row takes the place of the one that is gone.
+        lab.ask(Request::SetVelocity(bodies[10], DVec3::X * f64::NAN));
+        lab.push(bodies[2], DVec3::Y * f64::INFINITY);
+    }),
+    ("a limit, and damping that is one of the laws", |lab, bodies| {
+        lab.world.entity_mut(bodies[1]).insert(SpeedLimit(0.5));
+        lab.ask(Request::SetVelocity(bodies[1], DVec3::X * 3.0));
+        lab.ask(Request::SetDamping(Damping { model: DampingModel::Exact, rate: 0.5 }));
+    }),
+];
+
+#[test]
+fn what_is_kept_is_what_would_be_evaluated() {
+    for method in METHODS {
+        for scene in [
+            Scene::orbiting(),
+            Scene { gravity: Some(Gravity::EARTH), substeps: Some(3), ..Scene::orbiting() },
+        ] {
+            for (name, event) in EVENTS {
+                let (keeps, evaluated) = run(&scene, method, false, event);
+                let (forgets, anew) = run(&scene, method, true, event);
+                for (tick, (keeps, forgets)) in keeps.iter().zip(&forgets).enumerate() {
+                    assert_eq!(keeps, forgets, "{method:?} {name} tick {tick} {scene:?}");
+                }
+                assert!(evaluated < anew, "{method:?} {name}: {evaluated}, {anew}");
+            }
+        }
+    }
+}
+
+/// Wells that go while another called law stays: the schedule is the same, the laws are not.
+#[test]
+fn a_law_that_goes_leaves_no_acceleration_behind() {
+    for method in METHODS {
+        let run = |forgets: bool| {
+            let mut lab = Scene::orbiting().lab(method, H);
+            let law: Box<dyn Law<f64>> = Box::new(wells());
+            lab.world.insert_resource(Laws(vec![law]));
+            lab.stepper.recompile(&mut lab.world);
+            let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+            lab.run(10);
+            lab.world.remove_resource::<Wells>();
+            lab.stepper.recompile(&mut lab.world);
+            if forgets {
+                for body in &bodies {
+                    lab.world.entity_mut(*body).remove::<LastAcceleration>();
+                }
+            }
+            lab.run(1);
+            lab.all_bits(&bodies)
+        };
+        assert_eq!(run(false), run(true), "{method:?}");
+    }
+}

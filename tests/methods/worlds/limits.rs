@@ -1,0 +1,91 @@
+//! Axis locks and speed limits, whatever the method.
+
+use glam::DVec3;
+use motion::{AxisLocks, Damping, DampingModel, Drag, Gravity, Method, SpeedLimit};
+
+use super::{H, Scene, engines, pushes, starts, wells};
+
+const TICKS: usize = 100;
+
+fn scenes() -> Vec<Scene> {
+    let gravity = Some(Gravity::EARTH);
+    let damping = |model| Some(Damping { model, rate: 0.4 });
+    let drag = Some(Drag { linear: 0.1, quadratic: 0.1 });
+    let mut scenes = vec![
+        Scene::falling(),
+        Scene { gravity, wells: Some(wells()), ..Scene::default() },
+        Scene { drag, substeps: Some(3), ..Scene::orbiting() },
+    ];
+    scenes.extend(DampingModel::ALL.map(|model| Scene { damping: damping(model), ..Scene::falling() }));
+    scenes
+}
+
+#[test]
+fn nothing_moves_along_a_locked_axis() {
+    for method in Method::ALL {
+        for scene in scenes() {
+            for lock in 1..8_u8 {
+                let locks = AxisLocks { x: lock & 1 != 0, y: lock & 2 != 0, z: lock & 4 != 0 };
+                let locked = [locks.x, locks.y, locks.z];
+                let mut lab = scene.lab(method, H);
+                let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+                for body in &bodies {
+                    lab.world.entity_mut(*body).insert(locks);
+                }
+                lab.world.entity_mut(bodies[3]).insert(engines());
+                let mut pushes = pushes(u64::from(lock), TICKS, bodies.len()).into_iter().peekable();
+                for tick in 0..TICKS {
+                    while let Some((_, body, newtons)) = pushes.next_if(|(at, ..)| *at == tick) {
+                        lab.push(bodies[body], newtons);
+                    }
+                    lab.run(1);
+                    for (body, start) in bodies.iter().zip(starts()) {
+                        let (x, v) = (lab.x(*body).to_array(), lab.v(*body).to_array());
+                        for axis in (0..3).filter(|axis| locked[*axis]) {
+                            let held = x[axis].to_bits() == start.x[axis].to_bits() && v[axis] == 0.0;
+                            assert!(held, "{method:?} {locks:?} axis {axis} tick {tick} {scene:?}");
+                        }
+                    }
+                }
+                if lock < 7 {
+                    let moved = lab.x(bodies[0]).distance(starts()[0].x);
+                    assert!(moved > 0.01, "{method:?} {locks:?} {scene:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_speed_limit_holds_at_the_end_of_every_tick() {
+    const LIMIT: f64 = 1.25;
+    for method in Method::ALL {
+        for scene in scenes() {
+            let mut lab = scene.lab(method, H);
+            let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+            for body in &bodies {
+                lab.world.entity_mut(*body).insert(SpeedLimit(LIMIT));
+            }
+            lab.world.entity_mut(bodies[3]).insert(engines());
+            let mut pushes = pushes(1, TICKS, bodies.len()).into_iter().peekable();
+            let mut fastest = 0.0_f64;
+            for tick in 0..TICKS {
+                while let Some((_, body, newtons)) = pushes.next_if(|(at, ..)| *at == tick) {
+                    lab.push(bodies[body], newtons * 100.0);
+                }
+                let before: Vec<DVec3> = bodies.iter().map(|body| lab.x(*body)).collect();
+                lab.run(1);
+                for (body, before) in bodies.iter().zip(before) {
+                    // Explicit Euler accelerates after the move that was limited.
+                    let speed = match method {
+                        Method::ExplicitEuler => lab.x(*body).distance(before) / H,
+                        _ => lab.v(*body).length(),
+                    };
+                    fastest = fastest.max(speed);
+                    assert!(speed <= LIMIT * (1.0 + 1e-12), "{method:?} tick {tick}: {speed} {scene:?}");
+                }
+            }
+            assert!(fastest >= LIMIT * 0.99, "{method:?}: {fastest} {scene:?}");
+        }
+    }
+}

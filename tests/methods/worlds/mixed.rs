@@ -1,0 +1,149 @@
+//! Methods share a world, and bodies go from one to another.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{Drag, Gravity, Method, Request, mark_method};
+
+use super::{Bits, H, Scene, engines, starts, wells};
+use crate::harness::Lab;
+
+const MANY: usize = Method::ALL.len();
+
+fn scenes() -> [Scene; 4] {
+    let gravity = Some(Gravity::EARTH);
+    let drag = Some(Drag { linear: 0.1, quadratic: 0.1 });
+    [
+        Scene::falling(),
+        Scene { substeps: Some(3), ..Scene::orbiting() },
+        Scene { gravity, wells: Some(wells()), ..Scene::default() },
+        Scene { gravity, drag, wells: Some(wells()), ..Scene::default() },
+    ]
+}
+
+/// The bodies of one world, each of the method that `method_of` names; `None`: the world's.
+fn fly(scene: &Scene, world: Method, method_of: impl Fn(usize) -> Option<Method>) -> Vec<Bits> {
+    let mut lab = scene.lab(world, H);
+    let bodies: Vec<_> = starts()
+        .iter()
+        .cycle()
+        .take(3 * MANY)
+        .enumerate()
+        .map(|(i, start)| {
+            let body = lab.spawn(*start);
+            mark_method(&mut lab.world.entity_mut(body), method_of(i));
+            if i % 4 == 1 {
+                lab.world.entity_mut(body).insert(engines());
+            }
+            body
+        })
+        .collect();
+    for tick in 0..60 {
+        lab.push(bodies[(5 * tick) % bodies.len()], DVec3::new(3.0, tick as f64, -1.0));
+        lab.run(1);
+    }
+    lab.all_bits(&bodies)
+}
+
+#[test]
+fn methods_that_share_a_world_move_as_in_worlds_of_their_own() {
+    for scene in scenes() {
+        let alone = Method::ALL.map(|method| fly(&scene, method, |_| None));
+        for world in Method::ALL {
+            let shared = fly(&scene, world, |i| {
+                Some(Method::ALL[i % MANY]).filter(|method| i >= MANY || *method != world)
+            });
+            for (i, bits) in shared.iter().enumerate() {
+                let method = Method::ALL[i % MANY];
+                assert_eq!(*bits, alone[i % MANY][i], "{method:?} in a world of {world:?} {scene:?}");
+            }
+        }
+    }
+}
+
+/// A world of eleven bodies, the fourth with engines.
+fn eleven(scene: &Scene, method: Method) -> (Lab, Vec<Entity>) {
+    let mut lab = scene.lab(method, H);
+    let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+    lab.world.entity_mut(bodies[3]).insert(engines());
+    (lab, bodies)
+}
+
+#[test]
+fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
+    for scene in scenes() {
+        for from in Method::ALL {
+            let (mut stays, same) = eleven(&scene, from);
+            stays.run(60);
+            for to in Method::ALL.into_iter().filter(|to| *to != from) {
+                let (mut lab, bodies) = eleven(&scene, from);
+                let (mut changes, twins) = eleven(&scene, from);
+                lab.run(20);
+                changes.run(20);
+                for body in [2, 3] {
+                    lab.ask(Request::SetBodyMethod(bodies[body], Some(to)));
+                }
+                changes.stepper.set_method(&mut changes.world, to);
+                lab.run(20);
+                changes.run(20);
+                for body in [2, 3] {
+                    lab.ask(Request::SetBodyMethod(bodies[body], None));
+                }
+                changes.stepper.set_method(&mut changes.world, from);
+                lab.run(20);
+                changes.run(20);
+                for i in 0..bodies.len() {
+                    let of_a_world =
+                        if [2, 3].contains(&i) { changes.bits(twins[i]) } else { stays.bits(same[i]) };
+                    assert_eq!(lab.bits(bodies[i]), of_a_world, "body {i}, {from:?} to {to:?} {scene:?}");
+                }
+            }
+        }
+    }
+}
+
+/// What a schedule was compiled without is not forgotten: a kind of body that had gone comes back.
+#[test]
+fn a_method_that_nobody_had_when_the_schedule_was_compiled_comes_back() {
+    let (mut lab, bodies) = eleven(&Scene::falling(), Method::RungeKutta4);
+    lab.ask(Request::SetBodyMethod(bodies[0], Some(Method::Yoshida4)));
+    lab.run(1);
+    lab.ask(Request::SetBodyMethod(bodies[0], None));
+    lab.run(1);
+    lab.stepper.set_method(&mut lab.world, Method::RungeKutta2Heun);
+    lab.run(1);
+    lab.ask(Request::SetBodyMethod(bodies[0], Some(Method::Yoshida4)));
+    let before = lab.x(bodies[0]);
+    lab.run(1);
+    assert_ne!(lab.x(bodies[0]), before);
+}
+
+/// The same of a body that asks for laws of its own, which two passes would apply to different states.
+#[test]
+fn engines_that_nobody_had_when_the_schedule_was_compiled_come_back() {
+    for method in Method::ALL {
+        let run = |came_back: bool| {
+            let mut lab = Scene::falling().lab(method, H);
+            let body = lab.spawn(starts()[0]);
+            let prepare = |lab: &mut Lab, method: Method| {
+                let first = lab.world.spawn((starts()[1].components(), engines())).id();
+                lab.run(1);
+                lab.world.despawn(first);
+                lab.stepper.set_method(&mut lab.world, method.next());
+                lab.stepper.set_method(&mut lab.world, method);
+            };
+            if came_back {
+                prepare(&mut lab, method);
+            } else {
+                lab.run(1);
+            }
+            lab.world.entity_mut(body).insert(engines());
+            lab.run(20);
+            (lab.x(body), lab.v(body))
+        };
+        let (came_back, there) = (run(true), run(false));
+        // Position Verlet starts anew when the method is set, which rounds.
+        let error = came_back.0.distance(there.0) + came_back.1.distance(there.1);
+        let bound = if method == Method::PositionVerlet { 1e-13 } else { 0.0 };
+        assert!(error <= bound, "{method:?}: {error:e}");
+    }
+}

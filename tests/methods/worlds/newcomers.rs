@@ -1,0 +1,121 @@
+//! What methods keep of bodies is there where it is needed, and new bodies start as if they had come first.
+
+use bevy_ecs::prelude::*;
+use motion::{Drag, Gravity, LastAcceleration, LastStep, Method, PhysicsBody, Request};
+
+use super::{H, Scene, engines, starts, wells};
+use crate::harness::Lab;
+
+/// Bodies that carry what position Verlet keeps, and what velocity Verlet and Yoshida's composition do.
+fn kept(lab: &mut Lab) -> (Vec<Entity>, Vec<Entity>) {
+    let mut steps = lab.world.query_filtered::<Entity, With<LastStep>>();
+    let mut accelerations = lab.world.query_filtered::<Entity, With<LastAcceleration>>();
+    let sorted = |mut bodies: Vec<Entity>| {
+        bodies.sort_unstable();
+        bodies
+    };
+    (sorted(steps.iter(&lab.world).collect()), sorted(accelerations.iter(&lab.world).collect()))
+}
+
+/// The fourth body has engines.
+fn scenes() -> [(Scene, fn(usize) -> bool); 4] {
+    let gravity = Some(Gravity::EARTH);
+    let drag = |linear, quadratic| Some(Drag { linear, quadratic });
+    [
+        (Scene::falling(), |i| i == 3),
+        (Scene { gravity, wells: Some(wells()), ..Scene::default() }, |_| true),
+        // Where a law depends on the velocity nothing is kept but for engines, which are asked about apart.
+        (Scene { drag: drag(0.3, 0.0), wells: Some(wells()), ..Scene::default() }, |i| i == 3),
+        (Scene { drag: drag(0.0, 0.3), ..Scene::default() }, |i| i == 3),
+    ]
+}
+
+fn expected(bodies: &[Entity], method: Method, keeps: fn(usize) -> bool) -> (Vec<Entity>, Vec<Entity>) {
+    let sorted = |mut bodies: Vec<Entity>| {
+        bodies.sort_unstable();
+        bodies
+    };
+    match method {
+        Method::PositionVerlet => (sorted(bodies.to_vec()), vec![]),
+        Method::VelocityVerlet | Method::Yoshida4 => {
+            let keeping = bodies.iter().enumerate().filter(|(i, _)| keeps(*i)).map(|(_, body)| *body);
+            (vec![], sorted(keeping.collect()))
+        }
+        _ => (vec![], vec![]),
+    }
+}
+
+#[test]
+fn bodies_carry_what_their_method_keeps_and_no_more() {
+    for (scene, keeps) in scenes() {
+        for from in Method::ALL {
+            for to in Method::ALL {
+                let what = format!("{from:?} to {to:?} {scene:?}");
+                let mut lab = scene.lab(from, H);
+                let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+                lab.world.entity_mut(bodies[3]).insert(engines());
+                lab.run(2);
+                assert_eq!(kept(&mut lab), expected(&bodies, from, keeps), "{what}");
+                lab.stepper.set_method(&mut lab.world, to);
+                if from != to {
+                    assert_eq!(kept(&mut lab), (vec![], vec![]), "{what}");
+                }
+                lab.run(2);
+                assert_eq!(kept(&mut lab), expected(&bodies, to, keeps), "{what}");
+                // And one body alone, the one with engines: the only one that keeps something in every scene.
+                lab.ask(Request::SetBodyMethod(bodies[3], Some(from)));
+                lab.run(1);
+                let others: Vec<_> = bodies.iter().copied().filter(|body| *body != bodies[3]).collect();
+                let (mut steps, mut accelerations) = expected(&others, to, |_| true);
+                if to != Method::PositionVerlet && !keeps(0) {
+                    accelerations.clear();
+                }
+                let (own_steps, own_accelerations) = expected(&bodies[3..4], from, |_| true);
+                steps.extend(own_steps);
+                accelerations.extend(own_accelerations);
+                steps.sort_unstable();
+                accelerations.sort_unstable();
+                assert_eq!(kept(&mut lab), (steps, accelerations), "own method, {what}");
+            }
+        }
+    }
+}
+
+/// One at a time among old ones, so that blocks hold both.
+#[test]
+fn a_body_that_comes_later_moves_as_one_that_was_first() {
+    const TICKS: usize = 40;
+    for (scene, _) in scenes() {
+        for method in Method::ALL {
+            let mut first = scene.lab(method, H);
+            let twins: Vec<_> = starts().into_iter().map(|start| first.spawn(start)).collect();
+            let mut after_ticks = vec![first.all_bits(&twins)];
+            for _ in 0..TICKS {
+                first.run(1);
+                after_ticks.push(first.all_bits(&twins));
+            }
+            let mut lab = scene.lab(method, H);
+            let mut bodies = Vec::new();
+            for tick in 0..TICKS {
+                // Alone, in pairs, in one tick after the other, and with an old one gone.
+                let coming = [(0, 2), (7, 1), (8, 2), (20, 1), (21, 1), (22, 1), (30, 3)];
+                let coming = coming.iter().find(|(at, _)| *at == tick).map_or(0, |(_, count)| *count);
+                for _ in 0..coming {
+                    let body = lab.spawn(starts()[bodies.len()]);
+                    bodies.push((tick, body));
+                }
+                if tick == 25 {
+                    let (_, gone) = bodies[1];
+                    lab.ask(Request::Remove(gone));
+                }
+                lab.run(1);
+            }
+            assert_eq!(bodies.len(), twins.len());
+            for (i, (came, body)) in bodies.iter().enumerate().filter(|(i, _)| *i != 1) {
+                assert_eq!(lab.bits(*body), after_ticks[TICKS - came][i], "{method:?} body {i} {scene:?}");
+            }
+            let mut left = lab.world.query::<&PhysicsBody>();
+            assert_eq!(left.iter(&lab.world).len(), twins.len() - 1);
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Requests under the methods that keep something, position Verlet first: its velocity is half a step behind.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{Damping, DampingModel, Gravity, Method, OwnLaws, Request};
+
+use super::{Bits, H, Scene, Start, engine, engines};
+use crate::harness::Lab;
+
+const START: Start = Start { x: DVec3::new(1.5, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
+
+fn lab_of(scene: &Scene, method: Method, step: f64) -> (Lab, Entity) {
+    let mut lab = scene.lab(method, step);
+    let body = lab.spawn(START);
+    (lab, body)
+}
+
+#[test]
+fn an_impulse_is_what_it_is_at_every_step() {
+    let impulse = DVec3::new(3.0, -1.0, 0.25);
+    for method in Method::ALL {
+        for scene in [Scene::default(), Scene::falling(), Scene::orbiting()] {
+            for step in [H, H / 7.0] {
+                let (mut lab, body) = lab_of(&scene, method, step);
+                lab.run(30);
+                let (x, v) = (lab.x(body), lab.v(body));
+                lab.have(Request::Impulse(body, impulse));
+                assert_eq!((lab.x(body), lab.v(body)), (x, v + impulse * 0.5), "{method:?} {scene:?}");
+            }
+        }
+        // Where nothing else acts the way that is gone for it is J w t.
+        let (mut struck, body) = lab_of(&Scene::default(), method, H);
+        let (mut free, twin) = lab_of(&Scene::default(), method, H);
+        struck.run(30);
+        struck.have(Request::Impulse(body, impulse));
+        struck.run(60);
+        free.run(90);
+        let error = (struck.x(body) - free.x(twin)).distance(impulse * 0.5);
+        assert!(error <= 180.0 * f64::EPSILON * 4.0, "{method:?}: {error:e}");
+    }
+}
+
+/// Goes on after a request as a body does that starts in the state which the request leaves.
+fn starts_anew(
+    method: Method,
+    scene: &Scene,
+    own: bool,
+    request: impl Fn(&mut Lab, Entity),
+) -> [Vec<Bits>; 2] {
+    let (mut lab, body) = lab_of(scene, method, H);
+    if own {
+        lab.world.entity_mut(body).insert(engines());
+    }
+    lab.run(50);
+    request(&mut lab, body);
+    let mut fresh = scene.lab(method, H);
+    fresh.world.insert_resource(*lab.world.resource::<motion::StepClock>());
+    let now = *lab.world.get::<motion::PhysicsBody>(body).unwrap();
+    let twin = fresh.spawn(Start { x: lab.x(body), v: now.velocity, w: now.inverse_mass });
+    if own {
+        fresh.world.entity_mut(twin).insert(engines());
+    }
+    let run = |lab: &mut Lab, body| (0..50).map(|_| lab.run(1).bits(body)).collect::<Vec<_>>();
+    [run(&mut lab, body), run(&mut fresh, twin)]
+}
+
+#[test]
+fn a_velocity_that_is_set_is_a_start() {
+    for method in Method::ALL {
+        for scene in [Scene::falling(), Scene::orbiting(), Scene { substeps: Some(3), ..Scene::orbiting() }] {
+            for own in [false, true] {
+                let [run, fresh] = starts_anew(method, &scene, own, |lab, body| {
+                    lab.have(Request::SetVelocity(body, DVec3::new(-0.5, 0.25, 1.0)));
+                });
+                assert_eq!(run, fresh, "{method:?} {own} {scene:?}");
+            }
+        }
+    }
+}
+
+/// A request that changes what acts on a body must not make half of the last step's kick one of the new
+/// acceleration: the body goes on with its velocity at the time of its position.
+#[test]
+fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
+    let requests: [(&str, fn(Entity) -> Request); 2] = [
+        ("position", |body| Request::SetPosition(body, DVec3::new(-3.0, 0.5, 2.0))),
+        ("inverse mass", |body| Request::SetInverseMass(body, 4.0)),
+    ];
+    for method in Method::ALL {
+        for scene in [Scene::falling(), Scene::orbiting()] {
+            for (name, request) in requests {
+                let (mut lab, body) = lab_of(&scene, method, H);
+                lab.world.entity_mut(body).insert(engines());
+                lab.run(50);
+                // What a switch of the method leaves is the velocity of the time.
+                let (mut twin, other) = lab_of(&scene, method, H);
+                twin.world.entity_mut(other).insert(engines());
+                twin.run(50);
+                twin.stepper.set_method(&mut twin.world, method.next());
+                twin.stepper.set_method(&mut twin.world, method);
+                lab.ask(request(body));
+                twin.ask(request(other));
+                for tick in 0..50 {
+                    lab.run(1);
+                    twin.run(1);
+                    assert_eq!(lab.bits(body), twin.bits(other), "{method:?} {name} tick {tick} {scene:?}");
+                }
+            }
+        }
+    }
+}
+
+/// The same of engines that are replaced. Position Verlet cannot know: when it is their turn the old ones are
+/// gone, and the new ones take over half of the last step's kick.
+#[test]
+fn new_engines_do_not_act_before_they_are_there() {
+    for method in Method::ALL {
+        let swap = |lab: &mut Lab, body: Entity| {
+            lab.world.entity_mut(body).insert(OwnLaws::new(vec![Box::new(engine()), Box::new(engine())]));
+        };
+        let (mut lab, body) = lab_of(&Scene::falling(), method, H);
+        lab.world.entity_mut(body).insert(engines());
+        lab.run(50);
+        swap(&mut lab, body);
+        let (mut twin, other) = lab_of(&Scene::falling(), method, H);
+        twin.world.entity_mut(other).insert(engines());
+        twin.run(50);
+        twin.stepper.set_method(&mut twin.world, method.next());
+        twin.stepper.set_method(&mut twin.world, method);
+        swap(&mut twin, other);
+        lab.run(1);
+        twin.run(1);
+        if method == Method::PositionVerlet {
+            // The same engine once more: what came with it at the end of the last step.
+            let t = 50.0 * H;
+            let newtons = DVec3::new(4.0, -2.0, 1.0) + DVec3::new(-1.0, 3.0, 0.5) * t;
+            let error = (lab.v(body) - twin.v(other)).distance(newtons * (0.5 * H / 2.0));
+            assert!(error <= 1e-14, "{error:e}");
+        } else {
+            assert_eq!(lab.bits(body), twin.bits(other), "{method:?}");
+        }
+    }
+}
+
+#[test]
+fn velocities_turned_round_lead_back() {
+    for method in Method::ALL.into_iter().filter(|method| method.claims().reversible) {
+        for scene in [Scene::orbiting(), Scene { substeps: Some(3), ..Scene::orbiting() }, Scene::falling()] {
+            for own in [false, true] {
+                let (mut lab, body) = lab_of(&scene, method, H);
+                if own {
+                    motion::mark_method(&mut lab.world.entity_mut(body), Some(method));
+                    lab.stepper.set_method(&mut lab.world, Method::ExplicitEuler);
+                }
+                lab.run(500);
+                lab.ask(Request::ReverseVelocities);
+                lab.run(500);
+                let error = lab.x(body).distance(START.x) / START.x.length();
+                assert!(error <= 1e-12, "{method:?} {own}: {error:e} {scene:?}");
+                // At the time of the position, also under position Verlet.
+                lab.have(Request::SetBodyMethod(body, Some(method.next())));
+                let error = lab.v(body).distance(-START.v) / START.v.length();
+                assert!(error <= 1e-12, "{method:?} {own}: velocity {error:e} {scene:?}");
+            }
+        }
+    }
+}
+
+fn gravity_of(tick: usize) -> Option<DVec3> {
+    match tick {
+        0..37 => Some(Gravity::EARTH.acceleration),
+        37..91 => None,
+        91..120 => Some(Gravity::EARTH.acceleration),
+        _ => Some(DVec3::new(2.0, 5.0, -1.0)),
+    }
+}
+
+#[test]
+fn gravity_that_is_switched_is_a_parabola_in_pieces() {
+    for method in Method::ALL {
+        let (mut lab, body) = lab_of(&Scene::falling(), method, H);
+        let Start { mut x, mut v, .. } = START;
+        for tick in 0..150 {
+            match tick {
+                37 => lab.ask(Request::SwitchGravity(false)),
+                91 => lab.ask(Request::SwitchGravity(true)),
+                120 => lab.ask(Request::SetGravity(DVec3::new(2.0, 5.0, -1.0))),
+                _ => {}
+            }
+            lab.run(1);
+            let a = gravity_of(tick).unwrap_or(DVec3::ZERO);
+            x += match method {
+                Method::ExplicitEuler => v * H,
+                Method::SemiImplicitEuler | Method::ImplicitEuler => (v + a * H) * H,
+                _ => (v + a * (H / 2.0)) * H,
+            };
+            v += a * H;
+            // Two additions a tick on either side, and stages of up to twice the step.
+            let bound = 8.0 * (tick + 1) as f64 * f64::EPSILON * (x.length() + v.length() + 10.0);
+            let error = lab.x(body).distance(x);
+            assert!(error <= bound, "{method:?} tick {tick}: {error:e}, at most {bound:e}");
+            let behind = if method == Method::PositionVerlet { a * (H / 2.0) } else { DVec3::ZERO };
+            let error = lab.v(body).distance(v - behind);
+            assert!(error <= bound, "{method:?} tick {tick}: velocity {error:e}, at most {bound:e}");
+        }
+    }
+}
+
+/// Damping that comes on, changes and goes off again is the exact solution in pieces, with the method's order.
+#[test]
+fn damping_that_is_set_acts_from_then_on() {
+    let g = Gravity::EARTH.acceleration;
+    let rates = [0.0, 2.0, 0.5];
+    let (mut x, mut v) = (START.x, START.v);
+    for rate in rates {
+        (x, v) = if rate == 0.0 {
+            (x + v * 0.5 + g * 0.125, v + g * 0.5)
+        } else {
+            let (terminal, gone) = (g / rate, -f64::exp_m1(-rate * 0.5));
+            (x + terminal * 0.5 + (v - terminal) * (gone / rate), v - (v - terminal) * gone)
+        };
+    }
+    for method in Method::ALL {
+        let error = |steps: u32| {
+            let (mut lab, body) = lab_of(&Scene::falling(), method, 1.0 / f64::from(steps));
+            for rate in rates {
+                lab.ask(Request::SetDamping(Damping { model: DampingModel::Exact, rate }));
+                lab.run(u64::from(steps / 2));
+            }
+            lab.have(Request::SetDamping(Damping { model: DampingModel::Exact, rate: 0.0 }));
+            [lab.x(body).distance(x), lab.v(body).distance(v)]
+        };
+        let claimed = f64::from(method.claims().order_with_velocity_laws);
+        let steps = if claimed > 2.0 { 32 } else { 512 };
+        let (coarse, fine) = (error(steps), error(2 * steps));
+        // The Eulers of the tutorial have the exact decay in them.
+        let order = (coarse[0] / fine[0]).log2();
+        assert!(order >= claimed - 0.1 && fine[0] <= 0.1, "{method:?}: order {order:.3}, {:e}", fine[0]);
+        assert!(fine[1] <= 0.1, "{method:?}: velocity {:e}", fine[1]);
+    }
+}

@@ -1,0 +1,74 @@
+//! Threads share the bodies and change no bit.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{Damping, DampingModel, Gravity, Method, Quarantine, Threads};
+
+use super::{Bits, Dice, H, Scene, Start, wells};
+
+/// Not a multiple of a block, so that the last share has a rest.
+const BODIES: usize = Threads::FROM + 7;
+
+/// The rows on both sides of where two threads part, and others.
+const PUSHED: [usize; 9] = [0, 3, 10_002, 10_003, 10_004, 10_005, 10_007, 10_008, BODIES - 1];
+
+/// The body that is pushed out of all bounds.
+const VICTIM: usize = 15_001;
+
+fn starts() -> Vec<Start> {
+    let mut dice = Dice(3);
+    let start = |i: usize| Start {
+        x: dice.vector() * 5.0,
+        v: dice.vector(),
+        w: if i % 1000 == 999 { 0.0 } else { 1.0 + dice.number() * 0.5 },
+    };
+    (0..BODIES).map(start).collect()
+}
+
+fn run(
+    scene: &Scene,
+    method: Method,
+    threads: usize,
+    starts: &[Start],
+) -> (Vec<Bits>, Vec<(usize, u64)>, u64) {
+    let mut lab = scene.lab(method, H);
+    if threads > 1 {
+        let threads_of_it = Threads::new(threads);
+        assert_eq!(threads_of_it.count(), threads);
+        lab.world.insert_resource(threads_of_it);
+    }
+    let bodies: Vec<Entity> =
+        lab.world.spawn_batch(starts.iter().map(|start| start.components()).collect::<Vec<_>>()).collect();
+    lab.stepper.recompile(&mut lab.world);
+    for tick in 0..4 {
+        for (k, body) in PUSHED.into_iter().enumerate() {
+            lab.push(bodies[body], DVec3::new(k as f64, 10.0, f64::from(tick)));
+        }
+        if tick == 1 {
+            lab.push(bodies[VICTIM], DVec3::X * f64::NAN);
+        }
+        lab.run(1);
+    }
+    let row = |body: Entity| bodies.iter().position(|other| *other == body).unwrap();
+    let records = lab.world.resource::<Quarantine>().records().iter();
+    let records = records.map(|record| (row(record.body), record.tick)).collect();
+    let evaluations = lab.world.resource::<motion::Evaluations>().accelerations();
+    (lab.all_bits(&bodies), records, evaluations)
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let starts = starts();
+    let damping = Some(Damping { model: DampingModel::Clamped, rate: 0.4 });
+    let called = Scene { gravity: Some(Gravity::EARTH), wells: Some(wells()), ..Scene::default() };
+    for method in Method::ALL {
+        for scene in [Scene { damping, ..Scene::falling() }, called.clone()] {
+            let one = run(&scene, method, 1, &starts);
+            assert_eq!(one.1, [(VICTIM, 2)], "{method:?}");
+            for threads in [2, 3] {
+                let several = run(&scene, method, threads, &starts);
+                assert!(one == several, "{method:?} {threads} {scene:?}");
+            }
+        }
+    }
+}
