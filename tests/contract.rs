@@ -396,3 +396,17 @@ fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
     let simulated = summary["simulated_s"].as_f64().unwrap();
     assert!((simulated - 15.0 / 240.0).abs() < 1e-15, "{simulated}");
 }
+
+#[test]
+fn implicit_steps_that_do_not_converge_are_counted_and_told() {
+    let folder = TempDir::new().unwrap();
+    // Implicit Euler falls into its sun.
+    let line = "run orbits_race --seconds 24 --summary s.json";
+    let output = Command::new(program()).args(line.split(' ')).current_dir(&folder).output().unwrap();
+    assert!(output.status.success());
+    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    let steps = summary["unconverged_steps"].as_u64().unwrap();
+    assert!(steps > 0 && summary["newton_iterations"].as_u64().unwrap() > 24 * 60);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains(&format!("{steps} implicit steps did not converge")), "{told}");
+}

@@ -216,8 +216,10 @@ fn errors_of_the_models_at_four_rates() {
         (240.0, (-0.07, 0.01), (0.21, 0.01), (-12.3, 0.1)),
     ] {
         let exact_v = (-0.8_f64).exp();
-        let (_, v) = run(DampingModel::Tutorial, hz, 0.4, 0.0, 1.0);
-        percent(v / exact_v - 1.0, coasting.1, coasting.0);
+        for model in [DampingModel::Tutorial, DampingModel::Clamped] {
+            let (_, v) = run(model, hz, 0.4, 0.0, 1.0);
+            percent(v / exact_v - 1.0, coasting.1, coasting.0);
+        }
         let (_, v) = run(DampingModel::Exact, hz, 0.4, 0.0, 1.0);
         assert!((v / exact_v - 1.0).abs() <= 2.0 * hz * f64::EPSILON);
         // x = (a / c)(t - (1 - e^-ct) / c)

@@ -6,6 +6,17 @@ use crate::real::Real;
 use crate::units::Scalar;
 
 /// How velocity decays. Every model takes a rate c in 1/s; q = c h is the decay of one step of h seconds.
+///
+/// In the two explicit Eulers the models stand where their formulas have them. In every other method `Exact` is
+/// the law `a = -c v`, of the method's own order, `Clamped` multiplies before a tick and `Tutorial` after it.
+///
+/// Errors under semi-implicit Euler after 2 s at 30, 60, 120 and 240 Hz (measured in `tests/methods/damping.rs`):
+///
+/// | model | speed, coasting, c = 0.4 /s | position, c = 30 /s, a = 800 m/s² |
+/// |---|---|---|
+/// | `Tutorial` | -0.54, -0.27, -0.13, -0.07 % | +1.7, +0.85, +0.42, +0.21 % |
+/// | `Clamped` | the same | -100, -49.6, -24.7, -12.3 % |
+/// | `Exact` | 0 | that of the method, of order 1 |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DampingModel {
     /// `v *= 1 - q` after the move, unclamped, as the tutorial teaches it: the sign flips above q = 1 and the

@@ -248,6 +248,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
     let summary = Summary::of(&mut session, start, pictures, adapter);
     show(&summary.to_table());
+    let unconverged = session.evaluations().unconverged_steps();
+    if unconverged > 0 {
+        eprintln!(
+            "{unconverged} implicit steps did not converge; a higher step rate or more substeps may help"
+        );
+    }
     if let (Some(path), Some(mut file)) = (&args.summary, summary_file) {
         let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
         written.map_err(|error| Failure::file("write", path, &error))?;

@@ -93,6 +93,8 @@ pub struct Session {
     dropped_lately: f64,
     quarantined: Vec<QuarantinedBody>,
     records_seen: usize,
+    /// Whether the person knows that an implicit step did not converge.
+    unconverged_told: bool,
     pub(crate) acting: HashMap<Entity, DVec3>,
     /// Words beside bodies, by stable id.
     pub(crate) labels: Vec<(u32, String)>,
@@ -125,6 +127,7 @@ impl Session {
             dropped_lately: 0.0,
             quarantined: Vec::new(),
             records_seen: 0,
+            unconverged_told: false,
             acting: HashMap::new(),
             labels: scene.labels.clone(),
             scene,
@@ -249,6 +252,7 @@ impl Session {
         self.alpha = if between { self.clock.fraction() } else { 1.0 };
         self.targets_current = false;
         self.note_quarantined();
+        self.note_unconverged();
         if self.control.trails {
             let time = self.simulated();
             self.trails.record(&mut self.world, self.alpha, time);
@@ -266,6 +270,14 @@ impl Session {
                 self.ui.notice(format!("{body} was quarantined in tick {tick}: {what}"));
             }
             self.quarantined.push(QuarantinedBody { body, tick, what });
+        }
+    }
+
+    fn note_unconverged(&mut self) {
+        let steps = self.world.resource::<Evaluations>().unconverged_steps();
+        if steps > 0 && !self.unconverged_told {
+            self.unconverged_told = true;
+            self.ui.notice("an implicit step did not converge; a higher step rate may help".to_owned());
         }
     }
 
