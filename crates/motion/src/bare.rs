@@ -4,10 +4,10 @@ use crate::blocks::{self, Account, Applied, Known, MemoryRows, Table, Terms};
 use crate::course::Course;
 use crate::effects::Damping;
 use crate::integrate::Synchronise;
-use crate::laws::Law;
+use crate::laws::{Affine, Law};
 use crate::method::Method;
 use crate::methods::{Integrator, Memory, with_method};
-use crate::real::{Real, RealVector};
+use crate::real::Real;
 
 /// Bodies in plain arrays, f64 or f32, integrated by the same kernels as those of a world.
 ///
@@ -190,16 +190,11 @@ impl<T: Real> Bare<T> {
     }
 
     fn run<M: Integrator>(&mut self) {
-        let (mut constant, mut drag, mut called) = (T::Vector::ZERO, T::ZERO, Vec::new());
-        for law in &self.laws {
-            match law.affine() {
-                Some(part) => (constant, drag) = (constant + part.constant, drag + part.rate),
-                None => called.push(&**law),
-            }
-        }
+        let laws = || self.laws.iter().map(|law| &**law);
+        let called: Vec<_> = laws().filter(|law| law.affine().is_none()).collect();
         let (start, end) = (self.time_of(self.ticks), self.time_of(self.ticks + 1));
         let course = Course { start, end, tick: self.step, substeps: self.substeps };
-        let terms = Terms::new::<M>(constant, drag, self.damping, &called, self.epoch, course);
+        let terms = Terms::new::<M>(Affine::sum(laws()), self.damping, &called, self.epoch, course);
         let rows = self.bodies.len();
         let memory = match M::MEMORY {
             Memory::None => MemoryRows::None,

@@ -20,7 +20,7 @@ use std::ops::Range;
 use crate::components::{AxisLocks, Force};
 use crate::course::Course;
 use crate::effects::{Damping, Decay};
-use crate::laws::Law;
+use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::Real;
 
@@ -56,14 +56,14 @@ impl<'a, T: Real> Terms<'a, T> {
     /// What is taken from the drag and damping that are in force: for a method that has damping inside its steps
     /// or around its ticks.
     pub fn new<M: Integrator>(
-        gravity: T::Vector,
-        drag: T,
+        affine: Affine<T>,
         damping: Option<Damping>,
         laws: &'a [&'a dyn Law<T>],
         epoch: u64,
         course: Course<T>,
     ) -> Self {
         let decay = Decay::none(course.substep());
+        let Affine { constant: gravity, rate: drag } = affine;
         let terms = Self { gravity, drag, rate: drag, damping: None, decay, laws, epoch, course };
         terms.damped::<M>(damping)
     }
@@ -134,10 +134,7 @@ pub(crate) struct Account {
 
 impl Account {
     fn count_own(&mut self, name: &'static str, rows: u64) {
-        match self.own.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, calls)) => *calls += rows,
-            None => self.own.push((name, rows)),
-        }
+        count(&mut self.own, name, rows);
     }
 
     /// Takes another account into this one.
@@ -148,6 +145,15 @@ impl Account {
         other.own.iter().for_each(|(name, calls)| self.count_own(name, *calls));
         self.newton_iterations += other.newton_iterations;
         self.unconverged += other.unconverged;
+    }
+}
+
+/// Adds `more` to the count of that name, which is first heard of when it is not 0.
+pub(crate) fn count(counts: &mut Vec<(&'static str, u64)>, name: &'static str, more: u64) {
+    match counts.iter_mut().find(|(known, _)| *known == name) {
+        Some((_, count)) => *count += more,
+        None if more > 0 => counts.push((name, more)),
+        None => {}
     }
 }
 

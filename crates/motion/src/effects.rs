@@ -59,6 +59,11 @@ impl Damping {
     /// The tutorial's damping: `v *= 1 - 0.4 h` after every move.
     pub const TUTORIAL: Self = Self { model: DampingModel::Tutorial, rate: 0.4 };
 
+    /// Whether it is a law of linear drag, solved or evaluated.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.model == DampingModel::Exact
+    }
+
     /// What one step of `h` seconds does to velocities, where damping is inside the step.
     pub(crate) fn factors<T: Real>(self, h: T) -> Decay<T> {
         let q = T::of(self.rate) * h;

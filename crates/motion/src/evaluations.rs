@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::blocks::Account;
+use crate::blocks::{Account, count};
 use crate::laws::Law;
 use crate::units::Scalar;
 
@@ -42,11 +42,7 @@ impl Evaluations {
 
     /// Counts evaluations of a law.
     pub(crate) fn count(&mut self, law: &'static str, evaluations: u64) {
-        match self.laws.iter_mut().find(|(name, _)| *name == law) {
-            Some((_, count)) => *count += evaluations,
-            None if evaluations > 0 => self.laws.push((law, evaluations)),
-            None => {}
-        }
+        count(&mut self.laws, law, evaluations);
     }
 
     /// Counts accelerations by laws that are summed up before the tick, all of which are in `laws`.

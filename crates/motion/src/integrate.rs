@@ -13,10 +13,10 @@ use crate::blocks::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
 use crate::clock::StepClock;
 use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
 use crate::course::Course;
-use crate::effects::{Damping, DampingModel, DampingRate};
+use crate::effects::{Damping, DampingRate};
 use crate::evaluations::Evaluations;
 use crate::forces::PushedBodies;
-use crate::laws::{Drag, Gravity, Law, Laws, Wells};
+use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, Wells};
 use crate::method::Method;
 use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
@@ -101,43 +101,22 @@ impl Acting<'_, '_> {
         rows.dedup();
     }
 
-    /// The laws that have to be called.
-    fn called(&self) -> Vec<&dyn Law<Scalar>> {
-        let mut called: Vec<&dyn Law<Scalar>> = Vec::new();
-        if let Some(drag) = self.drag.as_deref().filter(|drag| Law::<Scalar>::affine(*drag).is_none()) {
-            called.push(drag);
-        }
-        if let Some(wells) = self.wells.as_deref() {
-            called.push(wells);
-        }
-        if let Some(laws) = self.laws.as_deref() {
-            called.extend(laws.0.iter().map(|law| &**law).filter(|law| law.affine().is_none()));
-        }
-        called
+    /// Laws of every body, gravity aside.
+    fn declared(&self) -> Declared<'_> {
+        Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more: self.laws.as_deref() }
     }
 
     fn course(&self) -> Course<Scalar> {
         let TimeStep(tick) = *self.step;
         let clock = self.clock.as_deref().copied().unwrap_or_default();
-        let substeps = self.substeps.as_deref().map_or(1, |substeps| substeps.0.max(1));
+        let substeps = Substeps::parts(self.substeps.as_deref());
         Course { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
-    }
-
-    /// Laws that may be summed up, gravity aside.
-    fn declared(&self) -> impl Iterator<Item = &dyn Law<Scalar>> {
-        let drag = self.drag.as_deref().map(|drag| drag as &dyn Law<Scalar>);
-        let more = self.laws.iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
-        drag.into_iter().chain(more).filter(|law| law.affine().is_some())
     }
 
     /// What acts on every body, gravity aside.
     fn terms<'a, M: Integrator>(&self, called: &'a [&'a dyn Law<Scalar>]) -> Terms<'a, Scalar> {
-        let (mut constant, mut drag) = (Vector::ZERO, 0.0);
-        for part in self.declared().filter_map(|law| law.affine()) {
-            (constant, drag) = (constant + part.constant, drag + part.rate);
-        }
         let damping = self.damping.as_deref().copied();
-        Terms::new::<M>(constant, drag, damping, called, *self.epoch, self.course())
+        Terms::new::<M>(Affine::sum(self.declared().all()), damping, called, *self.epoch, self.course())
     }
 
     fn gravity(&self) -> Option<Vector> {
@@ -147,8 +126,9 @@ impl Acting<'_, '_> {
     /// Names of the laws that are summed up in a table's terms.
     fn affine(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
         let gravity = (!gravity_off && self.gravity().is_some()).then_some("gravity");
-        let exact = self.damping.as_deref().is_some_and(|damping| damping.model == DampingModel::Exact);
-        gravity.into_iter().chain(exact.then_some("damping")).chain(self.declared().map(|law| law.name()))
+        let exact = self.damping.as_deref().is_some_and(Damping::is_exact);
+        let affine = self.declared().affine().map(|law| law.name());
+        gravity.into_iter().chain(exact.then_some("damping")).chain(affine)
     }
 
     /// What was pushed of the table that holds `body`.
@@ -340,7 +320,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
     mut bodies: Bodies<Who>,
 ) {
     acting.prepare();
-    let called = acting.called();
+    let called: Vec<_> = acting.declared().called().collect();
     let weightless = acting.terms::<M>(&called);
     let mut falling = weightless;
     falling.gravity += acting.gravity().unwrap_or(Vector::ZERO);
@@ -439,9 +419,10 @@ impl Integrator for Synchronise {
 
 /// `v += (F w + g) h`: forces and laws become acceleration, acceleration becomes velocity.
 ///
-/// A body of inverse mass 0 is passed by whatever acts on it. With [`DampingModel::Exact`] the decay is part
-/// of this update. Laws of the position or the velocity are not for this system and [`integrate_velocity`], but
-/// for [`integrate_in_one_pass`], which reads them before either half.
+/// A body of inverse mass 0 is passed by whatever acts on it. With
+/// [`DampingModel::Exact`](crate::DampingModel::Exact) the decay is part of this update. Laws of the position or
+/// the velocity are not for this system and [`integrate_velocity`], but for [`integrate_in_one_pass`], which
+/// reads them before either half.
 pub fn integrate_acceleration(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
     advance::<Kick, _>(acting, notes, bodies);
 }

@@ -68,6 +68,17 @@ pub struct Affine<T: Real> {
     pub rate: T,
 }
 
+impl<T: Real> Affine<T> {
+    /// The sum of the laws that are affine.
+    pub(crate) fn sum<'a>(laws: impl Iterator<Item = &'a dyn Law<T>>) -> Self {
+        let zero = Self { constant: T::Vector::ZERO, rate: T::ZERO };
+        laws.filter_map(|law| law.affine()).fold(zero, |sum, part| Self {
+            constant: sum.constant + part.constant,
+            rate: sum.rate + part.rate,
+        })
+    }
+}
+
 /// A local law: the acceleration of one body by its own state and the time.
 ///
 /// ```
@@ -149,6 +160,39 @@ impl<T: Real> BodyState<T> {
 /// Laws of every body beside those with a resource of their own: what an embedder adds.
 #[derive(Resource, Debug, Default)]
 pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
+
+/// The laws of every body, gravity aside, in the order in which they are summed up.
+#[derive(Clone, Copy)]
+pub(crate) struct Declared<'a> {
+    pub drag: Option<&'a Drag>,
+    pub wells: Option<&'a Wells>,
+    pub more: Option<&'a Laws>,
+}
+
+impl<'a> Declared<'a> {
+    /// Those of `world`.
+    pub fn of(world: &'a World) -> Self {
+        Self { drag: world.get_resource(), wells: world.get_resource(), more: world.get_resource() }
+    }
+
+    /// All of them.
+    pub fn all(self) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+        let drag = self.drag.map(|drag| drag as &dyn Law<Scalar>);
+        let wells = self.wells.map(|wells| wells as &dyn Law<Scalar>);
+        let more = self.more.into_iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
+        drag.into_iter().chain(wells).chain(more)
+    }
+
+    /// Those that are summed up before a tick.
+    pub fn affine(self) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+        self.all().filter(|law| law.affine().is_some())
+    }
+
+    /// Those that have to be called.
+    pub fn called(self) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+        self.all().filter(|law| law.affine().is_none())
+    }
+}
 
 #[cfg(test)]
 mod tests;

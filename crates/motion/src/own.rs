@@ -7,15 +7,19 @@ use bevy_ecs::prelude::*;
 use crate::blocks::Known;
 use crate::laws::Law;
 use crate::method::Method;
-use crate::methods::{
-    ExplicitEuler, ImplicitEuler, PositionVerlet, RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4,
-    SemiImplicitEuler, VelocityVerlet, Yoshida4,
-};
+use crate::methods::with_method;
 use crate::units::Scalar;
 
 /// Parts into which a tick is divided for every body without [`OwnSubsteps`], at least 1.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Substeps(pub u32);
+
+impl Substeps {
+    /// How many parts a tick has, 1 where nothing is said.
+    pub(crate) fn parts(substeps: Option<&Self>) -> u32 {
+        substeps.map_or(1, |substeps| substeps.0.max(1))
+    }
+}
 
 impl Default for Substeps {
     fn default() -> Self {
@@ -71,38 +75,21 @@ pub struct LastAcceleration(pub(crate) Known<Scalar>);
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OwnMethod;
 
-macro_rules! marks {
-    ($($method:ident),*) => {
-        /// Marks a body as one that uses `method` whatever the world's is; `None` takes the mark away.
-        ///
-        /// Only for bodies that have not been integrated yet: a running body changes its method by
-        /// [`Request::SetBodyMethod`](crate::Request::SetBodyMethod), which starts the new one as it should.
-        pub fn mark_method(body: &mut EntityWorldMut, method: Option<Method>) {
-            body.remove::<(OwnMethod, $($method),*)>();
-            match method {
-                None => {}
-                $(Some(Method::$method) => {
-                    body.insert($method);
-                })*
-            }
-        }
-
-        /// The method that a body is marked with.
-        #[must_use]
-        pub fn own_method(body: EntityRef) -> Option<Method> {
-            None$(.or(body.contains::<$method>().then_some(Method::$method)))*
-        }
-    };
+/// Marks a body as one that uses `method` whatever the world's is; `None` takes the mark away.
+///
+/// Only for bodies that have not been integrated yet: a running body changes its method by
+/// [`Request::SetBodyMethod`](crate::Request::SetBodyMethod), which starts the new one as it should.
+pub fn mark_method(body: &mut EntityWorldMut, method: Option<Method>) {
+    while let Some(old) = own_method(body.as_readonly()) {
+        with_method!(old, M => body.remove::<(OwnMethod, M)>());
+    }
+    if let Some(method) = method {
+        with_method!(method, M => body.insert(M::default()));
+    }
 }
 
-marks!(
-    ExplicitEuler,
-    SemiImplicitEuler,
-    ImplicitEuler,
-    PositionVerlet,
-    VelocityVerlet,
-    RungeKutta2Midpoint,
-    RungeKutta2Heun,
-    RungeKutta4,
-    Yoshida4
-);
+/// The method that a body is marked with.
+#[must_use]
+pub fn own_method(body: EntityRef) -> Option<Method> {
+    Method::ALL.into_iter().find(|method| with_method!(method, M => body.contains::<M>()))
+}

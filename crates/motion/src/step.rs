@@ -9,13 +9,13 @@ use bevy_ecs::system::ScheduleSystem;
 
 use crate::clock::StepClock;
 use crate::components::{PhysicsBody, Quarantined};
-use crate::effects::{Damping, DampingModel};
+use crate::effects::Damping;
 use crate::evaluations::Evaluations;
 use crate::forces::{Forces, PushQueue, PushedBodies};
 use crate::integrate::{
     Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };
-use crate::laws::{Drag, Law, Laws, Wells};
+use crate::laws::{Declared, Drag, Laws};
 use crate::method::Method;
 use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substeps};
@@ -73,13 +73,13 @@ impl StepPlan {
     pub fn of(world: &mut World, method: Method) -> Self {
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
         let own = Method::ALL.into_iter().filter(|method| is_marked(world, *method)).collect();
-        let called = called_laws(world);
+        let called: Vec<_> = Declared::of(world).called().collect();
         let more = world.get_resource::<Laws>().is_some_and(|laws| !laws.0.is_empty());
         let looks_at_state = world.contains_resource::<Drag>() || more || !called.is_empty();
         let keeps_accelerations =
             !called.is_empty() && called.iter().all(|law| !law.depends_on_velocity()) && !drags(world);
         let asks = may_exist::<OwnLaws>(world) || may_exist::<OwnSubsteps>(world);
-        let substeps = world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0);
+        let substeps = Substeps::parts(world.get_resource());
         let apart = !looks_at_state && !asks && substeps == 1;
         let passes = if apart { Passes::for_bodies(bodies) } else { Passes::One };
         Self { method, passes, own, keeps_accelerations }
@@ -88,28 +88,7 @@ impl StepPlan {
 
 /// Linear drag or exact damping.
 fn drags(world: &World) -> bool {
-    world.contains_resource::<Drag>()
-        || world.get_resource::<Damping>().is_some_and(|damping| damping.model == DampingModel::Exact)
-}
-
-/// Laws that are summed up, gravity aside.
-pub(crate) fn affine_laws(world: &World) -> impl Iterator<Item = &dyn Law<Scalar>> {
-    let drag = world.get_resource::<Drag>().map(|drag| drag as &dyn Law<Scalar>);
-    let more = world.get_resource::<Laws>().into_iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
-    drag.into_iter().chain(more).filter(|law| law.affine().is_some())
-}
-
-/// The rate of linear drag by all laws, 1/s.
-pub(crate) fn drag_rate(world: &World) -> Scalar {
-    affine_laws(world).filter_map(Law::affine).map(|part| part.rate).sum()
-}
-
-/// Laws that are called for every body.
-pub(crate) fn called_laws(world: &World) -> Vec<&dyn Law<Scalar>> {
-    let drag = world.get_resource::<Drag>().map(|drag| drag as &dyn Law<Scalar>);
-    let wells = world.get_resource::<Wells>().map(|wells| wells as &dyn Law<Scalar>);
-    let more = world.get_resource::<Laws>().into_iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
-    drag.into_iter().chain(wells).chain(more).filter(|law| law.affine().is_none()).collect()
+    world.contains_resource::<Drag>() || world.get_resource::<Damping>().is_some_and(Damping::is_exact)
 }
 
 /// Whether there is a kind of entity with that component, be there none of the kind at present: another one is

@@ -6,18 +6,16 @@ use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
 
 use crate::clock::StepClock;
 use crate::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
-use crate::effects::{Damping, DampingModel, DampingRate};
+use crate::effects::{Damping, DampingRate};
 use crate::evaluations::Evaluations;
 use crate::integrate::{Unmarked, leave_position_verlet};
-use crate::laws::Gravity;
+use crate::laws::{Affine, Declared, Gravity};
 use crate::method::Method;
 use crate::methods::{Integrator, with_method};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substeps, mark_method, own_method};
 use crate::quarantine::Quarantine;
 use crate::requests::{self, Requests};
-use crate::step::{
-    Passes, StepPlan, TimeStep, affine_laws, called_laws, drag_rate, insert_step_resources, step_schedule,
-};
+use crate::step::{Passes, StepPlan, TimeStep, insert_step_resources, step_schedule};
 
 /// The compiled schedule of a world, with what happens around it: requests before a tick, the count after it.
 pub struct Stepper {
@@ -62,7 +60,7 @@ impl Stepper {
             plan,
             schedule,
             archetypes: world.archetypes().len(),
-            substeps: substeps(world),
+            substeps: Substeps::parts(world.get_resource()),
             counted: None,
         }
     }
@@ -75,7 +73,7 @@ impl Stepper {
     /// As [`Stepper::new`].
     pub fn recompile(&mut self, world: &mut World) {
         let plan = StepPlan::of(world, self.plan.method);
-        (self.archetypes, self.substeps) = (world.archetypes().len(), substeps(world));
+        (self.archetypes, self.substeps) = (world.archetypes().len(), Substeps::parts(world.get_resource()));
         self.counted = None;
         if plan != self.plan {
             *self = Self::compile(world, plan.method);
@@ -116,7 +114,9 @@ impl Stepper {
     /// Simulates one tick.
     pub fn tick(&mut self, world: &mut World) {
         self.carry_out_requests(world);
-        if world.archetypes().len() != self.archetypes || substeps(world) != self.substeps {
+        if world.archetypes().len() != self.archetypes
+            || Substeps::parts(world.get_resource()) != self.substeps
+        {
             self.recompile(world);
         }
         self.count(world);
@@ -151,9 +151,9 @@ impl Stepper {
         let entities = world.archetypes().iter().fold(0, mix);
         let counted_for = (entities, world.resource::<Quarantine>().records().len());
         if self.counted.as_ref().is_none_or(|counted| counted.world != counted_for) {
-            let damping = world.get_resource::<Damping>();
-            let exact = damping.is_some_and(|damping| damping.model == DampingModel::Exact);
-            let laws = affine_laws(world).map(|law| law.name()).chain(exact.then_some("damping")).collect();
+            let exact = world.get_resource::<Damping>().is_some_and(Damping::is_exact);
+            let laws = Declared::of(world).affine().map(|law| law.name());
+            let laws = laws.chain(exact.then_some("damping")).collect();
             let mut counted = Counted { world: counted_for, laws, accelerations: 0, with_gravity: 0 };
             with_method!(self.plan.method, M => counted.add::<M, Unmarked>(world));
             for method in &self.plan.own {
@@ -182,18 +182,18 @@ impl Counted {
             Without<OwnSubsteps>,
         );
         let damping = world.get_resource::<Damping>().copied();
-        let drag = drag_rate(world) != 0.0;
+        let declared = Declared::of(world);
+        let drag = Affine::sum(declared.all()).rate != 0.0;
         // What `blocks::integrate` calls laws for, or reckons as if it did.
-        if !called_laws(world).is_empty() || drag && damping.is_some() && M::DAMPS_INSIDE {
+        if declared.called().next().is_some() || drag && damping.is_some() && M::DAMPS_INSIDE {
             return;
         }
-        let exact =
-            damping.is_some_and(|damping| damping.model == DampingModel::Exact && damping.rate != 0.0);
+        let exact = damping.is_some_and(|damping| damping.is_exact() && damping.rate != 0.0);
         let looks_at_velocity = drag || exact && !M::DAMPS_INSIDE;
         let claims = M::METHOD.claims();
         let of_a_step =
             if looks_at_velocity { claims.evaluations_with_velocity_laws } else { claims.evaluations };
-        let of_a_tick = u64::from(of_a_step) * u64::from(substeps(world));
+        let of_a_tick = u64::from(of_a_step) * u64::from(Substeps::parts(world.get_resource()));
         let mut bodies = world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain)>();
         for (body, gravity_off) in bodies.iter(world) {
             if body.inverse_mass > 0.0 {
@@ -202,10 +202,6 @@ impl Counted {
             }
         }
     }
-}
-
-fn substeps(world: &World) -> u32 {
-    world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1))
 }
 
 /// Lets the bodies `Who` forget what their methods keep of them, with velocities that any other can start from.

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use crate::components::{GravityOff, PhysicsBody, StableId, Transform};
-use crate::laws::{BodyState, Gravity, Law, Laws, Wells};
+use crate::laws::{BodyState, Declared, Gravity, Law};
 use crate::own::OwnLaws;
 use crate::units::{Scalar, Vector};
 
@@ -28,9 +28,7 @@ pub fn totals(world: &mut World) -> Totals {
         world.query::<(Option<&StableId>, &Transform, &PhysicsBody, Option<&OwnLaws>, Has<GravityOff>)>();
     let world = &*world;
     let gravity = world.get_resource::<Gravity>();
-    let wells = world.get_resource::<Wells>().map(|wells| wells as &dyn Law<Scalar>);
-    let more = world.get_resource::<Laws>().into_iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
-    let laws: Vec<_> = wells.into_iter().chain(more).collect();
+    let declared = Declared::of(world);
     let mut rows: Vec<_> = query
         .iter(world)
         .filter(|(_, _, body, ..)| body.inverse_mass > 0.0)
@@ -48,7 +46,7 @@ pub fn totals(world: &mut World) -> Totals {
         let state = BodyState { position, velocity: body.velocity, inverse_mass: body.inverse_mass };
         let own = own.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
         let gravity = gravity.filter(|_| !gravity_off).map(|gravity| gravity as &dyn Law<Scalar>);
-        for law in gravity.into_iter().chain(laws.iter().copied()).chain(own) {
+        for law in gravity.into_iter().chain(declared.all()).chain(own) {
             sum.potential_energy += law.potential_energy(state);
         }
     }

@@ -4,6 +4,7 @@ use super::*;
 use crate::blocks::{Account, Asks, calling, integrate, integrate_one};
 use crate::course::Course;
 use crate::effects::{Damping, DampingModel};
+use crate::laws::Affine;
 use crate::method::Method;
 use crate::methods::with_method;
 use crate::real::RealVector as _;
@@ -44,7 +45,7 @@ fn terms<M: Integrator, T: Real>(damping: Option<Damping>, drag: f64, substeps: 
     let h = T::of(1.0 / 120.0);
     let course = Course { start: T::ZERO, end: h, tick: h, substeps };
     let gravity = T::Vector::of(glam::DVec3::new(0.1, -9.8, 1e-3));
-    Terms::new::<M>(gravity, T::of(drag), damping, &[], 0, course)
+    Terms::new::<M>(Affine { constant: gravity, rate: T::of(drag) }, damping, &[], 0, course)
 }
 
 /// The state after 50 ticks by each of the ways in which a table can be integrated.
