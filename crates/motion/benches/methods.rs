@@ -168,7 +168,7 @@ macro_rules! rivals {
             pub fn bare(method: Method, n: usize) -> Bare<$t> {
                 let mut bare = Bare::new(method, (1.0 / 120.0) as $t)
                     .with_law(Gravity { acceleration: Vector::new(0.0, G, 0.0), on: true })
-                    .with_law(Drag { linear: C, quadratic: 0.0 });
+                    .with_law(Drag::new(C, 0.0));
                 for (x, v, w) in (0..n).map(start) {
                     bare.add(x.map(|x| x as $t), v.map(|v| v as $t), w as $t);
                 }
@@ -224,7 +224,7 @@ impl Ecs {
     fn new(method: Method, n: usize) -> Self {
         let mut world = World::new();
         world.insert_resource(Gravity { acceleration: Vector::new(0.0, G, 0.0), on: true });
-        world.insert_resource(Drag { linear: C, quadratic: 0.0 });
+        world.insert_resource(Drag::new(C, 0.0));
         let body = |(x, v, inverse_mass): ([f64; 3], [f64; 3], f64)| {
             (
                 Transform::at(Vector::from_array(x)),

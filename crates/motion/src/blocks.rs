@@ -17,6 +17,8 @@ mod memory;
 
 use std::ops::Range;
 
+use smallvec::SmallVec;
+
 use crate::components::{AxisLocks, Force};
 use crate::course::Course;
 use crate::effects::{Damping, Decay};
@@ -24,6 +26,8 @@ use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::Real;
 
+pub(crate) use affine::LEVEL;
+pub(crate) use field::restrain;
 pub(crate) use memory::{Known, MemoryRows};
 
 /// Rows that are computed before the first of them is stored.
@@ -117,23 +121,37 @@ impl<T: Real> Asks<'_, T> {
         Self { damping: None, limit: None, locks: None, laws: &[], version: 0, substeps: None };
 }
 
+/// A count a name.
+pub(crate) type Counts = SmallVec<[(&'static str, u64); 8]>;
+
+/// Adds `more` to the count of that name, which is first heard of when it is not 0.
+pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
+    match counts.iter_mut().find(|(known, _)| *known == name) {
+        Some((_, count)) => *count += more,
+        None if more > 0 => counts.push((name, more)),
+        None => {}
+    }
+}
+
 /// What a tick took: counted where laws are called, so that it is exact.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Account {
     /// Accelerations of one body, by all laws together.
     pub accelerations: u64,
     /// Evaluations of the laws of all bodies, one number a law of [`Terms::laws`].
-    pub calls: Vec<u64>,
+    pub calls: SmallVec<[u64; 8]>,
     /// Evaluations of the laws of single bodies, by name.
-    pub own: Vec<(&'static str, u64)>,
+    pub own: Counts,
     /// Newton iterations of implicit steps.
     pub newton_iterations: u64,
     /// Implicit steps that did not converge.
     pub unconverged: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
 }
 
 impl Account {
-    fn count_own(&mut self, name: &'static str, rows: u64) {
+    pub(crate) fn count_own(&mut self, name: &'static str, rows: u64) {
         count(&mut self.own, name, rows);
     }
 
@@ -141,19 +159,12 @@ impl Account {
     pub fn add(&mut self, other: &Self) {
         self.accelerations += other.accelerations;
         self.calls.resize(self.calls.len().max(other.calls.len()), 0);
-        self.calls.iter_mut().zip(&other.calls).for_each(|(sum, calls)| *sum += calls);
+        let calls = self.calls.iter_mut().zip(&other.calls);
+        calls.for_each(|(sum, calls)| *sum += calls);
         other.own.iter().for_each(|(name, calls)| self.count_own(name, *calls));
         self.newton_iterations += other.newton_iterations;
         self.unconverged += other.unconverged;
-    }
-}
-
-/// Adds `more` to the count of that name, which is first heard of when it is not 0.
-pub(crate) fn count(counts: &mut Vec<(&'static str, u64)>, name: &'static str, more: u64) {
-    match counts.iter_mut().find(|(known, _)| *known == name) {
-        Some((_, count)) => *count += more,
-        None if more > 0 => counts.push((name, more)),
-        None => {}
+        self.cg_iterations += other.cg_iterations;
     }
 }
 

@@ -1,5 +1,7 @@
 //! The times of a tick: substeps, split where a law jumps or bends.
 
+use smallvec::SmallVec;
+
 use crate::real::Real;
 
 /// A stretch of time that is integrated in one step.
@@ -51,33 +53,53 @@ impl<T: Real> Course<T> {
     }
 
     /// The pieces of the tick for laws with those `breaks`, s, in any order.
-    pub fn pieces<'a>(&self, breaks: impl Iterator<Item = &'a f64>, pieces: &mut Vec<Piece<T>>) {
-        pieces.clear();
-        let h = self.substep();
+    pub fn pieces<'a>(&self, breaks: impl Iterator<Item = &'a f64>) -> Pieces<T> {
+        let near = self.substep() * T::of(NEAR);
+        let mut inside: SmallVec<[T; 8]> = SmallVec::new();
+        inside.extend(
+            breaks
+                .map(|time| T::of(*time))
+                .filter(|time| *time >= self.start - near && *time < self.end - near),
+        );
+        inside.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        Pieces { course: *self, breaks: inside }
+    }
+}
+
+/// The pieces of a tick, reckoned one after the other: a list of them would be allocated.
+#[derive(Clone, Debug)]
+pub(crate) struct Pieces<T> {
+    course: Course<T>,
+    /// Times in the tick at which a law jumps or bends, s, ascending.
+    breaks: SmallVec<[T; 8]>,
+}
+
+impl<T: Real> Pieces<T> {
+    /// The pieces in order; there is at least one.
+    pub fn iter(&self) -> impl Iterator<Item = Piece<T>> + '_ {
+        let Course { start, end, substeps, .. } = self.course;
+        let h = self.course.substep();
         let near = h * T::of(NEAR);
-        let mut breaks: Vec<T> = breaks
-            .map(|time| T::of(*time))
-            .filter(|time| *time >= self.start - near && *time < self.end - near)
-            .collect();
-        breaks.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
-        let mut breaks = breaks.into_iter().peekable();
-        for part in 1..=self.substeps {
-            let mut start = match pieces.last() {
-                Some(piece) => piece.end,
-                None => self.start,
-            };
-            let end = if part == self.substeps { self.end } else { self.start + h * T::of(f64::from(part)) };
-            let mut length = h;
-            let mut jump = false;
-            while let Some(time) = breaks.next_if(|time| *time < end - near) {
-                if time - start > near {
-                    pieces.push(Piece { start, end: time, length: time - start, jump });
-                    (start, length) = (time, end - time);
-                }
-                jump = true;
+        let mut breaks = self.breaks.iter().copied().peekable();
+        let (mut part, mut next) = (1, Piece { start, end, length: h, jump: false });
+        std::iter::from_fn(move || {
+            if part > substeps {
+                return None;
             }
-            pieces.push(Piece { start, end, length, jump });
-        }
+            let end = if part == substeps { end } else { start + h * T::of(f64::from(part)) };
+            while let Some(time) = breaks.next_if(|time| *time < end - near) {
+                let before = next;
+                next.jump = true;
+                if time - before.start > near {
+                    (next.start, next.length) = (time, end - time);
+                    return Some(Piece { end: time, length: time - before.start, ..before });
+                }
+            }
+            let last = Piece { end, ..next };
+            next = Piece { start: end, end, length: h, jump: false };
+            part += 1;
+            Some(last)
+        })
     }
 }
 
@@ -86,8 +108,7 @@ mod tests {
     use super::*;
 
     fn pieces(course: Course<f64>, breaks: &[f64]) -> Vec<(f64, f64, bool)> {
-        let mut pieces = Vec::new();
-        course.pieces(breaks.iter(), &mut pieces);
+        let pieces: Vec<_> = course.pieces(breaks.iter()).iter().collect();
         assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
         assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (course.start, course.end));
         pieces.into_iter().map(|piece| (piece.start, piece.length, piece.jump)).collect()

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::blocks::{Account, count};
+use crate::blocks::{Account, Counts, count};
 use crate::laws::Law;
 use crate::units::Scalar;
 
@@ -10,8 +10,9 @@ use crate::units::Scalar;
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct Evaluations {
     accelerations: u64,
-    laws: Vec<(&'static str, u64)>,
+    laws: Counts,
     newton_iterations: u64,
+    cg_iterations: u64,
     unconverged_steps: u64,
 }
 
@@ -34,13 +35,19 @@ impl Evaluations {
         self.newton_iterations
     }
 
-    /// Implicit steps of a body that did not converge: their state is that of the last iteration.
+    /// Iterations of conjugate gradients of implicit steps of groups.
+    #[must_use]
+    pub const fn cg_iterations(&self) -> u64 {
+        self.cg_iterations
+    }
+
+    /// Implicit steps of a body, or a group, that did not converge: their state is that of the last iteration.
     #[must_use]
     pub const fn unconverged_steps(&self) -> u64 {
         self.unconverged_steps
     }
 
-    /// Counts evaluations of a law.
+    /// Counts evaluations of a law, which is first heard of when there is one.
     pub(crate) fn count(&mut self, law: &'static str, evaluations: u64) {
         count(&mut self.laws, law, evaluations);
     }
@@ -66,9 +73,10 @@ impl Evaluations {
             return;
         }
         self.count_accelerations(account.accelerations, affine);
-        called.iter().zip(&account.calls).for_each(|(law, calls)| self.count(law.name(), *calls));
-        account.own.iter().for_each(|(law, calls)| self.count(law, *calls));
+        called.iter().zip(account.calls.as_slice()).for_each(|(law, calls)| self.count(law.name(), *calls));
+        account.own.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
         self.newton_iterations += account.newton_iterations;
+        self.cg_iterations += account.cg_iterations;
         self.unconverged_steps += account.unconverged;
     }
 }

@@ -8,20 +8,24 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
 use bevy_ecs::system::SystemParam;
 use bytemuck::TransparentWrapper as _;
+use smallvec::SmallVec;
 
 use crate::blocks::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
 use crate::clock::StepClock;
 use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
 use crate::course::Course;
 use crate::effects::{Damping, DampingRate};
+use crate::emitter::Dormant;
 use crate::evaluations::Evaluations;
 use crate::forces::PushedBodies;
+use crate::groups::Grouped;
 use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, Wells};
 use crate::method::Method;
 use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
 use crate::quarantine::{Cause, Quarantine};
 use crate::real::Real as _;
+use crate::rest::Static;
 use crate::step::TimeStep;
 use crate::threads::Threads;
 use crate::units::{Scalar, Vector};
@@ -46,7 +50,8 @@ type Columns = (
 );
 
 /// The bodies of a system.
-pub type Bodies<'w, 's, Who> = Query<'w, 's, Columns, (Who, Without<Quarantined>)>;
+pub type Bodies<'w, 's, Who> =
+    Query<'w, 's, Columns, (Who, Without<Quarantined>, Without<Static>, Without<Dormant>, Without<Grouped>)>;
 
 /// What acts in a tick besides the applied forces.
 #[derive(SystemParam)]
@@ -72,13 +77,13 @@ pub struct Acting<'w, 's> {
 /// Where a system notes what happened.
 #[derive(SystemParam)]
 pub struct Notes<'w> {
-    quarantine: ResMut<'w, Quarantine>,
-    evaluations: ResMut<'w, Evaluations>,
+    pub(crate) quarantine: ResMut<'w, Quarantine>,
+    pub(crate) evaluations: ResMut<'w, Evaluations>,
 }
 
 impl Acting<'_, '_> {
     /// Looks up where the pushed bodies are, and whether laws have changed.
-    fn prepare(&mut self) {
+    pub(crate) fn prepare(&mut self) {
         // Unlike any other number that a kept acceleration may have been noted with.
         static EPOCHS: AtomicU64 = AtomicU64::new(1);
         let changed = self.drag.as_ref().is_some_and(|drag| drag.is_changed())
@@ -102,7 +107,7 @@ impl Acting<'_, '_> {
     }
 
     /// Laws of every body, gravity aside.
-    fn declared(&self) -> Declared<'_> {
+    pub(crate) fn declared(&self) -> Declared<'_> {
         Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more: self.laws.as_deref() }
     }
 
@@ -119,16 +124,48 @@ impl Acting<'_, '_> {
         Terms::new::<M>(Affine::sum(self.declared().all()), damping, called, *self.epoch, self.course())
     }
 
-    fn gravity(&self) -> Option<Vector> {
+    /// The same without drag, which does not act alike on all points of groups.
+    pub(crate) fn terms_without_drag<'a, M: Integrator>(
+        &self,
+        called: &'a [&'a dyn Law<Scalar>],
+    ) -> Terms<'a, Scalar> {
+        let damping = self.damping.as_deref().copied();
+        let others = Declared { drag: None, ..self.declared() };
+        Terms::new::<M>(Affine::sum(others.all()), damping, called, *self.epoch, self.course())
+    }
+
+    pub(crate) fn gravity(&self) -> Option<Vector> {
         self.gravity.as_deref().and_then(Gravity::acting)
     }
 
+    pub(crate) fn drag(&self) -> Option<&Drag> {
+        self.drag.as_deref()
+    }
+
     /// Names of the laws that are summed up in a table's terms.
-    fn affine(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
+    pub(crate) fn affine(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
         let gravity = (!gravity_off && self.gravity().is_some()).then_some("gravity");
         let exact = self.damping.as_deref().is_some_and(Damping::is_exact);
         let affine = self.declared().affine().map(|law| law.name());
         gravity.into_iter().chain(exact.then_some("damping")).chain(affine)
+    }
+
+    /// Table and row of `body`.
+    pub(crate) fn place_of(&self, body: Entity) -> Option<(usize, usize)> {
+        let place = self.entities.get_spawned(body).ok()?;
+        Some((place.table_id.as_usize(), place.table_row.index()))
+    }
+
+    /// The table of `body`.
+    pub(crate) fn table_of(&self, body: Entity) -> Option<usize> {
+        self.place_of(body).map(|(table, _)| table)
+    }
+
+    /// What was pushed of those rows of a table.
+    pub(crate) fn pushed_in(&self, table: usize, rows: Range<usize>) -> &[(usize, usize)] {
+        let start = self.rows.partition_point(|place| *place < (table, rows.start));
+        let end = self.rows.partition_point(|place| *place < (table, rows.end));
+        &self.rows[start..end]
     }
 
     /// What was pushed of the table that holds `body`.
@@ -136,11 +173,7 @@ impl Acting<'_, '_> {
         if self.rows.is_empty() {
             return &[];
         }
-        let Ok(place) = self.entities.get_spawned(body) else { return &[] };
-        let table = place.table_id.as_usize();
-        let start = self.rows.partition_point(|(other, _)| *other < table);
-        let end = self.rows.partition_point(|(other, _)| *other <= table);
-        &self.rows[start..end]
+        self.table_of(body).map_or(&[], |table| self.pushed_in(table, 0..usize::MAX))
     }
 }
 
@@ -313,6 +346,9 @@ fn shared<M: Integrator>(
     sum
 }
 
+/// Laws that are called for every body, in a list that allocates nothing.
+pub(crate) type Called<'a> = SmallVec<[&'a dyn Law<Scalar>; 8]>;
+
 /// One system's share of a tick: `M` over all bodies.
 fn advance<M: Integrator, Who: ArchetypeFilter>(
     mut acting: Acting,
@@ -320,8 +356,10 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
     mut bodies: Bodies<Who>,
 ) {
     acting.prepare();
-    let called: Vec<_> = acting.declared().called().collect();
-    let weightless = acting.terms::<M>(&called);
+    let mut called = Called::new();
+    called.extend(acting.declared().called());
+    let called = called.as_slice();
+    let weightless = acting.terms::<M>(called);
     let mut falling = weightless;
     falling.gravity += acting.gravity().unwrap_or(Vector::ZERO);
     for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
@@ -361,7 +399,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             }
             _ => chunk.integrate::<M>(terms, pushed, 0),
         };
-        notes.evaluations.add(&done.account, &called, acting.affine(gravity_off));
+        notes.evaluations.add(&done.account, called, acting.affine(gravity_off));
         for (body, transform, state, cause) in done.refused {
             notes.quarantine.refuse(body, transform, state, cause);
         }

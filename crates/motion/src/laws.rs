@@ -6,8 +6,10 @@
 
 mod drag;
 mod gravity;
+mod mutual_gravity;
 mod thrust;
 mod wells;
+mod wind;
 
 use std::fmt::Debug;
 
@@ -15,8 +17,11 @@ use bevy_ecs::prelude::*;
 
 pub use drag::Drag;
 pub use gravity::Gravity;
+pub use mutual_gravity::{MutualGravity, SourceMass};
 pub use thrust::{Curve, Thrust};
 pub use wells::{Well, Wells};
+pub(crate) use wind::Air;
+pub use wind::Wind;
 
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Scalar;

@@ -12,8 +12,11 @@ mod clock;
 mod components;
 mod course;
 mod effects;
+mod emission;
+mod emitter;
 mod evaluations;
 mod forces;
+mod groups;
 mod integrate;
 mod interpolate;
 mod laws;
@@ -23,8 +26,11 @@ mod own;
 mod quarantine;
 pub mod real;
 mod requests;
+mod rest;
+mod springs;
 mod step;
 mod stepper;
+mod switch;
 mod threads;
 mod totals;
 pub mod units;
@@ -35,24 +41,33 @@ pub use components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
 pub use effects::{Damping, DampingModel, DampingRate};
+pub use emission::{Emission, Particle, emit_particles};
+pub use emitter::{Dormant, Emitter};
 pub use evaluations::Evaluations;
 pub use forces::{Forces, Push, PushQueue, PushedBodies};
+pub use groups::{Grouped, Groups, Solver, compile_groups, integrate_groups};
 pub use integrate::{
     Acting, Bodies, Notes, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass,
     integrate_velocity,
 };
 pub use interpolate::{PreviousPosition, remember_positions};
-pub use laws::{Affine, BodyState, Curve, Drag, Gravity, Jacobians, Law, Laws, Moment, Thrust, Well, Wells};
+pub use laws::{
+    Affine, BodyState, Curve, Drag, Gravity, Jacobians, Law, Laws, Moment, MutualGravity, SourceMass, Thrust,
+    Well, Wells, Wind,
+};
 pub use method::{Claims, METHODS, Method};
 pub use own::{
     LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps, mark_method, own_method,
 };
 pub use quarantine::{Cause, Quarantine, QuarantineRecord, quarantine_bodies};
 pub use requests::{Request, Requests};
+pub use rest::Static;
+pub use springs::{Elastic, Link, SoftBody, Spring};
 pub use step::{
     Passes, Step, StepPlan, TimeStep, apply_forces, clear_forces, insert_step_resources,
     remember_accelerations, remember_steps, step_schedule,
 };
 pub use stepper::Stepper;
+pub use switch::{Effect, EffectState, NeverDeclared, Off, OffResource, SpringsOff, state, switch};
 pub use threads::Threads;
 pub use totals::{Totals, totals};

@@ -16,7 +16,7 @@ mod yoshida;
 use std::ops::{Add, Mul, Sub};
 
 pub use euler::{ExplicitEuler, SemiImplicitEuler};
-pub use implicit_euler::{ImplicitEuler, MOST_ITERATIONS, Newton};
+pub use implicit_euler::{ImplicitEuler, MOST_ITERATIONS, Newton, newton_velocity};
 pub use runge_kutta::{RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4};
 pub use verlet::{PositionVerlet, VelocityVerlet, synchronise};
 pub use yoshida::Yoshida4;
@@ -62,19 +62,19 @@ pub trait Field {
 
     /// `v` after a step of acceleration `a`; exact damping has its place here in the two Eulers.
     #[inline(always)]
-    fn kick(&self, v: Self::Space, a: Self::Space) -> Self::Space {
+    fn kick(&mut self, v: Self::Space, a: Self::Space) -> Self::Space {
         v + a * self.step()
     }
 
     /// What the two Eulers do to the velocity before the move.
     #[inline(always)]
-    fn before_move(&self, v: Self::Space) -> Self::Space {
+    fn before_move(&mut self, v: Self::Space) -> Self::Space {
         v
     }
 
     /// What the two Eulers do to the velocity after the move.
     #[inline(always)]
-    fn after_move(&self, v: Self::Space) -> Self::Space {
+    fn after_move(&mut self, v: Self::Space) -> Self::Space {
         v
     }
 
@@ -85,6 +85,12 @@ pub trait Field {
         None
     }
 
+    /// The velocity v1 of `v1 = v + a(x + v1 h, v1) h`.
+    fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space;
+}
+
+/// A field in which an implicit step is solved by Newton's method; see [`newton_velocity`].
+pub trait NewtonField: Field {
     /// The rate c if every law is affine, `a = constant - c v`: then an implicit step has a closed form.
     fn linear_rate(&self) -> Option<Self::Real>;
 
@@ -95,10 +101,8 @@ pub trait Field {
     /// Largest magnitude among the parts of a velocity or acceleration.
     fn size(&self, v: Self::Space) -> Self::Real;
 
-    /// Takes the account of an implicit solve.
-    fn report(&mut self, newton: Newton) {
-        let _ = newton;
-    }
+    /// Takes the account of a solve.
+    fn report(&mut self, newton: Newton);
 }
 
 /// What a method keeps of a body from one step to the next.

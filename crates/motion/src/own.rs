@@ -8,6 +8,7 @@ use crate::blocks::Known;
 use crate::laws::Law;
 use crate::method::Method;
 use crate::methods::with_method;
+use crate::springs::structure_changed;
 use crate::units::Scalar;
 
 /// Parts into which a tick is divided for every body without [`OwnSubsteps`], at least 1.
@@ -29,12 +30,15 @@ impl Default for Substeps {
 
 /// Parts into which a tick is divided for this body, at least 1. Present only on bodies that ask for it.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+#[component(on_insert = structure_changed, on_discard = structure_changed)]
 pub struct OwnSubsteps(pub u32);
 
 /// Laws of this body alone, such as its engines. Present only on bodies that have some.
 #[derive(Component, Debug)]
 pub struct OwnLaws {
     laws: Vec<Box<dyn Law<Scalar>>>,
+    /// The place of each law among all that the body was given: it is added up there also after it was off.
+    places: Vec<usize>,
     version: u64,
 }
 
@@ -42,10 +46,8 @@ impl OwnLaws {
     /// These laws, added up.
     #[must_use]
     pub fn new(laws: Vec<Box<dyn Law<Scalar>>>) -> Self {
-        // No two lists of laws have the same version, also on different bodies and in different worlds: an
-        // acceleration of the one is never taken for one of the other.
-        static VERSIONS: AtomicU64 = AtomicU64::new(1);
-        Self { laws, version: VERSIONS.fetch_add(1, Ordering::Relaxed) }
+        let places = (0..laws.len()).collect();
+        Self { laws, places, version: next_version() }
     }
 
     /// The laws.
@@ -57,6 +59,34 @@ impl OwnLaws {
     pub(crate) const fn version(&self) -> u64 {
         self.version
     }
+
+    /// Those of that name, and the others; none of the two is empty.
+    pub(crate) fn split(self, name: &str) -> (Option<Self>, Option<Self>) {
+        let all = self.places.into_iter().zip(self.laws);
+        let (named, others): (Vec<_>, Vec<_>) = all.partition(|(_, law)| law.name() == name);
+        (Self::of_places(named), Self::of_places(others))
+    }
+
+    /// Both in the order in which the body was given them.
+    pub(crate) fn merge(self, other: Self) -> Self {
+        let mut all: Vec<_> = self.places.into_iter().zip(self.laws).collect();
+        all.extend(other.places.into_iter().zip(other.laws));
+        all.sort_by_key(|(place, _)| *place);
+        let (places, laws) = all.into_iter().unzip();
+        Self { laws, places, version: next_version() }
+    }
+
+    fn of_places(laws: Vec<(usize, Box<dyn Law<Scalar>>)>) -> Option<Self> {
+        let (places, laws): (Vec<_>, Vec<_>) = laws.into_iter().unzip();
+        (!laws.is_empty()).then(|| Self { laws, places, version: next_version() })
+    }
+}
+
+/// No two lists of laws have the same version, also on different bodies and in different worlds: an acceleration of
+/// the one is never taken for one of the other.
+fn next_version() -> u64 {
+    static VERSIONS: AtomicU64 = AtomicU64::new(1);
+    VERSIONS.fetch_add(1, Ordering::Relaxed)
 }
 
 /// What position Verlet keeps of a body: the length of its last step, s. 0 is a start, with the Taylor value;
@@ -73,6 +103,7 @@ pub struct LastAcceleration(pub(crate) Known<Scalar>);
 
 /// A body that has a method of its own, marked by the method's component, whatever the world's is.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[component(on_insert = structure_changed, on_discard = structure_changed)]
 pub struct OwnMethod;
 
 /// Marks a body as one that uses `method` whatever the world's is; `None` takes the mark away.

@@ -5,6 +5,7 @@ use bevy_ecs::prelude::*;
 
 use crate::clock::StepClock;
 use crate::components::{PhysicsBody, Quarantined, Transform};
+use crate::groups::Groups;
 
 /// What would have become infinite or not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -15,6 +16,8 @@ pub enum Cause {
     Position,
     /// Either, by a method that updates both at once.
     State,
+    /// Either, in a group: of all its members this one was first.
+    Group,
     /// A value that an experiment asked to set.
     Request,
 }
@@ -27,6 +30,7 @@ impl Cause {
             Self::Velocity => "velocity would turn non-finite in integrate_acceleration",
             Self::Position => "position would turn non-finite in integrate_velocity",
             Self::State => "position or velocity would turn non-finite in integrate",
+            Self::Group => "position or velocity would turn non-finite in integrate_groups",
             Self::Request => "an experiment asked for a non-finite state",
         }
     }
@@ -77,10 +81,15 @@ impl Quarantine {
 pub fn quarantine_bodies(
     mut commands: Commands,
     mut quarantine: ResMut<Quarantine>,
+    groups: Option<ResMut<Groups>>,
     clock: Option<Res<StepClock>>,
 ) {
     if quarantine.refused.is_empty() {
         return;
+    }
+    if let Some(mut groups) = groups {
+        // Its springs are inert.
+        groups.outdate();
     }
     let tick = clock.map_or(0, |clock| clock.ticks() + 1);
     let Quarantine { refused, records } = &mut *quarantine;

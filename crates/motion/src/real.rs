@@ -59,6 +59,8 @@ pub trait Real:
     fn is_finite(self) -> bool;
     /// `sin` by `libm`, the same on every platform.
     fn sin(self) -> Self;
+    /// `cos` by `libm`, the same on every platform.
+    fn cos(self) -> Self;
     /// `exp` by `libm`, the same on every platform.
     fn exp(self) -> Self;
     /// `sqrt(self² + other²)` by `libm`, also where a square would overflow or vanish.
@@ -71,6 +73,7 @@ pub trait Real:
 pub trait RealVector<T>:
     Copy
     + Debug
+    + Default
     + PartialEq
     + Send
     + Sync
@@ -94,7 +97,7 @@ pub trait RealVector<T>:
 
 /// A matrix of three by three numbers; glam's `DMat3` and `Mat3` are.
 pub trait RealMatrix<T: Real>:
-    Copy + Debug + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
+    Copy + Debug + Default + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
 {
     /// The zero matrix.
     const ZERO: Self;
@@ -128,7 +131,7 @@ pub trait Lanes<S: Simd, T>: SimdFloat<S, Element = T> {
 }
 
 macro_rules! real {
-    ($t:ident, $vector:ident, $matrix:ident, $lanes:ident, $bytes:ident, $snap:literal, $sin:ident, $exp:ident, $expm1:ident, $hypot:ident, $of:ident) => {
+    ($t:ident, $vector:ident, $matrix:ident, $lanes:ident, $bytes:ident, $snap:literal, $sin:ident, $cos:ident, $exp:ident, $expm1:ident, $hypot:ident, $of:ident) => {
         impl Real for $t {
             type Vector = glam::$vector;
             type Matrix = glam::$matrix;
@@ -170,6 +173,9 @@ macro_rules! real {
             }
             fn sin(self) -> Self {
                 libm::$sin(self)
+            }
+            fn cos(self) -> Self {
+                libm::$cos(self)
             }
             fn exp(self) -> Self {
                 libm::$exp(self)
@@ -251,8 +257,8 @@ macro_rules! real {
     };
 }
 
-real!(f64, DVec3, DMat3, f64x4, u8x32, 1e-290, sin, exp, expm1, hypot, same);
-real!(f32, Vec3, Mat3, f32x4, u8x16, 1e-30, sinf, expf, expm1f, hypotf, as_vec3);
+real!(f64, DVec3, DMat3, f64x4, u8x32, 1e-290, sin, cos, exp, expm1, hypot, same);
+real!(f32, Vec3, Mat3, f32x4, u8x16, 1e-30, sinf, cosf, expf, expm1f, hypotf, as_vec3);
 
 /// `DVec3` has no conversion to itself.
 trait AsSame {

@@ -1,16 +1,20 @@
 //! Experiments: changes of state that a person or a script asks for, carried out between two ticks.
 
+use std::collections::BTreeMap;
+
 use bevy_ecs::prelude::*;
 
 use crate::components::{PhysicsBody, Quarantined, Transform};
 use crate::effects::Damping;
-use crate::integrate::leave_position_verlet;
+use crate::groups::Groups;
 use crate::interpolate::PreviousPosition;
 use crate::laws::Gravity;
 use crate::method::Method;
 use crate::own::LastStep;
 use crate::quarantine::{Cause, Quarantine, quarantine_bodies};
+use crate::rest::look_again;
 use crate::stepper::{set_body_method, start_anew};
+use crate::switch::{Effect, end_half_steps, switch};
 use crate::units::{Scalar, Vector};
 
 /// One change that is asked for. Values may be non-finite on purpose: such a body is quarantined.
@@ -30,8 +34,11 @@ pub enum Request {
     SetGravity(Vector),
     /// Switches gravity on or off; does nothing where gravity was never declared.
     SwitchGravity(bool),
-    /// Replaces model and rate of the scene's damping; declares it where there was none.
+    /// Replaces model and rate of the scene's damping; declares it where there was none, switches it on where it
+    /// was off.
     SetDamping(Damping),
+    /// Switches an effect off, or on again; does nothing where it was never declared.
+    Switch(Effect, bool),
     /// Gives a body a method of its own; `None` the world's again.
     SetBodyMethod(Entity, Option<Method>),
     /// Removes a body.
@@ -55,16 +62,17 @@ impl Requests {
     }
 }
 
-/// Carries out every request, in the order in which they were asked.
-pub(crate) fn carry_out(world: &mut World) {
+/// Carries out every request, in the order in which they were asked; whether effects came or went.
+pub(crate) fn carry_out(world: &mut World) -> bool {
     let requests = std::mem::take(&mut world.resource_mut::<Requests>().0);
-    for request in requests {
+    let mut effects_changed = false;
+    let mut switches = BTreeMap::new();
+    let mut requests = requests.into_iter().peekable();
+    while let Some(request) = requests.next() {
         if matches!(request, Request::SetGravity(_) | Request::SwitchGravity(_) | Request::SetDamping(_)) {
-            // Position Verlet's next kick is half of the last step's, which was taken under the old laws.
-            world
-                .run_system_cached(leave_position_verlet::<With<LastStep>>)
-                .expect("its resources are inserted with the step's");
+            end_half_steps(world);
         }
+        effects_changed |= matches!(request, Request::Switch(..) | Request::SetDamping(_));
         if let Request::SetPosition(body, _) | Request::SetInverseMass(body, _) = request {
             // Its next kick would be one of the new place or mass, for the last step as well.
             start_anew(world, body);
@@ -81,6 +89,7 @@ pub(crate) fn carry_out(world: &mut World) {
                 if let Some(mut last) = world.get_mut::<LastStep>(body) {
                     last.0 = 0.0;
                 }
+                look_again(world, body);
             }
             Request::SetPosition(body, position) => {
                 change(world, body, |at, _| at.position = position);
@@ -90,7 +99,13 @@ pub(crate) fn carry_out(world: &mut World) {
                     before.0 = now;
                 }
             }
-            Request::SetInverseMass(body, w) => change(world, body, |_, body| body.inverse_mass = w),
+            Request::SetInverseMass(body, w) => {
+                change(world, body, |_, body| body.inverse_mass = w);
+                if let Some(mut groups) = world.get_resource_mut::<Groups>() {
+                    groups.outdate();
+                }
+                look_again(world, body);
+            }
             Request::ReverseVelocities => {
                 let mut bodies =
                     world.query_filtered::<(&mut PhysicsBody, Option<&mut LastStep>), Without<Quarantined>>();
@@ -110,13 +125,27 @@ pub(crate) fn carry_out(world: &mut World) {
                     gravity.on = on;
                 }
             }
-            Request::SetDamping(damping) => world.insert_resource(damping),
+            Request::SetDamping(damping) => {
+                // One that was never declared has nothing to switch on.
+                let _ = switch(world, Effect::Damping, true);
+                world.insert_resource(damping);
+            }
+            Request::Switch(effect, on) => {
+                // Several in a row are one: off and on again is nothing at all.
+                switches.insert(effect, on);
+                if !matches!(requests.peek(), Some(Request::Switch(..))) {
+                    for (effect, on) in std::mem::take(&mut switches) {
+                        let _ = switch(world, effect, on);
+                    }
+                }
+            }
             Request::SetBodyMethod(body, method) => set_body_method(world, body, method),
             Request::Remove(body) => {
                 world.despawn(body);
             }
         }
     }
+    effects_changed
 }
 
 /// Changes one body, or quarantines it at its present state where the change is not finite.

@@ -1,5 +1,6 @@
 //! The schedule of a tick.
 
+use bevy_ecs::archetype::Archetype;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
 use bevy_ecs::schedule::{
@@ -10,16 +11,20 @@ use bevy_ecs::system::ScheduleSystem;
 use crate::clock::StepClock;
 use crate::components::{PhysicsBody, Quarantined};
 use crate::effects::Damping;
+use crate::emission::{self, emit_particles};
+use crate::emitter::Dormant;
 use crate::evaluations::Evaluations;
 use crate::forces::{Forces, PushQueue, PushedBodies};
+use crate::groups::{Grouped, Groups, integrate_groups, update_groups};
 use crate::integrate::{
     Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };
 use crate::laws::{Declared, Drag, Laws};
 use crate::method::Method;
 use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
-use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substeps};
+use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
 use crate::quarantine::{Quarantine, quarantine_bodies};
+use crate::rest::Static;
 use crate::units::Scalar;
 
 /// Length of a tick, s: positive and finite.
@@ -62,17 +67,36 @@ pub struct StepPlan {
     pub passes: Passes,
     /// Methods that single bodies are marked with, in the order of the table.
     pub own: Vec<Method>,
+    /// Whether all bodies that move by the world's method are in groups.
+    pub grouped_only: bool,
+    /// Methods of groups; `None` is the world's.
+    pub groups: Vec<Option<Method>>,
+    /// Whether particles are thrown out, or still fly.
+    pub emits: bool,
     /// Whether laws are called for every body, none of which looks at velocities: accelerations are then kept
     /// by the methods that can use them once more.
     pub keeps_accelerations: bool,
 }
 
 impl StepPlan {
-    /// The plan for `world` as it is.
+    /// The plan for `world` as it is; groups and pools of particles are made ready for it.
     #[must_use]
     pub fn of(world: &mut World, method: Method) -> Self {
+        let emits = emission::prepare(world);
+        update_groups(world, true);
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
-        let own = Method::ALL.into_iter().filter(|method| is_marked(world, *method)).collect();
+        let world = &*world;
+        let marked = |grouped: bool| {
+            Method::ALL
+                .into_iter()
+                .filter(move |method| with_method!(*method, M => is_marked::<M>(world, grouped)))
+        };
+        let own: Vec<_> = marked(false).collect();
+        let of_world = has_bodies(world, true, |kind| !contains::<OwnMethod>(world, kind));
+        let groups: Vec<_> = of_world.then_some(None).into_iter().chain(marked(true).map(Some)).collect();
+        // Where nothing acts between bodies the systems of single ones stand, be there bodies or not.
+        let is_free = |kind: &Archetype| !contains::<OwnMethod>(world, kind);
+        let grouped_only = !groups.is_empty() && !has_bodies(world, false, is_free);
         let called: Vec<_> = Declared::of(world).called().collect();
         let more = world.get_resource::<Laws>().is_some_and(|laws| !laws.0.is_empty());
         let looks_at_state = world.contains_resource::<Drag>() || more || !called.is_empty();
@@ -82,7 +106,7 @@ impl StepPlan {
         let substeps = Substeps::parts(world.get_resource());
         let apart = !looks_at_state && !asks && substeps == 1;
         let passes = if apart { Passes::for_bodies(bodies) } else { Passes::One };
-        Self { method, passes, own, keeps_accelerations }
+        Self { method, passes, own, grouped_only, groups, emits, keeps_accelerations }
     }
 }
 
@@ -93,13 +117,32 @@ fn drags(world: &World) -> bool {
 
 /// Whether there is a kind of entity with that component, be there none of the kind at present: another one is
 /// noticed only when its kind is new.
-fn may_exist<C: Component>(world: &World) -> bool {
-    let component = world.components().component_id::<C>();
-    component.is_some_and(|component| world.archetypes().iter().any(|kind| kind.contains(component)))
+pub(crate) fn may_exist<C: Component>(world: &World) -> bool {
+    world.archetypes().iter().any(|kind| contains::<C>(world, kind))
 }
 
-fn is_marked(world: &World, method: Method) -> bool {
-    with_method!(method, M => may_exist::<M>(world))
+fn contains<C: Component>(world: &World, kind: &Archetype) -> bool {
+    world.components().component_id::<C>().is_some_and(|component| kind.contains(component))
+}
+
+/// Whether there are bodies of such a kind, in groups or not, that a step looks at.
+fn has_bodies(world: &World, grouped: bool, such: impl Fn(&Archetype) -> bool) -> bool {
+    world.archetypes().iter().any(|kind| {
+        !kind.is_empty()
+            && contains::<PhysicsBody>(world, kind)
+            && contains::<Grouped>(world, kind) == grouped
+            && !contains::<Static>(world, kind)
+            && such(kind)
+    })
+}
+
+/// Whether bodies may be marked with that method, in groups or not. What was marked before it came into a group
+/// leaves an empty kind behind, which counts as little as the group's own does after it.
+fn is_marked<M: Integrator + Component>(world: &World, grouped: bool) -> bool {
+    if world.contains_resource::<Groups>() {
+        return has_bodies(world, grouped, |kind| contains::<M>(world, kind));
+    }
+    !grouped && may_exist::<M>(world)
 }
 
 type Systems = ScheduleConfigs<ScheduleSystem>;
@@ -115,15 +158,33 @@ pub fn step_schedule(plan: &StepPlan) -> Schedule {
         ambiguity_detection: LogLevel::Error,
         ..Default::default()
     });
-    let mut systems = vec![apply_forces.into_configs()];
-    systems.extend(with_method!(plan.method, M => remember::<M, Unmarked>(plan)));
-    systems.push(match (plan.passes, plan.method) {
-        (Passes::Two, Method::SemiImplicitEuler) => (integrate_acceleration, integrate_velocity).chain(),
-        (Passes::Two, Method::ExplicitEuler) => (integrate_velocity, integrate_acceleration).chain(),
-        (Passes::One, Method::SemiImplicitEuler) => integrate_in_one_pass::<SemiImplicitEuler>.into_configs(),
-        (Passes::One, Method::ExplicitEuler) => integrate_in_one_pass::<ExplicitEuler>.into_configs(),
-        (_, method) => with_method!(method, M => integrate::<M, Unmarked>.into_configs()),
-    });
+    let mut systems: Vec<_> = plan.emits.then(|| emit_particles.into_configs()).into_iter().collect();
+    systems.push(apply_forces.into_configs());
+    // Groups first: what they hang on is then where it was when the tick began.
+    for method in &plan.groups {
+        match method {
+            None => with_method!(plan.method, M => {
+                systems.extend(remember_in_groups::<M, Unmarked>());
+                systems.push(integrate_groups::<M, Unmarked>.into_configs());
+            }),
+            Some(method) => with_method!(*method, M => {
+                systems.extend(remember_in_groups::<M, With<M>>());
+                systems.push(integrate_groups::<M, With<M>>.into_configs());
+            }),
+        }
+    }
+    if !plan.grouped_only {
+        systems.extend(with_method!(plan.method, M => remember::<M, Unmarked>(plan)));
+        systems.push(match (plan.passes, plan.method) {
+            (Passes::Two, Method::SemiImplicitEuler) => (integrate_acceleration, integrate_velocity).chain(),
+            (Passes::Two, Method::ExplicitEuler) => (integrate_velocity, integrate_acceleration).chain(),
+            (Passes::One, Method::SemiImplicitEuler) => {
+                integrate_in_one_pass::<SemiImplicitEuler>.into_configs()
+            }
+            (Passes::One, Method::ExplicitEuler) => integrate_in_one_pass::<ExplicitEuler>.into_configs(),
+            (_, method) => with_method!(method, M => integrate::<M, Unmarked>.into_configs()),
+        });
+    }
     for method in &plan.own {
         systems.extend(with_method!(*method, M => remember::<M, With<M>>(plan)));
         systems.push(with_method!(*method, M => integrate::<M, With<M>>.into_configs()));
@@ -136,21 +197,31 @@ pub fn step_schedule(plan: &StepPlan) -> Schedule {
     schedule
 }
 
+/// The system that gives new members of groups what `M` keeps of them; an acceleration is kept by the group.
+fn remember_in_groups<M: Integrator, Who: ArchetypeFilter + 'static>() -> Option<Systems> {
+    (M::MEMORY == Memory::LastStep).then(|| remember_steps::<(Who, With<Grouped>)>.into_configs())
+}
+
 /// The system that gives new bodies what `M` keeps of them.
 fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(plan: &StepPlan) -> Option<Systems> {
     match M::MEMORY {
         Memory::None => None,
-        Memory::LastStep => Some(remember_steps::<Who>.into_configs()),
+        Memory::LastStep => Some(remember_steps::<(Who, Without<Grouped>)>.into_configs()),
         Memory::LastAcceleration if plan.keeps_accelerations => {
-            Some(remember_accelerations::<Who>.into_configs())
+            Some(remember_accelerations::<(Who, Without<Grouped>)>.into_configs())
         }
-        Memory::LastAcceleration => Some(remember_accelerations::<(Who, With<OwnLaws>)>.into_configs()),
+        Memory::LastAcceleration => {
+            Some(remember_accelerations::<(Who, With<OwnLaws>, Without<Grouped>)>.into_configs())
+        }
     }
 }
 
+/// Bodies that are integrated.
+type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
+
 /// Lets bodies that are new to position Verlet start with the Taylor value.
 pub fn remember_steps<Who: QueryFilter>(
-    bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastStep>, Without<Quarantined>)>,
+    bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastStep>, Moving)>,
     mut commands: Commands,
 ) {
     bodies.iter().for_each(|body| {
@@ -160,7 +231,7 @@ pub fn remember_steps<Who: QueryFilter>(
 
 /// Gives bodies room for the acceleration that is the next step's first.
 pub fn remember_accelerations<Who: QueryFilter>(
-    bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastAcceleration>, Without<Quarantined>)>,
+    bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastAcceleration>, Moving)>,
     mut commands: Commands,
 ) {
     bodies.iter().for_each(|body| {

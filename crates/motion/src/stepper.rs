@@ -1,20 +1,24 @@
 //! Carries a world from tick to tick.
 
-use bevy_ecs::archetype::Archetype;
+use bevy_ecs::archetype::{Archetype, ArchetypeId};
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
 
 use crate::clock::StepClock;
 use crate::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::effects::{Damping, DampingRate};
+use crate::emission::{Emissions, Particle};
+use crate::emitter::Dormant;
 use crate::evaluations::Evaluations;
-use crate::integrate::{Unmarked, leave_position_verlet};
+use crate::groups::{Grouped, Groups, compile_groups, integrate_groups, is_outdated};
+use crate::integrate::{Synchronise, Unmarked, leave_position_verlet};
 use crate::laws::{Affine, Declared, Gravity};
 use crate::method::Method;
 use crate::methods::{Integrator, with_method};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substeps, mark_method, own_method};
 use crate::quarantine::Quarantine;
 use crate::requests::{self, Requests};
+use crate::rest::{Static, mark_static};
 use crate::step::{Passes, StepPlan, TimeStep, insert_step_resources, step_schedule};
 
 /// The compiled schedule of a world, with what happens around it: requests before a tick, the count after it.
@@ -23,6 +27,8 @@ pub struct Stepper {
     schedule: Schedule,
     /// How many kinds of entity there were when the plan was made: a new one may have a method of its own.
     archetypes: usize,
+    /// How many bodies there were then.
+    bodies: usize,
     /// What [`Substeps`] was then: two passes are for one step a tick.
     substeps: u32,
     counted: Option<Counted>,
@@ -37,6 +43,9 @@ struct Counted {
     laws: Vec<&'static str>,
     accelerations: u64,
     with_gravity: u64,
+    /// Kinds of entity whose living particles come and go, with evaluations a tick of one body, and whether it
+    /// falls.
+    particles: Vec<(ArchetypeId, u64, bool)>,
 }
 
 impl Stepper {
@@ -53,6 +62,7 @@ impl Stepper {
     }
 
     fn compile(world: &mut World, method: Method) -> Self {
+        mark_static(world);
         let plan = StepPlan::of(world, method);
         let mut schedule = step_schedule(&plan);
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
@@ -60,6 +70,7 @@ impl Stepper {
             plan,
             schedule,
             archetypes: world.archetypes().len(),
+            bodies: bodies(world),
             substeps: Substeps::parts(world.get_resource()),
             counted: None,
         }
@@ -72,8 +83,12 @@ impl Stepper {
     /// # Panics
     /// As [`Stepper::new`].
     pub fn recompile(&mut self, world: &mut World) {
+        mark_static(world);
+        self.look_for_newcomers(world);
         let plan = StepPlan::of(world, self.plan.method);
+        forget_accelerations(world, &plan);
         (self.archetypes, self.substeps) = (world.archetypes().len(), Substeps::parts(world.get_resource()));
+        self.bodies = bodies(world);
         self.counted = None;
         if plan != self.plan {
             *self = Self::compile(world, plan.method);
@@ -107,20 +122,39 @@ impl Stepper {
         if method == self.plan.method {
             return;
         }
+        self.look_for_newcomers(world);
         leave_methods::<Unmarked>(world);
         *self = Self::compile(world, method);
+    }
+
+    /// Lets groups be made anew where bodies have come or gone: one may be new to mutual gravity, or have held a
+    /// spring.
+    fn look_for_newcomers(&self, world: &mut World) -> bool {
+        let changed = world.contains_resource::<Groups>() && bodies(world) != self.bodies;
+        if changed {
+            world.resource_mut::<Groups>().outdate();
+        }
+        changed
     }
 
     /// Simulates one tick.
     pub fn tick(&mut self, world: &mut World) {
         self.carry_out_requests(world);
-        if world.archetypes().len() != self.archetypes
+        if self.look_for_newcomers(world)
+            || is_outdated(world)
+            || world.archetypes().len() != self.archetypes
             || Substeps::parts(world.get_resource()) != self.substeps
+            || world.get_resource::<Emissions>().is_some_and(|emissions| emissions.over)
         {
             self.recompile(world);
         }
         self.count(world);
         self.schedule.run(world);
+        if self.plan.emits || self.counted.as_ref().is_some_and(|counted| !counted.particles.is_empty()) {
+            self.count_particles(world);
+            // The world remembers for others what was removed, and every birth removes a mark.
+            world.clear_trackers();
+        }
         let TimeStep(step) = *world.resource::<TimeStep>();
         world.resource_mut::<StepClock>().count(step);
     }
@@ -128,8 +162,10 @@ impl Stepper {
     /// Carries out what was asked for without simulating: what a tick does first, for a world that is paused.
     pub fn carry_out_requests(&mut self, world: &mut World) {
         if !world.resource::<Requests>().is_empty() {
-            requests::carry_out(world);
             self.counted = None;
+            if requests::carry_out(world) {
+                self.recompile(world);
+            }
         }
     }
 
@@ -146,35 +182,82 @@ impl Stepper {
     /// Counts the evaluations of the coming tick that no kernel counts: a body that no law is called for takes
     /// as many as its method claims.
     fn count(&mut self, world: &mut World) {
+        self.look_what_counts(world);
+        let Some(counted) = &self.counted else { return };
+        counted.note(world, counted.accelerations, counted.with_gravity);
+    }
+
+    /// The same for the particles that lived in the tick that is over, of which some were born in it.
+    fn count_particles(&mut self, world: &mut World) {
+        if world.archetypes().len() != self.archetypes {
+            self.counted = None;
+        }
+        self.look_what_counts(world);
+        let Some(counted) = &self.counted else { return };
+        let (mut accelerations, mut with_gravity) = (0, 0);
+        for (kind, of_a_tick, falls) in &counted.particles {
+            let living = world.archetypes().get(*kind).map_or(0, Archetype::len);
+            accelerations += u64::from(living) * of_a_tick;
+            with_gravity += if *falls { u64::from(living) * of_a_tick } else { 0 };
+        }
+        counted.note(world, accelerations, with_gravity);
+    }
+
+    fn look_what_counts(&mut self, world: &mut World) {
         // A body that asks for something new goes from one kind to another, and their sum stays.
         let mix = |sum: u64, kind: &Archetype| sum.wrapping_mul(0x100_0000_01b3) ^ u64::from(kind.len());
-        let entities = world.archetypes().iter().fold(0, mix);
+        // Births and deaths change numbers in every tick, and nothing else.
+        let particle = world.components().component_id::<Particle>().filter(|_| self.plan.emits);
+        let stays = |kind: &&Archetype| particle.is_none_or(|particle| !kind.contains(particle));
+        let entities = world.archetypes().iter().filter(stays).fold(0, mix);
         let counted_for = (entities, world.resource::<Quarantine>().records().len());
         if self.counted.as_ref().is_none_or(|counted| counted.world != counted_for) {
             let exact = world.get_resource::<Damping>().is_some_and(Damping::is_exact);
             let laws = Declared::of(world).affine().map(|law| law.name());
             let laws = laws.chain(exact.then_some("damping")).collect();
-            let mut counted = Counted { world: counted_for, laws, accelerations: 0, with_gravity: 0 };
+            let mut counted = Counted {
+                world: counted_for,
+                laws,
+                accelerations: 0,
+                with_gravity: 0,
+                particles: Vec::new(),
+            };
             with_method!(self.plan.method, M => counted.add::<M, Unmarked>(world));
             for method in &self.plan.own {
                 with_method!(*method, M => counted.add::<M, With<M>>(world));
             }
             self.counted = Some(counted);
         }
-        let Some(counted) = &self.counted else { return };
-        let gravity = world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
-        let mut evaluations = world.resource_mut::<Evaluations>();
-        evaluations.count_accelerations(counted.accelerations, counted.laws.iter().copied());
-        if gravity {
-            evaluations.count("gravity", counted.with_gravity);
-        }
     }
 }
 
+fn bodies(world: &World) -> usize {
+    let Some(body) = world.components().component_id::<PhysicsBody>() else { return 0 };
+    world
+        .archetypes()
+        .iter()
+        .filter(|kind| kind.contains(body))
+        .map(Archetype::len)
+        .map(|len| len as usize)
+        .sum()
+}
+
 impl Counted {
+    fn note(&self, world: &mut World, accelerations: u64, with_gravity: u64) {
+        let gravity = world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
+        let mut evaluations = world.resource_mut::<Evaluations>();
+        evaluations.count_accelerations(accelerations, self.laws.iter().copied());
+        if gravity {
+            evaluations.count("gravity", with_gravity);
+        }
+    }
+
     fn add<M: Integrator, Who: QueryFilter>(&mut self, world: &mut World) {
         type Plain = (
             Without<Quarantined>,
+            Without<Grouped>,
+            Without<Static>,
+            Without<Dormant>,
             Without<DampingRate>,
             Without<SpeedLimit>,
             Without<AxisLocks>,
@@ -194,21 +277,49 @@ impl Counted {
         let of_a_step =
             if looks_at_velocity { claims.evaluations_with_velocity_laws } else { claims.evaluations };
         let of_a_tick = u64::from(of_a_step) * u64::from(Substeps::parts(world.get_resource()));
-        let mut bodies = world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain)>();
+        let mut bodies =
+            world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain, Without<Particle>)>();
         for (body, gravity_off) in bodies.iter(world) {
             if body.inverse_mass > 0.0 {
                 self.accelerations += of_a_tick;
                 self.with_gravity += if gravity_off { 0 } else { of_a_tick };
             }
         }
+        let floats = world.register_component::<GravityOff>();
+        let particles = world.query_filtered::<&PhysicsBody, (Who, Plain, With<Particle>)>();
+        self.particles.extend(particles.matched_archetypes().map(|kind| {
+            (kind, of_a_tick, world.archetypes().get(kind).is_some_and(|kind| !kind.contains(floats)))
+        }));
+    }
+}
+
+/// Takes the room for accelerations from bodies that no law is called for any more.
+fn forget_accelerations(world: &mut World, plan: &StepPlan) {
+    if !plan.keeps_accelerations {
+        let mut bodies = world.query_filtered::<Entity, (With<LastAcceleration>, Without<OwnLaws>)>();
+        for body in bodies.iter(world).collect::<Vec<_>>() {
+            world.entity_mut(body).remove::<LastAcceleration>();
+        }
+    }
+}
+
+/// Gives the bodies `Who` of position Verlet the velocities at the time of their positions, in groups and out of
+/// them; of a group, all members.
+pub(crate) fn synchronise_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
+    world
+        .run_system_cached(leave_position_verlet::<(Who, With<LastStep>)>)
+        .expect("its resources are inserted with the step's");
+    compile_groups(world);
+    if world.contains_resource::<Groups>() {
+        world
+            .run_system_cached(integrate_groups::<Synchronise, (Who, With<LastStep>)>)
+            .expect("its resources are inserted with the step's and the groups");
     }
 }
 
 /// Lets the bodies `Who` forget what their methods keep of them, with velocities that any other can start from.
 fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
-    world
-        .run_system_cached(leave_position_verlet::<(Who, With<LastStep>)>)
-        .expect("inserted with the step's");
+    synchronise_bodies::<Who>(world);
     let kept = world
         .query_filtered::<Entity, (Who, Or<(With<LastStep>, With<LastAcceleration>)>)>()
         .iter(world)
@@ -222,25 +333,35 @@ fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
 #[derive(Component)]
 struct Leaves;
 
-/// Lets one body of position Verlet start anew, with the velocity at the time of its position.
+/// Lets one body of position Verlet start anew, and with it its group, with the velocity at the time of its
+/// position.
 pub(crate) fn start_anew(world: &mut World, body: Entity) {
     if world.get::<LastStep>(body).is_some() {
-        world.entity_mut(body).insert(Leaves);
-        world
-            .run_system_cached(leave_position_verlet::<(With<Leaves>, With<LastStep>)>)
-            .expect("its resources are inserted with the step's");
-        world.entity_mut(body).remove::<Leaves>();
+        let members = Groups::members_of(world, body);
+        members.iter().for_each(|body| {
+            world.entity_mut(*body).insert(Leaves);
+        });
+        synchronise_bodies::<With<Leaves>>(world);
+        members.iter().for_each(|body| {
+            world.entity_mut(*body).remove::<Leaves>();
+        });
     }
 }
 
-/// Gives one body a method of its own, or the world's again.
+/// Gives one body, and with it its group, a method of its own, or the world's again.
 pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Method>) {
     if world.get::<PhysicsBody>(body).is_none() || own_method(world.entity(body)) == method {
         return;
     }
-    world.entity_mut(body).insert(Leaves);
+    compile_groups(world);
+    let members = Groups::members_of(world, body);
+    members.iter().for_each(|body| {
+        world.entity_mut(*body).insert(Leaves);
+    });
     leave_methods::<With<Leaves>>(world);
-    let mut body = world.entity_mut(body);
-    body.remove::<Leaves>();
-    mark_method(&mut body, method);
+    for body in members {
+        let mut body = world.entity_mut(body);
+        body.remove::<Leaves>();
+        mark_method(&mut body, method);
+    }
 }

@@ -3,6 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use crate::components::{GravityOff, PhysicsBody, StableId, Transform};
+use crate::emitter::Dormant;
+use crate::groups::{Groups, compile_groups};
 use crate::laws::{BodyState, Declared, Gravity, Law};
 use crate::own::OwnLaws;
 use crate::units::{Scalar, Vector};
@@ -12,8 +14,8 @@ use crate::units::{Scalar, Vector};
 pub struct Totals {
     /// Sum of `m v² / 2`, J.
     pub kinetic_energy: Scalar,
-    /// Sum of the potentials of all laws that have one, J: of gravity that is on, zero at the origin, and of
-    /// wells, zero far away.
+    /// Sum of the potentials of all laws that have one, J: of gravity that is on, zero at the origin, of wells and
+    /// mutual gravity, zero far away, and of springs, zero at rest.
     pub potential_energy: Scalar,
     /// Sum of `m v`, kg m/s.
     pub momentum: Vector,
@@ -24,8 +26,15 @@ pub struct Totals {
 /// Sums over every movable body of `world`, in stable-id order so that no table order changes a bit; bodies
 /// without an id come last, in table order.
 pub fn totals(world: &mut World) -> Totals {
-    let mut query =
-        world.query::<(Option<&StableId>, &Transform, &PhysicsBody, Option<&OwnLaws>, Has<GravityOff>)>();
+    compile_groups(world);
+    type Body = (
+        Option<&'static StableId>,
+        &'static Transform,
+        &'static PhysicsBody,
+        Option<&'static OwnLaws>,
+        Has<GravityOff>,
+    );
+    let mut query = world.query_filtered::<Body, Without<Dormant>>();
     let world = &*world;
     let gravity = world.get_resource::<Gravity>();
     let declared = Declared::of(world);
@@ -37,7 +46,10 @@ pub fn totals(world: &mut World) -> Totals {
         })
         .collect();
     rows.sort_by_key(|(id, ..)| *id);
-    let mut sum = Totals::default();
+    let mut sum = Totals {
+        potential_energy: world.get_resource::<Groups>().map_or(0.0, |groups| groups.potential_energy(world)),
+        ..Totals::default()
+    };
     for (_, position, body, own, gravity_off) in rows {
         let momentum = body.momentum();
         sum.kinetic_energy += body.kinetic_energy();

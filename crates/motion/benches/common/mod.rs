@@ -3,6 +3,7 @@
 use cpu_time::ThreadTime;
 
 /// A function in the instructions that the kernels may use as well.
+#[allow(unused_macros, reason = "not every bench has a rival for all bodies")]
 macro_rules! avx2_or_plain {
     (fn $name:ident($($argument:ident: $type:ty),*) $body:block) => {
         fn $name($($argument: $type),*) {
@@ -21,6 +22,7 @@ macro_rules! avx2_or_plain {
         }
     };
 }
+#[allow(unused_imports, reason = "not every bench has a rival for all bodies")]
 pub(crate) use avx2_or_plain;
 
 /// One contestant: its name and one step of it.

@@ -13,7 +13,7 @@ use crate::methods::{Carry, Integrator, Memory};
 use crate::real::{Lanes as _, Real};
 
 /// What the machine offers; asking costs more than stepping one body.
-static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
+pub(crate) static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
 
 /// The positions of a block and one number beyond: each row is loaded as four lanes, and nobody looks at the
 /// last.

@@ -10,7 +10,7 @@ use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
 use super::memory::{Known, MemoryRows};
 use super::{Account, Applied, Asks, BLOCK, Refuse, Row, Table, Terms};
-use crate::course::Piece;
+use crate::course::{Piece, Pieces};
 use crate::effects::Decay;
 use crate::methods::{Carry, Integrator, Memory};
 use crate::real::Real;
@@ -41,9 +41,8 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     refuse: Refuse<'_>,
 ) {
     account.calls.resize(terms.laws.len(), 0);
-    let mut pieces = Vec::new();
     let breaks = terms.laws.iter().flat_map(|law| law.breaks());
-    terms.course.pieces(breaks.chain(asks.laws.iter().flat_map(|law| law.breaks())), &mut pieces);
+    let pieces = terms.course.pieces(breaks.chain(asks.laws.iter().flat_map(|law| law.breaks())));
     let kernel = Kernel { terms, asks, pieces };
     let mut start = 0;
     while start < table.bodies.len() {
@@ -100,7 +99,7 @@ impl<T: Real, const N: usize> Default for Block<T, N> {
 struct Kernel<'a, 't, T: Real> {
     terms: &'a Terms<'t, T>,
     asks: &'a Asks<'a, T>,
-    pieces: Vec<Piece<T>>,
+    pieces: Pieces<T>,
 }
 
 impl<T: Real> Kernel<'_, '_, T> {
@@ -137,8 +136,8 @@ impl<T: Real> Kernel<'_, '_, T> {
         if !M::DAMPS_INSIDE {
             v = field.restrain(field.decay_before(v));
         }
-        for piece in pieces {
-            field.enter(*piece, self.decay::<M>(*piece));
+        for piece in pieces.iter() {
+            field.enter(piece, self.decay::<M>(piece));
             if piece.jump {
                 // It was evaluated before the jump.
                 carry.start = None;

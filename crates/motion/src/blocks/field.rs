@@ -8,7 +8,7 @@ use crate::components::AxisLocks;
 use crate::course::Piece;
 use crate::effects::Decay;
 use crate::laws::{BodyState, Law, Moment};
-use crate::methods::{Field, Newton};
+use crate::methods::{Field, Newton, NewtonField, newton_velocity};
 use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
 
 /// Parts of the arithmetic that a kernel is compiled with; the others cost it nothing.
@@ -124,6 +124,25 @@ pub(crate) struct Calls<'a, T: Real> {
     pub rows: u64,
 }
 
+/// A limit of the speed of a row, and axes along which it does not move.
+pub(crate) fn restrain<T: Real>([x, y, z, _]: &mut [T; 4], limit: Option<T>, locks: Option<AxisLocks>) {
+    if let Some(limit) = limit {
+        // Not by the sum of squares: it overflows for speeds that are still finite.
+        let speed = x.hypot(*y).hypot(*z);
+        if speed > limit {
+            let factor = limit / speed;
+            (*x, *y, *z) = (*x * factor, *y * factor, *z * factor);
+        }
+    }
+    if let Some(locks) = locks {
+        for (v, locked) in [(x, locks.x), (y, locks.y), (z, locks.z)] {
+            if locked {
+                *v = T::ZERO;
+            }
+        }
+    }
+}
+
 /// Everything that acts on the `N` bodies of a block.
 pub(crate) struct BlockField<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> {
     pub constants: Constants<T, S>,
@@ -226,7 +245,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         if let Some(Calls { laws, own, account, rows, .. }) = &mut self.calls {
             let (x, v) = (x.rows(), v.rows());
             account.accelerations += *rows;
-            for (law, calls) in laws.iter().zip(&mut account.calls) {
+            for (law, calls) in laws.iter().zip(account.calls.as_mut_slice()) {
                 law.accelerate(at, &x, &v, &mut sum);
                 *calls += *rows;
             }
@@ -242,23 +261,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     pub fn restrain(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let Some(Calls { limit, locks, .. }) = &self.calls else { return v };
         let mut rows = v.rows();
-        for [x, y, z, _] in &mut rows {
-            if let Some(limit) = *limit {
-                // Not by the sum of squares: it overflows for speeds that are still finite.
-                let speed = x.hypot(*y).hypot(*z);
-                if speed > limit {
-                    let factor = limit / speed;
-                    (*x, *y, *z) = (*x * factor, *y * factor, *z * factor);
-                }
-            }
-            if let Some(locks) = *locks {
-                for (v, locked) in [(x, locks.x), (y, locks.y), (z, locks.z)] {
-                    if locked {
-                        *v = T::ZERO;
-                    }
-                }
-            }
-        }
+        rows.iter_mut().for_each(|row| restrain(row, *limit, *locks));
         Rows::of(self.constants.simd, &rows)
     }
 
@@ -333,7 +336,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
     }
 
     #[inline(always)]
-    fn kick(&self, v: Self::Space, a: Self::Space) -> Self::Space {
+    fn kick(&mut self, v: Self::Space, a: Self::Space) -> Self::Space {
         let mut kicked = v;
         let Constants { keep, gain, .. } = self.constants;
         each_row!(k in N {
@@ -344,13 +347,13 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
     }
 
     #[inline(always)]
-    fn before_move(&self, v: Self::Space) -> Self::Space {
+    fn before_move(&mut self, v: Self::Space) -> Self::Space {
         let v = if Self::has(BEFORE) { self.decay_before(v) } else { v };
         if PARTS & CALLS == 0 { v } else { self.restrain(v) }
     }
 
     #[inline(always)]
-    fn after_move(&self, v: Self::Space) -> Self::Space {
+    fn after_move(&mut self, v: Self::Space) -> Self::Space {
         if Self::has(AFTER) { self.decay_after(v) } else { v }
     }
 
@@ -364,6 +367,15 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
         Some(self.laws_from(called, v))
     }
 
+    #[inline(always)]
+    fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
+        newton_velocity(self, x, v)
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> NewtonField
+    for BlockField<'_, T, S, N, PARTS, PUSHED>
+{
     #[inline(always)]
     fn linear_rate(&self) -> Option<T> {
         self.linear

@@ -2,12 +2,13 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Affine, BodyState, Jacobians, Law, Moment};
+use super::{Affine, BodyState, Jacobians, Law, Moment, Wind};
 use crate::real::{Real, RealMatrix, RealVector};
-use crate::units::Scalar;
+use crate::units::{Scalar, Vector};
 
-/// Drag of a fluid at rest: `a = -c v - k |v| v`. The linear part is Stokes' law of slow motion, the quadratic
-/// part Newton's of fast motion, both with the mass already divided out.
+/// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity against the fluid, which is at rest unless there
+/// is wind. The linear part is Stokes' law of slow motion, the quadratic part Newton's of fast motion, both with
+/// the mass already divided out.
 ///
 /// The terminal speed under an acceleration a is the root of `c v + k v² = a`: a / c, or sqrt(a / k).
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
@@ -16,6 +17,29 @@ pub struct Drag {
     pub linear: Scalar,
     /// Factor k of the quadratic part, 1/m, at least 0.
     pub quadratic: Scalar,
+    /// How the fluid moves, if it does.
+    pub wind: Option<Wind>,
+}
+
+impl Drag {
+    /// Drag of a fluid at rest, from [`Drag::linear`] and [`Drag::quadratic`].
+    #[must_use]
+    pub const fn new(linear: Scalar, quadratic: Scalar) -> Self {
+        Self { linear, quadratic, wind: None }
+    }
+
+    /// `c + k |u|`, 1/s, at that velocity against the fluid.
+    pub(crate) fn rate<T: Real>(&self, u: T::Vector) -> T {
+        T::of(self.linear) + T::of(self.quadratic) * u.dot(u).sqrt()
+    }
+
+    /// Velocity against the fluid, m/s.
+    fn against<T: Real>(&self, time: T, body: BodyState<T>) -> T::Vector {
+        match &self.wind {
+            Some(wind) => body.velocity - wind.at(time, body.position),
+            None => body.velocity,
+        }
+    }
 }
 
 impl<T: Real> Law<T> for Drag {
@@ -23,20 +47,25 @@ impl<T: Real> Law<T> for Drag {
         "drag"
     }
 
-    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
-        let v = body.velocity;
-        let speed = v.dot(v).sqrt();
-        -(v * (T::of(self.linear) + T::of(self.quadratic) * speed))
+    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
+        let u = self.against(at.time, body);
+        -(u * self.rate(u))
     }
 
-    fn jacobians(&self, _: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
-        let v = body.velocity;
-        let speed = v.dot(v).sqrt();
-        let (c, k) = (T::of(self.linear), T::of(self.quadratic));
-        // The limit of v v^T / |v| at rest is 0.
-        let along = if speed > T::ZERO { T::Matrix::outer(v, v) * (k / speed) } else { T::Matrix::ZERO };
-        let velocity = T::Matrix::ZERO - T::Matrix::IDENTITY * (c + k * speed) - along;
-        Jacobians { velocity, ..Jacobians::zero() }
+    fn jacobians(&self, at: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
+        let u = self.against(at.time, body);
+        let speed = u.dot(u).sqrt();
+        // The limit of u u^T / |u| at rest is 0.
+        let along = T::of(self.quadratic) / if speed > T::ZERO { speed } else { T::ONE };
+        let velocity = T::Matrix::ZERO - T::Matrix::IDENTITY * self.rate(u) - T::Matrix::outer(u, u) * along;
+        let position = match &self.wind {
+            Some(wind) if !wind.is_steady() => {
+                let (change, along) = wind.air(at.time).gradient(body.position);
+                T::Matrix::outer(velocity.times(-change), along)
+            }
+            _ => T::Matrix::ZERO,
+        };
+        Jacobians { position, velocity }
     }
 
     fn depends_on_velocity(&self) -> bool {
@@ -44,6 +73,9 @@ impl<T: Real> Law<T> for Drag {
     }
 
     fn affine(&self) -> Option<Affine<T>> {
-        (self.quadratic == 0.0).then(|| Affine { constant: T::Vector::ZERO, rate: T::of(self.linear) })
+        let steady = self.wind.is_none_or(|wind| wind.is_steady());
+        let wind = self.wind.map_or(Vector::ZERO, |wind| wind.velocity);
+        let constant = T::Vector::of(wind * self.linear);
+        (self.quadratic == 0.0 && steady).then(|| Affine { constant, rate: T::of(self.linear) })
     }
 }

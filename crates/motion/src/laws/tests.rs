@@ -33,7 +33,11 @@ fn jacobians_are_derivatives(law: &dyn Law<f64>) {
 fn stated_jacobians_are_the_derivatives() {
     let well = |at| Well { position: at, strength: 2.0, softening: 0.1 };
     jacobians_are_derivatives(&Gravity::EARTH);
-    jacobians_are_derivatives(&Drag { linear: 0.4, quadratic: 0.05 });
+    jacobians_are_derivatives(&Drag::new(0.4, 0.05));
+    for velocity in [DVec3::new(3.0, 0.0, 1.0), DVec3::Y, DVec3::ZERO] {
+        let wind = Wind { velocity, gust: 0.7, gust_hz: 0.4 };
+        jacobians_are_derivatives(&Drag { wind: Some(wind), ..Drag::new(0.4, 0.05) });
+    }
     jacobians_are_derivatives(&Wells(vec![well(DVec3::ZERO), well(DVec3::ONE)]));
     jacobians_are_derivatives(&Thrust::new(Curve::Polynomial(vec![DVec3::X, DVec3::Y]), 0.0, 1.0));
 }
@@ -59,12 +63,12 @@ fn a_potential_falls_along_the_acceleration() {
 fn affine_laws_are_what_they_say() {
     let state = body(DVec3::ONE, DVec3::new(3.0, -2.0, 1.0));
     let laws: [&dyn Law<f64>; 3] =
-        [&Gravity::EARTH, &Gravity { on: false, ..Gravity::EARTH }, &Drag { linear: 0.4, quadratic: 0.0 }];
+        [&Gravity::EARTH, &Gravity { on: false, ..Gravity::EARTH }, &Drag::new(0.4, 0.0)];
     for law in laws {
         let Affine { constant, rate } = law.affine().expect("affine");
         assert_eq!(law.acceleration(AT, state), constant - state.velocity * rate, "{law:?}");
     }
-    assert!(Law::<f64>::affine(&Drag { linear: 0.4, quadratic: 1.0 }).is_none());
+    assert!(Law::<f64>::affine(&Drag::new(0.4, 1.0)).is_none());
 }
 
 #[test]

@@ -49,7 +49,7 @@ impl Integrator for SemiImplicitEuler {
 
 /// The tutorial's `IntegrateVelocity`: damping of one kind or the other around `x += v h`.
 #[inline(always)]
-pub(crate) fn advance<F: Field>(field: &F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
+pub(crate) fn advance<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
     let v = field.before_move(v);
     (x + v * field.step(), field.after_move(v))
 }

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Carry, Field, Integrator};
+use super::{Carry, Field, Integrator, NewtonField};
 use crate::method::Method;
 use crate::own::OwnMethod;
 use crate::real::Real;
@@ -13,7 +13,8 @@ use crate::real::Real;
 ///
 /// With constant forces and linear drag c the step has a closed form, `v1 = v + a(v) h / (1 + c h)`. Otherwise
 /// Newton's method with the Jacobians of the laws finds v1 to [`ImplicitEuler::tolerance`]; a step that does not
-/// get there in [`MOST_ITERATIONS`] keeps the last v1, and is reported.
+/// get there in [`MOST_ITERATIONS`] keeps the last v1, and is reported. Bodies that act on each other are solved
+/// as [`Solver`](crate::Solver) says.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct ImplicitEuler;
@@ -50,17 +51,23 @@ impl Integrator for ImplicitEuler {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
-        let (h, end) = (field.step(), F::Real::ONE);
-        let v1 = match field.linear_rate() {
-            Some(rate) => v + field.acceleration(end, x, v) * (h / (F::Real::ONE + rate * h)),
-            None => solve(field, x, v),
-        };
-        (x + v1 * h, v1)
+        let v1 = field.implicit_velocity(x, v);
+        (x + v1 * field.step(), v1)
+    }
+}
+
+/// [`Field::implicit_velocity`] of one body.
+#[inline(always)]
+pub fn newton_velocity<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
+    let (h, end) = (field.step(), F::Real::ONE);
+    match field.linear_rate() {
+        Some(rate) => v + field.acceleration(end, x, v) * (h / (F::Real::ONE + rate * h)),
+        None => solve(field, x, v),
     }
 }
 
 /// The v1 of `v1 = v + a(x + v1 h, v1) h`, sought from v on.
-fn solve<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
+fn solve<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
     let (h, end) = (field.step(), F::Real::ONE);
     let half = F::Real::of(0.5);
     let mut v1 = v;

@@ -1,0 +1,158 @@
+//! Groups: bodies that act on each other, integrated together.
+//!
+//! A group is a connected part of the graph that springs and mutual gravity make of the bodies that can move;
+//! what cannot move connects nothing, it only holds. A group has one method and one number of substeps: those of
+//! its member with the lowest id. Its rows are copied out of the tables, integrated, and copied back, all or none.
+
+mod combination;
+mod compile;
+mod coupling;
+mod field;
+mod pull;
+mod rescue;
+mod rows;
+mod solver;
+mod split;
+mod system;
+
+use bevy_ecs::prelude::*;
+
+pub use compile::compile_groups;
+pub(crate) use compile::{is_outdated, update_groups};
+pub use solver::Solver;
+pub use system::integrate_groups;
+
+use crate::laws::MutualGravity;
+use crate::springs::structure_changed;
+use crate::units::Scalar;
+use coupling::Coupling;
+use field::{Kept, Scratch};
+use rows::{Row, RowArray};
+
+/// A body that is integrated in a group. Put on bodies, and taken away, by [`compile_groups`].
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[component(on_discard = structure_changed)]
+pub struct Grouped;
+
+/// The groups of a world, compiled from its springs, soft bodies and mutual gravity; absent where there are none.
+#[derive(Resource, Debug, Default)]
+pub struct Groups {
+    outdated: bool,
+    /// Whether there were springs, and mutual gravity, when it was looked last.
+    reasons: (bool, bool),
+    list: Vec<Group>,
+    /// Where the rows of the groups lie in the tables, by table and row.
+    runs: Vec<Run>,
+    /// The rows of all groups, one group after the other.
+    x: RowArray<Scalar>,
+    v: RowArray<Scalar>,
+    w: Vec<Scalar>,
+    last: Vec<Scalar>,
+    /// Rows of each group that the running system has seen.
+    seen: Vec<usize>,
+    /// Group, row and newtons of what was pushed.
+    pushes: Vec<(usize, usize, Row<Scalar>)>,
+    scratch: Scratch<Scalar>,
+}
+
+/// One group.
+#[derive(Debug, Default)]
+struct Group {
+    /// Its first row among the rows of all groups.
+    first: usize,
+    coupling: Coupling<Scalar>,
+    /// Its bodies, those that move first, each kind in the order of the stable id.
+    bodies: Vec<Entity>,
+    /// Rows with a component that asks for something.
+    asking: Vec<u32>,
+    /// Rows with laws of their own.
+    lawful: Vec<u32>,
+    substeps: Option<u32>,
+    kept: Kept<Scalar>,
+}
+
+/// Rows of a table that are consecutive rows of a group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Run {
+    table: usize,
+    start: usize,
+    len: usize,
+    group: usize,
+    row: usize,
+}
+
+impl Groups {
+    /// Lets them be made anew before the next tick.
+    pub(crate) fn outdate(&mut self) {
+        self.outdated = true;
+    }
+
+    /// How many groups there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Springs of all groups; inert ones are not among them.
+    #[must_use]
+    pub fn springs(&self) -> usize {
+        self.list.iter().map(|group| group.coupling.springs.len()).sum()
+    }
+
+    /// Bodies that move in groups.
+    #[must_use]
+    pub fn bodies(&self) -> usize {
+        self.list.iter().map(|group| group.coupling.movable).sum()
+    }
+
+    /// Whether one of the springs has damping.
+    #[must_use]
+    pub fn damped(&self) -> bool {
+        self.list.iter().any(|group| group.coupling.springs.damped())
+    }
+
+    /// Bytes of the lists of springs and of the arrays that they are integrated in, as they are allocated.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let lists: usize = self.list.iter().map(|group| group.coupling.bytes()).sum();
+        let arrays = size_of_val(&*self.x) + size_of_val(&*self.v);
+        lists
+            + arrays
+            + (self.w.capacity() + self.last.capacity()) * size_of::<Scalar>()
+            + self.scratch.bytes()
+    }
+
+    /// The members of the group of `body`; itself alone if it is in none.
+    pub(crate) fn members_of(world: &World, body: Entity) -> Vec<Entity> {
+        let groups = world.get_resource::<Self>().map_or(&[][..], |groups| &groups.list);
+        let members = groups.iter().map(|group| &group.bodies[..group.coupling.movable]);
+        members
+            .into_iter()
+            .find(|members| members.contains(&body))
+            .map_or_else(|| vec![body], <[Entity]>::to_vec)
+    }
+
+    /// Potential energy of springs and mutual gravity, J, from the state of `world` that they were compiled for.
+    pub(crate) fn potential_energy(&self, world: &World) -> Scalar {
+        let gravity = world.get_resource::<MutualGravity>();
+        let state = |body: &Entity| {
+            let body = world.get_entity(*body).ok();
+            let at = body.and_then(|body| body.get::<crate::Transform>()).copied().unwrap_or_default();
+            let w =
+                body.and_then(|body| body.get::<crate::PhysicsBody>()).map_or(0.0, |body| body.inverse_mass);
+            let [x, y, z] = at.position.to_array();
+            ([x, y, z, 0.0], w)
+        };
+        let energy = |group: &Group| {
+            let (x, w): (Vec<_>, Vec<_>) = group.bodies.iter().map(state).unzip();
+            group.coupling.potential_energy(gravity, &x, &w)
+        };
+        self.list.iter().map(energy).sum()
+    }
+}

@@ -1,0 +1,273 @@
+//! From springs, soft bodies and mutual gravity to groups.
+
+use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
+use bevy_ecs::prelude::*;
+
+use super::coupling::{Coupling, SheetRow};
+use super::pull::SpringRow;
+use super::{Group, Grouped, Groups};
+use crate::components::{PhysicsBody, Quarantined, StableId};
+use crate::emission::Particle;
+use crate::laws::{MutualGravity, SourceMass};
+use crate::own::{LastAcceleration, LastStep, OwnSubsteps, mark_method, own_method};
+use crate::springs::{Elastic, Link, SoftBody, Spring};
+use crate::step::may_exist;
+use crate::switch::SpringsOff;
+use crate::units::Scalar;
+
+/// Makes the groups anew if what acts between bodies has changed: a spring came or went, a body was removed,
+/// quarantined or became immovable. Forces are summed up in an order that follows from stable ids and not from
+/// the order in which things were spawned.
+///
+/// Members that ask for another method or number of substeps than the one with the lowest id are given its.
+pub fn compile_groups(world: &mut World) {
+    update_groups(world, false);
+}
+
+/// Whether what acts between bodies has changed since groups were made.
+pub(crate) fn is_outdated(world: &World) -> bool {
+    world.get_resource::<Groups>().is_some_and(|groups| groups.outdated)
+}
+
+/// [`compile_groups`], which `may_be_new` tells to look whether there is a reason for groups at all.
+pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
+    if may_be_new {
+        let springs = may_exist::<Spring>(world) || may_exist::<SoftBody>(world);
+        let springs = springs && !world.contains_resource::<SpringsOff>();
+        let wanted = springs || world.contains_resource::<MutualGravity>();
+        if wanted && !world.contains_resource::<Groups>() {
+            world.insert_resource(Groups { outdated: true, ..Groups::default() });
+        }
+        if !wanted && world.contains_resource::<Groups>() {
+            compile(world);
+            world.remove_resource::<Groups>();
+        }
+        let reasons = (springs, world.contains_resource::<MutualGravity>());
+        if let Some(mut groups) = world.get_resource_mut::<Groups>()
+            && groups.reasons != reasons
+        {
+            groups.reasons = reasons;
+            groups.outdated = true;
+        }
+    }
+    if is_outdated(world) {
+        compile(world);
+    }
+}
+
+/// A body that something may act on.
+#[derive(Clone, Copy)]
+struct Node {
+    entity: Entity,
+    inverse_mass: Scalar,
+    /// Mass as a source of gravity, where it cannot move.
+    source: Scalar,
+}
+
+/// Everything that acts between bodies, by nodes.
+#[derive(Default)]
+struct Graph {
+    nodes: Vec<Node>,
+    springs: Vec<SpringRow<Scalar>>,
+    /// Triangles in air; their masses follow from what is left of them.
+    sheets: Vec<SheetRow<Scalar>>,
+}
+
+/// Makes the groups anew.
+fn compile(world: &mut World) {
+    let graph = Graph::of(world);
+    let attracts = world.contains_resource::<MutualGravity>();
+    let list = graph.groups(attracts);
+    mark(world, &list);
+    let mut first = 0;
+    let mut list: Vec<_> = list
+        .into_iter()
+        .map(|(coupling, bodies)| {
+            let group = Group { first, coupling, bodies, ..Group::default() };
+            first += group.coupling.rows;
+            group
+        })
+        .collect();
+    agree(world, &mut list);
+    let mut groups = world.resource_mut::<Groups>();
+    groups.x.resize(first);
+    groups.v.resize(first);
+    groups.w.resize(first, 0.0);
+    groups.last.resize(first, 0.0);
+    groups.seen.resize(list.len(), 0);
+    groups.list = list;
+    // Found in the tables when they are looked for there.
+    groups.runs.clear();
+    groups.outdated = false;
+}
+
+impl Graph {
+    fn of(world: &mut World) -> Self {
+        let mut bodies = world.query_filtered::<(
+            Entity,
+            &PhysicsBody,
+            Option<&StableId>,
+            Option<&SourceMass>,
+        ), (Without<Quarantined>, Without<Particle>)>();
+        let mut nodes: Vec<_> = bodies
+            .iter(world)
+            .map(|(entity, body, id, source)| {
+                let node = Node {
+                    entity,
+                    inverse_mass: body.inverse_mass,
+                    source: source.map_or(0.0, |source| source.0),
+                };
+                ((id.map_or(u32::MAX, |id| id.0), entity), node)
+            })
+            .collect();
+        nodes.sort_unstable_by_key(|(order, _)| *order);
+        let nodes: Vec<_> = nodes.into_iter().map(|(_, node)| node).collect();
+        let number: EntityHashMap<u32> = (0..).zip(&nodes).map(|(i, node)| (node.entity, i)).collect();
+        let mut graph = Self { nodes, ..Self::default() };
+        if world.contains_resource::<SpringsOff>() {
+            return graph;
+        }
+        let mut springs: Vec<_> = world
+            .query::<&Spring>()
+            .iter(world)
+            .filter_map(|spring| {
+                let [a, b] = spring.ends.map(|end| number.get(&end).copied());
+                Some(SpringRow { ends: [a?, b?], elastic: spring.elastic })
+            })
+            .collect();
+        // Two springs that are equal in all of this are interchangeable.
+        springs.sort_unstable_by_key(|SpringRow { ends: [a, b], elastic }| {
+            let Elastic { stiffness, damping, rest_length } = elastic;
+            (*a.min(b), *a.max(b), stiffness.to_bits(), damping.to_bits(), rest_length.to_bits())
+        });
+        graph.springs = springs;
+        let mut softs: Vec<_> = world
+            .query::<&SoftBody>()
+            .iter(world)
+            .map(|soft| {
+                let points: Vec<_> = soft.points.iter().map(|point| number.get(point).copied()).collect();
+                (points, soft)
+            })
+            .collect();
+        // What is equal in all of this is interchangeable, as single springs are.
+        let pulls = |link: &Link| {
+            let Elastic { stiffness, damping, rest_length } = link.elastic;
+            (link.ends, stiffness.to_bits(), damping.to_bits(), rest_length.to_bits())
+        };
+        softs.sort_by(|(points, soft), (others, other)| {
+            let lowest = |points: &[Option<u32>]| points.iter().flatten().copied().min();
+            let by_points = || lowest(points).cmp(&lowest(others)).then_with(|| points.cmp(others));
+            by_points().then_with(|| soft.springs.iter().map(pulls).cmp(other.springs.iter().map(pulls)))
+        });
+        for (points, soft) in softs {
+            graph.add_soft_body(&points, soft);
+        }
+        graph.springs.retain(|SpringRow { ends: [a, b], .. }| a != b);
+        graph
+    }
+
+    fn add_soft_body(&mut self, points: &[Option<u32>], soft: &SoftBody) {
+        let point = |i: u32| points.get(i as usize).copied().flatten();
+        self.springs.extend(soft.springs.iter().filter_map(|link| {
+            let [a, b] = link.ends.map(point);
+            Some(SpringRow { ends: [a?, b?], elastic: link.elastic })
+        }));
+        if !soft.sheet {
+            return;
+        }
+        let triangles: Vec<[u32; 3]> = soft
+            .triangles
+            .iter()
+            .filter_map(|corners| {
+                let [a, b, c] = corners.map(point);
+                Some([a?, b?, c?])
+            })
+            .collect();
+        let moves = |corner: &u32| self.nodes[*corner as usize].inverse_mass > 0.0;
+        let blown = triangles.into_iter().filter(|corners| corners.iter().any(moves));
+        self.sheets.extend(blown.map(|corners| SheetRow { corners, mass: 0.0 }));
+    }
+
+    /// The connected parts, each with its bodies.
+    fn groups(self, attracts: bool) -> Vec<(Coupling<Scalar>, Vec<Entity>)> {
+        let Self { nodes, springs, sheets } = self;
+        let joined = |node: usize, used: &[bool]| used[node] || attracts && nodes[node].source > 0.0;
+        let mut used = vec![attracts; nodes.len()];
+        for (node, used) in nodes.iter().zip(&mut used) {
+            *used &= node.inverse_mass > 0.0;
+        }
+        springs.iter().flat_map(|spring| spring.ends).for_each(|end| used[end as usize] = true);
+        sheets.iter().flat_map(|sheet| sheet.corners).for_each(|corner| used[corner as usize] = true);
+        let moves = |node: &usize| nodes[*node].inverse_mass > 0.0;
+        let all = (0..nodes.len()).filter(|node| joined(*node, &used));
+        let (movable, held): (Vec<_>, Vec<_>) = all.partition(moves);
+        let order: Vec<usize> = movable.iter().chain(&held).copied().collect();
+        let mut rows = vec![u32::MAX; nodes.len()];
+        for (row, node) in (0..).zip(&order) {
+            rows[*node] = row;
+        }
+        let row = |node: u32| rows[node as usize];
+        let mut whole = Coupling {
+            rows: order.len(),
+            movable: movable.len(),
+            sheets: sheets
+                .iter()
+                .map(|sheet| SheetRow { corners: sheet.corners.map(row), mass: sheet.mass })
+                .collect(),
+            attracts,
+            masses: movable.iter().map(|node| 1.0 / nodes[*node].inverse_mass).collect(),
+            sources: held.iter().map(|node| nodes[*node].source).collect(),
+            ..Coupling::default()
+        };
+        for SpringRow { ends, elastic } in springs {
+            whole.springs.push(SpringRow { ends: ends.map(row), elastic });
+        }
+        let dead = vec![false; whole.rows];
+        let bodies = |rows: &[usize]| rows.iter().map(|row| nodes[order[*row]].entity).collect();
+        whole.parts(&dead).into_iter().map(|part| (part.coupling, bodies(&part.rows))).collect()
+    }
+}
+
+/// Marks the bodies that move in groups, and no others.
+fn mark(world: &mut World, list: &[(Coupling<Scalar>, Vec<Entity>)]) {
+    let members = |(coupling, bodies): &(Coupling<Scalar>, Vec<Entity>)| bodies[..coupling.movable].to_vec();
+    let now: EntityHashSet = list.iter().flat_map(members).collect();
+    let mut marked = world.query_filtered::<Entity, With<Grouped>>();
+    let before: EntityHashSet = marked.iter(world).collect();
+    for body in before.difference(&now) {
+        world.entity_mut(*body).remove::<Grouped>();
+    }
+    // In the order of the rows: what is one after the other in a group is so in a table.
+    let new: Vec<_> = list
+        .iter()
+        .flat_map(members)
+        .filter(|body| !before.contains(body))
+        .map(|body| (body, Grouped))
+        .collect();
+    world.insert_batch(new);
+}
+
+/// Gives every member the method and substeps of the first.
+fn agree(world: &mut World, list: &mut [Group]) {
+    for group in list {
+        let Some(first) = group.bodies.first().copied() else { continue };
+        let method = own_method(world.entity(first));
+        group.substeps = world.get::<OwnSubsteps>(first).map(|substeps| substeps.0.max(1));
+        let substeps = world.get::<OwnSubsteps>(first).copied();
+        for body in &group.bodies[1..group.coupling.movable] {
+            if own_method(world.entity(*body)) != method {
+                // New to the group: what its old method keeps of it is of no use to the new one.
+                let mut body = world.entity_mut(*body);
+                body.remove::<(LastStep, LastAcceleration)>();
+                mark_method(&mut body, method);
+            }
+            if world.get::<OwnSubsteps>(*body).copied() != substeps {
+                let mut body = world.entity_mut(*body);
+                match substeps {
+                    Some(substeps) => body.insert(substeps),
+                    None => body.remove::<OwnSubsteps>(),
+                };
+            }
+        }
+    }
+}

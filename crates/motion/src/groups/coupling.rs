@@ -1,0 +1,151 @@
+//! The coupled laws on the rows of a group: springs, air against sheets, mutual gravity.
+
+use super::pull::{SpringRow, Springs};
+use super::rows::Row;
+use crate::laws::{Air, Drag, MutualGravity};
+use crate::real::{Real, RealVector};
+
+/// A triangle of a sheet between three rows, and its share of their mass, kg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SheetRow<T> {
+    pub corners: [u32; 3],
+    pub mass: T,
+}
+
+/// What acts between the rows of a group. Rows up to `movable` can move, those after it are what they hang on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Coupling<T> {
+    /// Rows, of both kinds.
+    pub rows: usize,
+    /// Rows that move, all of them before those that do not.
+    pub movable: usize,
+    /// Springs.
+    pub springs: Springs<T>,
+    /// Triangles that air acts on.
+    pub sheets: Vec<SheetRow<T>>,
+    /// Masses of the movable rows, kg, where there are triangles to share them.
+    pub masses: Vec<T>,
+    /// Rows of triangles, ascending: no other drag acts on them.
+    pub in_sheets: Vec<u32>,
+    /// Whether all attract each other.
+    pub attracts: bool,
+    /// Mass of the rows after the movable ones as sources of gravity, kg; 0 is none.
+    pub sources: Vec<T>,
+}
+
+#[inline(always)]
+pub(super) fn vector<T: Real>(row: &Row<T>) -> T::Vector {
+    T::Vector::from_array([row[0], row[1], row[2]])
+}
+
+#[inline(always)]
+pub(super) fn add<T: Real>(row: &mut Row<T>, v: T::Vector) {
+    let [x, y, z] = v.to_array();
+    row[0] += x;
+    row[1] += y;
+    row[2] += z;
+}
+
+/// Of a triangle in air: velocity against the air, m/s, and unit normal; `None` where it has no area.
+pub(super) fn in_air<T: Real>(
+    air: Option<&Air<T>>,
+    corners: [u32; 3],
+    x: &[Row<T>],
+    v: &[Row<T>],
+) -> Option<(T::Vector, T::Vector)> {
+    let [a, b, c] = corners.map(|corner| vector(&x[corner as usize]));
+    let ([px, py, pz], [qx, qy, qz]) = ((b - a).to_array(), (c - a).to_array());
+    let normal = T::Vector::from_array([py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx]);
+    let length = normal.dot(normal).sqrt();
+    if !(length > T::ZERO && length.is_finite()) {
+        return None;
+    }
+    let third = T::of(1.0 / 3.0);
+    let mean = |rows: &[Row<T>]| {
+        let [a, b, c] = corners.map(|corner| vector(&rows[corner as usize]));
+        (a + b + c) * third
+    };
+    let mut u = mean(v);
+    if let Some(air) = air {
+        u = u - air.at(mean(x));
+    }
+    Some((u, normal * (T::ONE / length)))
+}
+
+impl<T: Real> Coupling<T> {
+    /// Adds the forces of air on sheets, N: drag of a point of the same mass, of which only the part along the
+    /// normal is left, a third to each corner.
+    pub fn blow(&self, drag: &Drag, time: T, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+        let air = drag.wind.map(|wind| wind.air(time));
+        for SheetRow { corners, mass } in &self.sheets {
+            if let Some((u, n)) = in_air(air.as_ref(), *corners, x, v) {
+                let force = n * (-(*mass * drag.rate(u) * u.dot(n)) * T::of(1.0 / 3.0));
+                corners.iter().for_each(|corner| add(&mut forces[*corner as usize], force));
+            }
+        }
+    }
+
+    /// Adds the forces of mutual gravity at `x`, N, on rows of inverse mass `w`.
+    pub fn attract(&self, law: &MutualGravity, x: &[Row<T>], w: &[T], forces: &mut [Row<T>]) {
+        for a in 0..self.movable {
+            let (mass, from) = (self.mass(a, w), vector(&x[a]));
+            for b in a + 1..self.rows {
+                let (to, other) = (vector(&x[b]), self.mass(b, w));
+                if let Some((r, inverse)) = self.reach(law, from, to) {
+                    let pull = r * (T::of(law.constant) * mass * other * inverse * inverse * inverse);
+                    add(&mut forces[a], pull);
+                    add(&mut forces[b], -pull);
+                }
+            }
+        }
+    }
+
+    /// r from one body to another and `(r² + s²)^(-1/2)`; `None` at one place.
+    fn reach(&self, law: &MutualGravity, from: T::Vector, to: T::Vector) -> Option<(T::Vector, T)> {
+        let (r, s) = (to - from, T::of(law.softening));
+        let squared = r.dot(r);
+        (squared > T::ZERO).then(|| (r, T::ONE / (squared + s * s).sqrt()))
+    }
+
+    fn mass(&self, row: usize, w: &[T]) -> T {
+        match row.checked_sub(self.movable) {
+            Some(anchor) => self.sources[anchor],
+            None if w[row] > T::ZERO => T::ONE / w[row],
+            None => T::ZERO,
+        }
+    }
+
+    /// Potential energy of springs and mutual gravity at `x`, J.
+    pub fn potential_energy(&self, gravity: Option<&MutualGravity>, x: &[Row<T>], w: &[T]) -> T {
+        let mut sum = T::ZERO;
+        for SpringRow { ends: [a, b], elastic } in self.springs.iter() {
+            let d = vector(&x[b as usize]) - vector(&x[a as usize]);
+            let stretch = d.dot(d).sqrt() - elastic.rest_length;
+            sum += T::of(0.5) * elastic.stiffness * stretch * stretch;
+        }
+        if let (true, Some(law)) = (self.attracts, gravity) {
+            for a in 0..self.movable {
+                for b in a + 1..self.rows {
+                    if let Some((_, inverse)) = self.reach(law, vector(&x[a]), vector(&x[b])) {
+                        sum = sum - T::of(law.constant) * self.mass(a, w) * self.mass(b, w) * inverse;
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    /// Bytes of its lists.
+    pub fn bytes(&self) -> usize {
+        let numbers = self.masses.capacity() + self.sources.capacity();
+        self.springs.bytes()
+            + self.sheets.capacity() * size_of::<SheetRow<T>>()
+            + self.in_sheets.capacity() * size_of::<u32>()
+            + numbers * size_of::<T>()
+    }
+
+    /// Whether what acts between the rows depends on velocities, `drag` being in force or not.
+    pub fn depends_on_velocity(&self, drag: bool) -> bool {
+        self.springs.damped() || drag && !self.sheets.is_empty()
+    }
+}

@@ -1,0 +1,290 @@
+//! Everything that acts on the rows of a group, for the methods.
+
+mod arrays;
+mod classes;
+mod forces;
+mod kept;
+mod solving;
+
+pub(crate) use classes::{Askers, Class, RowAsks};
+pub(crate) use forces::is_open;
+pub(crate) use kept::Kept;
+
+use super::combination::{APPLIED, Combination, FIRST, KEPT, POSITION, SLOTS, VELOCITY};
+use super::coupling::{Coupling, SheetRow};
+use super::pull::Springs;
+use super::rows::{Row, RowArray};
+use super::solver::{Solver, Workspace};
+use crate::blocks::{Account, Terms};
+use crate::components::AxisLocks;
+use crate::course::{Piece, Pieces};
+use crate::effects::{Damping, Decay};
+use crate::laws::{Affine, Drag, Law, Moment, MutualGravity};
+use crate::methods::{Carry, Field, Integrator, Memory};
+use crate::real::{Real, RealVector as _};
+
+/// What acts on every body of a world, for groups.
+#[derive(Clone, Copy)]
+pub(crate) struct Surroundings<'a, T: Real> {
+    /// All but gravity, which passes some bodies by.
+    pub terms: Terms<'a, T>,
+    /// Gravity, m/s².
+    pub gravity: T::Vector,
+    /// Drag, which is also in the terms: as it acts on points.
+    pub drag: Option<&'a Drag>,
+    /// Mutual gravity.
+    pub attraction: Option<&'a MutualGravity>,
+    /// How implicit steps are solved.
+    pub solver: Solver,
+    /// Names of the laws that are summed up before a tick, exact damping among them; without gravity.
+    pub affine: &'a [&'static str],
+}
+
+/// The rows of a group and what is known of them.
+pub(crate) struct Rows<'a, T> {
+    /// Positions, m; after the tick, those of its end.
+    pub x: &'a mut [Row<T>],
+    /// Velocities, m/s.
+    pub v: &'a mut [Row<T>],
+    /// Inverse masses, 1/kg.
+    pub w: &'a [T],
+    /// Rows with something to look up, ascending.
+    pub asking: &'a [u32],
+    /// Rows with laws of their own, ascending.
+    pub lawful: &'a [u32],
+}
+
+/// Arrays of a step, kept from one group and tick to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch<T: Real> {
+    slots: [RowArray<T>; SLOTS],
+    stage: [RowArray<T>; 2],
+    classes: Vec<Class<T>>,
+    /// Of every row, where there is more than one kind.
+    class_of: Vec<u32>,
+    workspace: Workspace<T>,
+    /// Forces applied to rows, N, and the rows.
+    pub pushes: Vec<(usize, Row<T>)>,
+}
+
+impl<T: Real> Scratch<T> {
+    /// Bytes of the arrays of rows.
+    pub fn bytes(&self) -> usize {
+        self.slots.iter().chain(&self.stage).map(|array| size_of_val(&**array)).sum()
+    }
+}
+
+/// The field of one group in one tick.
+pub(crate) struct GroupField<'a, T: Real> {
+    coupling: &'a Coupling<T>,
+    around: &'a Surroundings<'a, T>,
+    rows: Rows<'a, T>,
+    askers: &'a dyn Askers<T>,
+    scratch: &'a mut Scratch<T>,
+    account: &'a mut Account,
+    piece: Piece<T>,
+    /// The next free array.
+    next: usize,
+    pushed: bool,
+    /// Number of rows that gravity acts on.
+    heavy: u64,
+    /// Whether what they hang on is at rest: the velocities of all rows may then be multiplied alike.
+    anchors_rest: bool,
+    watch: Watch,
+}
+
+/// Whether to look for the row that turns non-finite first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Watch {
+    /// No: the end of the tick tells that there is one.
+    Off,
+    /// Yes; none was found so far.
+    On,
+    /// It was that one.
+    Found(usize),
+}
+
+/// What a tick of a group came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// Every row is finite.
+    Finite,
+    /// Some are not; the row that was first, if it was looked for.
+    Broken(Option<usize>),
+}
+
+impl<'a, T: Real> GroupField<'a, T> {
+    pub fn new(
+        coupling: &'a Coupling<T>,
+        around: &'a Surroundings<'a, T>,
+        rows: Rows<'a, T>,
+        askers: &'a dyn Askers<T>,
+        scratch: &'a mut Scratch<T>,
+        account: &'a mut Account,
+    ) -> Self {
+        let Surroundings { terms, .. } = around;
+        let (start, end, length) = (terms.course.start, terms.course.end, terms.course.substep());
+        let piece = Piece { start, end, length, jump: false };
+        Self {
+            coupling,
+            around,
+            rows,
+            askers,
+            scratch,
+            account,
+            piece,
+            next: FIRST,
+            pushed: false,
+            heavy: 0,
+            anchors_rest: true,
+            watch: Watch::Off,
+        }
+    }
+
+    /// Integrates a tick. `last` are the lengths of the last steps of the movable rows, if the method keeps them.
+    pub fn tick<M: Integrator>(
+        mut self,
+        watch: Watch,
+        mut last: Option<&mut [T]>,
+        kept: Option<&mut Kept<T>>,
+    ) -> Outcome {
+        self.watch = watch;
+        self.sort_into_classes::<M>();
+        self.apply_pushes();
+        let mut carry = Carry::new();
+        if let Some(last) = &mut last {
+            carry.last_step = self.common_last_step(last);
+        }
+        let keeps = M::MEMORY == Memory::LastAcceleration && !self.looks_at_velocity();
+        let own = self.versions();
+        let kept = kept.filter(|_| keeps);
+        if let Some(kept) = &kept {
+            carry.start = self.recall(kept, own);
+        }
+        let (x, mut v) = (Combination::of(POSITION), Combination::of(VELOCITY));
+        if !M::DAMPS_INSIDE {
+            let decayed = self.decay_before(v);
+            v = self.restrain(decayed);
+            self.finish_if_changed(x, v);
+        }
+        for piece in self.pieces().iter() {
+            self.enter::<M>(piece);
+            if piece.jump {
+                // It was evaluated before the jump.
+                carry.start = None;
+            }
+            let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
+            let (x, v) = M::step(&mut self, x, v, &mut carry);
+            self.finish(x, v);
+            carry.start = carry.start.and_then(|start| self.keep(start));
+        }
+        if !M::DAMPS_INSIDE {
+            let decayed = self.decay_after(Combination::of(VELOCITY));
+            v = self.restrain(decayed);
+            self.finish_if_changed(x, v);
+        }
+        self.snap();
+        if let Some(last) = last {
+            last.fill(carry.last_step);
+        }
+        if let Some(kept) = kept {
+            self.note(kept, own, carry.start.is_some());
+        }
+        self.outcome()
+    }
+
+    fn outcome(&self) -> Outcome {
+        let movable = self.coupling.movable;
+        let finite = |row: &Row<T>| row[0].is_finite() & row[1].is_finite() & row[2].is_finite();
+        // Not "any": without a way out of the loop it is done in registers.
+        let mut all = true;
+        for (x, v) in self.rows.x[..movable].iter().zip(&self.rows.v[..movable]) {
+            all &= finite(x) & finite(v);
+        }
+        if all {
+            return Outcome::Finite;
+        }
+        let broken = |row: &usize| !(finite(&self.rows.x[*row]) && finite(&self.rows.v[*row]));
+        Outcome::Broken(match self.watch {
+            Watch::Found(row) => Some(row),
+            Watch::On => (0..movable).find(broken),
+            Watch::Off => None,
+        })
+    }
+
+    /// Notes the first row that is not finite, if it is looked for.
+    pub(super) fn look(&mut self, row: impl FnOnce(&Self) -> Option<usize>) {
+        if self.watch == Watch::On
+            && let Some(row) = row(self)
+        {
+            self.watch = Watch::Found(row);
+        }
+    }
+
+    /// The first of the rows that can move which is not finite.
+    pub(super) fn first_broken(&self, rows: &[Row<T>]) -> Option<usize> {
+        rows[..self.coupling.movable].iter().position(|row| !row[..3].iter().all(|part| part.is_finite()))
+    }
+}
+
+impl<T: Real> Field for GroupField<'_, T> {
+    type Real = T;
+    type Space = Combination<T>;
+
+    fn step(&self) -> T {
+        self.piece.length
+    }
+
+    fn laws(&mut self, part: T, x: Combination<T>, v: Combination<T>) -> Combination<T> {
+        Combination::of(self.accelerate(self.moment(part), x, v))
+    }
+
+    fn applied(&self) -> Combination<T> {
+        if self.pushed { Combination::of(APPLIED) } else { Combination::ZERO }
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        self.looks_at_velocity()
+    }
+
+    fn kick(&mut self, v: Combination<T>, a: Combination<T>) -> Combination<T> {
+        match self.uniform() {
+            Some(Class { decay, .. }) if self.anchors_rest || decay.keep.is_none() => {
+                v * decay.keep.unwrap_or(T::ONE) + a * decay.gain
+            }
+            _ => {
+                // Both by class: the gain of one with damping of its own is another one.
+                let kept = self.each_row(v, |class, row| {
+                    let keep = class.decay.keep.unwrap_or(T::ONE);
+                    row[..3].iter_mut().for_each(|part| *part = *part * keep);
+                });
+                let gained = self.each_row(a, |class, row| {
+                    row[..3].iter_mut().for_each(|part| *part = *part * class.decay.gain);
+                });
+                kept + gained
+            }
+        }
+    }
+
+    fn before_move(&mut self, v: Combination<T>) -> Combination<T> {
+        let decayed = self.decay_before(v);
+        self.restrain(decayed)
+    }
+
+    fn after_move(&mut self, v: Combination<T>) -> Combination<T> {
+        self.decay_after(v)
+    }
+
+    fn laws_before_jump(&mut self, x: Combination<T>, v: Combination<T>) -> Option<Combination<T>> {
+        let piece = self.piece;
+        piece.jump.then(|| {
+            let at = Moment { time: piece.start, inside: piece.before() };
+            Combination::of(self.accelerate(at, x, v))
+        })
+    }
+
+    fn implicit_velocity(&mut self, x: Combination<T>, v: Combination<T>) -> Combination<T> {
+        debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
+        self.solve(v)
+    }
+}

@@ -1,0 +1,219 @@
+//! Arrays of a step: claimed, worked out, finished.
+
+use super::*;
+use crate::blocks::restrain;
+
+impl<T: Real> GroupField<'_, T> {
+    pub(super) fn claim(&mut self) -> usize {
+        let slot = self.next;
+        self.next += 1;
+        self.scratch.slots[slot].resize(self.coupling.rows);
+        slot
+    }
+
+    pub(crate) fn array(&self, slot: usize) -> &[Row<T>] {
+        match slot {
+            POSITION => self.rows.x,
+            VELOCITY => self.rows.v,
+            _ => &self.scratch.slots[slot],
+        }
+    }
+
+    /// Works a combination out into `out`.
+    pub(super) fn work_out(&self, sum: &Combination<T>, out: &mut RowArray<T>) {
+        out.resize(self.coupling.rows);
+        let mut parts: [(&[Row<T>], T); SLOTS] = [(&[], T::ZERO); SLOTS];
+        let mut count = 0;
+        // The state is the last to be added to: its increments are small against it.
+        for slot in (0..SLOTS).rev() {
+            if sum.factors[slot] != T::ZERO {
+                parts[count] = (self.array(slot), sum.factors[slot]);
+                count += 1;
+            }
+        }
+        add_up(&parts[..count], out);
+    }
+
+    /// An array of its own for a combination.
+    pub(crate) fn own_array(&mut self, sum: &Combination<T>) -> usize {
+        let slot = self.claim();
+        let mut out = std::mem::take(&mut self.scratch.slots[slot]);
+        self.work_out(sum, &mut out);
+        self.scratch.slots[slot] = out;
+        slot
+    }
+
+    /// Works the state at the end of a step out, as the start of the next one.
+    pub(super) fn finish(&mut self, x: Combination<T>, v: Combination<T>) {
+        debug_assert!(v.factors[POSITION] == T::ZERO, "a velocity is not made of positions");
+        let mut parts: [(&[Row<T>], T, T); SLOTS] = [(&[], T::ZERO, T::ZERO); SLOTS];
+        let mut count = 0;
+        for slot in (APPLIED..SLOTS).rev() {
+            if x.factors[slot] != T::ZERO || v.factors[slot] != T::ZERO {
+                parts[count] = (&self.scratch.slots[slot], x.factors[slot], v.factors[slot]);
+                count += 1;
+            }
+        }
+        let own = [x.factors[POSITION], x.factors[VELOCITY], v.factors[VELOCITY]];
+        advance(self.rows.x, self.rows.v, own, &parts[..count]);
+        self.next = FIRST;
+    }
+
+    /// The same, where a velocity may not have changed at all.
+    pub(super) fn finish_if_changed(&mut self, x: Combination<T>, v: Combination<T>) {
+        if v != Combination::of(VELOCITY) {
+            self.finish(x, v);
+        }
+        self.next = FIRST;
+    }
+
+    /// Keeps an acceleration over the end of a step.
+    pub(super) fn keep(&mut self, a: Combination<T>) -> Option<Combination<T>> {
+        let slot = a.slot()?;
+        self.scratch.slots.swap(slot, KEPT);
+        Some(Combination::of(KEPT))
+    }
+
+    /// A velocity with something done to every row, by its class.
+    pub(super) fn each_row(
+        &mut self,
+        v: Combination<T>,
+        change: impl Fn(&Class<T>, &mut Row<T>),
+    ) -> Combination<T> {
+        let slot = self.own_array(&v);
+        let Scratch { slots, classes, class_of, .. } = &mut *self.scratch;
+        for (row, v) in slots[slot][..self.coupling.movable].iter_mut().enumerate() {
+            change(&classes[class_of.get(row).map_or(0, |class| *class as usize)], v);
+        }
+        Combination::of(slot)
+    }
+
+    pub(super) fn decayed(
+        &mut self,
+        v: Combination<T>,
+        factor: impl Fn(&Decay<T>) -> Option<T>,
+    ) -> Combination<T> {
+        if self.scratch.classes.iter().all(|class| factor(&class.decay).is_none()) {
+            return v;
+        }
+        match self.uniform() {
+            Some(class) if self.anchors_rest => v * factor(&class.decay).unwrap_or(T::ONE),
+            _ => self.each_row(v, |class, row| {
+                if let Some(factor) = factor(&class.decay) {
+                    row[..3].iter_mut().for_each(|part| *part = *part * factor);
+                }
+            }),
+        }
+    }
+
+    pub(super) fn decay_before(&mut self, v: Combination<T>) -> Combination<T> {
+        self.decayed(v, |decay| decay.before_move)
+    }
+
+    pub(super) fn decay_after(&mut self, v: Combination<T>) -> Combination<T> {
+        self.decayed(v, |decay| decay.after_move)
+    }
+
+    /// Speed limits, and axes along which rows do not move.
+    pub(super) fn restrain(&mut self, v: Combination<T>) -> Combination<T> {
+        if self.scratch.classes.iter().all(|class| class.limit.is_none() && class.locks.is_none()) {
+            return v;
+        }
+        let slot = self.own_array(&v);
+        let Scratch { slots, classes, class_of, .. } = &mut *self.scratch;
+        for row in self.rows.asking {
+            let row = *row as usize;
+            let Class { limit, locks, .. } = classes[class_of[row] as usize];
+            restrain(&mut slots[slot][row], limit, locks);
+        }
+        Combination::of(slot)
+    }
+
+    /// Snaps velocities that decayed to next to nothing.
+    pub(super) fn snap(&mut self) {
+        if self.decays() {
+            for row in &mut self.rows.v[..self.coupling.movable] {
+                for part in &mut row[..3] {
+                    if part.abs() < T::SNAP {
+                        *part = T::ZERO;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// `out = f1 a1 + f2 a2 + ...`, the last part added last.
+fn add_up<T: Real>(parts: &[(&[Row<T>], T)], out: &mut [Row<T>]) {
+    fn of<T: Real, const N: usize>(parts: &[(&[Row<T>], T)], out: &mut [Row<T>]) {
+        let out = out.as_flattened_mut();
+        let arrays: [&[T]; N] = std::array::from_fn(|part| &parts[part].0.as_flattened()[..out.len()]);
+        let factors: [T; N] = std::array::from_fn(|part| parts[part].1);
+        for (i, out) in out.iter_mut().enumerate() {
+            let mut sum = arrays[0][i] * factors[0];
+            for part in 1..N {
+                sum += arrays[part][i] * factors[part];
+            }
+            *out = sum;
+        }
+    }
+    match parts.len() {
+        0 => out.fill([T::ZERO; 4]),
+        1 => of::<T, 1>(parts, out),
+        2 => of::<T, 2>(parts, out),
+        3 => of::<T, 3>(parts, out),
+        4 => of::<T, 4>(parts, out),
+        5 => of::<T, 5>(parts, out),
+        6 => of::<T, 6>(parts, out),
+        _ => {
+            out.fill([T::ZERO; 4]);
+            for (array, factor) in parts {
+                let rows = out.as_flattened_mut().iter_mut().zip(array.as_flattened());
+                rows.for_each(|(sum, part)| *sum += *part * *factor);
+            }
+        }
+    }
+}
+
+/// `x = xx x + xv v + ...; v = vv v + ...` in place, the states added last.
+fn advance<T: Real>(x: &mut [Row<T>], v: &mut [Row<T>], own: [T; 3], parts: &[(&[Row<T>], T, T)]) {
+    fn of<T: Real, const N: usize>(x: &mut [T], v: &mut [T], own: [T; 3], parts: &[(&[Row<T>], T, T)]) {
+        let n = x.len();
+        let v = &mut v[..n];
+        let arrays: [&[T]; N] = std::array::from_fn(|part| &parts[part].0.as_flattened()[..n]);
+        let factors: [(T, T); N] = std::array::from_fn(|part| (parts[part].1, parts[part].2));
+        let [xx, xv, vv] = own;
+        for i in 0..n {
+            let (mut dx, mut dv) = (T::ZERO, T::ZERO);
+            for part in 0..N {
+                dx += arrays[part][i] * factors[part].0;
+                dv += arrays[part][i] * factors[part].1;
+            }
+            x[i] = x[i] * xx + (v[i] * xv + dx);
+            v[i] = v[i] * vv + dv;
+        }
+    }
+    let (x, v) = (x.as_flattened_mut(), v.as_flattened_mut());
+    match parts.len() {
+        0 => of::<T, 0>(x, v, own, parts),
+        1 => of::<T, 1>(x, v, own, parts),
+        2 => of::<T, 2>(x, v, own, parts),
+        3 => of::<T, 3>(x, v, own, parts),
+        4 => of::<T, 4>(x, v, own, parts),
+        5 => of::<T, 5>(x, v, own, parts),
+        6 => of::<T, 6>(x, v, own, parts),
+        7 => of::<T, 7>(x, v, own, parts),
+        8 => of::<T, 8>(x, v, own, parts),
+        _ => {
+            for (i, (x, v)) in x.iter_mut().zip(&mut *v).enumerate() {
+                let (mut dx, mut dv) = (T::ZERO, T::ZERO);
+                for (array, of_x, of_v) in parts {
+                    dx += array.as_flattened()[i] * *of_x;
+                    dv += array.as_flattened()[i] * *of_v;
+                }
+                *x = *x * own[0] + (*v * own[1] + dx);
+                *v = *v * own[2] + dv;
+            }
+        }
+    }
+}

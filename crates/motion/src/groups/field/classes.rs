@@ -1,0 +1,129 @@
+//! What rows ask for: most groups have one kind of row.
+
+use super::*;
+
+/// What rows may ask for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RowAsks {
+    pub gravity_off: bool,
+    pub damping_rate: Option<f64>,
+    pub limit: Option<f64>,
+    pub locks: Option<AxisLocks>,
+}
+
+/// Looks up what single rows ask for.
+pub(crate) trait Askers<T: Real> {
+    /// What the row asks for beside laws of its own.
+    fn asks(&self, row: usize) -> RowAsks;
+    /// The laws of that row alone, and a number that changes with them.
+    fn laws(&self, row: usize) -> (&[Box<dyn Law<T>>], u64);
+}
+
+/// What happens to a kind of rows in a step beside forces; most groups have one kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Class<T: Real> {
+    /// Constant acceleration, m/s².
+    pub constant: T::Vector,
+    /// Rate of linear drag, 1/s.
+    pub rate: T,
+    pub(super) damping: Option<Damping>,
+    /// What damping does around a tick, or in the piece that is taken.
+    pub(super) decay: Decay<T>,
+    pub(super) limit: Option<T>,
+    pub locks: Option<AxisLocks>,
+    pub(super) weightless: bool,
+}
+
+impl<T: Real> GroupField<'_, T> {
+    pub(super) fn sort_into_classes<M: Integrator>(&mut self) {
+        let Surroundings { terms, gravity, drag, .. } = self.around;
+        let none = Affine { constant: T::Vector::ZERO, rate: T::ZERO };
+        let air = drag.and_then(Law::<T>::affine).unwrap_or(none);
+        let Scratch { classes, class_of, .. } = &mut *self.scratch;
+        classes.clear();
+        class_of.clear();
+        let sheets: &[u32] = if drag.is_some() { &self.coupling.in_sheets } else { &[] };
+        // What of it acts on a row: nothing is taken off again, which would leave a rounding.
+        let class = |in_sheet: bool, asks: RowAsks| {
+            let air = if in_sheet { none } else { air };
+            let gravity = if asks.gravity_off { T::Vector::ZERO } else { *gravity };
+            let own = match asks.damping_rate.zip(terms.damping) {
+                Some((rate, damping)) => &terms.damped::<M>(Some(Damping { rate, ..damping })),
+                None => terms,
+            };
+            Class {
+                constant: terms.gravity + gravity + air.constant,
+                rate: own.rate + air.rate,
+                damping: own.damping,
+                decay: own.decay,
+                limit: asks.limit.map(T::of),
+                locks: asks.locks,
+                weightless: asks.gravity_off,
+            }
+        };
+        classes.push(class(false, RowAsks::default()));
+        if !sheets.is_empty() || !self.rows.asking.is_empty() {
+            class_of.resize(self.coupling.rows, 0);
+        }
+        if !sheets.is_empty() {
+            classes.push(class(true, RowAsks::default()));
+            sheets.iter().for_each(|row| class_of[*row as usize] = 1);
+        }
+        let mut weightless = 0;
+        for row in self.rows.asking {
+            let asks = self.askers.asks(*row as usize);
+            weightless += u64::from(asks.gravity_off);
+            let class_of = &mut class_of[*row as usize];
+            let class = class(*class_of == 1 && !sheets.is_empty(), asks);
+            // Neighbours often ask for the same.
+            if classes.last() != Some(&class) {
+                classes.push(class);
+            }
+            *class_of = u32::try_from(classes.len() - 1).unwrap_or(0);
+        }
+        self.heavy = if *gravity == T::Vector::ZERO { 0 } else { self.coupling.movable as u64 - weightless };
+        let anchors = &self.rows.v[self.coupling.movable..];
+        self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [T::ZERO; 3]);
+    }
+
+    /// The only kind of rows, if there is but one.
+    pub(super) fn uniform(&self) -> Option<Class<T>> {
+        match &self.scratch.classes[..] {
+            [class] => Some(*class),
+            _ => None,
+        }
+    }
+
+    pub(super) fn decays(&self) -> bool {
+        self.scratch.classes.iter().any(|class| {
+            let Decay { keep, before_move, after_move, .. } = class.decay;
+            class.rate > T::ZERO || keep.is_some() || before_move.is_some() || after_move.is_some()
+        })
+    }
+
+    /// Goes on to the next piece of the tick.
+    pub(super) fn enter<M: Integrator>(&mut self, piece: Piece<T>) {
+        self.piece = piece;
+        if M::DAMPS_INSIDE {
+            for class in &mut self.scratch.classes {
+                let none = Decay::none(piece.length);
+                class.decay = class.damping.map_or(none, |damping| damping.factors(piece.length));
+            }
+        }
+    }
+
+    pub(super) fn pieces(&self) -> Pieces<T> {
+        let terms = &self.around.terms;
+        let breaks = terms.laws.iter().flat_map(|law| law.breaks());
+        let own = self.rows.lawful.iter().flat_map(|row| self.askers.laws(*row as usize).0);
+        terms.course.pieces(breaks.chain(own.flat_map(|law| law.breaks())))
+    }
+
+    pub(super) fn looks_at_velocity(&self) -> bool {
+        let own = |row: &u32| self.askers.laws(*row as usize).0.iter().any(|law| law.depends_on_velocity());
+        self.coupling.depends_on_velocity(self.around.drag.is_some())
+            || self.scratch.classes.iter().any(|class| class.rate != T::ZERO)
+            || self.around.terms.laws.iter().any(|law| law.depends_on_velocity())
+            || self.rows.lawful.iter().any(own)
+    }
+}

@@ -1,0 +1,193 @@
+//! Forces and laws of a state, as accelerations.
+
+use super::*;
+
+impl<'a, T: Real> GroupField<'a, T> {
+    pub(super) fn apply_pushes(&mut self) {
+        self.pushed = !self.scratch.pushes.is_empty();
+        if !self.pushed {
+            return;
+        }
+        let Scratch { slots, pushes, classes, class_of, .. } = &mut *self.scratch;
+        let applied = &mut slots[APPLIED];
+        applied.resize(self.coupling.rows);
+        applied.fill([T::ZERO; 4]);
+        for (row, force) in pushes.drain(..) {
+            let w = self.rows.w[row];
+            if row < self.coupling.movable && w > T::ZERO {
+                let class = &classes[class_of.get(row).map_or(0, |class| *class as usize)];
+                for axis in 0..3 {
+                    applied[row][axis] = if is_open(class.locks, axis) { force[axis] * w } else { T::ZERO };
+                }
+            }
+        }
+    }
+
+    pub(super) fn moment(&self, part: T) -> Moment<T> {
+        let Piece { start, end, length, .. } = self.piece;
+        let time = if part == T::ZERO {
+            start
+        } else if part == T::ONE {
+            end
+        } else {
+            start + part * length
+        };
+        Moment { time, inside: self.piece.inside() }
+    }
+
+    /// The accelerations by all laws in a state that is worked out, into an array of their own.
+    pub(super) fn accelerate(&mut self, at: Moment<T>, x: Combination<T>, v: Combination<T>) -> usize {
+        let out = self.claim();
+        let mut sum = std::mem::take(&mut self.scratch.slots[out]);
+        let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
+        let calls = !self.around.terms.laws.is_empty() || !self.rows.lawful.is_empty();
+        let looks = calls || self.looks_at_velocity();
+        let mut state = None;
+        {
+            let x = match x.slot() {
+                Some(slot) => self.array(slot),
+                None => {
+                    self.work_out(&x, &mut stage_x);
+                    &stage_x
+                }
+            };
+            let v: &[Row<T>] = match v.slot() {
+                Some(slot) if !calls => self.array(slot),
+                _ if looks => {
+                    self.work_out(&v, &mut stage_v);
+                    &stage_v
+                }
+                // Not read.
+                _ => self.rows.v,
+            };
+            if self.watch == Watch::On {
+                state = self.first_broken(x).or_else(|| if looks { self.first_broken(v) } else { None });
+            }
+            self.push_and_pull(at.time, x, v, &mut sum);
+            self.add_constants(v, &mut sum);
+        }
+        if calls {
+            let x = match x.slot() {
+                Some(slot) => self.array(slot),
+                None => &stage_x,
+            };
+            self.call(at, x, &mut stage_v, &mut sum);
+        }
+        self.lock(&mut sum);
+        self.count();
+        self.look(|field| state.or_else(|| field.first_broken(&sum)));
+        (self.scratch.slots[out], self.scratch.stage) = (sum, [stage_x, stage_v]);
+        out
+    }
+
+    /// The coupled laws, as forces.
+    pub(crate) fn push_and_pull(&self, time: T, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
+        sum.fill([T::ZERO; 4]);
+        self.coupling.springs.pull(x, v, sum);
+        if let Some(drag) = self.around.drag {
+            self.coupling.blow(drag, time, x, v, sum);
+        }
+        if let (true, Some(law)) = (self.coupling.attracts, self.around.attraction) {
+            self.coupling.attract(law, x, self.rows.w, sum);
+        }
+    }
+
+    /// Makes accelerations of forces, and adds gravity and linear drag.
+    pub(super) fn add_constants(&self, v: &[Row<T>], sum: &mut [Row<T>]) {
+        let movable = self.coupling.movable;
+        let Scratch { classes, class_of, .. } = &*self.scratch;
+        let w = &self.rows.w[..movable];
+        match self.uniform() {
+            Some(Class { constant, rate, .. }) => {
+                let g = constant.to_array();
+                let rows = sum[..movable].iter_mut().zip(w).zip(v);
+                if rate == T::ZERO {
+                    rows.for_each(|((row, w), _)| fall(row, *w, g));
+                } else {
+                    rows.for_each(|((row, w), v)| fall(row, *w, [0, 1, 2].map(|i| g[i] - v[i] * rate)));
+                }
+            }
+            None => {
+                for (row, (sum, w)) in sum[..movable].iter_mut().zip(w).enumerate() {
+                    let Class { constant, rate, .. } = classes[class_of[row] as usize];
+                    let (g, v) = (constant.to_array(), &v[row]);
+                    fall(sum, *w, [0, 1, 2].map(|i| if rate == T::ZERO { g[i] } else { g[i] - v[i] * rate }));
+                }
+            }
+        }
+        sum[movable..].fill([T::ZERO; 4]);
+    }
+
+    /// Rows that a called law passes over, because air acts on triangles instead of them.
+    pub(super) fn in_sheets(&self, law: &dyn Law<T>) -> &'a [u32] {
+        match self.around.drag {
+            Some(drag) if std::ptr::addr_eq(std::ptr::from_ref(law), std::ptr::from_ref(drag)) => {
+                &self.coupling.in_sheets
+            }
+            _ => &[],
+        }
+    }
+
+    /// Adds the accelerations of the laws that have to be called; inverse masses are put beside the velocities.
+    pub(super) fn call(&self, at: Moment<T>, x: &[Row<T>], v: &mut [Row<T>], sum: &mut [Row<T>]) {
+        let movable = self.coupling.movable;
+        v.iter_mut().zip(self.rows.w).for_each(|(row, w)| row[3] = *w);
+        for law in self.around.terms.laws {
+            let in_sheets = self.in_sheets(*law);
+            // A row of inverse mass 0 is passed over.
+            in_sheets.iter().for_each(|row| v[*row as usize][3] = T::ZERO);
+            law.accelerate(at, &x[..movable], &v[..movable], &mut sum[..movable]);
+            in_sheets.iter().for_each(|row| v[*row as usize][3] = self.rows.w[*row as usize]);
+        }
+        for row in self.rows.lawful {
+            let row = *row as usize;
+            for law in self.askers.laws(row).0 {
+                law.accelerate(at, &x[row..=row], &v[row..=row], &mut sum[row..=row]);
+            }
+        }
+    }
+
+    pub(super) fn lock(&self, sum: &mut [Row<T>]) {
+        for row in self.rows.asking {
+            let row = *row as usize;
+            let locks = self.scratch.classes[self.scratch.class_of[row] as usize].locks;
+            (0..3).filter(|axis| !is_open(locks, *axis)).for_each(|axis| sum[row][axis] = T::ZERO);
+        }
+    }
+
+    /// Counts an evaluation of everything.
+    pub(super) fn count(&mut self) {
+        let Self { coupling, around, rows, askers, heavy, account, .. } = self;
+        let (movable, terms) = (coupling.movable as u64, &around.terms);
+        account.accelerations += movable;
+        account.count_own("gravity", *heavy);
+        around.affine.iter().for_each(|law| account.count_own(law, movable));
+        for law in terms.laws {
+            account.count_own(law.name(), movable);
+        }
+        for row in rows.lawful {
+            askers.laws(*row as usize).0.iter().for_each(|law| account.count_own(law.name(), 1));
+        }
+        if !coupling.springs.is_empty() {
+            account.count_own("springs", movable);
+        }
+        if coupling.attracts {
+            account.count_own("mutual_gravity", movable);
+        }
+    }
+}
+
+/// `F w + g` for a row that can move.
+#[inline(always)]
+pub(super) fn fall<T: Real>(row: &mut Row<T>, w: T, g: [T; 3]) {
+    // By selection: 0 times an infinite force would be NaN.
+    let moves = w > T::ZERO;
+    for axis in 0..3 {
+        let a = row[axis] * w + g[axis];
+        row[axis] = if moves { a } else { T::ZERO };
+    }
+}
+
+pub(crate) fn is_open(locks: Option<AxisLocks>, axis: usize) -> bool {
+    locks.is_none_or(|locks| ![locks.x, locks.y, locks.z][axis])
+}

@@ -1,0 +1,166 @@
+//! The forces of springs, four at a time.
+
+use fearless_simd::{Fallback, Simd, prelude::*};
+
+use super::rows::Row;
+use crate::blocks::LEVEL;
+use crate::real::{Lanes as _, Real};
+use crate::springs::Elastic;
+
+/// Springs that are reckoned with at once: what takes longest is the square root and the division, and four of
+/// each take hardly longer than one.
+const AT_ONCE: usize = 4;
+
+/// A spring between two rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SpringRow<T> {
+    pub ends: [u32; 2],
+    pub elastic: Elastic<T>,
+}
+
+/// Four springs; those that fill the last block up pull row 0 to itself with nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Block<T> {
+    ends: [[u32; AT_ONCE]; 2],
+    stiffness: [T; AT_ONCE],
+    damping: [T; AT_ONCE],
+    rest_length: [T; AT_ONCE],
+}
+
+/// Springs, in the order in which their forces are summed up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Springs<T> {
+    blocks: Vec<Block<T>>,
+    len: usize,
+    damped: bool,
+}
+
+impl<T: Real> Springs<T> {
+    pub fn push(&mut self, spring: SpringRow<T>) {
+        let at = self.len % AT_ONCE;
+        if at == 0 {
+            let zero = [T::ZERO; AT_ONCE];
+            let ends = [[0; AT_ONCE]; 2];
+            self.blocks.push(Block { ends, stiffness: zero, damping: zero, rest_length: zero });
+        }
+        if let Some(block) = self.blocks.last_mut() {
+            let Elastic { stiffness, damping, rest_length } = spring.elastic;
+            (block.ends[0][at], block.ends[1][at]) = (spring.ends[0], spring.ends[1]);
+            (block.stiffness[at], block.damping[at], block.rest_length[at]) =
+                (stiffness, damping, rest_length);
+            self.damped |= damping != T::ZERO;
+        }
+        self.len += 1;
+    }
+
+    pub const fn len(&self) -> usize {
+        self.len
+    }
+
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Bytes that they take.
+    pub const fn bytes(&self) -> usize {
+        self.blocks.capacity() * size_of::<Block<T>>()
+    }
+
+    /// Whether one of them has damping.
+    pub const fn damped(&self) -> bool {
+        self.damped
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = SpringRow<T>> + '_ {
+        let of_block = |block: &Block<T>| {
+            let Block { ends: [a, b], stiffness, damping, rest_length } = *block;
+            std::array::from_fn::<_, AT_ONCE, _>(|i| SpringRow {
+                ends: [a[i], b[i]],
+                elastic: Elastic {
+                    stiffness: stiffness[i],
+                    damping: damping[i],
+                    rest_length: rest_length[i],
+                },
+            })
+        };
+        self.blocks.iter().flat_map(of_block).take(self.len)
+    }
+
+    /// Adds their forces in the state (`x`, `v`) to `forces`, N. Velocities are read only where springs have
+    /// damping.
+    pub fn pull(&self, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = LEVEL.as_avx2() {
+            return simd.vectorize(
+                #[inline(always)]
+                || self.pull_with(simd, x, v, forces),
+            );
+        }
+        // The same bits.
+        self.pull_with(Fallback::new(), x, v, forces);
+    }
+
+    #[inline(always)]
+    fn pull_with<S: Simd>(&self, simd: S, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+        if self.damped {
+            self.blocks.iter().for_each(
+                #[inline(always)]
+                |block| block.pull::<S, true>(simd, x, v, forces),
+            );
+        } else {
+            self.blocks.iter().for_each(
+                #[inline(always)]
+                |block| block.pull::<S, false>(simd, x, v, forces),
+            );
+        }
+    }
+}
+
+impl<T: Real> Block<T> {
+    #[inline(always)]
+    fn pull<S: Simd, const DAMPED: bool>(&self, simd: S, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+        let d = self.differences(simd, x);
+        let [dx, dy, dz] = columns(d);
+        let squared = dx * dx + dy * dy + dz * dz;
+        // No direction, no force: the products below are then 0, not the 0 times infinity of a plain reciprocal.
+        let pulls = squared.simd_gt(T::Lanes::splat(simd, T::ZERO));
+        let inverse = (T::Lanes::splat(simd, T::ONE) / squared.sqrt()).only(pulls);
+        let of = |numbers: [T; AT_ONCE]| T::Lanes::of(simd, numbers);
+        let stretched = T::Lanes::splat(simd, T::ONE) - of(self.rest_length) * inverse;
+        let mut tension = of(self.stiffness) * stretched;
+        if DAMPED {
+            let [ux, uy, uz] = columns(self.differences(simd, v));
+            let rate = dx * ux + dy * uy + dz * uz;
+            // In this order: the square of the reciprocal of a very short length is infinite.
+            tension += of(self.damping) * (rate * inverse) * inverse;
+        }
+        let tension = tension.row();
+        for i in 0..AT_ONCE {
+            let pull = d[i] * T::Lanes::splat(simd, tension[i]);
+            let [a, b] = [self.ends[0][i] as usize, self.ends[1][i] as usize];
+            let sum = T::Lanes::of(simd, forces[a]) + pull;
+            sum.store_slice(&mut forces[a]);
+            let sum = T::Lanes::of(simd, forces[b]) - pull;
+            sum.store_slice(&mut forces[b]);
+        }
+    }
+
+    /// Rows of the second ends minus rows of the first.
+    #[inline(always)]
+    fn differences<S: Simd>(&self, simd: S, rows: &[Row<T>]) -> [T::Lanes<S>; AT_ONCE] {
+        let mut differences = [T::Lanes::splat(simd, T::ZERO); AT_ONCE];
+        for (i, difference) in differences.iter_mut().enumerate() {
+            let [a, b] = [self.ends[0][i] as usize, self.ends[1][i] as usize];
+            *difference = T::Lanes::of(simd, rows[b]) - T::Lanes::of(simd, rows[a]);
+        }
+        differences
+    }
+}
+
+/// x, y and z of four rows.
+#[inline(always)]
+fn columns<T: Real, S: Simd, L: crate::real::Lanes<S, T>>([a, b, c, d]: [L; AT_ONCE]) -> [L; 3] {
+    let (low, high) = (a.zip_low(c), b.zip_low(d));
+    let z = a.zip_high(c).zip_low(b.zip_high(d));
+    [low.zip_low(high), low.zip_high(high), z]
+}

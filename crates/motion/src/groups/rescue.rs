@@ -1,0 +1,206 @@
+//! What becomes of a group in which a row turns non-finite.
+
+use bevy_ecs::query::ArchetypeFilter;
+
+use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
+use super::rows::Row;
+use super::split::Part;
+use super::system::{ByRow, Members, Wishes};
+use super::{Group, Groups};
+use crate::blocks::{self, Account, Asks, MemoryRows, Table, Terms};
+use crate::components::{PhysicsBody, Transform};
+use crate::effects::Damping;
+use crate::integrate::Notes;
+use crate::laws::{Affine, Law};
+use crate::methods::{Integrator, Memory};
+use crate::quarantine::Cause;
+use crate::units::{Scalar, Vector};
+
+/// Redoes the tick of a group in which a row turned non-finite, without it.
+pub(super) struct Rescue<'a, 'w, 's, 'n> {
+    pub around: &'a Surroundings<'a, Scalar>,
+    pub wishes: &'a Wishes<'w, 's>,
+    pub notes: &'a mut Notes<'n>,
+}
+
+/// The rows of a group before the tick.
+struct Before {
+    x: Vec<Row<Scalar>>,
+    v: Vec<Row<Scalar>>,
+    w: Vec<Scalar>,
+    last: Vec<Scalar>,
+}
+
+/// Looks wishes up by the row of a part.
+struct OfPart<'a, 'w, 's> {
+    whole: ByRow<'a, 'w, 's>,
+    rows: &'a [usize],
+}
+
+impl Askers<Scalar> for OfPart<'_, '_, '_> {
+    fn asks(&self, row: usize) -> RowAsks {
+        self.whole.asks(self.rows[row])
+    }
+
+    fn laws(&self, row: usize) -> (&[Box<dyn Law<Scalar>>], u64) {
+        self.whole.laws(self.rows[row])
+    }
+}
+
+impl Rescue<'_, '_, '_, '_> {
+    /// Finds who was first, leaves him as he was before the tick, and lets the others go on as if he had been
+    /// gone then; as often as it takes.
+    #[cold]
+    pub fn run<M: Integrator, Who: ArchetypeFilter>(
+        &mut self,
+        groups: &mut Groups,
+        number: usize,
+        members: &mut Members<Who>,
+    ) {
+        let Groups { list, pushes, x, v, w, last, outdated, .. } = groups;
+        let group = &list[number];
+        let (first, coupling) = (group.first, &group.coupling);
+        let rows = first..first + coupling.rows;
+        let pushes: Vec<_> =
+            pushes.iter().filter(|push| push.0 == number).map(|push| (push.1, push.2)).collect();
+        // What was held has not been changed; what moved is still in the tables.
+        let mut before = Before {
+            x: x[rows.clone()].to_vec(),
+            v: v[rows.clone()].to_vec(),
+            w: w[rows.clone()].to_vec(),
+            last: last[rows.clone()].to_vec(),
+        };
+        for (row, body) in group.bodies[..coupling.movable].iter().enumerate() {
+            if let Ok((_, transform, body, _, last)) = members.get_mut(*body) {
+                let ([x, y, z], [a, b, c]) = (transform.position.to_array(), body.velocity.to_array());
+                (before.x[row], before.v[row]) = ([x, y, z, 0.0], [a, b, c, 0.0]);
+                before.last[row] = last.map_or(0.0, |last| last.0);
+            }
+        }
+        let mut dead = vec![false; coupling.rows];
+        let after = loop {
+            let parts = coupling.parts(&dead);
+            let mut after =
+                Before { x: before.x.clone(), v: before.v.clone(), w: Vec::new(), last: before.last.clone() };
+            let mut account = Account::default();
+            let culprit = parts
+                .iter()
+                .find_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut account));
+            match culprit {
+                Some(row) => {
+                    dead[row] = true;
+                    let [x, y, z, _] = before.x[row];
+                    let [a, b, c, _] = before.v[row];
+                    let state = PhysicsBody { velocity: Vector::new(a, b, c), inverse_mass: before.w[row] };
+                    let transform = Transform::at(Vector::new(x, y, z));
+                    self.notes.quarantine.refuse(group.bodies[row], transform, state, Cause::Group);
+                }
+                None => {
+                    self.notes.evaluations.add(&account, &[], std::iter::empty());
+                    break after;
+                }
+            }
+        };
+        x[rows.clone()].copy_from_slice(&after.x);
+        v[rows.clone()].copy_from_slice(&after.v);
+        last[rows].copy_from_slice(&after.last);
+        *outdated = true;
+    }
+
+    /// A tick of a part; gives the row that was first to turn non-finite, if one did.
+    fn part<M: Integrator>(
+        &self,
+        group: &Group,
+        part: &Part<Scalar>,
+        pushes: &[(usize, Row<Scalar>)],
+        before: &Before,
+        after: &mut Before,
+        account: &mut Account,
+    ) -> Option<usize> {
+        let pick = |rows: &[Row<Scalar>]| part.rows.iter().map(|row| rows[*row]).collect::<Vec<_>>();
+        let numbers = |from: &[Scalar]| part.rows.iter().map(|row| from[*row]).collect::<Vec<_>>();
+        let pushes: Vec<_> = pushes
+            .iter()
+            .filter_map(|(row, force)| Some((part.rows.iter().position(|own| own == row)?, *force)))
+            .collect();
+        if let Some((row, _)) = pushes.iter().find(|(_, force)| !force.iter().all(|part| part.is_finite())) {
+            return Some(part.rows[*row]);
+        }
+        let whole = ByRow { bodies: &group.bodies, wishes: self.wishes };
+        let (coupling, movable) = (&part.coupling, part.coupling.movable);
+        let mut state = (pick(&before.x), pick(&before.v), numbers(&before.last));
+        if coupling.springs.is_empty() && coupling.sheets.is_empty() && !coupling.attracts {
+            // Alone, it is integrated like any other body.
+            let row = part.rows[0];
+            let force =
+                pushes.iter().fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
+            if !self.alone::<M>(&whole, row, force, before.w[row], &mut state, account) {
+                return Some(row);
+            }
+        } else {
+            let listed = |rows: &[u32]| {
+                let of_whole = |row: &usize| rows.binary_search(&(*row as u32)).is_ok();
+                let found = part.rows[..movable].iter().enumerate().filter(|(_, row)| of_whole(row));
+                found.map(|(row, _)| row as u32).collect::<Vec<_>>()
+            };
+            let (asking, lawful, w) = (listed(&group.asking), listed(&group.lawful), numbers(&before.w));
+            let askers = OfPart { whole, rows: &part.rows };
+            for watch in [Watch::Off, Watch::On] {
+                let mut scratch = Scratch::default();
+                scratch.pushes.clone_from(&pushes);
+                let (x, v) = (pick(&before.x), pick(&before.v));
+                state = (x, v, numbers(&before.last));
+                let rows = Rows { x: &mut state.0, v: &mut state.1, w: &w, asking: &asking, lawful: &lawful };
+                let mut own = Account::default();
+                let last = (M::MEMORY == Memory::LastStep).then(|| &mut state.2[..movable]);
+                let field = GroupField::new(coupling, self.around, rows, &askers, &mut scratch, &mut own);
+                match field.tick::<M>(watch, last, None) {
+                    Outcome::Finite => {
+                        account.add(&own);
+                        break;
+                    }
+                    Outcome::Broken(Some(row)) => return Some(part.rows[row]),
+                    Outcome::Broken(None) => {}
+                }
+            }
+        }
+        for (i, row) in part.rows[..movable].iter().enumerate() {
+            (after.x[*row], after.v[*row], after.last[*row]) = (state.0[i], state.1[i], state.2[i]);
+        }
+        None
+    }
+
+    /// A tick of a body whose springs are gone.
+    fn alone<M: Integrator>(
+        &self,
+        askers: &ByRow<'_, '_, '_>,
+        row: usize,
+        force: [Scalar; 3],
+        w: Scalar,
+        (x, v, last): &mut (Vec<Row<Scalar>>, Vec<Row<Scalar>>, Vec<Scalar>),
+        account: &mut Account,
+    ) -> bool {
+        let Surroundings { terms, gravity, drag, .. } = self.around;
+        let RowAsks { gravity_off, damping_rate, limit, locks } = askers.asks(row);
+        let none = Affine { constant: Vector::ZERO, rate: 0.0 };
+        let air = drag.and_then(Law::<Scalar>::affine).unwrap_or(none);
+        let mut terms: Terms<'_, Scalar> = *terms;
+        terms.gravity += air.constant + if gravity_off { Vector::ZERO } else { *gravity };
+        terms.drag += air.rate;
+        let terms = terms.damped::<M>(terms.damping);
+        let (laws, version) = askers.laws(row);
+        let damping = damping_rate.zip(terms.damping).map(|(rate, damping)| Damping { rate, ..damping });
+        let asks = Asks { damping, limit, locks, laws, version, substeps: None };
+        let [a, b, c, _] = x[0];
+        let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w]]);
+        let memory = match M::MEMORY {
+            Memory::LastStep => MemoryRows::LastStep(last),
+            _ => MemoryRows::None,
+        };
+        let table = Table { positions: &mut positions, bodies: &mut bodies, memory };
+        let finite = blocks::integrate_one::<Scalar, M>(&terms, &asks, table, force, account);
+        let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
+        (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
+        finite
+    }
+}

@@ -1,0 +1,155 @@
+//! Connected parts of what acts between bodies.
+
+use std::collections::HashMap;
+
+use super::coupling::{Coupling, SheetRow};
+use super::pull::SpringRow;
+use crate::real::Real;
+
+/// Sets that are joined two by two (Galler, Fischer 1964).
+pub(super) struct Sets {
+    parents: Vec<usize>,
+}
+
+impl Sets {
+    /// `count` sets of one.
+    pub fn new(count: usize) -> Self {
+        Self { parents: (0..count).collect() }
+    }
+
+    /// The member that stands for the set of `member`: its lowest one.
+    pub fn of(&mut self, mut member: usize) -> usize {
+        while self.parents[member] != member {
+            self.parents[member] = self.parents[self.parents[member]];
+            member = self.parents[member];
+        }
+        member
+    }
+
+    /// Joins the sets of two members.
+    pub fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.of(a), self.of(b));
+        self.parents[a.max(b)] = a.min(b);
+    }
+}
+
+/// A connected part of a coupling.
+pub(super) struct Part<T> {
+    pub coupling: Coupling<T>,
+    /// Its rows, as rows of the whole.
+    pub rows: Vec<usize>,
+    /// The part's numbers of the rows that do not move.
+    held: HashMap<usize, usize>,
+}
+
+impl<T: Real> Coupling<T> {
+    /// The connected parts that are left without the rows `dead`, in the order of their lowest rows. Springs and
+    /// triangles go with their ends. A row that nothing joins any more is a part of its own.
+    pub fn parts(&self, dead: &[bool]) -> Vec<Part<T>> {
+        let moves = |row: u32| (row as usize) < self.movable;
+        let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
+        let mut sets = Sets::new(self.movable);
+        let mut join = |rows: &[u32]| {
+            let mut movable = rows.iter().copied().filter(|row| moves(*row));
+            if let Some(first) = movable.next() {
+                movable.for_each(|row| sets.join(first as usize, row as usize));
+            }
+        };
+        self.springs.iter().filter(|spring| lives(&spring.ends)).for_each(|spring| join(&spring.ends));
+        self.sheets.iter().filter(|sheet| lives(&sheet.corners)).for_each(|sheet| join(&sheet.corners));
+        if self.attracts {
+            let all: Vec<u32> = (0..).take(self.movable).filter(|row| !dead[*row as usize]).collect();
+            join(&all);
+        }
+        let mut parts: Vec<Part<T>> = Vec::new();
+        let mut part_of = vec![usize::MAX; self.movable];
+        for row in (0..self.movable).filter(|row| !dead[*row]) {
+            let first = sets.of(row);
+            if first == row {
+                part_of[row] = parts.len();
+                parts.push(Part { coupling: Coupling::default(), rows: Vec::new(), held: HashMap::new() });
+            }
+            part_of[row] = part_of[first];
+            parts[part_of[row]].rows.push(row);
+        }
+        for part in &mut parts {
+            part.coupling.movable = part.rows.len();
+        }
+        for row in (self.movable..self.rows).filter(|row| !dead[*row] && self.attracts) {
+            parts.iter_mut().for_each(|part| part.hold(self, row));
+        }
+        let part = |rows: &[u32]| rows.iter().find(|row| moves(**row)).map(|row| part_of[*row as usize]);
+        for SpringRow { ends, elastic } in self.springs.iter().filter(|spring| lives(&spring.ends)) {
+            if let Some(part) = part(&ends) {
+                let part = &mut parts[part];
+                let ends = ends.map(|row| part.row(self, row as usize));
+                part.coupling.springs.push(SpringRow { ends, elastic });
+            }
+        }
+        for SheetRow { corners, mass } in self.sheets.iter().filter(|sheet| lives(&sheet.corners)) {
+            if let Some(part) = part(corners) {
+                let part = &mut parts[part];
+                let corners = corners.map(|row| part.row(self, row as usize));
+                part.coupling.sheets.push(SheetRow { corners, mass: *mass });
+            }
+        }
+        parts.iter_mut().for_each(|part| part.finish(self));
+        parts
+    }
+}
+
+impl<T: Real> Part<T> {
+    /// Takes in a row that does not move; those that move are there before.
+    fn hold(&mut self, whole: &Coupling<T>, row: usize) {
+        self.coupling.sources.push(whole.sources[row - whole.movable]);
+        self.held.insert(row, self.rows.len());
+        self.rows.push(row);
+    }
+
+    /// The part's number of a row of the whole.
+    fn row(&mut self, whole: &Coupling<T>, row: usize) -> u32 {
+        let found = if row < whole.movable {
+            self.rows[..self.coupling.movable].binary_search(&row).ok()
+        } else {
+            self.held.get(&row).copied()
+        };
+        let found = found.unwrap_or_else(|| {
+            self.hold(whole, row);
+            self.rows.len() - 1
+        });
+        u32::try_from(found).unwrap_or(u32::MAX)
+    }
+
+    fn finish(&mut self, whole: &Coupling<T>) {
+        self.coupling.attracts = whole.attracts;
+        self.coupling.rows = self.rows.len();
+        if !self.coupling.sheets.is_empty() {
+            let own = self.rows[..self.coupling.movable].iter();
+            self.coupling.masses = own.map(|row| whole.masses[*row]).collect();
+        }
+        self.coupling.finish();
+    }
+}
+
+impl<T: Real> Coupling<T> {
+    /// Works out what follows from triangles: a point's mass is shared by those that it has. A corner that is held
+    /// counts as the movable ones do.
+    pub(super) fn finish(&mut self) {
+        let Self { sheets, masses, in_sheets, movable, .. } = self;
+        let mut triangles = vec![0_u32; *movable];
+        let moves = |row: &u32| (*row as usize) < *movable;
+        in_sheets.clear();
+        in_sheets.extend(sheets.iter().flat_map(|sheet| sheet.corners).filter(moves));
+        in_sheets.iter().for_each(|row| triangles[*row as usize] += 1);
+        in_sheets.sort_unstable();
+        in_sheets.dedup();
+        for sheet in sheets {
+            let (mut sum, mut corners) = (T::ZERO, 0);
+            for row in sheet.corners.iter().filter(|row| moves(row)) {
+                sum += masses[*row as usize] / T::of(f64::from(triangles[*row as usize]));
+                corners += 1;
+            }
+            sheet.mass = sum * T::of(3.0 / f64::from(corners.max(1)));
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! The system that integrates groups: out of the tables, a tick, and back.
+
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::ArchetypeFilter;
+
+use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Surroundings, Watch};
+use super::rescue::Rescue;
+use super::rows::Row;
+use super::solver::Solver;
+use super::{Group, Grouped, Groups, Run};
+use crate::blocks::Account;
+use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
+use crate::effects::DampingRate;
+use crate::integrate::{Acting, Called, Notes};
+use crate::laws::{Law, MutualGravity};
+use crate::methods::{Integrator, Memory};
+use crate::own::{LastStep, OwnLaws};
+use crate::units::{Scalar, Vector};
+
+/// The bodies of a system that move in groups.
+pub(super) type Members<'w, 's, Who> = Query<
+    'w,
+    's,
+    (Entity, &'static mut Transform, &'static mut PhysicsBody, &'static Force, Option<&'static mut LastStep>),
+    (Who, With<Grouped>, Without<Quarantined>),
+>;
+
+/// What groups hang on.
+type Anchors<'w, 's> = Query<'w, 's, (&'static Transform, &'static PhysicsBody), Without<Grouped>>;
+
+/// What members may ask for.
+pub(super) type Wishes<'w, 's> = Query<
+    'w,
+    's,
+    (
+        Has<GravityOff>,
+        Option<&'static DampingRate>,
+        Option<&'static SpeedLimit>,
+        Option<&'static AxisLocks>,
+        Option<&'static OwnLaws>,
+    ),
+    With<Grouped>,
+>;
+
+/// Looks wishes up by row.
+pub(super) struct ByRow<'a, 'w, 's> {
+    pub bodies: &'a [Entity],
+    pub wishes: &'a Wishes<'w, 's>,
+}
+
+impl Askers<Scalar> for ByRow<'_, '_, '_> {
+    fn asks(&self, row: usize) -> RowAsks {
+        match self.wishes.get(self.bodies[row]) {
+            Ok((gravity_off, rate, limit, locks, _)) => RowAsks {
+                gravity_off,
+                damping_rate: rate.map(DampingRate::rate),
+                limit: limit.map(|limit| limit.0),
+                locks: locks.copied(),
+            },
+            Err(_) => RowAsks::default(),
+        }
+    }
+
+    fn laws(&self, row: usize) -> (&[Box<dyn Law<Scalar>>], u64) {
+        match self.wishes.get(self.bodies[row]) {
+            Ok((.., Some(own))) => (own.laws(), own.version()),
+            _ => (&[], 0),
+        }
+    }
+}
+
+/// A tick of `M` for the groups of the bodies `Who`.
+#[expect(clippy::too_many_arguments, reason = "system parameters")]
+pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
+    mut acting: Acting,
+    mut notes: Notes,
+    mut groups: ResMut<Groups>,
+    solver: Option<Res<Solver>>,
+    attraction: Option<Res<MutualGravity>>,
+    mut members: Members<Who>,
+    anchors: Anchors,
+    wishes: Wishes,
+    mut affine: Local<Vec<&'static str>>,
+) {
+    acting.prepare();
+    let groups = &mut *groups;
+    if !groups.gather(&acting, &mut members) {
+        groups.find(&acting, &wishes);
+        let found = groups.gather(&acting, &mut members);
+        debug_assert!(found, "bodies do not move between tables in the middle of a system");
+    }
+    affine.clear();
+    affine.extend(acting.affine(true));
+    let mut called = Called::new();
+    called.extend(acting.declared().called());
+    let mut around = Surroundings {
+        terms: acting.terms_without_drag::<M>(called.as_slice()),
+        gravity: acting.gravity().unwrap_or(Vector::ZERO),
+        drag: acting.drag(),
+        attraction: attraction.as_deref(),
+        solver: solver.as_deref().copied().unwrap_or_default(),
+        affine: &affine,
+    };
+    let substeps = around.terms.course.substeps;
+    for number in 0..groups.list.len() {
+        if groups.seen[number] != groups.list[number].coupling.movable {
+            continue;
+        }
+        let own = groups.list[number].substeps.unwrap_or(substeps);
+        if own != around.terms.course.substeps {
+            around.terms.course.substeps = own;
+            around.terms = around.terms.damped::<M>(around.terms.damping);
+        }
+        groups.hold(number, &anchors);
+        let mut account = Account::default();
+        let outcome = groups.tick::<M>(number, &around, &wishes, &mut account);
+        if outcome == Outcome::Finite {
+            notes.evaluations.add(&account, &[], std::iter::empty());
+        } else {
+            let mut rescue = Rescue { around: &around, wishes: &wishes, notes: &mut notes };
+            rescue.run::<M, Who>(groups, number, &mut members);
+        }
+    }
+    groups.scatter(&acting, &mut members);
+}
+
+impl Groups {
+    /// Copies the rows of the system's groups out of the tables; `false` if they are not where they were.
+    fn gather<Who: ArchetypeFilter>(&mut self, acting: &Acting, members: &mut Members<Who>) -> bool {
+        self.seen.fill(0);
+        self.pushes.clear();
+        for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
+            let (entities, mut transforms, mut bodies, forces, mut last) = chunk;
+            let Some(table) = acting.table_of(entities[0]) else { return false };
+            let transforms = transforms.bypass_change_detection();
+            let bodies = bodies.bypass_change_detection();
+            let mut last = last.as_mut().map(|last| last.bypass_change_detection());
+            let mut count = 0;
+            for run in runs_of(&self.runs, table) {
+                let Run { start, len, group, row, .. } = *run;
+                let Group { first, bodies: members, .. } = &self.list[group];
+                if entities.get(start..start + len) != Some(&members[row..row + len]) {
+                    return false;
+                }
+                let to = first + row;
+                for (x, transform) in self.x[to..to + len].iter_mut().zip(&transforms[start..start + len]) {
+                    let [a, b, c] = transform.position.to_array();
+                    *x = [a, b, c, 0.0];
+                }
+                let rows = self.v[to..to + len].iter_mut().zip(&mut self.w[to..to + len]);
+                for ((v, w), body) in rows.zip(&bodies[start..start + len]) {
+                    let [a, b, c] = body.velocity.to_array();
+                    (*v, *w) = ([a, b, c, 0.0], body.inverse_mass);
+                }
+                if let Some(last) = &mut last {
+                    let steps = self.last[to..to + len].iter_mut().zip(&last[start..start + len]);
+                    steps.for_each(|(to, from)| *to = from.0);
+                }
+                self.seen[group] += len;
+                count += len;
+                let pushed = acting.pushed_in(table, start..start + len);
+                self.pushes.extend(pushed.iter().map(|(_, pushed)| {
+                    let [x, y, z] = forces[*pushed].newtons().to_array();
+                    (group, row + pushed - start, [x, y, z, 0.0])
+                }));
+            }
+            if count != entities.len() {
+                return false;
+            }
+        }
+        self.pushes.sort_unstable_by_key(|(group, row, _)| (*group, *row));
+        true
+    }
+
+    /// What was pushed of a group.
+    fn pushes_of(&self, number: usize) -> &[(usize, usize, Row<Scalar>)] {
+        let start = self.pushes.partition_point(|(group, ..)| *group < number);
+        let end = self.pushes.partition_point(|(group, ..)| *group <= number);
+        &self.pushes[start..end]
+    }
+
+    /// Finds the rows of all groups in the tables, and those with something to look up.
+    #[cold]
+    fn find(&mut self, acting: &Acting, wishes: &Wishes) {
+        self.runs.clear();
+        for (number, group) in self.list.iter_mut().enumerate() {
+            group.asking.clear();
+            group.lawful.clear();
+            let mut run: Option<Run> = None;
+            for (row, body) in group.bodies[..group.coupling.movable].iter().enumerate() {
+                let Some((table, start)) = acting.place_of(*body) else { continue };
+                match &mut run {
+                    Some(run)
+                        if run.table == table && run.start + run.len == start && run.row + run.len == row =>
+                    {
+                        run.len += 1;
+                    }
+                    _ => {
+                        self.runs.extend(run.take());
+                        run = Some(Run { table, start, len: 1, group: number, row });
+                    }
+                }
+                let Ok((gravity_off, rate, limit, locks, own)) = wishes.get(*body) else { continue };
+                #[expect(clippy::cast_possible_truncation, reason = "springs name rows by u32")]
+                let row = row as u32;
+                if gravity_off || rate.is_some() || limit.is_some() || locks.is_some() {
+                    group.asking.push(row);
+                }
+                if own.is_some() {
+                    group.lawful.push(row);
+                }
+            }
+            self.runs.extend(run);
+        }
+        self.runs.sort_unstable();
+    }
+
+    /// Looks at where the group hangs.
+    fn hold(&mut self, number: usize, anchors: &Anchors) {
+        let Group { first, coupling, bodies, .. } = &self.list[number];
+        for (row, body) in bodies.iter().enumerate().skip(coupling.movable) {
+            let row = first + row;
+            if let Ok((transform, body)) = anchors.get(*body) {
+                let ([x, y, z], [a, b, c]) = (transform.position.to_array(), body.velocity.to_array());
+                (self.x[row], self.v[row], self.w[row]) = ([x, y, z, 0.0], [a, b, c, 0.0], 0.0);
+            } else {
+                self.outdated = true;
+            }
+        }
+    }
+
+    fn tick<M: Integrator>(
+        &mut self,
+        number: usize,
+        around: &Surroundings<'_, Scalar>,
+        wishes: &Wishes,
+        account: &mut Account,
+    ) -> Outcome {
+        let mut pushes = std::mem::take(&mut self.scratch.pushes);
+        pushes.clear();
+        pushes.extend(self.pushes_of(number).iter().map(|(_, row, force)| (*row, *force)));
+        self.scratch.pushes = pushes;
+        let group = &mut self.list[number];
+        let rows = group.first..group.first + group.coupling.rows;
+        let askers = ByRow { bodies: &group.bodies, wishes };
+        let movable = group.first..group.first + group.coupling.movable;
+        let rows = Rows {
+            x: &mut self.x[rows.clone()],
+            v: &mut self.v[rows.clone()],
+            w: &self.w[rows],
+            asking: &group.asking,
+            lawful: &group.lawful,
+        };
+        let last = (M::MEMORY == Memory::LastStep).then(|| &mut self.last[movable]);
+        GroupField::new(&group.coupling, around, rows, &askers, &mut self.scratch, account).tick::<M>(
+            Watch::Off,
+            last,
+            Some(&mut group.kept),
+        )
+    }
+
+    /// Copies the rows of the system's groups back.
+    fn scatter<Who: ArchetypeFilter>(&self, acting: &Acting, members: &mut Members<Who>) {
+        for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
+            let (entities, mut transforms, mut bodies, _, mut last) = chunk;
+            let Some(table) = acting.table_of(entities[0]) else { continue };
+            let (transforms, bodies) = (&mut *transforms, bodies.bypass_change_detection());
+            let mut last = last.as_mut().map(|last| last.bypass_change_detection());
+            for run in runs_of(&self.runs, table) {
+                let Run { start, len, group, row, .. } = *run;
+                if self.seen[group] != self.list[group].coupling.movable {
+                    continue;
+                }
+                let from = self.list[group].first + row;
+                let rows = transforms[start..start + len].iter_mut().zip(&mut bodies[start..start + len]);
+                for ((transform, body), (x, v)) in rows.zip(self.x[from..].iter().zip(&self.v[from..])) {
+                    transform.position = Vector::new(x[0], x[1], x[2]);
+                    body.velocity = Vector::new(v[0], v[1], v[2]);
+                }
+                if let Some(last) = &mut last {
+                    let steps = last[start..start + len].iter_mut().zip(&self.last[from..]);
+                    steps.for_each(|(to, from)| to.0 = *from);
+                }
+            }
+        }
+    }
+}
+
+fn runs_of(runs: &[Run], table: usize) -> &[Run] {
+    let start = runs.partition_point(|run| run.table < table);
+    let end = runs.partition_point(|run| run.table <= table);
+    &runs[start..end]
+}
