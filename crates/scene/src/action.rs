@@ -1,7 +1,7 @@
 //! What a script can do: every input of a person, and experiments.
 
 use glam::DVec3;
-use motion::Method;
+use motion::{Effect, Method};
 use serde::{Deserialize, Serialize};
 
 /// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
@@ -60,6 +60,8 @@ pub enum Action {
     SetMethod(#[serde(with = "method")] Method),
     /// Gives a body a method of its own.
     SetBodyMethod(String, #[serde(with = "method")] Method),
+    /// Switches an effect that the scene declares on or off.
+    SwitchEffect(#[serde(with = "effect")] Effect, bool),
 }
 
 /// A button of the mouse.
@@ -187,5 +189,32 @@ mod method {
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Method, D::Error> {
         let Word(word) = Word::deserialize(deserializer)?;
         Method::from_name(&word).ok_or_else(|| de::Error::unknown_variant(&word, &NAMES))
+    }
+}
+
+mod effect {
+    //! An effect as its name in quotes.
+
+    use motion::Effect;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+    const NAMES: [&str; Effect::ALL.len()] = {
+        let mut names = [""; Effect::ALL.len()];
+        let mut i = 0;
+        while i < names.len() {
+            names[i] = Effect::ALL[i].name();
+            i += 1;
+        }
+        names
+    };
+
+    pub(super) fn serialize<S: Serializer>(effect: &Effect, serializer: S) -> Result<S::Ok, S::Error> {
+        effect.name().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Effect, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let known = Effect::ALL.into_iter().find(|effect| effect.name() == name);
+        known.ok_or_else(|| de::Error::unknown_variant(&name, &NAMES))
     }
 }

@@ -65,9 +65,6 @@ pub(crate) fn shown_vector(v: DVec3) -> String {
     format!("({})", v.to_array().map(shown).join(", "))
 }
 
-/// The cure for what comes with a later version.
-const LATER_CURE: &str = "remove it, or wait for a later version";
-
 /// Most parts into which a tick may be divided: a slip of the finger must not stop the program for minutes.
 const SUBSTEP_LIMIT: u32 = 100_000;
 
@@ -156,12 +153,6 @@ impl Faults {
     /// Notes a key of the group at `path` that has to be given and is not.
     pub fn missing(&mut self, path: String, key: &str, cure: &str) {
         self.add(path, format!("`{key}` is missing"), cure);
-    }
-
-    /// A word of the format that this version does not simulate.
-    pub fn later(&mut self, path: String, word: &str) {
-        let what = format!("`{word}` is part of the format, but this version does not simulate it yet");
-        self.add(path, what, LATER_CURE);
     }
 
     /// The reciprocal of a mass, 1/kg.

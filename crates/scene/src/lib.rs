@@ -4,19 +4,18 @@
 //! once; one place for defaults and units; the same world from the same file, always.
 //!
 //! What a person writes is read as it stands (`raw`), then resolved: defaults filled in, mass turned into inverse
-//! mass and degrees into a rotation, grids and clouds expanded. Nothing behind [`Scene`] sees an absent number.
+//! mass and degrees into a rotation, generated bodies expanded. Nothing behind [`Scene`] sees an absent number.
 //!
-//! The stable id of a body is its place in the file: first `bodies`, then `grids`, then `clouds`, each in the
-//! order in which they are written; in a grid x is the outer loop.
-//!
-//! # Does not include
-//!
-//! Wind, mutual gravity, emitters, springs and soft bodies: they belong to the format and are refused by name.
+//! The stable id of a body is its place in the file: first `bodies`, then `grids`, `clouds`, `emitters` and
+//! `soft_bodies`, each in the order in which they are written; in a grid and in a lattice x is the outer loop, in a
+//! cloth the row.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod action;
 mod check;
+mod coupled;
+mod declared;
 mod faults;
 mod frame_times;
 mod generate;
@@ -24,9 +23,11 @@ mod locate;
 mod names;
 mod nearest;
 mod raw;
+mod raw_coupled;
 mod resolve;
 mod resolve_body;
 mod resolve_laws;
+mod resolve_springs;
 mod scene;
 mod script;
 mod shipped;
@@ -34,6 +35,7 @@ mod spawn;
 mod syntax;
 
 pub use action::{Action, MouseButton};
+pub use coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
 pub use faults::{Fault, SceneError};
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
@@ -44,4 +46,4 @@ pub use scene::{
 };
 pub use script::{Recording, SCRIPT_VERSION, Script, Step, When};
 pub use shipped::{FILE_LIMIT, ShippedScene, find, load, read_text, shipped};
-pub use spawn::Appearance;
+pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};

@@ -61,6 +61,16 @@ pub(crate) fn offsets(text: &str, root: &str, paths: &[&str]) -> Vec<Option<usiz
     paths.iter().map(nearest).collect()
 }
 
+/// The line of each path as [`offsets`] finds it, from 1.
+pub(crate) fn lines(text: &str, paths: &[&str]) -> Vec<Option<usize>> {
+    let offsets = offsets(text, "", paths);
+    let mut ascending: Vec<usize> = offsets.iter().copied().flatten().collect();
+    ascending.sort_unstable();
+    let positions = positions(text, &ascending);
+    let line = |offset| ascending.binary_search(&offset).ok().map(|i| positions[i].line);
+    offsets.into_iter().map(|offset| offset.and_then(line)).collect()
+}
+
 /// The path of the value that contains, or is the last to begin before, a byte offset.
 pub(crate) fn path_at(text: &str, root: &str, offset: usize) -> String {
     let mut last = String::new();

@@ -1,4 +1,4 @@
-//! Names of bodies by stable id; those of grids and clouds are made on demand.
+//! Names of bodies by stable id; those of generated bodies are made on demand.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -16,14 +16,38 @@ pub struct Names {
     count: u32,
 }
 
-/// The bodies that one grid or cloud generated.
+/// The bodies that one entry of the file generated.
 #[derive(Clone, Debug, PartialEq)]
 struct Run {
     prefix: String,
     first: u32,
     count: u32,
-    /// Bodies along z, the inner loop, of a grid; `None` for a cloud.
-    rows: Option<u32>,
+    numbering: Numbering,
+}
+
+/// How the bodies of a run are numbered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Numbering {
+    /// `cloud.17`.
+    Line,
+    /// `grid.x3.z1`, with so many along z, the inner loop.
+    Grid { rows: u32 },
+    /// `flag.r2.c5`, with so many in a row.
+    Sheet { columns: u32 },
+    /// `jelly.x0.y1.z2`, with so many along y and, the innermost loop, z.
+    Lattice { y: u32, z: u32 },
+}
+
+impl Numbering {
+    /// The letters before the numbers, outer loop first, and the lengths of the inner loops.
+    fn axes(self) -> (&'static [&'static str], [u32; 2]) {
+        match self {
+            Self::Line => (&[""], [1, 1]),
+            Self::Grid { rows } => (&["x", "z"], [rows, 1]),
+            Self::Sheet { columns } => (&["r", "c"], [columns, 1]),
+            Self::Lattice { y, z } => (&["x", "y", "z"], [y, z]),
+        }
+    }
 }
 
 impl Names {
@@ -63,9 +87,14 @@ impl Names {
 
     /// What is wrong with a name that [`Self::find`] does not find, and what would be right.
     pub(crate) fn stranger(&self, name: &str) -> (String, String) {
-        let cure = match nearest(name, self.given.iter().map(String::as_str)) {
-            Some(near) => format!("did you mean {near:?}?"),
-            None => "give the name of a body of the scene".to_owned(),
+        let run = name.split_once('.').and_then(|(prefix, _)| self.runs.iter().find(|r| r.prefix == prefix));
+        let cure = match (run, nearest(name, self.given.iter().map(String::as_str))) {
+            (Some(run), _) if run.count > 0 => {
+                let (first, last) = (run.name(0), run.name(run.count - 1));
+                format!("the bodies of {:?} are {first:?} to {last:?}", run.prefix)
+            }
+            (_, Some(near)) => format!("did you mean {near:?}?"),
+            _ => "give the name of a body of the scene".to_owned(),
         };
         (format!("there is no body {name:?}"), cure)
     }
@@ -78,10 +107,10 @@ impl Names {
         fresh
     }
 
-    /// Adds `count` names `prefix.17`, or `prefix.x3.z1` with `rows` bodies along z; false if the prefix is taken.
-    pub(crate) fn add_run(&mut self, prefix: String, count: u32, rows: Option<u32>) -> bool {
+    /// Adds `count` names after `prefix`; false if the prefix is taken.
+    pub(crate) fn add_run(&mut self, prefix: String, count: u32, numbering: Numbering) -> bool {
         let fresh = self.runs.iter().all(|run| run.prefix != prefix);
-        self.runs.push(Run { prefix, first: self.count, count, rows });
+        self.runs.push(Run { prefix, first: self.count, count, numbering });
         self.count += count;
         fresh
     }
@@ -89,22 +118,28 @@ impl Names {
 
 impl Run {
     fn name(&self, i: u32) -> String {
-        let prefix = &self.prefix;
-        match self.rows {
-            Some(rows) => format!("{prefix}.x{}.z{}", i / rows, i % rows),
-            None => format!("{prefix}.{i}"),
+        let (letters, [middle, inner]) = self.numbering.axes();
+        // In two loops the inner one is the first of the lengths, and the other is 1.
+        let (outer, rest) = (i / (middle * inner), i % (middle * inner));
+        let numbers = if letters.len() == 3 { [outer, rest / inner, rest % inner] } else { [outer, rest, 0] };
+        let mut name = self.prefix.clone();
+        for (letter, number) in letters.iter().zip(numbers) {
+            name.push_str(&format!(".{letter}{number}"));
         }
+        name
     }
 
     fn find(&self, name: &str) -> Option<u32> {
-        let rest = name.strip_prefix(&self.prefix)?.strip_prefix('.')?;
-        let i = match self.rows {
-            Some(rows) => {
-                let (x, z) = rest.strip_prefix('x')?.split_once(".z")?;
-                x.parse::<u32>().ok()?.checked_mul(rows)?.checked_add(z.parse().ok()?)?
-            }
-            None => rest.parse().ok()?,
-        };
+        let mut rest = name.strip_prefix(&self.prefix)?;
+        let (letters, lengths) = self.numbering.axes();
+        let mut i = 0_u32;
+        for (letter, length) in letters.iter().zip([1].into_iter().chain(lengths)) {
+            rest = rest.strip_prefix('.')?.strip_prefix(letter)?;
+            let end = rest.find('.').unwrap_or(rest.len());
+            let number: u32 = rest[..end].parse().ok()?;
+            rest = &rest[end..];
+            i = i.checked_mul(length)?.checked_add(number)?;
+        }
         // Compared in full, so that `x03` and an index past the edge are not taken for another body.
         (i < self.count && self.name(i) == name).then_some(self.first + i)
     }
@@ -118,8 +153,10 @@ mod tests {
     fn every_name_leads_back_to_its_id() {
         let mut names = Names::default();
         assert!(names.add("floor".to_owned()));
-        assert!(names.add_run("grid".to_owned(), 6, Some(3)));
-        assert!(names.add_run("cloud".to_owned(), 2, None));
+        assert!(names.add_run("grid".to_owned(), 6, Numbering::Grid { rows: 3 }));
+        assert!(names.add_run("cloud".to_owned(), 2, Numbering::Line));
+        assert!(names.add_run("flag".to_owned(), 4, Numbering::Sheet { columns: 2 }));
+        assert!(names.add_run("jelly".to_owned(), 12, Numbering::Lattice { y: 2, z: 3 }));
         let all: Vec<_> = names.iter().map(Cow::into_owned).collect();
         let expected = [
             "floor",
@@ -131,16 +168,37 @@ mod tests {
             "grid.x1.z2",
             "cloud.0",
             "cloud.1",
+            "flag.r0.c0",
+            "flag.r0.c1",
+            "flag.r1.c0",
+            "flag.r1.c1",
         ];
+        let lattice = (0..2).flat_map(|x| (0..2).flat_map(move |y| (0..3).map(move |z| (x, y, z))));
+        let lattice: Vec<_> = lattice.map(|(x, y, z)| format!("jelly.x{x}.y{y}.z{z}")).collect();
+        let expected: Vec<_> = expected.into_iter().chain(lattice.iter().map(String::as_str)).collect();
         assert_eq!(all, expected);
         for (id, name) in (0..).zip(expected) {
             assert_eq!(names.get(id).as_deref(), Some(name));
             assert_eq!(names.find(name), Some(id));
         }
-        assert_eq!(names.get(9), None);
-        for stranger in
-            ["grid.x0.z3", "grid.x00.z1", "grid.x2.z0", "cloud.2", "cloud.+1", "grid", "cloud.", "x"]
-        {
+        assert_eq!(names.get(25), None);
+        for stranger in [
+            "grid.x0.z3",
+            "grid.x00.z1",
+            "grid.x2.z0",
+            "grid.x0",
+            "grid.r0.c0",
+            "cloud.2",
+            "cloud.+1",
+            "grid",
+            "cloud.",
+            "x",
+            "flag.r0.c2",
+            "flag.r0.c0.",
+            "jelly.x0.y2.z0",
+            "jelly.x0.y0",
+            "jelly.x0.y0.z0.w0",
+        ] {
             assert_eq!(names.find(stranger), None, "{stranger}");
         }
     }
@@ -149,6 +207,7 @@ mod tests {
     fn a_taken_name_is_seen() {
         let mut names = Names::default();
         assert!(names.add("a".to_owned()) && !names.add("a".to_owned()));
-        assert!(names.add_run("g".to_owned(), 1, None) && !names.add_run("g".to_owned(), 1, Some(1)));
+        assert!(names.add_run("g".to_owned(), 1, Numbering::Line));
+        assert!(!names.add_run("g".to_owned(), 1, Numbering::Grid { rows: 1 }));
     }
 }

@@ -7,6 +7,7 @@ use std::marker::PhantomData;
 use serde::Deserialize;
 use serde::de::{self, MapAccess, VariantAccess, Visitor};
 
+use crate::raw_coupled::{RawEmitter, RawSoftBody, RawSpring};
 use crate::syntax::{Name, Word, keys_of};
 
 /// Three numbers in round brackets.
@@ -26,8 +27,10 @@ pub(crate) struct RawScene {
     pub gravity: Option<RawGravity>,
     pub damping: Option<RawDamping>,
     pub drag: Option<RawDrag>,
+    pub wind: Option<RawWind>,
     #[serde(default)]
     pub wells: Vec<RawWell>,
+    pub mutual_gravity: Option<RawMutualGravity>,
     #[serde(default)]
     pub thrusts: Vec<RawThrust>,
     pub push: Option<RawPush>,
@@ -40,6 +43,12 @@ pub(crate) struct RawScene {
     pub grids: Vec<RawGrid>,
     #[serde(default)]
     pub clouds: Vec<RawCloud>,
+    #[serde(default)]
+    pub emitters: Vec<RawEmitter>,
+    #[serde(default)]
+    pub springs: Vec<RawSpring>,
+    #[serde(default)]
+    pub soft_bodies: Vec<RawSoftBody>,
     pub expect: Option<RawExpect>,
 }
 
@@ -72,12 +81,27 @@ pub(crate) struct RawDrag {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(rename = "Wind")]
+pub(crate) struct RawWind {
+    pub velocity_m_s: Option<Triple>,
+    pub gust_m_s: Option<f64>,
+    pub gust_hz: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
 #[serde(rename = "Well")]
 pub(crate) struct RawWell {
     pub position_m: Option<Triple>,
     pub strength_m3_s2: Option<f64>,
     pub softening_m: Option<f64>,
     pub bodies: Option<Vec<String>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "MutualGravity")]
+pub(crate) struct RawMutualGravity {
+    pub constant_m3_kg_s2: Option<f64>,
+    pub softening_m: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -252,10 +276,10 @@ impl<'de> Deserialize<'de> for RawCurve {
 }
 
 /// Reads `(key: value, ...)` behind a word.
-struct KeysVisitor<T>(PhantomData<T>);
+pub(crate) struct KeysVisitor<T>(PhantomData<T>);
 
 impl<T> KeysVisitor<T> {
-    const fn new() -> Self {
+    pub const fn new() -> Self {
         Self(PhantomData)
     }
 }
@@ -272,18 +296,22 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for KeysVisitor<T> {
     }
 }
 
-/// Keys of the format that this version does not simulate yet.
-pub(crate) const LATER_KEYS: [&str; 5] = ["wind", "mutual_gravity", "emitters", "springs", "soft_bodies"];
-
-/// The keys that are known at the path of a group, if the path leads to one.
-pub(crate) fn keys_at(path: &str) -> Option<&'static [&'static str]> {
-    let item = path.split_once('[').and_then(|(list, rest)| Some((list, rest.split_once(']')?.1)));
-    Some(match item.unwrap_or((path, "")) {
+/// The keys that are known at the path of a group, if the path leads to one. Those of a soft body are those of its
+/// kind, which stands in `raw`.
+pub(crate) fn keys_at(raw: &RawScene, path: &str) -> Option<Vec<&'static str>> {
+    let item = path.split_once('[').and_then(|(list, rest)| {
+        let (index, key) = rest.split_once(']')?;
+        Some((list, index.parse().ok(), key))
+    });
+    let (list, index, key) = item.unwrap_or((path, None::<usize>, ""));
+    let keys = match (list, key) {
         ("", "") => keys_of::<RawScene>(),
         ("gravity", "") => keys_of::<RawGravity>(),
         ("damping", "") => keys_of::<RawDamping>(),
         ("drag", "") => keys_of::<RawDrag>(),
+        ("wind", "") => keys_of::<RawWind>(),
         ("wells", "") => keys_of::<RawWell>(),
+        ("mutual_gravity", "") => keys_of::<RawMutualGravity>(),
         ("thrusts", "") => keys_of::<RawThrust>(),
         ("thrusts", ".curve") => keys_of::<RawSine>(),
         ("push", "") => keys_of::<RawPush>(),
@@ -294,8 +322,12 @@ pub(crate) fn keys_at(path: &str) -> Option<&'static [&'static str]> {
         ("bodies", ".shape") => keys_of::<RawSizes>(),
         ("grids", "") => keys_of::<RawGrid>(),
         ("clouds", "") => keys_of::<RawCloud>(),
+        ("emitters", "") => keys_of::<RawEmitter>(),
+        ("springs", "") => keys_of::<RawSpring>(),
+        ("soft_bodies", "") => return Some(raw.soft_bodies.get(index?)?.known_keys()),
         _ => return None,
-    })
+    };
+    Some(keys.to_vec())
 }
 
 #[cfg(test)]
@@ -304,9 +336,15 @@ mod tests {
 
     #[test]
     fn the_known_keys_are_those_of_the_structs() {
-        assert_eq!(keys_at("damping"), Some(["model", "rate_per_s"].as_slice()));
-        assert_eq!(keys_at("bodies[12].shape"), Some(["half_extents_m", "radius_m"].as_slice()));
-        assert_eq!(keys_at("clouds[0]").map(<[_]>::len), Some(9));
-        assert_eq!(keys_at("nothing"), None);
+        let (raw, _) =
+            crate::syntax::read::<RawScene>("(soft_bodies: [chain(points: 2), cloth()])", "").unwrap();
+        let keys = |path| keys_at(&raw, path);
+        assert_eq!(keys("damping"), Some(vec!["model", "rate_per_s"]));
+        assert_eq!(keys("bodies[12].shape"), Some(vec!["half_extents_m", "radius_m"]));
+        assert_eq!(keys("clouds[0]").map(|keys| keys.len()), Some(9));
+        assert_eq!(keys("nothing"), None);
+        let of_chain = keys("soft_bodies[0]").unwrap();
+        assert!(of_chain.contains(&"points") && of_chain.contains(&"mass_kg") && !of_chain.contains(&"rows"));
+        assert!(keys("soft_bodies[1]").unwrap().contains(&"shear") && keys("soft_bodies[2]").is_none());
     }
 }

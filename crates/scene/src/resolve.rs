@@ -4,13 +4,15 @@ use glam::DVec3;
 use motion::{Damping, DampingModel, Gravity};
 
 use crate::check::{Scope, not_negative, positive};
+use crate::declared;
 use crate::faults::{Faults, SceneError};
 use crate::generate::{self, Bodies};
 use crate::locate;
 use crate::nearest::suggest;
-use crate::raw::{self, LATER_KEYS, RawCamera, RawDamping, RawExpect, RawLight, RawScene, RawVersion};
+use crate::raw::{self, RawCamera, RawDamping, RawExpect, RawLight, RawScene, RawVersion};
 use crate::resolve_body::Defaults;
 use crate::resolve_laws::{self, OwnLaws};
+use crate::resolve_springs;
 use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
 use crate::syntax;
 
@@ -58,18 +60,20 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
         syntax::read::<RawScene>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
     let mut faults = Faults::default();
     for path in &unknown {
-        unknown_key(&mut faults, path);
+        unknown_key(&raw, &mut faults, path);
     }
-    let scene = resolve(raw, name, source, &mut faults);
-    if faults.is_empty() { Ok(scene) } else { Err(faults.into_error(name, text, "")) }
+    let declared = declared::keys(&raw);
+    let mut scene = resolve(raw, name, source, &mut faults);
+    if !faults.is_empty() {
+        return Err(faults.into_error(name, text, ""));
+    }
+    scene.declared = declared::located(declared, text);
+    Ok(scene)
 }
 
-fn unknown_key(faults: &mut Faults, path: &str) {
-    if LATER_KEYS.contains(&path) {
-        return faults.later(path.to_owned(), path);
-    }
+fn unknown_key(raw: &RawScene, faults: &mut Faults, path: &str) {
     let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
-    let cure = raw::keys_at(group).map_or_else(|| "remove it".to_owned(), |keys| suggest(key, keys));
+    let cure = raw::keys_at(raw, group).map_or_else(|| "remove it".to_owned(), |keys| suggest(key, &keys));
     faults.add(path, format!("unknown key `{key}`"), cure);
 }
 
@@ -104,14 +108,15 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
         Defaults { method: if raw.method.is_some() { own } else { Some(method) }, substeps, step_hz };
     let seed = raw.seed.unwrap_or(0);
 
-    let gravity = raw.gravity.map(|raw| {
+    let gravity = raw.gravity.as_ref().map(|raw| {
         let key = (Scope::section("gravity"), "acceleration_m_s2");
         let acceleration = faults.vector(key, raw.acceleration_m_s2, Gravity::EARTH.acceleration);
         Gravity { acceleration, on: raw.on_at_start.unwrap_or(true) }
     });
-    let damping = raw.damping.map(|raw| damping(&raw, faults));
-    let drag = raw.drag.map(|raw| resolve_laws::drag(&raw, faults));
-    let push = raw.push.map(|raw| {
+    let damping = raw.damping.as_ref().map(|raw| damping(raw, faults));
+    let drag = resolve_laws::drag(raw.drag.as_ref(), raw.wind.as_ref(), faults);
+    let mutual_gravity = raw.mutual_gravity.as_ref().map(|raw| resolve_laws::mutual_gravity(raw, faults));
+    let push = raw.push.as_ref().map(|raw| {
         let scope = Scope::section("push");
         let words = ("a force", "give a finite number of newtons");
         let default = PushSpec::TUTORIAL;
@@ -126,15 +131,20 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
             ),
         }
     });
-    let camera = raw.camera.map_or(CameraSpec::TUTORIAL, |raw| camera(&raw, faults));
-    let light = raw.light.map(|raw| light(&raw, faults));
-    let expect = raw.expect.map(|raw| expect(&raw, faults));
-    let Bodies { bodies, names, labels } =
-        generate::bodies(&raw.bodies, &raw.grids, &raw.clouds, defaults, seed, faults);
-    let mut own_laws = OwnLaws::new(&bodies, names.as_ref());
+    let camera = raw.camera.as_ref().map_or(CameraSpec::TUTORIAL, |raw| camera(raw, faults));
+    let light = raw.light.as_ref().map(|raw| light(raw, faults));
+    let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
+    let bodies = generate::bodies(&raw, defaults, seed, faults);
+    let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
     let wells = own_laws.wells(&raw.wells, faults);
     own_laws.thrusts(&raw.thrusts, faults);
     let own_laws = own_laws.by_id;
+    let springs = resolve_springs::springs(&raw.springs, &bodies, faults);
+    resolve_springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);
+    if mutual_gravity.is_some() {
+        resolve_springs::check_methods(defaults.method, &bodies.sections, &bodies.emitters, faults);
+    }
+    let Bodies { bodies, names, labels, emitters, soft_bodies, .. } = bodies;
     // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
     let own_rates = bodies.iter().any(|body| body.damping_rate.is_some());
     let damping = damping.or(own_rates.then_some(Damping { model: DampingModel::Exact, rate: 0.0 }));
@@ -152,6 +162,7 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
         damping,
         drag,
         wells,
+        mutual_gravity,
         own_laws,
         push,
         camera,
@@ -160,6 +171,10 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
         bodies,
         names: names.unwrap_or_default(),
         labels,
+        emitters,
+        springs,
+        soft_bodies,
+        declared: Vec::new(),
         expect,
     }
 }

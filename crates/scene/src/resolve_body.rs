@@ -37,7 +37,10 @@ pub(crate) fn body(raw: &RawBody, index: usize, scenes: Defaults, faults: &mut F
             "remove it, or immovable: true",
         );
     }
-    let cure = "give a positive number of kilograms, or immovable: true";
+    let cure = match immovable {
+        true => "give a positive number of kilograms, or leave it out",
+        false => "give a positive number of kilograms, or immovable: true",
+    };
     let inverse_mass = faults.inverse_mass(scope, raw.mass_kg, 1.0, cure);
     let speed = ("a speed", "give meters per second from 0 up");
     let position = faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO);
@@ -55,6 +58,7 @@ pub(crate) fn body(raw: &RawBody, index: usize, scenes: Defaults, faults: &mut F
         velocity: if scenery || immovable { DVec3::ZERO } else { velocity },
         verlet_previous: if scenery { None } else { verlet_previous(raw, position, own, scope, faults) },
         inverse_mass: (!scenery).then_some(if immovable { 0.0 } else { inverse_mass }),
+        source_mass: raw.mass_kg.filter(|_| immovable && !scenery),
         color: faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0),
         checker: faults.word((scope, "texture"), raw.texture.as_ref(), false, &TEXTURES),
         method,

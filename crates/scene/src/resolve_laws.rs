@@ -1,17 +1,30 @@
-//! From written laws to those that bodies obey: drag, wells and thrusts, and which body each of them is for.
+//! From written laws to those that bodies obey: drag and wind, mutual gravity, wells and thrusts, and which body each
+//! of them is for.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use motion::{Curve, Drag, Thrust, Well};
+use motion::{Curve, Drag, MutualGravity, Thrust, Well, Wind};
 
 use crate::check::{Scope, not_negative, shown};
 use crate::faults::Faults;
 use crate::names::Names;
-use crate::raw::{RawCurve, RawDrag, RawSine, RawThrust, RawWell, Triple};
+use crate::raw::{RawCurve, RawDrag, RawMutualGravity, RawSine, RawThrust, RawWell, RawWind, Triple};
 use crate::scene::{BodySpec, OwnLawsSpec};
 
-pub(crate) fn drag(raw: &RawDrag, faults: &mut Faults) -> Drag {
+/// The constant of gravity, m³/(kg s²) (CODATA 2018).
+const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
+
+/// Drag, and the wind that it sees.
+pub(crate) fn drag(raw: Option<&RawDrag>, wind: Option<&RawWind>, faults: &mut Faults) -> Option<Drag> {
+    let wind = wind.map(|raw| self::wind(raw, faults));
+    let Some(raw) = raw else {
+        if wind.is_some() {
+            let what = "wind moves the air that drag sees, and there is no drag";
+            faults.add("wind", what, "declare `drag`, or remove it");
+        }
+        return None;
+    };
     let scope = Scope::section("drag");
     if raw.linear_per_s.is_none() && raw.quadratic_per_m.is_none() {
         let cure = "add `linear_per_s`, `quadratic_per_m` or both";
@@ -19,21 +32,54 @@ pub(crate) fn drag(raw: &RawDrag, faults: &mut Faults) -> Drag {
     }
     let linear = ("a rate of drag", "give a number of 1/s from 0 up");
     let quadratic = ("a factor of drag", "give a number of 1/m from 0 up");
-    Drag {
-        linear: faults.number((scope, "linear_per_s"), raw.linear_per_s, 0.0, not_negative, linear),
-        quadratic: faults.number(
-            (scope, "quadratic_per_m"),
-            raw.quadratic_per_m,
-            0.0,
-            not_negative,
-            quadratic,
-        ),
+    let linear = faults.number((scope, "linear_per_s"), raw.linear_per_s, 0.0, not_negative, linear);
+    let key = (scope, "quadratic_per_m");
+    let quadratic = faults.number(key, raw.quadratic_per_m, 0.0, not_negative, quadratic);
+    Some(Drag { linear, quadratic, wind })
+}
+
+fn wind(raw: &RawWind, faults: &mut Faults) -> Wind {
+    let scope = Scope::section("wind");
+    if raw.velocity_m_s.is_none() {
+        faults.missing(scope.path(), "velocity_m_s", "add one such as `velocity_m_s: (3.0, 0.0, 0.0)`");
+    }
+    for (key, given, other) in [
+        ("gust_m_s", raw.gust_m_s.is_some(), raw.gust_hz.is_some()),
+        ("gust_hz", raw.gust_hz.is_some(), raw.gust_m_s.is_some()),
+    ] {
+        if other && !given {
+            faults.missing(
+                scope.path(),
+                key,
+                "gusts need `gust_m_s` and `gust_hz`; add it, or remove the other",
+            );
+        }
+    }
+    let gust = ("a strength of gusts", "give meters per second from 0 up");
+    let frequency = ("a frequency", "give gusts a second from 0 up");
+    Wind {
+        velocity: faults.vector((scope, "velocity_m_s"), raw.velocity_m_s, DVec3::ZERO),
+        gust: faults.number((scope, "gust_m_s"), raw.gust_m_s, 0.0, not_negative, gust),
+        gust_hz: faults.number((scope, "gust_hz"), raw.gust_hz, 0.0, not_negative, frequency),
     }
 }
 
+pub(crate) fn mutual_gravity(raw: &RawMutualGravity, faults: &mut Faults) -> MutualGravity {
+    let scope = Scope::section("mutual_gravity");
+    let constant = ("a constant of gravity", "give a finite number, below 0 to repel");
+    let key = (scope, "constant_m3_kg_s2");
+    MutualGravity {
+        constant: faults.number(key, raw.constant_m3_kg_s2, GRAVITATIONAL_CONSTANT, f64::is_finite, constant),
+        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, not_negative, SOFTENING),
+    }
+}
+
+/// The words for a bad softening of a well or of mutual gravity.
+const SOFTENING: (&str, &str) = ("a softening", "give a number of meters from 0 up");
+
 /// Gathers the laws of single bodies.
 pub(crate) struct OwnLaws<'a> {
-    /// The written bodies at least; generated ones are always movable.
+    /// All of them where there are names.
     bodies: &'a [BodySpec],
     names: Option<&'a Names>,
     pub by_id: BTreeMap<u32, OwnLawsSpec>,
@@ -118,11 +164,10 @@ fn well(raw: &RawWell, scope: Scope, faults: &mut Faults) -> Well {
         faults.missing(scope.path(), "strength_m3_s2", "add one such as `strength_m3_s2: 1000.0`");
     }
     let strength = ("a strength", "give a finite number, below 0 to repel");
-    let softening = ("a softening", "give a number of meters from 0 up");
     Well {
         position: faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO),
         strength: faults.number((scope, "strength_m3_s2"), raw.strength_m3_s2, 0.0, f64::is_finite, strength),
-        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, not_negative, softening),
+        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, not_negative, SOFTENING),
     }
 }
 

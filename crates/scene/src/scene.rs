@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
-use motion::{AxisLocks, Damping, Drag, Gravity, Method, Thrust, Well};
+use motion::{AxisLocks, Damping, Drag, Gravity, Method, MutualGravity, Thrust, Well};
 use pick::Shape;
 
+use crate::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::names::Names;
 
 /// Version of the scene format that this program reads.
@@ -35,10 +36,12 @@ pub struct Scene {
     pub gravity: Option<Gravity>,
     /// Damping, if the scene or a body of it declares it.
     pub damping: Option<Damping>,
-    /// Drag, if the scene declares it.
+    /// Drag, if the scene declares it, and the wind that it sees.
     pub drag: Option<Drag>,
     /// Wells that attract every body.
     pub wells: Vec<Well>,
+    /// Gravity between bodies, if the scene declares it.
+    pub mutual_gravity: Option<MutualGravity>,
     /// Laws of single bodies, by stable id.
     pub own_laws: BTreeMap<u32, OwnLawsSpec>,
     /// Pushes by pointer, if the scene declares them.
@@ -49,12 +52,21 @@ pub struct Scene {
     pub light: Option<LightSpec>,
     /// Whether trails are shown from the start.
     pub trails: bool,
-    /// Every body in the order of the stable id, grids and clouds expanded.
+    /// Every body in the order of the stable id: the written ones, then those of grids, clouds, emitters and soft
+    /// bodies.
     pub bodies: Vec<BodySpec>,
     /// The name of every body, by stable id.
     pub names: Names,
     /// Texts that are drawn beside bodies, by stable id, ascending; each is one line of at most 60 characters.
     pub labels: Vec<(u32, String)>,
+    /// Sources of particles, in the order of the file.
+    pub emitters: Vec<EmitterSpec>,
+    /// Springs between single bodies, in the order of the file.
+    pub springs: Vec<SpringSpec>,
+    /// Chains, cloths and lattices, in the order of the file.
+    pub soft_bodies: Vec<SoftBodySpec>,
+    /// Where the scene calls for each of its effects, in the order of the receipt; one entry an effect.
+    pub declared: Vec<Declaration>,
     /// What `run --assert` checks, if the scene says so.
     pub expect: Option<ExpectSpec>,
 }
@@ -164,6 +176,8 @@ pub struct BodySpec {
     pub verlet_previous: Option<DVec3>,
     /// Reciprocal of the mass, 1/kg; 0 is immovable, `None` is scenery: a collision volume without physics.
     pub inverse_mass: Option<f64>,
+    /// Mass of an immovable body as a source of mutual gravity, kg, above 0, if it is one.
+    pub source_mass: Option<f64>,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
     /// Whether it wears the checker texture.
@@ -191,6 +205,7 @@ impl BodySpec {
         velocity: DVec3::ZERO,
         verlet_previous: None,
         inverse_mass: Some(1.0),
+        source_mass: None,
         color: [1.0; 3],
         checker: false,
         method: None,

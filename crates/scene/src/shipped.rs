@@ -58,6 +58,18 @@ pub const fn shipped() -> &'static [ShippedScene] {
         "orbit",
         "orbits_race",
         "terminal_speed",
+        "oscillator",
+        "third_law",
+        "figure_eight",
+        "rope",
+        "bridge",
+        "flag",
+        "cape",
+        "jelly",
+        "fountain",
+        "sparks",
+        "wall",
+        "everything",
     ]
 }
 

@@ -4,10 +4,12 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::units::Scalar;
 use motion::{
-    AxisLocks, DampingRate, GravityOff, LastStep, Law, Method, Orientation, OwnLaws, OwnSubsteps,
-    PhysicsBody, SpeedLimit, StableId, Substeps, Transform, Wells, mark_method,
+    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, LastStep, Law, Method, Orientation, OwnLaws,
+    OwnSubsteps, PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, Wells,
+    mark_method,
 };
 
+use crate::coupled::SoftKind;
 use crate::scene::{BodySpec, OwnLawsSpec, Scene};
 
 /// What a thing looks like beside its shape.
@@ -19,10 +21,36 @@ pub struct Appearance {
     pub checker: bool,
 }
 
+/// Which entry of its list a thing is: on a [`Spring`] of [`Scene::springs`], on a [`SoftBody`] of
+/// [`Scene::soft_bodies`], on an [`Emitter`] of [`Scene::emitters`].
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FileIndex(pub u32);
+/// How large a body without a shape is drawn, for one that has this: a radius, m. It is a point to all of physics.
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
+pub struct PointRadius(pub f32);
+
+impl PointRadius {
+    /// What emitters throw out: drops and sparks, of which there are many.
+    pub const EMITTED: Self = Self(0.04);
+}
+
+impl Default for PointRadius {
+    /// That of a particle of its own: to be seen from where a scene of bodies of a meter is seen.
+    fn default() -> Self {
+        Self(0.15)
+    }
+}
+
+/// What a soft body is called. One without is called as its first point is, up to the first dot.
+#[derive(Component, Clone, Debug, PartialEq, Eq)]
+pub struct SoftBodyName(pub String);
+
 impl Scene {
-    /// Spawns every body into `world` and inserts the resources of the effects that the scene declares.
+    /// Spawns every body into `world`, then springs, soft bodies and emitters, and inserts the resources of the
+    /// effects that the scene declares.
     ///
-    /// The entities come in the order of the stable id, which each of them carries; scenery too.
+    /// The entities are those of the bodies in the order of the stable id, which each of them carries; scenery too.
+    /// Springs, soft bodies and emitters are entities with a [`FileIndex`] and an [`Appearance`].
     pub fn spawn(&self, world: &mut World) -> Vec<Entity> {
         world.insert_resource(Substeps(self.substeps));
         if let Some(gravity) = self.gravity {
@@ -37,6 +65,9 @@ impl Scene {
         if !self.wells.is_empty() {
             world.insert_resource(Wells(self.wells.clone()));
         }
+        if let Some(mutual_gravity) = self.mutual_gravity {
+            world.insert_resource(mutual_gravity);
+        }
         let entities: Vec<_> = (0..)
             .map(StableId)
             .zip(&self.bodies)
@@ -45,7 +76,41 @@ impl Scene {
         for (id, laws) in &self.own_laws {
             world.entity_mut(entities[*id as usize]).insert(own_laws(laws));
         }
+        self.spawn_coupled(world, &entities);
         entities
+    }
+
+    /// Spawns what stands beside bodies and names them.
+    fn spawn_coupled(&self, world: &mut World, entities: &[Entity]) {
+        let plain = |color| Appearance { color, checker: false };
+        for (i, spring) in (0..).map(FileIndex).zip(&self.springs) {
+            let ends = spring.ends.map(|end| entities[end as usize]);
+            world.spawn((Spring { ends, elastic: spring.elastic }, plain(spring.color), i));
+        }
+        for (i, soft) in (0..).map(FileIndex).zip(&self.soft_bodies) {
+            let body = SoftBody {
+                points: entities[soft.points.start as usize..soft.points.end as usize].to_vec(),
+                springs: soft.links.clone(),
+                triangles: soft.triangles.clone(),
+                sheet: soft.kind == SoftKind::Cloth,
+            };
+            world.spawn((body, SoftBodyName(soft.name.clone()), plain(soft.color), i));
+        }
+        for (i, emitter) in (0..).map(FileIndex).zip(&self.emitters) {
+            let pool = entities[emitter.pool.start as usize..emitter.pool.end as usize].to_vec();
+            pool.iter().for_each(|body| {
+                world.entity_mut(*body).insert((Dormant, PointRadius::EMITTED));
+            });
+            let component = Emitter {
+                rate: emitter.rate,
+                life: emitter.life,
+                position: emitter.position,
+                pool,
+                launches: emitter.launches.clone(),
+                inverse_mass: emitter.inverse_mass,
+            };
+            world.spawn((component, plain(emitter.color), i));
+        }
     }
 
     /// Velocity of a body that starts as position Verlet remembers it, m/s, and the length of that step, s. Another
@@ -84,6 +149,9 @@ impl Scene {
         }
         if body.gravity_off {
             entity.insert(GravityOff);
+        }
+        if let Some(mass) = body.source_mass.filter(|_| self.mutual_gravity.is_some()) {
+            entity.insert(SourceMass(mass));
         }
         entity.id()
     }
@@ -194,5 +262,59 @@ mod tests {
         let bodies = scene.spawn(&mut world);
         assert_eq!(world.get::<PhysicsBody>(bodies[0]).unwrap().velocity, DVec3::ZERO);
         assert!(world.get::<LastStep>(bodies[0]).is_none());
+    }
+    #[test]
+    fn springs_soft_bodies_and_emitters_stand_beside_bodies_and_name_them() {
+        let text = r#"(version: 1, mutual_gravity: (constant_m3_kg_s2: 3), bodies: [(name: "a"), (name: "b", immovable: true, mass_kg: 5)],
+            springs: [(between: ("a", "b"), stiffness_n_m: 2, color: (1, 0, 0)), (between: ("cloth.r0.c1", "a"), stiffness_n_m: 3)],
+            soft_bodies: [chain(points: 3, to_m: (2, 0, 0), stiffness_n_m: 1, damping_per_s: 0.5), cloth(rows: 2, columns: 2, along_m: (1, 0, 0), down_m: (0, -1, 0), stiffness_n_m: 1, pinned: [top_left])],
+            emitters: [(rate_per_s: 2, life_s: 1, speed_m_s: 1, position_m: (0, 9, 0), color: (0, 1, 0))])"#;
+        let scene = Scene::parse("t", text).unwrap_or_else(|error| panic!("{error}"));
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        assert_eq!(bodies.len(), 2 + 2 + 3 + 4);
+        assert_eq!(world.resource::<motion::MutualGravity>().constant, 3.0);
+        assert_eq!(world.get::<SourceMass>(bodies[1]), Some(&SourceMass(5.0)));
+        assert!(world.get::<SourceMass>(bodies[0]).is_none());
+
+        let mut springs: Vec<_> = world
+            .query::<(&FileIndex, &Spring, &Appearance)>()
+            .iter(&world)
+            .map(|(i, spring, look)| (i.0, spring.ends, spring.elastic.stiffness, look.color))
+            .collect();
+        springs.sort_by_key(|spring| spring.0);
+        let red = [1.0, 0.0, 0.0];
+        let expected = [(0, [bodies[0], bodies[1]], 2.0, red), (1, [bodies[8], bodies[0]], 3.0, [1.0; 3])];
+        assert_eq!(springs, expected);
+
+        let mut softs = world.query::<(&FileIndex, &SoftBody, &Appearance)>();
+        assert_eq!(softs.iter(&world).count(), 2);
+        for (index, soft, _) in softs.iter(&world) {
+            let spec = &scene.soft_bodies[index.0 as usize];
+            assert_eq!(soft.points, bodies[spec.points.start as usize..spec.points.end as usize]);
+            assert_eq!((&soft.springs, &soft.triangles), (&spec.links, &spec.triangles));
+            assert_eq!(soft.sheet, spec.name == "cloth");
+        }
+        let pinned: Vec<_> =
+            (4..11).filter(|i| world.get::<PhysicsBody>(bodies[*i]).unwrap().inverse_mass == 0.0).collect();
+        assert_eq!(pinned, [7]);
+        assert_eq!(world.get::<DampingRate>(bodies[4]).unwrap().rate(), 0.5);
+
+        let (emitter, look) = world.query::<(&Emitter, &Appearance)>().single(&world).unwrap();
+        assert_eq!((&emitter.pool[..], emitter.rate, emitter.life), (&bodies[2..4], 2.0, 1.0));
+        assert_eq!((&emitter.launches, look.color), (&scene.emitters[0].launches, [0.0, 1.0, 0.0]));
+        assert_eq!((emitter.position, emitter.inverse_mass), (DVec3::Y * 9.0, 1.0));
+        let dormant: Vec<_> = bodies.iter().map(|body| world.get::<Dormant>(*body).is_some()).collect();
+        assert!(dormant[2] && dormant[3] && dormant.iter().filter(|dormant| **dormant).count() == 2);
+    }
+
+    #[test]
+    fn a_mass_beside_immovable_is_nothing_without_mutual_gravity() {
+        let scene = Scene::parse("t", "(version: 1, bodies: [(immovable: true, mass_kg: 5)])").unwrap();
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        assert!(world.get::<SourceMass>(bodies[0]).is_none());
+        assert_eq!(world.get::<PhysicsBody>(bodies[0]), Some(&PhysicsBody::IMMOVABLE));
+        assert!(world.get_resource::<motion::MutualGravity>().is_none());
     }
 }

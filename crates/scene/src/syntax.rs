@@ -79,10 +79,14 @@ pub(crate) fn fault(
         Error::ExpectedComma if text[offset..].starts_with('.') => &Error::ExpectedInteger,
         code => code,
     };
-    let (what, cure) = explain(code);
+    let (mut what, cure) = explain(code);
     let mut path = locate::path_at(text, root, offset);
     if matches!(code, Error::ExpectedDifferentLength { .. } | Error::ExpectedComma) && path.ends_with(']') {
         path.truncate(path.rfind('[').unwrap_or(path.len()));
+    }
+    if matches!(code, Error::ExpectedDifferentLength { .. }) && path.ends_with(".between") {
+        // The one tuple that is not of numbers.
+        what = what.replace("numbers", "names");
     }
     faults.add_at(Some(path), offset, what, cure);
 }

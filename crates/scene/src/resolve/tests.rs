@@ -59,7 +59,18 @@ fn survives(text: &str) {
 fn no_truncation_and_no_flipped_byte_makes_the_loader_panic() {
     // The second one has what the first one has not: curves, names of bodies, labels.
     ["tutorial", "ship_between"].map(text_of).into_iter().for_each(no_damage_panics);
+    assert!(Scene::parse("t", COUPLED).is_ok());
+    no_damage_panics(COUPLED);
 }
+
+/// Whatever acts between bodies, in few words.
+const COUPLED: &str = r#"(version: 1, drag: (linear_per_s: 1), wind: (velocity_m_s: (1, 0, 0), gust_m_s: 1, gust_hz: 2),
+    mutual_gravity: (softening_m: 0.5), bodies: [(name: "a"), (name: "b", immovable: true, mass_kg: 5)],
+    emitters: [(rate_per_s: 9, life_s: 2, speed_m_s: 1, direction: (1, 2, 0), spread_deg: 20, capacity: 8)],
+    springs: [(between: ("a", "b"), stiffness_n_m: 2), (between: ("a", "lattice.x0.y1.z1"), stiffness_n_m: 3)],
+    soft_bodies: [chain(points: 4, to_m: (1, 0, 0), stiffness_n_m: 9, pinned: [first]),
+        cloth(rows: 3, columns: 2, along_m: (1, 0, 0), down_m: (0, -1, 0), stiffness_n_m: 5, shear: true, bend: true),
+        lattice(cells: (2, 1, 3), size_m: (1, 1, 1), stiffness_n_m: 1, pinned: [top])])"#;
 
 fn text_of(name: &str) -> &'static str {
     shipped().iter().find(|scene| scene.name == name).unwrap().text

@@ -10,9 +10,9 @@ fn parse(body: &str) -> Scene {
 #[test]
 fn drag_has_the_coefficient_that_is_given_and_no_other() {
     let drag = |text| parse(&format!("drag: ({text})")).drag;
-    assert_eq!(drag("linear_per_s: 0.5"), Some(Drag { linear: 0.5, quadratic: 0.0 }));
-    assert_eq!(drag("quadratic_per_m: 2"), Some(Drag { linear: 0.0, quadratic: 2.0 }));
-    assert_eq!(drag("linear_per_s: 0"), Some(Drag { linear: 0.0, quadratic: 0.0 }));
+    assert_eq!(drag("linear_per_s: 0.5"), Some(Drag::new(0.5, 0.0)));
+    assert_eq!(drag("quadratic_per_m: 2"), Some(Drag::new(0.0, 2.0)));
+    assert_eq!(drag("linear_per_s: 0"), Some(Drag::new(0.0, 0.0)));
     assert_eq!(parse("").drag, None);
 }
 
@@ -59,4 +59,14 @@ fn thrusts_go_to_their_bodies_in_the_order_of_the_file() {
     assert_eq!(ids, [1, 4]);
     assert_eq!(scene.own_laws[&1].thrusts, [Thrust::new(polynomial, 1.0, 2.0), always(table)]);
     assert_eq!(scene.own_laws[&4].thrusts, [always(sine)]);
+}
+
+#[test]
+fn wind_is_what_drag_sees() {
+    let wind = |text| parse(&format!("drag: (linear_per_s: 1), wind: ({text})")).drag.unwrap().wind.unwrap();
+    let x = DVec3::X;
+    assert_eq!(wind("velocity_m_s: (1, 0, 0)"), Wind { velocity: x, gust: 0.0, gust_hz: 0.0 });
+    let gusty = Wind { velocity: x, gust: 2.0, gust_hz: 0.5 };
+    assert_eq!(wind("velocity_m_s: (1, 0, 0), gust_m_s: 2, gust_hz: 0.5"), gusty);
+    assert_eq!(parse("drag: (linear_per_s: 1)").drag.unwrap().wind, None);
 }

@@ -1,7 +1,7 @@
 //! Scripts: every action, every fault, and recordings there and back.
 
 use glam::DVec3;
-use motion::Method;
+use motion::{Effect, Method};
 
 use super::*;
 use crate::action::MouseButton;
@@ -19,12 +19,13 @@ const EVERY_ACTION: &str = r#"// comments are fine
     (at_s: 1, do: set_velocity("grid.x0.z1", (nan, NaN, -inf))), (at_s: 2, do: set_position("bonus", (1, 2, 3))),
     (at_s: 2, do: reverse_velocities), (at_s: 2, do: remove("enemy")), (at_s: 2, do: screenshot("after push.png")),
     (at_s: 2, do: set_method(explicit_euler)), (at_s: 3, do: set_body_method("player", yoshida_4)),
+    (at_s: 3, do: switch_effect("mutual_gravity", false)),
 ]"#;
 
 #[test]
 fn every_action_of_the_contract_is_read() {
     let script = Script::parse("t", EVERY_ACTION).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(script.steps.len(), 24);
+    assert_eq!(script.steps.len(), 25);
     assert_eq!(script.recording, None);
     let step = |i: usize| (script.steps[i].when, script.steps[i].action.clone());
     assert_eq!(step(1), (When::Seconds(0.5), Action::Hold("W".to_owned(), 0.5)));
@@ -41,6 +42,7 @@ fn every_action_of_the_contract_is_read() {
     assert_eq!(step(22).1, Action::SetMethod(Method::ExplicitEuler));
     assert_eq!(step(23).1, Action::SetBodyMethod("player".to_owned(), Method::Yoshida4));
     assert_eq!(step(23).1.body(), Some("player"));
+    assert_eq!(step(24).1, Action::SwitchEffect(Effect::MutualGravity, false));
 }
 
 #[test]
@@ -110,6 +112,30 @@ fn a_method_that_there_is_not_gets_a_suggestion_or_the_list() {
             "t:1:79: steps[1].do[1]: unknown word `rk4`; known here: explicit_euler, semi_implicit_euler, implicit_euler, position_verlet, velocity_verlet, runge_kutta_2_midpoint, runge_kutta_2_heun, runge_kutta_4, yoshida_4",
         ],
     );
+}
+
+#[test]
+fn an_effect_that_there_is_not_gets_a_suggestion_or_the_list() {
+    check(
+        "[(at_s: 0, do: switch_effect(\"mutual_gravty\", false)),\n (at_s: 0, do: switch_effect(\"warp\", true)), (at_s: 0, do: switch_effect(\"drag\", off)), (at_s: 0, do: switch_effect(drag, true))]",
+        &[
+            "t:1:31: steps[0].do[0]: unknown word `mutual_gravty`; did you mean `mutual_gravity`?",
+            "t:2:31: steps[1].do[0]: unknown word `warp`; known here: gravity, damping, drag, wind, wells, mutual_gravity, thrusts, springs, speed_limits, axis_locks, emitters",
+            "t:2:82: steps[2].do[1]: a truth value is expected here; write true or false",
+            "t:2:117: steps[3].do[0]: a text is expected here; put it in double quotes",
+        ],
+    );
+}
+
+#[test]
+fn every_effect_can_be_switched_and_is_written_by_its_name() {
+    for effect in Effect::ALL {
+        let action = Action::SwitchEffect(effect, true);
+        let script = Script { steps: vec![Step { when: When::Tick(1), action }], recording: None };
+        let ron = script.to_ron();
+        assert!(ron.contains(&format!("switch_effect({:?},true)", effect.name())), "{ron}");
+        assert_eq!(Script::parse("t", &ron), Ok(script));
+    }
 }
 
 #[test]
@@ -195,7 +221,7 @@ fn bodies_and_keys_that_there_are_not_are_named() {
     assert_eq!(
         script.check("t", text, &scene.names, |key| key != "Foo").unwrap_err().to_string(),
         "t:1:12: steps[0].do: there is no body \"plyer\"; did you mean \"player\"?\n\
-         t:1:81: steps[2].do: there is no body \"grid.x5.z0\"; give the name of a body of the scene\n\
+         t:1:81: steps[2].do: there is no body \"grid.x5.z0\"; the bodies of \"grid\" are \"grid.x0.z0\" to \"grid.x4.z4\"\n\
          t:1:118: steps[3].do: there is no key or action `Foo`; `sandbox list keys` names them all"
     );
 }

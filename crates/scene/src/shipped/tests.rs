@@ -1,7 +1,7 @@
 //! The shipped scenes, and loading by name and path.
 
 use glam::DVec3;
-use motion::{BodyState, Damping, Gravity, Law, Method, Moment, Well};
+use motion::{BodyState, Damping, Effect, Gravity, Law, Method, Moment, Well};
 use pick::Shape;
 
 use super::*;
@@ -140,6 +140,85 @@ fn the_orbits_are_keplers() {
     }
 }
 
+/// The square of a frequency, 1/s², above those of all springs of a scene: the largest sum over the two ends of a spring
+/// of the stiffness at an end times its inverse mass (Anderson and Morley 1971, for the Laplacian of a graph).
+fn fastest_squared(scene: &Scene) -> f64 {
+    let mut links: Vec<([u32; 2], f64)> =
+        scene.springs.iter().map(|spring| (spring.ends, spring.elastic.stiffness)).collect();
+    for soft in &scene.soft_bodies {
+        let first = soft.points.start;
+        links
+            .extend(soft.links.iter().map(|link| (link.ends.map(|end| first + end), link.elastic.stiffness)));
+    }
+    let mut rates = vec![0.0; scene.bodies.len()];
+    for (ends, stiffness) in &links {
+        for end in ends.map(|end| end as usize) {
+            rates[end] += stiffness * scene.bodies[end].inverse_mass.unwrap();
+        }
+    }
+    links.iter().map(|(ends, _)| rates[ends[0] as usize] + rates[ends[1] as usize]).fold(0.0, f64::max)
+}
+
+#[test]
+fn springs_of_shipped_scenes_are_far_from_too_stiff_for_their_steps() {
+    let mut sprung = 0;
+    for shipped in shipped() {
+        let scene = shipped.load().unwrap();
+        let frequency = fastest_squared(&scene).sqrt();
+        sprung += usize::from(frequency > 0.0);
+        let limit = scene.method.claims().stability_limit;
+        let step = 1.0 / (scene.step_hz * f64::from(scene.substeps));
+        assert!(frequency * step <= 0.5 * limit, "{}: w h = {}", scene.name, frequency * step);
+        // Its numbers hold for every body, so no part of a group has others.
+        assert!(
+            frequency == 0.0 || scene.bodies.iter().all(|body| body.substeps.is_none()),
+            "{}",
+            scene.name
+        );
+    }
+    assert!(sprung >= 8, "only {sprung} scenes have springs");
+    let rate = |name| fastest_squared(&load(name).unwrap()).sqrt();
+    // What the comments of the files say.
+    let said = [("flag", 922.0), ("cape", 8764.0), ("jelly", 90.1), ("rope", 447.0), ("bridge", 89.4)];
+    for (name, said) in said {
+        assert!((rate(name) / said - 1.0).abs() < 2e-3, "{name}: {}", rate(name));
+    }
+}
+
+#[test]
+fn the_figure_eight_starts_with_its_momentum_and_angular_momentum_zero() {
+    let scene = load("figure_eight").unwrap();
+    let (mut momentum, mut angular) = (DVec3::ZERO, DVec3::ZERO);
+    for body in &scene.bodies {
+        momentum += body.velocity;
+        angular += body.position.cross(body.velocity);
+    }
+    assert!(momentum.length() < 1e-15 && angular.length() < 1e-15, "{momentum} {angular}");
+    assert_eq!((scene.bodies.len(), scene.mutual_gravity.unwrap().constant), (3, 1.0));
+}
+
+#[test]
+fn everything_declares_each_effect_once() {
+    let scene = load("everything").unwrap();
+    let declared: Vec<_> = scene.declared.iter().map(|found| found.effect).collect();
+    assert_eq!(declared, Effect::ALL);
+    assert!(scene.declared.iter().all(|found| found.line.is_some()));
+    assert_eq!((scene.wells.len(), scene.own_laws.len(), scene.springs.len()), (1, 1, 1));
+    assert_eq!((scene.emitters.len(), scene.soft_bodies.len()), (1, 0));
+    assert_eq!(scene.bodies.iter().filter(|body| body.max_speed.is_some()).count(), 1);
+}
+
+#[test]
+fn the_pools_of_fountain_and_sparks_have_as_many_as_live_at_once() {
+    for (name, bodies) in [("fountain", 1200.0), ("sparks", 100_000.0)] {
+        let emitters = load(name).unwrap().emitters;
+        let (living, pools) = emitters.iter().fold((0.0, 0), |(living, pools), emitter| {
+            (living + emitter.rate * emitter.life, pools + emitter.pool.len())
+        });
+        assert!(living == bodies && pools as f64 == bodies, "{name}: {living} of {pools}");
+    }
+}
+
 #[test]
 fn search_finds_letters_in_order_and_the_best_first() {
     let names = |query| find(query).iter().map(|scene| scene.name).collect::<Vec<_>>();
@@ -152,7 +231,7 @@ fn search_finds_letters_in_order_and_the_best_first() {
 
 #[test]
 fn an_unknown_name_lists_the_shipped_ones_and_the_nearest() {
-    let all = "tutorial, tutorial_large, empty, thousand, projectile, coast, frame_step, ship, ship_between, verlet_start, orbit, orbits_race, terminal_speed";
+    let all = "tutorial, tutorial_large, empty, thousand, projectile, coast, frame_step, ship, ship_between, verlet_start, orbit, orbits_race, terminal_speed, oscillator, third_law, figure_eight, rope, bridge, flag, cape, jelly, fountain, sparks, wall, everything";
     assert_eq!(
         load("tutorail").unwrap_err().to_string(),
         format!(

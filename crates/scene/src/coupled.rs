@@ -1,0 +1,92 @@
+//! Springs, soft bodies and emitters as the program uses them, and where a scene calls for its effects.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use motion::units::Scalar;
+use motion::{Effect, Elastic, Link};
+
+/// A spring between two bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpringSpec {
+    /// Stable ids of the bodies that it joins: two different ones, neither of them scenery, not both immovable.
+    pub ends: [u32; 2],
+    /// How it pulls.
+    pub elastic: Elastic<Scalar>,
+    /// Linear red, green and blue, each 0 to 1.
+    pub color: [f32; 3],
+}
+
+/// A soft body: points, which are bodies of the scene, and springs between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SoftBodySpec {
+    /// What its points' names begin with.
+    pub name: String,
+    /// What it is.
+    pub kind: SoftKind,
+    /// Stable ids of its points, at least 2.
+    pub points: Range<u32>,
+    /// Its springs; ends are numbers of points, counted from the first. All springs that begin at one point stand
+    /// together, and points come in the order of their ids.
+    pub links: Vec<Link>,
+    /// Its surface, by numbers of points: of a chain, none; of a cloth, both its sides once; of a lattice, each
+    /// triangle counterclockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Linear red, green and blue, each 0 to 1.
+    pub color: [f32; 3],
+}
+
+/// Kinds of soft bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SoftKind {
+    /// Points in a line.
+    Chain,
+    /// A sheet of rows and columns, against which air flows.
+    Cloth,
+    /// A block of cells.
+    Lattice,
+}
+
+impl SoftKind {
+    /// The word for it in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Chain => "chain",
+            Self::Cloth => "cloth",
+            Self::Lattice => "lattice",
+        }
+    }
+}
+
+/// A source of particles with a fixed pool, whose bodies are bodies of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmitterSpec {
+    /// What its particles' names begin with.
+    pub name: String,
+    /// Particles a second, above 0.
+    pub rate: f64,
+    /// How long each of them lives, s, above 0.
+    pub life: f64,
+    /// Where they are born, m.
+    pub position: DVec3,
+    /// Stable ids of the pool.
+    pub pool: Range<u32>,
+    /// The velocity that each body of the pool is born with, m/s.
+    pub launches: Vec<DVec3>,
+    /// Reciprocal of the mass of each of them, 1/kg.
+    pub inverse_mass: f64,
+    /// Linear red, green and blue, each 0 to 1.
+    pub color: [f32; 3],
+}
+
+/// Where a scene calls for an effect.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Declaration {
+    /// The effect.
+    pub effect: Effect,
+    /// The first key that calls for it, as in `gravity` or `bodies[3].max_speed_m_s`.
+    pub path: String,
+    /// Its line in the scene's text, from 1.
+    pub line: Option<usize>,
+}

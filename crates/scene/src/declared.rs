@@ -1,0 +1,105 @@
+//! Which key of a scene calls for which effect.
+
+use motion::Effect;
+
+use crate::coupled::Declaration;
+use crate::locate;
+use crate::raw::RawScene;
+
+/// Each effect that the scene calls for, with the first key that does, in the order of the receipt.
+pub(crate) fn keys(raw: &RawScene) -> Vec<(Effect, String)> {
+    let own = |key: &str, has: fn(&crate::raw::RawBody) -> bool| {
+        raw.bodies.iter().position(has).map(|i| format!("bodies[{i}].{key}"))
+    };
+    let section = |there: bool, key: &str| there.then(|| key.to_owned());
+    let list = |filled: bool, key: &str| filled.then(|| format!("{key}[0]"));
+    let path = |effect| match effect {
+        Effect::Gravity => section(raw.gravity.is_some(), "gravity"),
+        Effect::Damping => section(raw.damping.is_some(), "damping")
+            .or_else(|| own("damping_per_s", |body| body.damping_per_s.is_some()))
+            .or_else(|| {
+                let soft = raw.soft_bodies.iter().position(|soft| soft.keys.damping_per_s.is_some());
+                soft.map(|i| format!("soft_bodies[{i}].damping_per_s"))
+            }),
+        Effect::Drag => section(raw.drag.is_some(), "drag"),
+        Effect::Wind => section(raw.wind.is_some(), "wind"),
+        Effect::Wells => list(!raw.wells.is_empty(), "wells"),
+        Effect::MutualGravity => section(raw.mutual_gravity.is_some(), "mutual_gravity"),
+        Effect::Thrusts => list(!raw.thrusts.is_empty(), "thrusts"),
+        Effect::Springs => list(!raw.springs.is_empty(), "springs")
+            .or_else(|| list(!raw.soft_bodies.is_empty(), "soft_bodies")),
+        Effect::SpeedLimits => own("max_speed_m_s", |body| body.max_speed_m_s.is_some()),
+        Effect::AxisLocks => {
+            own("locked_axes", |body| body.locked_axes.as_ref().is_some_and(|axes| !axes.is_empty()))
+        }
+        Effect::Emitters => list(!raw.emitters.is_empty(), "emitters"),
+    };
+    Effect::ALL.into_iter().filter_map(|effect| Some((effect, path(effect)?))).collect()
+}
+
+/// The same with their lines in `text`.
+pub(crate) fn located(keys: Vec<(Effect, String)>, text: &str) -> Vec<Declaration> {
+    let paths: Vec<&str> = keys.iter().map(|(_, path)| path.as_str()).collect();
+    let lines = locate::lines(text, &paths);
+    keys.into_iter().zip(lines).map(|((effect, path), line)| Declaration { effect, path, line }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    #[test]
+    fn each_effect_has_the_line_of_the_first_key_that_calls_for_it() {
+        let text = r#"(
+version: 1, // gravity: here only in words
+bodies: [
+  (name: "a", max_speed_m_s: 3, locked_axes: []),
+  (name: "b", damping_per_s: 1,
+   max_speed_m_s: 2, locked_axes: [z]),
+],
+wells: [
+  (strength_m3_s2: 1),
+],
+springs: [
+],
+soft_bodies: [
+  chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1, damping_per_s: 1),
+],
+emitters: [
+  (rate_per_s: 1, speed_m_s: 1, life_s: 1)],
+wind: (velocity_m_s: (1, 0, 0)),
+thrusts: [(body: "a", curve: polynomial([(1, 0, 0)]))],
+mutual_gravity: (),
+gravity: (), drag: (linear_per_s: 1),
+)"#;
+        let scene = Scene::parse("t", text).unwrap_or_else(|error| panic!("{error}"));
+        let declared: Vec<_> =
+            scene.declared.iter().map(|found| (found.effect, found.path.as_str(), found.line)).collect();
+        let expected = [
+            (Effect::Gravity, "gravity", Some(21)),
+            (Effect::Damping, "bodies[1].damping_per_s", Some(5)),
+            (Effect::Drag, "drag", Some(21)),
+            (Effect::Wind, "wind", Some(18)),
+            (Effect::Wells, "wells[0]", Some(9)),
+            (Effect::MutualGravity, "mutual_gravity", Some(20)),
+            (Effect::Thrusts, "thrusts[0]", Some(19)),
+            (Effect::Springs, "soft_bodies[0]", Some(14)),
+            (Effect::SpeedLimits, "bodies[0].max_speed_m_s", Some(4)),
+            (Effect::AxisLocks, "bodies[1].locked_axes", Some(6)),
+            (Effect::Emitters, "emitters[0]", Some(17)),
+        ];
+        assert_eq!(declared, expected);
+        assert!(Scene::parse("t", "(version: 1, wells: [], bodies: [()])").unwrap().declared.is_empty());
+    }
+
+    #[test]
+    fn a_rate_of_soft_bodies_alone_declares_damping_too() {
+        let text = "(version: 1, soft_bodies: [chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1),
+            chain(points: 2, to_m: (1, 0, 0), stiffness_n_m: 1, damping_per_s: 2)])";
+        let scene = Scene::parse("t", text).unwrap();
+        assert_eq!(scene.declared[0].path, "soft_bodies[1].damping_per_s");
+        assert_eq!(scene.declared[0].line, Some(2));
+        assert!(scene.damping.is_some_and(|damping| damping.rate == 0.0));
+    }
+}

@@ -1,0 +1,201 @@
+//! From written springs to those between two bodies, and which bodies are one group for it.
+
+use std::collections::HashSet;
+
+use motion::{Elastic, Method};
+
+use crate::check::{Scope, not_negative};
+use crate::coupled::{EmitterSpec, SpringSpec};
+use crate::faults::Faults;
+use crate::generate::{self, Bodies, Section};
+use crate::raw_coupled::RawSpring;
+use crate::scene::BodySpec;
+
+/// Resolves the springs whose ends are what springs can hold.
+pub(crate) fn springs(raw: &[RawSpring], bodies: &Bodies, faults: &mut Faults) -> Vec<SpringSpec> {
+    let mut springs = Vec::new();
+    for (i, raw) in raw.iter().enumerate() {
+        let scope = Scope::item("springs", i);
+        if raw.stiffness_n_m.is_none() {
+            faults.missing(scope.path(), "stiffness_n_m", "add one such as `stiffness_n_m: 100.0`");
+        }
+        let (stiffness, damping) = generate::elastic(raw.stiffness_n_m, raw.damping_n_s_m, scope, faults);
+        let length = ("a length", "give a number of meters from 0 up");
+        let key = (scope, "rest_length_m");
+        let rest = raw.rest_length_m.map(|rest| faults.number(key, Some(rest), 0.0, not_negative, length));
+        let color = faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0);
+        let Some(ends) = ends(raw, bodies, scope, faults) else { continue };
+        let [from, to] = ends.map(|end| bodies.bodies[end as usize].position);
+        let rest_length = rest.unwrap_or_else(|| (to - from).length());
+        if !rest_length.is_finite() {
+            faults.add(scope.path(), "its ends are too far apart", "move them closer, within 1e150 m");
+        }
+        springs.push(SpringSpec { ends, elastic: Elastic { stiffness, damping, rest_length }, color });
+    }
+    springs
+}
+
+/// The stable ids of a spring's ends.
+fn ends(raw: &RawSpring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -> Option<[u32; 2]> {
+    let Some(between) = &raw.between else {
+        faults.missing(scope.path(), "between", "name two bodies, as in `between: (\"a\", \"b\")`");
+        return None;
+    };
+    let names = bodies.names.as_ref()?;
+    let mut end = |i: usize| {
+        let name = &between[i];
+        let path = scope.key(&format!("between[{i}]"));
+        let Some(id) = names.find(name) else {
+            let (what, cure) = names.stranger(name);
+            faults.add(path, what, cure);
+            return None;
+        };
+        if bodies.bodies[id as usize].inverse_mass.is_none() {
+            let what = format!("{name:?} is scenery, which no spring can hold");
+            faults.add(path, what, "name a body with physics");
+            return None;
+        }
+        if bodies.emitters.iter().any(|emitter| emitter.pool.contains(&id)) {
+            let what = format!("{name:?} is an emitter's, born again and again, so no spring can hold it");
+            faults.add(path, what, "name another body");
+            return None;
+        }
+        Some(id)
+    };
+    let (from, to) = (end(0), end(1));
+    let ends = [from?, to?];
+    if ends[0] == ends[1] {
+        let what = format!("a spring from {:?} to itself pulls nothing", between[0]);
+        faults.add(scope.key("between"), what, "name two bodies");
+        return None;
+    }
+    if !ends.iter().any(|end| is_movable(&bodies.bodies[*end as usize])) {
+        let what = format!("{:?} and {:?} are both immovable", between[0], between[1]);
+        faults.add(scope.key("between"), what, "name at least one body that can move");
+        return None;
+    }
+    Some(ends)
+}
+
+fn is_movable(body: &BodySpec) -> bool {
+    body.inverse_mass.is_some_and(|inverse_mass| inverse_mass > 0.0)
+}
+
+/// Notes where bodies that act on each other are not moved alike: with `attracting`, all that can move.
+pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: bool, faults: &mut Faults) {
+    let Some(names) = &bodies.names else { return };
+    if springs.is_empty() && bodies.soft_bodies.is_empty() && !attracting {
+        return;
+    }
+    let movable = |id: u32| bodies.bodies.get(id as usize).is_some_and(is_movable);
+    let mut groups = Groups::new(bodies.bodies.len() as u32);
+    let mut join = |[a, b]: [u32; 2]| {
+        if movable(a) && movable(b) {
+            groups.join(a, b);
+        }
+    };
+    for soft in &bodies.soft_bodies {
+        let first = soft.points.start;
+        soft.links.iter().for_each(|link| join(link.ends.map(|end| first + end)));
+    }
+    springs.iter().for_each(|spring| join(spring.ends));
+
+    // The first body that can move stands for its group, and for all if every one attracts every other.
+    let mut first: Vec<Option<(u32, &Section)>> = vec![None; bodies.bodies.len()];
+    let mut told = HashSet::new();
+    for (i, section) in bodies.sections.iter().enumerate() {
+        if section.is_pool(&bodies.emitters) {
+            // Nothing holds its particles, and mutual gravity passes them by.
+            continue;
+        }
+        for id in section.ids.clone().filter(|id| movable(*id)) {
+            let group = if attracting { 0 } else { groups.of(id) };
+            let Some((one, of)) = first[group as usize] else {
+                first[group as usize] = Some((id, section));
+                continue;
+            };
+            if !section.differs(of) || !told.insert((group, i)) {
+                continue;
+            }
+            let name = |id| names.get(id).unwrap_or_default();
+            let cure = "give bodies that act on each other the same method and substeps";
+            if let (Some(method), Some(other)) = (section.method, of.method)
+                && method != other
+            {
+                let (method, other) = (method.name(), other.name());
+                let what = format!(
+                    "{:?} is moved by {method}, but {:?} of its group by {other}",
+                    name(id),
+                    name(one)
+                );
+                faults.add(section.scope.key("method"), what, cure);
+            }
+            if let (Some(substeps), Some(other)) = (section.substeps, of.substeps)
+                && substeps != other
+            {
+                let what = format!(
+                    "{:?} has {substeps} substeps, but {:?} of its group {other}",
+                    name(id),
+                    name(one)
+                );
+                faults.add(section.scope.key("substeps"), what, cure);
+            }
+        }
+    }
+}
+
+/// Notes where implicit Euler is asked to solve mutual gravity.
+pub(crate) fn check_methods(
+    scenes: Option<Method>,
+    sections: &[Section],
+    emitters: &[EmitterSpec],
+    faults: &mut Faults,
+) {
+    let scene = (scenes == Some(Method::ImplicitEuler)).then_some(Scope::ROOT);
+    let own = sections
+        .iter()
+        .filter(|section| !section.is_pool(emitters))
+        .filter(|section| section.own_method && section.method == Some(Method::ImplicitEuler));
+    for scope in scene.into_iter().chain(own.map(|section| section.scope)) {
+        let cure = "choose another method, or remove mutual_gravity";
+        faults.add(scope.key("method"), "implicit_euler cannot solve mutual gravity", cure);
+    }
+}
+
+impl Section {
+    /// Whether its bodies are the pool of an emitter.
+    fn is_pool(&self, emitters: &[EmitterSpec]) -> bool {
+        emitters.iter().any(|emitter| emitter.pool == self.ids)
+    }
+
+    fn differs(&self, other: &Self) -> bool {
+        self.method != other.method || self.substeps != other.substeps
+    }
+}
+
+/// Disjoint sets of bodies (Galler and Fischer 1964), by halving paths.
+struct Groups(Vec<u32>);
+
+impl Groups {
+    fn new(count: u32) -> Self {
+        Self((0..count).collect())
+    }
+
+    fn of(&mut self, mut id: u32) -> u32 {
+        while self.0[id as usize] != id {
+            let above = self.0[self.0[id as usize] as usize];
+            self.0[id as usize] = above;
+            id = above;
+        }
+        id
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.of(a), self.of(b));
+        // The smaller id stands for the group.
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests;
