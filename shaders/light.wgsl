@@ -35,9 +35,17 @@ fn light_reaching(position: vec3f, normal: vec3f, facing_light: f32) -> f32 {
     return lit * 0.25 * LIT;
 }
 
-// The display color (gamma 2.2) of a surface whose own color is given the same way.
-fn shaded(position: vec3f, normal: vec3f, color: vec3f) -> vec3f {
-    let albedo = pow(max(color, vec3f(0.0)), vec3f(2.2));
+// A color as displayed (gamma 2.2) to what surfaces send back of linear light, and back.
+fn albedo_of(color: vec3f) -> vec3f {
+    return pow(max(color, vec3f(0.0)), vec3f(2.2));
+}
+
+fn displayed(linear: vec3f) -> vec3f {
+    return pow(linear, vec3f(1.0 / 2.2));
+}
+
+// The light that a surface sends to the camera, linear.
+fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f) -> vec3f {
     let to_camera = normalize(-position);
     var out: vec3f;
     if globals.light_color.w == 0.0 {
@@ -54,5 +62,10 @@ fn shaded(position: vec3f, normal: vec3f, color: vec3f) -> vec3f {
             out += (albedo * (DIFFUSE * facing_light) + specular) * globals.light_color.rgb * reaching;
         }
     }
-    return pow(out, vec3f(1.0 / 2.2));
+    return out;
+}
+
+// The display color (gamma 2.2) of a surface whose own color is given the same way.
+fn shaded(position: vec3f, normal: vec3f, color: vec3f) -> vec3f {
+    return displayed(sent_back(position, normal, albedo_of(color)));
 }

@@ -4,7 +4,7 @@ use bytemuck::Pod;
 
 use crate::{Gpu, Instance, OUTLINED};
 
-/// Instances on the adapter; grows to the next power of two and never shrinks.
+/// Instances, vertices or indices on the adapter; grows to the next power of two and never shrinks.
 pub(crate) struct InstanceBuffer {
     label: &'static str,
     buffer: wgpu::Buffer,
@@ -12,7 +12,16 @@ pub(crate) struct InstanceBuffer {
 
 impl InstanceBuffer {
     pub fn new(device: &wgpu::Device, label: &'static str) -> Self {
-        Self { label, buffer: create(device, label, 16 * 1024) }
+        Self::of(device, label, wgpu::BufferUsages::VERTEX)
+    }
+
+    /// A buffer for indices.
+    pub fn of_indices(device: &wgpu::Device, label: &'static str) -> Self {
+        Self::of(device, label, wgpu::BufferUsages::INDEX)
+    }
+
+    fn of(device: &wgpu::Device, label: &'static str, usage: wgpu::BufferUsages) -> Self {
+        Self { label, buffer: create(device, label, usage | wgpu::BufferUsages::COPY_DST, 16 * 1024) }
     }
 
     /// How many of `rows` are there to draw: all, unless they exceed the largest buffer of the adapter.
@@ -26,7 +35,8 @@ impl InstanceBuffer {
         }
         let needed = bytes.len() as u64;
         if needed > self.buffer.size() {
-            self.buffer = create(&gpu.device, self.label, needed.next_power_of_two().min(limit));
+            let size = needed.next_power_of_two().min(limit);
+            self.buffer = create(&gpu.device, self.label, self.buffer.usage(), size);
         }
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
         rows.len() as u32
@@ -71,11 +81,11 @@ impl Bodies {
     }
 }
 
-fn create(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
+fn create(device: &wgpu::Device, label: &str, usage: wgpu::BufferUsages, size: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size,
-        usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+        usage,
         mapped_at_creation: false,
     })
 }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Quat, Vec3};
 
-use crate::Line;
+use crate::{Line, Surface};
 
 /// Bit of [`Instance::surface`]: the 4 by 4 checker board of the tutorial, once on each cube face or around a sphere.
 pub const CHECKER: u32 = 1;
@@ -24,6 +24,8 @@ pub struct Frame {
     pub cuboids: Vec<Instance>,
     /// Balls, in any order.
     pub spheres: Vec<Instance>,
+    /// Meshes that are new in every frame, in any order.
+    pub surfaces: Vec<Surface>,
     /// Small discs; they receive shadows and cast none.
     pub particles: Vec<Particle>,
     /// Lines and arrows, hidden by bodies in front of them; see [`Line::arrow`].

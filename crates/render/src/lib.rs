@@ -19,6 +19,8 @@ mod pipelines;
 mod quality;
 mod renderer;
 mod shadow;
+mod surface;
+mod surfaces;
 mod target;
 
 pub use error::RenderError;
@@ -29,6 +31,7 @@ pub use lines::Line;
 pub use offscreen::{OFFSCREEN_FORMAT, Offscreen};
 pub use quality::Quality;
 pub use renderer::Renderer;
+pub use surface::{Surface, SurfaceVertex};
 pub use target::{WindowFrame, WindowTarget};
 
 pub use wgpu;

@@ -4,17 +4,17 @@ use wgpu::{BindGroupLayout, CompareFunction, Device, Face, TextureFormat, Vertex
 
 use crate::{Instance, Line, Particle, mesh::Vertex, shadow::SHADOW_FORMAT};
 
-const GLOBALS: &str = include_str!("../../../shaders/globals.wgsl");
-const LIGHT: &str = include_str!("../../../shaders/light.wgsl");
+pub(crate) const GLOBALS: &str = include_str!("../../../shaders/globals.wgsl");
+pub(crate) const LIGHT: &str = include_str!("../../../shaders/light.wgsl");
 const BODY: &str = include_str!("../../../shaders/body.wgsl");
 const SKY: &str = include_str!("../../../shaders/sky.wgsl");
 const PARTICLE: &str = include_str!("../../../shaders/particle.wgsl");
 const LINE: &str = include_str!("../../../shaders/line.wgsl");
 
 /// Width of the bright outline, pixels.
-const OUTLINE_PX: f64 = 2.5;
+pub(crate) const OUTLINE_PX: f64 = 2.5;
 /// Width of the bright outline and its dark rim together, pixels: the rim keeps it visible before a bright sky.
-const RIM_PX: f64 = 4.0;
+pub(crate) const RIM_PX: f64 = 4.0;
 
 pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
@@ -73,20 +73,49 @@ pub(crate) struct Destination {
     pub samples: u32,
 }
 
+impl Destination {
+    /// What `stored` of shaders/globals.wgsl has to know.
+    pub fn srgb(&self) -> (&'static str, f64) {
+        ("target_is_srgb", f64::from(u8::from(self.format.is_srgb())))
+    }
+}
+
 /// What tells one pipeline from another.
-struct Drawing<'a> {
-    label: &'a str,
-    shader: &'a wgpu::ShaderModule,
-    vertex: &'a str,
+pub(crate) struct Drawing<'a> {
+    pub label: &'a str,
+    pub shader: &'a wgpu::ShaderModule,
+    pub vertex: &'a str,
     /// None draws depth alone.
-    fragment: Option<&'a str>,
-    rows: &'a [Option<VertexBufferLayout<'a>>],
-    constants: &'a [(&'a str, f64)],
-    topology: wgpu::PrimitiveTopology,
-    cull: Option<Face>,
-    writes_depth: bool,
-    depth_compare: CompareFunction,
-    blend: Option<wgpu::BlendState>,
+    pub fragment: Option<&'a str>,
+    pub rows: &'a [Option<VertexBufferLayout<'a>>],
+    pub constants: &'a [(&'a str, f64)],
+    pub topology: wgpu::PrimitiveTopology,
+    pub cull: Option<Face>,
+    pub writes_depth: bool,
+    pub depth_compare: CompareFunction,
+    pub depth_bias: wgpu::DepthBiasState,
+    pub blend: Option<wgpu::BlendState>,
+}
+
+/// A shader out of the texts of its parts.
+pub(crate) fn module(device: &Device, label: &str, parts: &[&str]) -> wgpu::ShaderModule {
+    device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(parts.concat().into()),
+    })
+}
+
+/// What a pipeline is bound to.
+pub(crate) fn layout(
+    device: &Device,
+    label: &str,
+    groups: &[Option<&BindGroupLayout>],
+) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: groups,
+        immediate_size: 0,
+    })
 }
 
 impl Pipelines {
@@ -96,28 +125,16 @@ impl Pipelines {
         shadow_map: &BindGroupLayout,
         to: &Destination,
     ) -> Self {
-        let module = |label, parts: &[&str]| {
-            device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(label),
-                source: wgpu::ShaderSource::Wgsl(parts.concat().into()),
-            })
-        };
-        let layout = |label, groups: &[Option<&BindGroupLayout>]| {
-            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(label),
-                bind_group_layouts: groups,
-                immediate_size: 0,
-            })
-        };
+        let module = |label, parts: &[&str]| module(device, label, parts);
         let body = module("body", &[GLOBALS, LIGHT, BODY]);
         let sky = module("sky", &[GLOBALS, SKY]);
         let particle = module("particle", &[GLOBALS, LIGHT, PARTICLE]);
         let line = module("line", &[GLOBALS, LINE]);
-        let picture = layout("picture", &[Some(globals), Some(shadow_map)]);
+        let picture = layout(device, "picture", &[Some(globals), Some(shadow_map)]);
         // The map cannot be read while it is drawn.
-        let from_light = layout("from light", &[Some(globals)]);
+        let from_light = layout(device, "from light", &[Some(globals)]);
 
-        let srgb = ("target_is_srgb", f64::from(u8::from(to.format.is_srgb())));
+        let srgb = to.srgb();
         let bodies = Drawing {
             label: "body",
             shader: &body,
@@ -129,6 +146,7 @@ impl Pipelines {
             cull: Some(Face::Back),
             writes_depth: true,
             depth_compare: CompareFunction::Less,
+            depth_bias: wgpu::DepthBiasState::default(),
             blend: None,
         };
         let outline = |label, width_px, bright| {
@@ -200,7 +218,7 @@ impl Pipelines {
 }
 
 impl Drawing<'_> {
-    fn pipeline(
+    pub fn pipeline(
         &self,
         device: &Device,
         layout: &wgpu::PipelineLayout,
@@ -232,7 +250,7 @@ impl Drawing<'_> {
                 depth_write_enabled: Some(self.writes_depth),
                 depth_compare: Some(self.depth_compare),
                 stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
+                bias: self.depth_bias,
             }),
             multisample: wgpu::MultisampleState { count: to.samples, ..Default::default() },
             fragment: self.fragment.map(|entry_point| wgpu::FragmentState {

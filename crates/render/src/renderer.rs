@@ -1,4 +1,4 @@
-//! Draws a frame: shadow map, bodies, sky, outlines, particles, lines, panels.
+//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, lines, panels.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
@@ -9,7 +9,8 @@ use crate::{
     mesh::Mesh,
     panels::PanelPainter,
     pipelines::{DEPTH_FORMAT, Destination, Pipelines},
-    shadow::{LightView, ShadowMap},
+    shadow::{Caster, LightView, ShadowMap},
+    surfaces::Surfaces,
 };
 
 /// Mirrors `Globals` in shaders/globals.wgsl, where the fields are explained.
@@ -41,12 +42,15 @@ pub struct Renderer {
     destination: Destination,
     pipelines: Pipelines,
     globals: wgpu::Buffer,
+    globals_layout: wgpu::BindGroupLayout,
     globals_group: wgpu::BindGroup,
     shadow_map: ShadowMap,
     cube: Mesh,
     sphere: Mesh,
     cuboids: Bodies,
     spheres: Bodies,
+    /// From the first frame on that has any.
+    surfaces: Option<Surfaces>,
     particles: InstanceBuffer,
     lines: InstanceBuffer,
     panels: PanelPainter,
@@ -87,18 +91,21 @@ impl Renderer {
             layout: &globals_layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: globals.as_entire_binding() }],
         });
-        let shadow_map = ShadowMap::new(device, quality.shadow_map_px);
+        let shadow_map = ShadowMap::none(device);
+        let shadow_map_px = quality.shadow_map_px.clamp(1, ShadowMap::largest(device));
         Self {
-            quality: Quality { shadow_map_px: shadow_map.side_px, msaa: samples, ..quality },
+            quality: Quality { shadow_map_px, msaa: samples, ..quality },
             pipelines: Pipelines::new(device, &globals_layout, &shadow_map.layout, &destination),
             destination,
             globals,
+            globals_layout,
             globals_group,
             shadow_map,
             cube: Mesh::cube(device),
             sphere: Mesh::sphere(device, quality.sphere_meridians),
             cuboids: Bodies::new(device, "cuboids"),
             spheres: Bodies::new(device, "spheres"),
+            surfaces: None,
             particles: InstanceBuffer::new(device, "particles"),
             lines: InstanceBuffer::new(device, "lines"),
             panels: PanelPainter::new(device, target_format),
@@ -127,12 +134,20 @@ impl Renderer {
     }
 
     fn draw_visible(&mut self, gpu: &Gpu, frame: &Frame, view: &wgpu::TextureView) {
-        let casters = frame.cuboids.iter().chain(&frame.spheres);
-        let light_view = frame.light.as_ref().and_then(|light| LightView::new(light, casters));
+        let light_view = frame.light.as_ref().and_then(|light| LightView::new(light, Caster::all(frame)));
+        if light_view.is_some() && self.shadow_map.side_px < self.quality.shadow_map_px {
+            // The first shadow: until then there is no memory for it.
+            self.shadow_map = self.shadow_map.enlarged(&gpu.device, self.quality.shadow_map_px);
+        }
         let globals = self.globals_of(frame, light_view);
         gpu.queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
         self.cuboids.upload(gpu, &frame.cuboids);
         self.spheres.upload(gpu, &frame.spheres);
+        if self.surfaces.is_some() || !frame.surfaces.is_empty() {
+            let layouts = (&self.globals_layout, &self.shadow_map.layout);
+            let new = || Surfaces::new(&gpu.device, layouts.0, layouts.1, &self.destination);
+            self.surfaces.get_or_insert_with(new).upload(gpu, &frame.surfaces);
+        }
         let particles = self.particles.upload(gpu, &frame.particles);
         let lines = self.lines.upload(gpu, &frame.lines);
 
@@ -191,6 +206,9 @@ impl Renderer {
         pass.set_pipeline(&self.pipelines.shadow);
         pass.set_bind_group(0, &self.globals_group, &[]);
         self.draw_bodies(&mut pass, |bodies| 0..bodies.total);
+        if let Some(surfaces) = &self.surfaces {
+            surfaces.draw_shadows(&mut pass);
+        }
     }
 
     fn draw_picture(
@@ -228,6 +246,9 @@ impl Renderer {
 
         pass.set_pipeline(&self.pipelines.body);
         self.draw_bodies(&mut pass, |bodies| 0..bodies.plain);
+        if let Some(surfaces) = &self.surfaces {
+            surfaces.draw_plain(&mut pass);
+        }
         pass.set_pipeline(&self.pipelines.sky);
         pass.draw(0..3, 0..1);
         // The outlines write no depth, so they come after all that they cover and before the bodies they surround.
@@ -236,6 +257,9 @@ impl Renderer {
                 pass.set_pipeline(pipeline);
                 self.draw_bodies(&mut pass, |bodies| bodies.plain..bodies.total);
             }
+        }
+        if let Some(surfaces) = &self.surfaces {
+            surfaces.draw_outlined(&mut pass);
         }
         for (pipeline, rows, count) in [
             (&self.pipelines.particle, &self.particles, particles),

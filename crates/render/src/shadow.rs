@@ -2,7 +2,7 @@
 
 use glam::{Mat4, Vec2, Vec3};
 
-use crate::{Instance, Light};
+use crate::{Frame, Instance, Light, Surface};
 
 /// Field of view of the map, radians; with the near and far shares below it is what the tutorial's light at 289 m
 /// has: 45 degrees, 100 m to 500 m.
@@ -19,6 +19,31 @@ const MOST_HALVINGS: u32 = 6;
 /// Room around the casters, as a share of the fitted half width, so that the fit can stay while they move.
 const MARGIN: f32 = 0.125;
 
+/// A ball around something that casts a shadow.
+#[derive(Clone, Copy)]
+pub(crate) struct Caster {
+    center: Vec3,
+    radius: f32,
+}
+
+impl Caster {
+    fn body(body: &Instance) -> Self {
+        Self { center: Vec3::from(body.position), radius: Vec3::from(body.half_extents).length() }
+    }
+
+    /// The points of a surface one by one: unlike a body it is never scenery, however wide, and it is cropped to
+    /// what the map can hold.
+    fn points(surface: &Surface) -> impl Iterator<Item = Self> {
+        surface.vertices.iter().map(|vertex| Self { center: Vec3::from(vertex.position), radius: 0.0 })
+    }
+
+    /// All that cast shadows in `frame`.
+    pub fn all(frame: &Frame) -> impl Iterator<Item = Self> {
+        let bodies = frame.cuboids.iter().chain(&frame.spheres).map(Self::body);
+        bodies.chain(frame.surfaces.iter().flat_map(Self::points))
+    }
+}
+
 /// What the light sees.
 #[derive(Clone, Copy)]
 pub(crate) struct LightView {
@@ -32,7 +57,7 @@ impl LightView {
     /// None where the light casts no shadows or nothing could be in the map. The map is spent on the bodies small
     /// enough to move about: a receiver lies on the ray of light through its caster, thus in the same texel, so
     /// nothing but the casters has to fit.
-    pub fn new<'a>(light: &Light, casters: impl Iterator<Item = &'a Instance>) -> Option<Self> {
+    pub fn new(light: &Light, casters: impl Iterator<Item = Caster>) -> Option<Self> {
         let toward = light.target - light.position;
         let distance = toward.length();
         if !light.shadows || !distance.is_finite() || distance < 1e-3 {
@@ -60,13 +85,13 @@ impl LightView {
 
 /// Center and half width of the part of the light's view, -1 to 1 each way, that holds the casters. Both move in
 /// steps, or the edges of shadows would crawl with every move of every body.
-fn fitted<'a>(projection: Mat4, casters: impl Iterator<Item = &'a Instance>) -> (Vec2, f32) {
+fn fitted(projection: Mat4, casters: impl Iterator<Item = Caster>) -> (Vec2, f32) {
     let spread = 1.0 / (0.5 * FOV_RAD).tan();
     let mut low = Vec2::ONE;
     let mut high = Vec2::NEG_ONE;
     for caster in casters {
-        let clip = projection * Vec3::from(caster.position).extend(1.0);
-        let radius = Vec3::from(caster.half_extents).length() * spread / clip.w;
+        let clip = projection * caster.center.extend(1.0);
+        let radius = caster.radius * spread / clip.w;
         let place = clip.truncate().truncate() / clip.w;
         // NaN fails the comparisons and is left out.
         if clip.w > 0.0 && radius < SCENERY && place.abs().max_element() < 1.0 + radius {
@@ -104,26 +129,8 @@ pub(crate) struct ShadowMap {
 pub(crate) const SHADOW_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 impl ShadowMap {
-    pub fn new(device: &wgpu::Device, side_px: u32) -> Self {
-        let side_px = side_px.clamp(1, device.limits().max_texture_dimension_2d);
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("shadow map"),
-            size: wgpu::Extent3d { width: side_px, height: side_px, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: SHADOW_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("shadow map"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            compare: Some(wgpu::CompareFunction::LessEqual),
-            ..Default::default()
-        });
+    /// A map of one pixel, for pictures without shadows: what they bind and do not look at.
+    pub fn none(device: &wgpu::Device) -> Self {
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::FRAGMENT,
@@ -143,6 +150,38 @@ impl ShadowMap {
                 ),
                 entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
             ],
+        });
+        Self::with_layout(device, 1, layout)
+    }
+
+    /// The same with `side_px` pixels a side, at most [`ShadowMap::largest`].
+    pub fn enlarged(&self, device: &wgpu::Device, side_px: u32) -> Self {
+        Self::with_layout(device, side_px, self.layout.clone())
+    }
+
+    /// How many pixels a side can have.
+    pub fn largest(device: &wgpu::Device) -> u32 {
+        device.limits().max_texture_dimension_2d
+    }
+
+    fn with_layout(device: &wgpu::Device, side_px: u32, layout: wgpu::BindGroupLayout) -> Self {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shadow map"),
+            size: wgpu::Extent3d { width: side_px, height: side_px, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: SHADOW_FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("shadow map"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            compare: Some(wgpu::CompareFunction::LessEqual),
+            ..Default::default()
         });
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("shadow map"),
@@ -172,6 +211,10 @@ mod tests {
         shadows: true,
     };
 
+    fn view_of(bodies: &[Instance]) -> LightView {
+        LightView::new(&TUTORIAL, bodies.iter().map(Caster::body)).unwrap()
+    }
+
     fn in_map(view: &LightView, point: Vec3) -> bool {
         let clip = view.projection * point.extend(1.0);
         let ndc = clip.truncate() / clip.w;
@@ -184,7 +227,7 @@ mod tests {
             let casters: Vec<Instance> = (0..25_u8)
                 .map(|i| ball(Vec3::new(f32::from(i % 5) - 2.0, 0.5, f32::from(i / 5)) * spread * 0.25, 1.0))
                 .collect();
-            let view = LightView::new(&TUTORIAL, casters.iter()).unwrap();
+            let view = view_of(&casters);
             for caster in &casters {
                 for offset in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z] {
                     assert!(in_map(&view, Vec3::from(caster.position) + offset), "spread {spread} {offset}");
@@ -198,16 +241,26 @@ mod tests {
         let whole = 2.0 * (0.5 * FOV_RAD).tan();
         let floor = ball(Vec3::ZERO, 100.0);
         let broken = ball(Vec3::splat(f32::NAN), 1.0);
-        let view = LightView::new(&TUTORIAL, [floor, broken].iter()).unwrap();
+        let view = view_of(&[floor, broken]);
         assert!((view.span_m - whole).abs() < 1e-6);
-        let view = LightView::new(&TUTORIAL, [floor, broken, ball(Vec3::ZERO, 1.0)].iter()).unwrap();
+        let view = view_of(&[floor, broken, ball(Vec3::ZERO, 1.0)]);
         assert!(view.span_m < whole / 30.0);
     }
 
     #[test]
     fn a_small_move_leaves_the_map_where_it_is() {
-        let at =
-            |x| LightView::new(&TUTORIAL, [ball(Vec3::new(x, 0.0, 0.0), 3.0)].iter()).unwrap().projection;
+        let at = |x| view_of(&[ball(Vec3::new(x, 0.0, 0.0), 3.0)]).projection;
         assert_eq!(at(0.3), at(0.3001));
+    }
+
+    #[test]
+    fn the_map_holds_every_point_of_a_surface_however_wide() {
+        for size in [1.0_f32, 20.0, 80.0] {
+            let points = [Vec3::new(-size, 1.0, -size), Vec3::new(size, 2.0, 0.0), Vec3::new(0.0, 3.0, size)];
+            let surfaces = vec![Surface::smooth(&points, [[0, 1, 2]], [1.0; 4], false)];
+            let frame = Frame { surfaces, spheres: vec![ball(Vec3::ZERO, 0.5)], ..Frame::default() };
+            let view = LightView::new(&TUTORIAL, Caster::all(&frame)).unwrap();
+            assert!(points.iter().all(|point| in_map(&view, *point)), "{size}");
+        }
     }
 }

@@ -1,0 +1,328 @@
+//! Soft bodies as they are drawn: the points of one frame, and rays against their surfaces, points and springs.
+
+use bevy_ecs::entity::Entity;
+use glam::{DVec3, Vec3};
+use motion::{Link, SoftBody};
+use parry3d::query::Ray as LocalRay;
+use parry3d::query::details::local_ray_intersection_with_triangle;
+
+use crate::Ray;
+use crate::exact::within_reach;
+
+/// Radius of a point of a rope, as a share of the mean length at which its springs rest.
+const POINT_RADIUS: f64 = 0.12;
+
+/// Smallest and largest radius of a point, m: something to see and to hit, and never a ball and chain.
+const POINT_RADII: [f64; 2] = [0.002, 0.15];
+
+/// Radius of a rope between its points, as a share of theirs.
+const LINK_RADIUS: f64 = 0.5;
+
+/// A point of a soft body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoftPoint {
+    /// Where it is drawn, world space, m.
+    pub position: DVec3,
+    /// Whether forces move it.
+    pub movable: bool,
+}
+
+/// A soft body as it is drawn in one frame.
+#[derive(Clone, Debug)]
+pub struct SoftPose {
+    entity: Entity,
+    points: Vec<Vec3>,
+    movable: Vec<bool>,
+    radius: f64,
+}
+
+impl SoftPose {
+    /// The body.
+    #[must_use]
+    pub const fn entity(&self) -> Entity {
+        self.entity
+    }
+
+    /// Drawn positions of its points minus the anchor, m; not a number for a point that is not there.
+    #[must_use]
+    pub fn points(&self) -> &[Vec3] {
+        &self.points
+    }
+
+    /// Whether forces move point `number`; not if it is not there.
+    #[must_use]
+    pub fn is_movable(&self, number: u32) -> bool {
+        self.movable.get(number as usize).is_some_and(|movable| *movable)
+    }
+
+    /// Radius of its points where they are drawn one by one, m: a share of the mean rest length of its springs.
+    #[must_use]
+    pub const fn point_radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Radius of a rope between its points, m.
+    #[must_use]
+    pub const fn link_radius(&self) -> f64 {
+        self.radius * LINK_RADIUS
+    }
+
+    /// Where the points of those numbers are, minus the anchor, m, if all of them are there.
+    #[must_use]
+    pub fn corners<const N: usize>(&self, numbers: [u32; N]) -> Option<[Vec3; N]> {
+        let corners = numbers.map(|number| self.points.get(number as usize).copied().unwrap_or(Vec3::NAN));
+        corners.iter().all(|corner| within_reach(*corner)).then_some(corners)
+    }
+
+    fn update(
+        &mut self,
+        entity: Entity,
+        body: &SoftBody,
+        point: impl Fn(Entity) -> Option<SoftPoint>,
+        anchor: DVec3,
+    ) {
+        self.entity = entity;
+        self.points.clear();
+        self.movable.clear();
+        for found in body.points.iter().map(|entity| point(*entity)) {
+            self.points.push(found.map_or(Vec3::NAN, |point| (point.position - anchor).as_vec3()));
+            self.movable.push(found.is_some_and(|point| point.movable));
+        }
+        self.radius = point_radius(&body.springs);
+    }
+
+    /// A ball around its points: middle and radius, m; none if no point is there.
+    fn bounds(&self) -> Option<(DVec3, f64)> {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for point in self.points.iter().filter(|point| within_reach(**point)) {
+            (low, high) = (low.min(*point), high.max(*point));
+        }
+        let (low, high) = (low.as_dvec3(), high.as_dvec3());
+        (low.x <= high.x).then(|| ((low + high) / 2.0, (high - low).length() / 2.0))
+    }
+}
+
+fn point_radius(springs: &[Link]) -> f64 {
+    let sum: f64 = springs.iter().map(|spring| spring.elastic.rest_length).sum();
+    #[expect(clippy::cast_precision_loss, reason = "no more springs than fit into memory")]
+    let mean = sum / springs.len().max(1) as f64;
+    let [least, most] = POINT_RADII;
+    (POINT_RADIUS * mean).clamp(least, most)
+}
+
+/// The closest soft body on a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoftHit {
+    /// The soft body.
+    pub entity: Entity,
+    /// Distance from the ray's origin, m, above 0.
+    pub distance: f64,
+    /// Where on its surface, world space, m.
+    pub point: DVec3,
+    /// The triangle that was hit, by its number; of a rope, none.
+    pub triangle: Option<usize>,
+    /// The body that a push there acts on: of the points of what was hit, the nearest that forces move.
+    pub pushed: Option<Entity>,
+}
+
+/// The drawn points of all soft bodies of one frame, relative to an anchor: filled once a frame, read by ray casts
+/// and by the extraction of surfaces.
+///
+/// A soft body with triangles is hit at these, from both sides, and any other at its points and springs with the
+/// radii at which they are drawn. What lacks a point is not hit, nor what is farther than 1e18 m.
+#[derive(Debug, Default)]
+pub struct SoftTargets {
+    anchor: DVec3,
+    poses: Vec<SoftPose>,
+}
+
+impl SoftTargets {
+    /// Takes over the points of `bodies`, relative to `anchor` (world space, m; the camera's position). `point` is
+    /// asked for each of them and says nothing of one that is not to be seen.
+    pub fn update<'a>(
+        &mut self,
+        anchor: DVec3,
+        bodies: impl Iterator<Item = (Entity, &'a SoftBody)>,
+        point: impl Fn(Entity) -> Option<SoftPoint>,
+    ) {
+        self.anchor = anchor;
+        let mut count = 0;
+        for (entity, body) in bodies {
+            if count == self.poses.len() {
+                self.poses.push(SoftPose { entity, points: Vec::new(), movable: Vec::new(), radius: 0.0 });
+            }
+            self.poses[count].update(entity, body, &point, anchor);
+            count += 1;
+        }
+        self.poses.truncate(count);
+    }
+
+    /// Every soft body as it is drawn.
+    #[must_use]
+    pub fn poses(&self) -> &[SoftPose] {
+        &self.poses
+    }
+
+    /// The closest soft body on `ray`; of two equally close ones the first. `body` gives the structure that belongs
+    /// to a pose. What is drawn thinner than `thinnest` (radius over distance, at least 0) is drawn, and hit, with
+    /// that.
+    ///
+    /// Every triangle and spring of the bodies near the ray is tested; some 10 ns each.
+    pub fn cast<'a>(
+        &self,
+        ray: &Ray,
+        thinnest: f64,
+        body: impl Fn(Entity) -> Option<&'a SoftBody>,
+    ) -> Option<SoftHit> {
+        let shift = ray.origin() - self.anchor;
+        let mut closest: Option<SoftHit> = None;
+        for pose in &self.poses {
+            let limit = closest.map_or(f64::INFINITY, |hit| hit.distance);
+            let Some(near) = Near::of(pose, ray, shift, thinnest).filter(|near| near.skipped < limit) else {
+                continue;
+            };
+            let Some(body) = body(pose.entity) else { continue };
+            let found =
+                if body.triangles.is_empty() { near.rope(pose, body) } else { near.surface(pose, body) };
+            if let Some(Found { distance, triangle, pushed }) = found.filter(|found| found.distance < limit) {
+                let pushed = pushed.map(|number| body.points[number as usize]);
+                let point = ray.at(distance);
+                closest = Some(SoftHit { entity: pose.entity, distance, point, triangle, pushed });
+            }
+        }
+        closest
+    }
+}
+
+/// What was hit of one body.
+struct Found {
+    distance: f64,
+    triangle: Option<usize>,
+    /// Number of the point that a push acts on.
+    pushed: Option<u32>,
+}
+
+/// A ray that starts just before the ball around a body, so that the numbers of the exact tests are of the body's
+/// size and not of its distance.
+struct Near {
+    /// From the anchor, m.
+    start: DVec3,
+    direction: DVec3,
+    /// What the ray has passed, m.
+    skipped: f64,
+    thinnest: f64,
+}
+
+impl Near {
+    /// None if the ray misses the ball.
+    fn of(pose: &SoftPose, ray: &Ray, shift: DVec3, thinnest: f64) -> Option<Self> {
+        let (middle, radius) = pose.bounds()?;
+        let (center, direction) = (middle - shift, ray.direction());
+        let farthest = center.length() + radius;
+        let radius = 1.01 * (radius + pose.radius.max(thinnest * farthest));
+        let along = center.dot(direction);
+        let aside = (center - direction * along).length();
+        if along + radius < 0.0 || aside > radius {
+            return None;
+        }
+        let skipped = (along - radius).max(0.0);
+        Some(Self { start: shift + direction * skipped, direction, skipped, thinnest })
+    }
+
+    fn local(&self, point: Vec3) -> DVec3 {
+        point.as_dvec3() - self.start
+    }
+
+    fn surface(&self, pose: &SoftPose, body: &SoftBody) -> Option<Found> {
+        let ray = LocalRay::new(Vec3::ZERO, self.direction.as_vec3());
+        let mut closest = f32::INFINITY;
+        let mut hit = None;
+        for (number, triangle) in body.triangles.iter().enumerate() {
+            let Some(corners) = pose.corners(*triangle) else { continue };
+            let [a, b, c] = corners.map(|corner| self.local(corner).as_vec3());
+            if let Some((met, weights)) = local_ray_intersection_with_triangle(a, b, c, &ray)
+                && met.time_of_impact < closest
+                && self.skipped + f64::from(met.time_of_impact) > 0.0
+            {
+                closest = met.time_of_impact;
+                hit = Some((number, *triangle, weights));
+            }
+        }
+        let (number, triangle, weights) = hit?;
+        let pushed = triangle
+            .into_iter()
+            .zip(weights.to_array())
+            .filter(|(corner, _)| pose.is_movable(*corner))
+            .max_by(|(_, a), (_, b)| a.total_cmp(b))
+            .map(|(corner, _)| corner);
+        Some(Found { distance: self.skipped + f64::from(closest), triangle: Some(number), pushed })
+    }
+
+    fn rope(&self, pose: &SoftPose, body: &SoftBody) -> Option<Found> {
+        let mut closest: Option<Found> = None;
+        let mut take = |distance: f64, pushed: Option<u32>| {
+            if closest.as_ref().is_none_or(|found| distance < found.distance) {
+                closest = Some(Found { distance, triangle: None, pushed });
+            }
+        };
+        for (number, point) in (0..).zip(&pose.points) {
+            if within_reach(*point)
+                && let Some(distance) = self.capsule([*point; 2], pose.point_radius())
+            {
+                take(distance, Some(number).filter(|number| pose.is_movable(*number)));
+            }
+        }
+        for Link { ends, .. } in &body.springs {
+            if let Some(corners) = pose.corners(*ends)
+                && let Some(distance) = self.capsule(corners, pose.link_radius())
+            {
+                let met = self.direction * (distance - self.skipped);
+                let away = |end: usize| self.local(corners[end]).distance_squared(met);
+                let near_first = if away(0) <= away(1) { *ends } else { [ends[1], ends[0]] };
+                take(distance, near_first.into_iter().find(|number| pose.is_movable(*number)));
+            }
+        }
+        closest
+    }
+
+    /// Distance along the ray to a capsule of that radius, m, or of the radius that it is drawn with if that is
+    /// more. One that contains the ray's origin is not hit.
+    ///
+    /// In f64 and not by parry, which knows a capsule only by a search for its support points.
+    fn capsule(&self, ends: [Vec3; 2], radius: f64) -> Option<f64> {
+        let [a, b] = ends.map(|end| self.local(end));
+        let middle = (a + b) / 2.0;
+        let distance = self.skipped + middle.dot(self.direction).max(0.0);
+        let radius = radius.max(self.thinnest * distance);
+        let axis = b - a;
+        let along_axis = axis.dot(self.direction);
+        let flat = axis.length_squared() - along_axis * along_axis;
+        let mut entries = [a, b].map(|end| ball(end, self.direction, radius));
+        if flat > 1e-12 * axis.length_squared() {
+            // The infinite cylinder, where it is met between the ends.
+            let across = axis.dot(a) * along_axis - axis.length_squared() * a.dot(self.direction);
+            let rest = axis.length_squared() * (a.length_squared() - radius * radius) - axis.dot(a).powi(2);
+            let root = across * across - flat * rest;
+            let entry = (-across - root.sqrt()) / flat;
+            let place = entry * along_axis - axis.dot(a);
+            if root >= 0.0 && place > 0.0 && place < axis.length_squared() {
+                entries[0] = Some(entry);
+                entries[1] = None;
+            }
+        }
+        let entry = entries.into_iter().flatten().min_by(f64::total_cmp)?;
+        let distance = self.skipped + entry;
+        (distance > 0.0).then_some(distance)
+    }
+}
+
+/// How far along `direction` from the origin a ray enters a ball, m.
+fn ball(center: DVec3, direction: DVec3, radius: f64) -> Option<f64> {
+    let along = center.dot(direction);
+    let aside = (center - direction * along).length_squared();
+    let root = radius * radius - aside;
+    (root >= 0.0).then(|| along - root.sqrt())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,122 @@
+//! Surfaces of triangles that are new in every frame: cloth, jelly, balloons.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A mesh whose points moved since the last frame. Both of its sides are drawn; it casts and receives shadows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surface {
+    /// Its points; one that no triangle uses may be anywhere, also nowhere (not a number).
+    pub vertices: Vec<SurfaceVertex>,
+    /// Its triangles, by numbers of `vertices`; those of one piece wound in one sense, or its shading breaks.
+    pub triangles: Vec<[u32; 3]>,
+    /// Whether it has the outline of a selected body.
+    pub outlined: bool,
+}
+
+/// A point of a [`Surface`]. The layout is that of the vertex buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SurfaceVertex {
+    /// Relative to the camera, m.
+    pub position: [f32; 3],
+    /// Red, green, blue as displayed (not linear) and an alpha that is ignored, since surfaces are opaque.
+    pub color: [u8; 4],
+    /// Of unit length, to the side from which the triangles are seen counter-clockwise.
+    pub normal: [f32; 3],
+}
+
+impl Surface {
+    /// A smooth surface through `points`, m relative to the camera. Triangles with a point that is not there, by
+    /// number or because it is not finite, are left out. Color: red, green, blue as displayed, 0 to 1, and alpha.
+    #[must_use]
+    pub fn smooth(
+        points: &[Vec3],
+        triangles: impl IntoIterator<Item = [u32; 3]>,
+        color: [f32; 4],
+        outlined: bool,
+    ) -> Self {
+        let there = |corner: &u32| points.get(*corner as usize).is_some_and(|point| point.is_finite());
+        let triangles: Vec<_> = triangles.into_iter().filter(|triangle| triangle.iter().all(there)).collect();
+        let normals = smooth_normals(points, &triangles);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a byte")]
+        let bytes = color.map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8);
+        let vertex = |(position, normal): (&Vec3, Vec3)| SurfaceVertex {
+            position: position.to_array(),
+            color: bytes,
+            normal: normal.to_array(),
+        };
+        Self { vertices: points.iter().zip(normals).map(vertex).collect(), triangles, outlined }
+    }
+}
+
+/// The mean normal of the triangles at each point, each weighted with its area; zero where there is none.
+fn smooth_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::ZERO; points.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|corner| points[corner as usize]);
+        // Twice the area long.
+        let normal = (b - a).cross(c - a);
+        for corner in triangle {
+            normals[*corner as usize] += normal;
+        }
+    }
+    for normal in &mut normals {
+        *normal = normal.normalize_or_zero();
+    }
+    normals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WHITE: [f32; 4] = [1.0; 4];
+
+    fn normal(surface: &Surface, vertex: usize) -> Vec3 {
+        Vec3::from(surface.vertices[vertex].normal)
+    }
+
+    #[test]
+    fn a_flat_sheet_has_its_normal_everywhere_on_the_side_that_sees_it_counter_clockwise() {
+        let points = [Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
+        for (triangles, expected) in
+            [([[0, 1, 2], [0, 2, 3]], Vec3::Z), ([[0, 2, 1], [0, 3, 2]], Vec3::NEG_Z)]
+        {
+            let surface = Surface::smooth(&points, triangles, WHITE, false);
+            assert!((0..4).all(|vertex| normal(&surface, vertex) == expected));
+        }
+    }
+
+    #[test]
+    fn at_a_fold_a_normal_leans_to_the_larger_triangle() {
+        // Along x, one triangle lies in the plane y = 0 and one of twice its area stands in z = 0.
+        let points = [Vec3::ZERO, Vec3::X, Vec3::Z, Vec3::Y * 2.0];
+        let surface = Surface::smooth(&points, [[0, 2, 1], [0, 1, 3]], WHITE, false);
+        assert!(normal(&surface, 0).abs_diff_eq(Vec3::new(0.0, 1.0, 2.0).normalize(), 1e-6));
+        assert_eq!([normal(&surface, 2), normal(&surface, 3)], [Vec3::Y, Vec3::Z]);
+    }
+
+    #[test]
+    fn a_small_far_cell_has_a_good_normal() {
+        let corner = Vec3::new(60.0, -40.0, 80.0);
+        let points = [corner, corner + Vec3::X * 0.01, corner + Vec3::Y * 0.01];
+        let surface = Surface::smooth(&points, [[0, 1, 2]], WHITE, false);
+        assert!(normal(&surface, 0).dot(Vec3::Z) > 0.9999);
+    }
+
+    #[test]
+    fn triangles_with_a_point_that_is_not_there_are_left_out_and_spoil_nothing() {
+        let points = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NAN];
+        let surface = Surface::smooth(&points, [[0, 1, 2], [1, 2, 3], [0, 1, 9]], WHITE, false);
+        assert_eq!(surface.triangles, [[0, 1, 2]]);
+        assert!((0..3).all(|vertex| normal(&surface, vertex) == Vec3::Z));
+        assert_eq!(normal(&surface, 3), Vec3::ZERO);
+    }
+
+    #[test]
+    fn a_triangle_without_area_has_no_normal_and_no_nan() {
+        let surface = Surface::smooth(&[Vec3::ONE; 3], [[0, 1, 2]], WHITE, false);
+        assert_eq!(normal(&surface, 0), Vec3::ZERO);
+    }
+}
