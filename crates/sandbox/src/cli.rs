@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
-use motion::{DampingModel, Method};
+use motion::{DampingModel, Effect, Method};
 use scene::{Scene, StepKind};
 
 pub use crate::failure::Failure;
-use crate::headless;
 use crate::list::{Format, Listed, listed};
 use crate::session::Overrides;
 use crate::window;
+use crate::{ablate, effects, headless};
 
 /// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
 #[derive(Debug, Parser)]
@@ -86,6 +86,38 @@ enum Command {
         #[arg(long, value_name = "M", value_parser = method)]
         method: Option<Method>,
     },
+    /// Print what each effect of a scene does and costs: the receipt
+    Effects {
+        /// A shipped scene or a file
+        scene: String,
+        /// Ticks of the run
+        #[arg(long, value_name = "N", default_value_t = effects::DEFAULT_TICKS, allow_negative_numbers = true, value_parser = above_0)]
+        ticks: u64,
+        /// As a table or as JSON
+        #[arg(long, value_enum, default_value_t)]
+        format: Format,
+    },
+    /// Run a scene again without each of its effects and print what that changes
+    Ablate(AblateArgs),
+}
+
+/// Runs a scene again without each of its effects.
+#[derive(Args, Debug)]
+pub(crate) struct AblateArgs {
+    /// A shipped scene or a file
+    pub scene: String,
+    /// Simulated seconds, in place of --ticks
+    #[arg(long, value_name = "S", conflicts_with = "ticks", allow_negative_numbers = true, value_parser = positive)]
+    pub seconds: Option<f64>,
+    /// Ticks of each run
+    #[arg(long, value_name = "N", default_value_t = effects::DEFAULT_TICKS, allow_negative_numbers = true, value_parser = above_0)]
+    pub ticks: u64,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+    /// Do not compare the pictures at the end
+    #[arg(long)]
+    pub no_pictures: bool,
 }
 
 /// Runs a scene without a window.
@@ -107,6 +139,9 @@ pub(crate) struct RunArgs {
     /// Damping model, in place of the scene's: tutorial, clamped or exact
     #[arg(long, value_name = "MODEL", value_parser = damping)]
     pub damping: Option<DampingModel>,
+    /// Start with this effect switched off; may be given several times
+    #[arg(long, value_name = "EFFECT", value_parser = effect)]
+    pub without: Vec<Effect>,
     /// Frames a second for scripts and pictures [default: 60]
     #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = rate)]
     pub fps: Option<f64>,
@@ -154,9 +189,16 @@ pub fn run() -> Result<(), Failure> {
         }
         Some(Command::Plan { scene, method }) => {
             let overrides = Overrides { method, ..Overrides::default() };
-            show(&crate::plan::text(scene::load(&scene)?, overrides));
+            let scene = scene::load(&scene)?;
+            overrides.check(&scene)?;
+            show(&crate::plan::text(scene, overrides));
             Ok(())
         }
+        Some(Command::Effects { scene, ticks, format }) => {
+            show(&effects::receipt(scene::load(&scene)?, ticks, format));
+            Ok(())
+        }
+        Some(Command::Ablate(args)) => ablate::ablate(&args),
     }
 }
 
@@ -223,6 +265,10 @@ fn threads(text: &str) -> Result<usize, String> {
 
 fn method(text: &str) -> Result<Method, String> {
     Method::from_name(text).ok_or_else(|| format!("the methods are {}", names(Method::ALL.map(Method::name))))
+}
+
+fn effect(text: &str) -> Result<Effect, String> {
+    Effect::from_name(text).ok_or_else(|| format!("the effects are {}", names(Effect::ALL.map(Effect::name))))
 }
 
 fn damping(text: &str) -> Result<DampingModel, String> {

@@ -4,13 +4,13 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::{Damping, Gravity, Method, Push, PushQueue, Request};
+use motion::{Damping, Effect, Gravity, Method, PushQueue, Request};
 use scene::PushSpec;
 
 use crate::actions::{Action, Key, When, binding};
 use crate::input::{Button, Experiment, Input};
 use crate::methods;
-use crate::session::{KEY_PUSH, Order, Session};
+use crate::session::{KEY_PUSH, Order, Session, SwitchedBy, unsolvable};
 
 /// What the pointer is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,6 +41,8 @@ pub(crate) struct Control {
     pub steps_asked: u64,
     pub velocity_arrows: bool,
     pub force_arrows: bool,
+    /// Every spring is drawn, and not the surfaces that springs hold.
+    pub springs: bool,
     pub trails: bool,
 }
 
@@ -59,6 +61,7 @@ impl Control {
             steps_asked: 0,
             velocity_arrows: false,
             force_arrows: false,
+            springs: false,
             trails: false,
         }
     }
@@ -151,7 +154,7 @@ impl Session {
         ) * KEY_PUSH;
         let selected =
             self.control.selection.filter(|_| self.control.mode == Mode::Selection && push != DVec3::ZERO);
-        let pushes = selected.map(|body| Push { body, newtons: push });
+        let pushes = selected.map_or_else(Vec::new, |thing| self.pushes_on(thing, push));
         self.world.resource_mut::<PushQueue>().sustain(pushes);
         if self.control.selecting {
             self.select();
@@ -186,9 +189,11 @@ impl Session {
             Action::NextMethod => self.change_method(Method::next),
             Action::PreviousMethod => self.change_method(Method::previous),
             Action::Settings => self.ui.toggle_settings(),
+            Action::Effects => self.ui.toggle_effects(),
             Action::Help => self.ui.toggle_help(),
             Action::VelocityArrows => self.control.velocity_arrows ^= true,
             Action::ForceArrows => self.control.force_arrows ^= true,
+            Action::Springs => self.control.springs ^= true,
             Action::Trails => self.control.trails ^= true,
             Action::Screenshot => self.orders.push(Order::Screenshot(None)),
             Action::Cancel => {
@@ -235,6 +240,7 @@ impl Session {
                 let request = Request::SwitchGravity(!gravity.on);
                 self.ask(request);
                 self.carry_out_requests();
+                self.note_switched(Effect::Gravity, SwitchedBy::Key);
             }
             None => {
                 self.ui.notice("this scene declares no gravity; the settings (Tab) can add it".to_owned());
@@ -244,7 +250,11 @@ impl Session {
 
     fn change_method(&mut self, other: fn(Method) -> Method) {
         let before = self.stepper.method();
-        let method = other(before);
+        let gravity = self.world.contains_resource::<motion::MutualGravity>();
+        let mut method = other(before);
+        while unsolvable(method, gravity).is_some() {
+            method = other(method);
+        }
         self.set_method(method);
         self.ui.take_back(&methods::line(before));
         self.ui.notice(methods::line(method));
@@ -297,9 +307,10 @@ impl Session {
     fn push_selected(&mut self) {
         let (Some(selected), Some(_)) = (self.control.selection, self.scene.push) else { return };
         let ray = self.picking_ray();
-        if self.cast(&ray).is_some_and(|hit| hit.entity == selected) {
+        let hit = self.cast(&ray).filter(|hit| hit.entity == selected);
+        if let Some(pushed) = hit.and_then(|hit| hit.pushed) {
             let newtons = ray.direction() * self.control.click_force;
-            self.world.resource_mut::<PushQueue>().push_once(selected, newtons);
+            self.world.resource_mut::<PushQueue>().push_once(pushed, newtons);
         }
     }
 
@@ -315,7 +326,7 @@ impl Session {
                     self.ask(request(body, DVec3::from_array(*value)));
                 }
             }
-            Experiment::OfWorld(request) => self.ask(*request),
+            Experiment::OfWorld(request) => self.ask_by(*request, SwitchedBy::Script),
             Experiment::Remove(name) => {
                 if let Some(body) = self.body(name) {
                     self.ask(Request::Remove(body));
@@ -324,13 +335,17 @@ impl Session {
             Experiment::DampingRate(rate) => {
                 let damping = self.world.get_resource::<Damping>().copied();
                 let model = damping.map_or_else(Default::default, |damping| damping.model);
-                self.ask(Request::SetDamping(Damping { model, rate: *rate }));
+                self.ask_by(Request::SetDamping(Damping { model, rate: *rate }), SwitchedBy::Script);
             }
             Experiment::Method(method) => self.set_method(*method),
             Experiment::BodyMethod(name, method) => {
                 if let Some(body) = self.body(name) {
                     self.set_body_method(body, *method);
                 }
+            }
+            Experiment::SwitchEffect(effect, on) => {
+                // The person was told if there is no such effect in the scene.
+                let _ = self.switch_effect(*effect, *on, SwitchedBy::Script);
             }
             Experiment::Screenshot(name) => self.orders.push(Order::Screenshot(Some(name.clone()))),
         }

@@ -1,13 +1,15 @@
 //! From the world to a plain frame: the one place where drawn state becomes f32, relative to the camera.
 
+mod soft;
+
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
-use motion::{PhysicsBody, PreviousPosition, Transform};
+use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};
 use pick::Shape;
 use render::{Camera, Frame, Instance, Light, Line, Particle};
-use scene::Appearance;
+use scene::{Appearance, PointRadius};
 
-use crate::session::Session;
+use crate::session::{Session, drawn};
 
 /// The tutorial's color of the selection.
 const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
@@ -23,9 +25,6 @@ const ARROW_WIDTH_PX: f32 = 2.5;
 
 /// Meters of an arrow a m/s, and a m/s² of the acceleration that a force would give.
 const ARROW_SCALE: f64 = 0.5;
-
-/// Radius of a particle, m.
-const PARTICLE_RADIUS: f32 = 0.15;
 
 impl Session {
     /// The picture of the present state.
@@ -53,6 +52,8 @@ impl Session {
             ..Default::default()
         };
         self.add_shapes(&mut frame);
+        self.add_soft_bodies(&mut frame);
+        self.add_springs(&mut frame, eye);
         self.add_particles(&mut frame, eye);
         self.add_arrows(&mut frame, eye);
         if self.control.trails {
@@ -92,18 +93,29 @@ impl Session {
 
     fn add_particles(&mut self, frame: &mut Frame, eye: DVec3) {
         let alpha = self.alpha;
-        let mut particles = self
-            .world
-            .query_filtered::<(&Transform, Option<&PreviousPosition>, Option<&Appearance>), (With<PhysicsBody>, Without<Shape>)>();
-        frame.particles.extend(particles.iter(&self.world).map(|(transform, before, look)| {
-            let before = before.map_or(transform.position, |before| before.0);
+        let of_soft_bodies = self.points_of_soft_bodies();
+        let mut particles = self.world.query_filtered::<(
+            Entity,
+            &Transform,
+            Option<&PreviousPosition>,
+            Option<&Appearance>,
+            Option<&PointRadius>,
+        ), (With<PhysicsBody>, Without<Shape>, Without<Dormant>)>();
+        let particles = particles.iter(&self.world);
+        let seen = |(_, now, before, look, radius): (_, _, _, Option<&Appearance>, Option<&PointRadius>)| {
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             Particle {
-                position: (before + (transform.position - before) * alpha - eye).as_vec3().to_array(),
-                radius_m: PARTICLE_RADIUS,
+                position: (drawn(now, before, alpha) - eye).as_vec3().to_array(),
+                radius_m: radius.copied().unwrap_or_default().0,
                 color: [r, g, b, 1.0],
             }
-        }));
+        };
+        if of_soft_bodies.is_empty() {
+            frame.particles.extend(particles.map(seen));
+        } else {
+            let free = particles.filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
+            frame.particles.extend(free.map(seen));
+        }
     }
 
     fn add_arrows(&mut self, frame: &mut Frame, eye: DVec3) {
@@ -111,7 +123,8 @@ impl Session {
             return;
         }
         let gravity = self.world.get_resource::<motion::Gravity>().and_then(motion::Gravity::acting);
-        let mut bodies = self.world.query::<(Entity, &PhysicsBody, Has<motion::GravityOff>)>();
+        let mut bodies =
+            self.world.query_filtered::<(Entity, &PhysicsBody, Has<motion::GravityOff>), Without<Dormant>>();
         let mut arrows = Vec::new();
         for (entity, body, floats) in bodies.iter(&self.world).filter(|(_, body, _)| body.inverse_mass > 0.0)
         {

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use motion::{FrameClock, FrameTime, Totals};
+use motion::{Effect, EffectState, FrameClock, FrameTime, Totals};
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 use scene::{Action, Recording, Scene, Script, Source};
 
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::files::Output;
 use crate::player::Player;
 use crate::report::{self, STATE_HEADER, Summary};
-use crate::session::{CATCH_UP, Options, Order, Overrides, Session};
+use crate::session::{CATCH_UP, Options, Order, Overrides, Session, SwitchedBy};
 
 /// Seconds of a run that does not say how long.
 const DEFAULT_SECONDS: f64 = 10.0;
@@ -153,6 +153,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         damping: args.damping,
         substeps: args.step.substeps,
     };
+    overrides.check(&scene)?;
     overrides.apply(&mut scene);
     let mut ends = frame_ends(args, recording.as_ref().map(|recording| recording.frame_ends_s.clone()))?;
     let ticks = tick_limit(args, &scene, &ends)?;
@@ -186,6 +187,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     }
 
     let mut session = Session::new(scene, options);
+    for effect in &args.without {
+        session.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
+            Failure::Usage(format!("{}: {error}; leave --without {effect} out", args.scene))
+        })?;
+    }
     let start = Summary::start(&mut session);
     let mut watch =
         Watch { state, every: args.every, last: None, error: None, peak_kinetic: start.kinetic_energy };
@@ -361,8 +367,13 @@ fn verdict(args: &RunArgs, session: &mut Session, start: Totals, watch: &Watch) 
     let Some(bound) = expect.energy_drift_below else { return Ok(()) };
     let works = [
         ("damping", session.world().contains_resource::<motion::Damping>()),
-        ("drag", session.scene().drag.is_some()),
-        ("a thrust", session.scene().own_laws.values().any(|own| !own.thrusts.is_empty())),
+        ("drag", session.world().contains_resource::<motion::Drag>()),
+        (
+            "the damping of a spring",
+            session.world().get_resource::<motion::Groups>().is_some_and(motion::Groups::damped),
+        ),
+        ("an emitter", motion::state(session.world_mut(), Effect::Emitters) == EffectState::On),
+        ("a thrust", motion::state(session.world_mut(), Effect::Thrusts) == EffectState::On),
         ("a script", args.script.is_some()),
     ];
     if let Some((what, _)) = works.iter().find(|(_, acts)| *acts) {

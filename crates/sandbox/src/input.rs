@@ -1,6 +1,6 @@
 //! What reaches the program from outside in one frame: the same events from a window, a script or a test.
 
-use motion::{Method, Request};
+use motion::{Effect, Method, Request};
 
 use crate::actions::Key;
 
@@ -58,6 +58,8 @@ pub enum Experiment {
     Method(Method),
     /// Gives a body, named, a method of its own, or the scene's.
     BodyMethod(String, Option<Method>),
+    /// Switches an effect off or on again.
+    SwitchEffect(Effect, bool),
     /// Writes the picture of this frame to a file of this name.
     Screenshot(String),
 }

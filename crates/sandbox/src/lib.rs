@@ -2,10 +2,12 @@
 //!
 //! Does not include: physics (`motion`), file formats (`scene`), rays (`pick`), pixels (`render`).
 
+mod ablate;
 pub mod actions;
 mod camera;
 pub mod cli;
 mod control;
+mod effects;
 mod extract;
 mod failure;
 pub mod files;
@@ -14,7 +16,7 @@ pub mod input;
 mod list;
 pub mod methods;
 mod panels;
-mod plan;
+pub mod plan;
 pub mod player;
 pub mod report;
 mod session;
@@ -24,4 +26,4 @@ mod window;
 
 pub use camera::Camera;
 pub use control::Mode;
-pub use session::{Measured, Options, Order, Overrides, QuarantinedBody, Session};
+pub use session::{Measured, Options, Order, Overrides, QuarantinedBody, Session, SwitchedBy};

@@ -26,9 +26,9 @@ pub(crate) enum Format {
 }
 
 /// What accelerates bodies: name, key of the scene file, meaning.
-const LAWS: [[&str; 3]; 5] = [
+pub(crate) const LAWS: [[&str; 3]; 7] = [
     ["gravity", "gravity", "the same acceleration for every body: a = g"],
-    ["drag", "drag", "drag of a fluid at rest, linear and quadratic: a = -c v - k |v| v"],
+    ["drag", "drag", "drag of a fluid, linear and quadratic: a = -c u - k |u| u with u = v - wind"],
     ["wells", "wells", "points that attract or repel: a = -mu r / (r² + s²)^(3/2)"],
     [
         "thrusts",
@@ -36,6 +36,12 @@ const LAWS: [[&str; 3]; 5] = [
         "engines of single bodies: forces that follow a polynomial, a sine or a table in time",
     ],
     ["damping", "damping: (model: exact)", "the exact damping model: a = -c v"],
+    ["springs", "springs, soft_bodies", "springs with damping along their axes: F = k (L - L0) + c dL/dt"],
+    [
+        "mutual_gravity",
+        "mutual_gravity",
+        "every two bodies attract each other: F = G m1 m2 r / (r² + s²)^(3/2)",
+    ],
 ];
 
 /// A cell: name in JSON, what programs and what people read.
@@ -115,7 +121,8 @@ pub(crate) fn listed(what: Listed, format: Format) -> String {
     }
 }
 
-fn aligned(rows: &[Vec<String>]) -> String {
+/// Rows as a table with columns of one width.
+pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let mut table = String::new();
     for row in rows {

@@ -1,6 +1,7 @@
 //! What the panels show, taken from the session once a frame, and what a person changes in them.
 
 mod card;
+mod effects;
 mod finder;
 mod help;
 mod hud;
@@ -11,13 +12,14 @@ mod settings;
 use bevy_ecs::prelude::*;
 use egui::{LayerId, Order};
 use glam::DVec3;
+use lab::Row;
 use motion::{
-    Damping, DampingModel, DampingRate, Gravity, Method, PhysicsBody, Request, TimeStep, Transform,
+    Damping, DampingModel, DampingRate, Effect, Gravity, Method, PhysicsBody, Request, TimeStep, Transform,
 };
 
 use crate::control::Mode;
 use crate::input::Experiment;
-use crate::session::{Label, Measured, Session};
+use crate::session::{Label, Measured, Session, SoftSum};
 use crate::ui::Ui;
 
 pub(crate) use finder::Finder;
@@ -27,6 +29,8 @@ pub(crate) use finder::Finder;
 pub(crate) enum Edit {
     Ask(Request),
     Try(Experiment),
+    Switch(Effect, bool),
+    MeasureEffects,
     StepHz(f64),
     Open(String),
 }
@@ -54,6 +58,8 @@ pub(crate) struct Model {
     pub notices: Vec<String>,
     pub selection: Option<Selected>,
     pub labels: Vec<Label>,
+    /// The receipt, while its panel is open.
+    pub effects: Vec<Row>,
 }
 
 /// The selected thing in the tutorial's terms.
@@ -73,10 +79,13 @@ pub(crate) struct Selected {
     /// The method that it asks for, whatever the scene's is.
     pub own_method: Option<Method>,
     pub quarantined: bool,
+    /// What is summed up over the points, of a soft body.
+    pub soft: Option<SoftSum>,
 }
 
 impl Model {
-    pub fn of(session: &Session, notices: Vec<String>) -> Self {
+    pub fn of(session: &mut Session, notices: Vec<String>) -> Self {
+        let effects = if session.ui.effects { session.receipt() } else { Vec::new() };
         let gravity = session.world.get_resource::<Gravity>().copied();
         Self {
             mode: session.control.mode,
@@ -97,6 +106,7 @@ impl Model {
             measured: session.measured,
             quarantined: session.quarantined().len(),
             notices,
+            effects,
             labels: session.visible_labels(),
             selection: session.control.selection.and_then(|thing| Selected::of(session, thing, gravity)),
         }
@@ -105,6 +115,31 @@ impl Model {
 
 impl Selected {
     fn of(session: &Session, entity: Entity, gravity: Option<Gravity>) -> Option<Self> {
+        match session.soft_sum(entity) {
+            Some(soft) => Some(Self::of_points(session, entity, soft)),
+            None => Self::of_thing(session, entity, gravity),
+        }
+    }
+
+    /// A soft body as its center of mass.
+    fn of_points(session: &Session, entity: Entity, soft: SoftSum) -> Self {
+        Self {
+            entity,
+            name: session.name(entity),
+            position: soft.position,
+            displacement: soft.displacement,
+            body: Some(soft.body),
+            applied: DVec3::ZERO,
+            laws: DVec3::ZERO,
+            gravity: DVec3::ZERO,
+            damping: 0.0,
+            own_method: None,
+            quarantined: false,
+            soft: Some(soft),
+        }
+    }
+
+    fn of_thing(session: &Session, entity: Entity, gravity: Option<Gravity>) -> Option<Self> {
         let position = session.world.get::<Transform>(entity)?.position;
         let start =
             session.ids.get(&entity).map_or(position, |id| session.scene.bodies[*id as usize].position);
@@ -127,6 +162,7 @@ impl Selected {
             damping,
             own_method: session.world.get_entity(entity).ok().and_then(motion::own_method),
             quarantined: session.world.get::<motion::Quarantined>(entity).is_some(),
+            soft: None,
         })
     }
 }
@@ -145,6 +181,9 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
     }
     if ui.settings {
         settings::show(context, model, &mut edits);
+    }
+    if ui.effects {
+        effects::show(context, model, &mut edits);
     }
     if let Some(mut finder) = ui.finder.take()
         && finder.show(context, &mut edits)

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
-use motion::{Damping, Drag, Gravity, Method, OwnLaws, Wells};
+use motion::{Damping, Drag, Gravity, Groups, Method, MutualGravity, OwnLaws, Wells, Wind};
 use scene::{Scene, StepKind};
 
 use crate::methods::cost;
@@ -36,7 +36,9 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
             Some((method, filter)) => {
                 let claims = method.claims();
                 let whose = if integrating > 1 { whose(filter) } else { "" };
-                format!("{}: {}{whose}{}{}", claims.title, cost(claims), laws.accelerating, laws.damping)
+                let coupled = if name == "integrate_groups" { &laws.coupled } else { "" };
+                let Laws { accelerating, damping, .. } = &laws;
+                format!("{}: {}{whose}{coupled}{accelerating}{damping}", claims.title, cost(claims))
             }
             None => laws.what(name),
         };
@@ -52,7 +54,8 @@ pub fn text(scene: Scene, overrides: Overrides) -> String {
 
 /// The method of a system `integrate<RungeKutta4, Without<OwnMethod>>`, and what follows it in the brackets.
 fn integrated(system: &str) -> Option<(Method, &str)> {
-    let parameters = system.strip_prefix("integrate")?.trim_start_matches("::").strip_prefix('<')?;
+    let name = system.strip_prefix("integrate_groups").or_else(|| system.strip_prefix("integrate"))?;
+    let parameters = name.trim_start_matches("::").strip_prefix('<')?;
     let (name, filter) = parameters.split_once([',', '>'])?;
     // A method's type is called what the method is.
     let method = Method::ALL.into_iter().find(|method| format!("{method:?}") == name)?;
@@ -70,6 +73,8 @@ fn whose(filter: &str) -> &'static str {
 
 /// The laws of a world in words, each behind a semicolon.
 struct Laws {
+    /// Those between bodies.
+    coupled: String,
     accelerating: String,
     damping: String,
 }
@@ -81,8 +86,14 @@ impl Laws {
             let on = if *on { "on" } else { "off" };
             accelerating += &format!("; gravity ({}, {}, {}) m/s², {on}", g.x, g.y, g.z);
         }
-        if let Some(Drag { linear, quadratic }) = world.get_resource::<Drag>() {
+        if let Some(Drag { linear, quadratic, wind }) = world.get_resource::<Drag>() {
             accelerating += &format!("; drag {linear} 1/s, {quadratic} 1/m");
+            if let Some(Wind { velocity: v, gust, gust_hz }) = wind {
+                accelerating += &format!("; wind ({}, {}, {}) m/s", v.x, v.y, v.z);
+                if !wind.is_some_and(|wind| wind.is_steady()) {
+                    accelerating += &format!(", gusts {gust} m/s at {gust_hz} Hz");
+                }
+            }
         }
         if let Some(Wells(wells)) = world.get_resource::<Wells>() {
             accelerating += &format!("; wells: {}", wells.len());
@@ -98,12 +109,15 @@ impl Laws {
             Some(Damping { model, rate }) => format!("; damping {} {rate} 1/s", model.name()),
             None => String::new(),
         };
-        Self { accelerating, damping }
+        Self { coupled: coupled(world), accelerating, damping }
     }
 
     fn what(&self, system: &str) -> String {
-        let Self { accelerating, damping } = self;
+        let Self { accelerating, damping, .. } = self;
         match system {
+            "emit_particles" => {
+                "particles that are due are born, and taken back when their life is over".to_owned()
+            }
             "apply_forces" => "queued pushes become forces".to_owned(),
             "integrate_acceleration" => format!("v += (F w + g) h{accelerating}"),
             "integrate_velocity" => format!("x += v h{damping}"),
@@ -118,6 +132,21 @@ impl Laws {
     }
 }
 
+/// What acts between bodies, in words, each behind a semicolon.
+fn coupled(world: &World) -> String {
+    let Some(groups) = world.get_resource::<Groups>() else { return String::new() };
+    let count = |count: usize, one: &str| format!("; {count} {one}{}", if count == 1 { "" } else { "s" });
+    let bodies = if groups.bodies() == 1 { "body" } else { "bodies" };
+    let mut words = count(groups.len(), "group") + &format!(" of {} {bodies}", groups.bodies());
+    if groups.springs() > 0 {
+        words += &count(groups.springs(), "spring");
+    }
+    if let Some(MutualGravity { constant, softening }) = world.get_resource::<MutualGravity>() {
+        words += &format!("; mutual gravity {constant} m³/(kg s²), softened over {softening} m");
+    }
+    words
+}
+
 #[cfg(test)]
 mod tests {
     use motion::units::Vector;
@@ -130,7 +159,7 @@ mod tests {
         let mut world = World::new();
         assert_eq!(Laws::of(&mut world).accelerating, "");
         world.insert_resource(Gravity::EARTH);
-        world.insert_resource(Drag { linear: 0.1, quadratic: 0.02 });
+        world.insert_resource(Drag::new(0.1, 0.02));
         let well = Well { position: Vector::ZERO, strength: 1.0, softening: 0.0 };
         world.insert_resource(Wells(vec![well; 2]));
         let thrust = Thrust::new(Curve::Polynomial(vec![Vector::X]), 0.0, 1.0);

@@ -114,6 +114,7 @@ impl Player {
             Action::Screenshot(name) => experiment(Experiment::Screenshot(name)),
             Action::SetBodyMethod(body, method) => experiment(Experiment::BodyMethod(body, Some(method))),
             Action::SetMethod(method) => experiment(Experiment::Method(method)),
+            Action::SwitchEffect(effect, on) => experiment(Experiment::SwitchEffect(effect, on)),
         });
     }
 }

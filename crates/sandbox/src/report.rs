@@ -7,6 +7,7 @@ use motion::{Method, PhysicsBody, Totals, Transform, totals};
 use serde_json::{Map, Value, json};
 use xxhash_rust::xxh3::Xxh3;
 
+use crate::list::LAWS;
 use crate::session::Session;
 
 /// Header of the state file.
@@ -67,19 +68,16 @@ impl Summary {
     pub fn of(session: &mut Session, start: Totals, pictures: u64, adapter: Option<String>) -> Self {
         let now = totals(session.world_mut());
         let evaluations = session.evaluations();
-        // A law that the scene declares is listed also while it is off.
-        let declared = [
-            ("gravity", session.world().contains_resource::<motion::Gravity>()),
-            ("drag", session.world().contains_resource::<motion::Drag>()),
-            ("wells", session.world().contains_resource::<motion::Wells>()),
-        ];
-        let declared = declared.into_iter().filter(|(_, declared)| *declared).map(|(law, _)| (law, 0));
-        let laws: Map<_, _> = declared
+        // Every law is listed: one that does not act was evaluated 0 times.
+        let laws: Map<_, _> = LAWS
+            .map(|[law, ..]| (law, 0))
+            .into_iter()
             .chain(evaluations.laws().iter().copied())
             .map(|(law, count)| (law.to_owned(), json!(count)))
             .collect();
-        let (accelerations, newton_iterations, unconverged_steps) =
-            (evaluations.accelerations(), evaluations.newton_iterations(), evaluations.unconverged_steps());
+        let (accelerations, cg_iterations) = (evaluations.accelerations(), evaluations.cg_iterations());
+        let (newton_iterations, unconverged_steps) =
+            (evaluations.newton_iterations(), evaluations.unconverged_steps());
         let quarantined: Vec<_> = session
             .quarantined()
             .iter()
@@ -100,7 +98,7 @@ impl Summary {
             ("dropped_s", number(session.dropped())),
             ("force_evaluations", json!(accelerations)),
             ("laws", Value::Object(laws)),
-            ("cg_iterations", json!(0)),
+            ("cg_iterations", json!(cg_iterations)),
             ("newton_iterations", json!(newton_iterations)),
             ("unconverged_steps", json!(unconverged_steps)),
             ("kinetic_energy_j", number(now.kinetic_energy)),

@@ -2,13 +2,19 @@
 //!
 //! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
 
+mod effects;
 mod labels;
 mod options;
 mod pose;
 mod read;
+mod soft;
 
+pub use effects::SwitchedBy;
 pub(crate) use labels::Label;
+pub(crate) use options::unsolvable;
 pub use options::{Options, Overrides};
+pub(crate) use pose::drawn;
+pub(crate) use soft::SoftSum;
 
 use std::collections::HashMap;
 use std::num::NonZero;
@@ -16,11 +22,11 @@ use std::num::NonZero;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Damping, Evaluations, FrameTime, Gravity, Method, PhysicsBody, PreviousPosition, Push, PushQueue,
-    Quarantine, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
+    Damping, Evaluations, FrameTime, Gravity, Method, MutualGravity, PhysicsBody, PreviousPosition, Push,
+    PushQueue, Quarantine, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
     remember_positions,
 };
-use pick::Targets;
+use pick::{SoftTargets, Targets};
 use scene::{PushSpec, Scene, StepKind};
 
 use crate::camera::Camera;
@@ -83,7 +89,9 @@ pub struct Session {
     pub(crate) trails: Trails,
     pub(crate) measured: Option<Measured>,
     pub(crate) orders: Vec<Order>,
+    pub(crate) effects: effects::Effects,
     targets: Targets,
+    soft: SoftTargets,
     targets_current: bool,
     /// Where between the last two ticks bodies are drawn, in [0, 1].
     pub(crate) alpha: f64,
@@ -117,7 +125,9 @@ impl Session {
             trails: Trails::default(),
             measured: None,
             orders: Vec::new(),
+            effects: effects::Effects::default(),
             targets: Targets::default(),
+            soft: SoftTargets::default(),
             targets_current: false,
             ids: ids_of(&entities),
             alpha: 1.0,
@@ -297,11 +307,35 @@ impl Session {
 
     /// Gives `body` a method of its own, or the scene's.
     pub(crate) fn set_body_method(&mut self, body: Entity, method: Option<Method>) {
+        if self.refuses(method.unwrap_or(self.stepper.method())) {
+            return;
+        }
         self.ask(Request::SetBodyMethod(body, method));
+    }
+
+    /// Says so where a method cannot solve what is declared.
+    fn refuses(&mut self, method: Method) -> bool {
+        let why = unsolvable(method, self.world.contains_resource::<MutualGravity>());
+        if let Some(why) = why {
+            self.ui.notice(why.to_owned());
+        }
+        why.is_some()
+    }
+
+    /// Says so where mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
+    pub(crate) fn refuses_mutual_gravity(&mut self) -> bool {
+        let why = self.methods().into_iter().find_map(|(method, _)| unsolvable(method, true));
+        if let Some(why) = why {
+            self.ui.notice(why.to_owned());
+        }
+        why.is_some()
     }
 
     /// Goes on with another method of the scene.
     pub(crate) fn set_method(&mut self, method: Method) {
+        if self.refuses(method) {
+            return;
+        }
         self.stepper.set_method(&mut self.world, method);
     }
 
@@ -314,7 +348,8 @@ impl Session {
         }
     }
 
-    /// Builds the world anew; camera, gravity, damping and click force stay, the selection does not.
+    /// Builds the world anew; camera, gravity, damping, what is switched off and click force stay, the selection does
+    /// not.
     pub(crate) fn reset_world(&mut self) {
         // Gravity and damping may have been asked for in this very frame.
         self.carry_out_requests();
@@ -324,15 +359,17 @@ impl Session {
         let step = *self.world.resource::<TimeStep>();
         let (mut world, stepper, entities) = build(&self.scene, self.options);
         self.hand_over(&mut world);
-        (self.world, self.stepper, self.entities) = (world, stepper, entities);
-        self.ids = ids_of(&self.entities);
-        self.world.insert_resource(step);
+        world.insert_resource(step);
         if let Some(gravity) = gravity {
-            self.world.insert_resource(gravity);
+            world.insert_resource(gravity);
         }
         if let Some(damping) = damping {
-            self.world.insert_resource(damping);
+            world.insert_resource(damping);
         }
+        self.hand_over_effects(&mut world);
+        (self.world, self.stepper, self.entities) = (world, stepper, entities);
+        self.ids = ids_of(&self.entities);
+        self.stepper.recompile(&mut self.world);
         if method != self.stepper.method() {
             self.stepper.set_method(&mut self.world, method);
         }
@@ -340,6 +377,7 @@ impl Session {
         self.control.locked = None;
         self.records_seen = 0;
         self.targets = Targets::default();
+        self.soft = SoftTargets::default();
         self.targets_current = false;
         self.trails = Trails::default();
         self.acting.clear();
@@ -355,6 +393,7 @@ impl Session {
         next.control.pointer = self.control.pointer;
         (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
         self.hand_over(&mut next.world);
+        next.count_effects_from_now();
         next.ticks_left = self.ticks_left;
         next.dropped = self.dropped;
         *self = next;

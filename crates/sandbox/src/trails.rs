@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{PhysicsBody, PreviousPosition, Transform};
+use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};
 
 /// How far back a trail goes, s of simulated time: a year of the orbits that are shipped.
 const SECONDS: f64 = 6.0;
@@ -28,7 +28,12 @@ impl Trails {
     /// Notes where bodies are drawn at `time`, s, `alpha` of the way from their last position to the present one:
     /// a trail that ran ahead of its body would show long ticks.
     pub fn record(&mut self, world: &mut World, alpha: f64, time: f64) {
-        let mut bodies = world.query::<(Entity, &Transform, &PhysicsBody, Option<&PreviousPosition>)>();
+        // What is thrown out again leaves no line from where it was taken.
+        for body in world.query_filtered::<Entity, With<Dormant>>().iter(world) {
+            self.0.remove(&body);
+        }
+        let mut bodies = world
+            .query_filtered::<(Entity, &Transform, &PhysicsBody, Option<&PreviousPosition>), Without<Dormant>>();
         let movable = bodies.iter(world).filter(|(_, _, body, _)| body.inverse_mass > 0.0).take(BODIES);
         let most = POINTS / movable.clone().count().max(1);
         for (body, Transform { position, .. }, _, before) in movable {
@@ -100,6 +105,16 @@ mod tests {
         let trails = drawn(BODIES + 5, 200, 0.001);
         assert_eq!(trails.iter().count(), BODIES);
         assert!(trails.iter().all(|trail| trail.len() == POINTS / BODIES));
+    }
+
+    #[test]
+    fn what_is_taken_back_leaves_no_trail() {
+        let (mut world, mut trails) = (world(2), Trails::default());
+        trails.record(&mut world, 1.0, 0.0);
+        let taken = world.query_filtered::<Entity, With<PreviousPosition>>().iter(&world).last();
+        world.entity_mut(taken.expect("two of them")).insert(Dormant);
+        trails.record(&mut world, 1.0, 1.0);
+        assert_eq!(trails.iter().count(), 1);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::actions::Key;
 use crate::control::Mode;
 use crate::input::Button;
 use crate::panels::{self, Edit, Finder};
-use crate::session::{Order, Session};
+use crate::session::{Order, Session, SwitchedBy};
 
 /// How long a notice stays, s.
 const NOTICE_S: f64 = 4.0;
@@ -29,6 +29,7 @@ pub(crate) struct Ui {
     laid_out: bool,
     pub help: bool,
     pub settings: bool,
+    pub effects: bool,
     pub finder: Option<Finder>,
     was_open: bool,
     notices: Vec<(String, Option<f64>)>,
@@ -53,6 +54,7 @@ impl Ui {
             laid_out: false,
             help: false,
             settings: false,
+            effects: false,
             finder: None,
             was_open: false,
             notices: Vec::new(),
@@ -65,6 +67,10 @@ impl Ui {
 
     pub fn toggle_settings(&mut self) {
         self.settings ^= true;
+    }
+
+    pub fn toggle_effects(&mut self) {
+        self.effects ^= true;
     }
 
     pub fn toggle_finder(&mut self) {
@@ -88,7 +94,7 @@ impl Ui {
 
     /// Whether a panel is open.
     pub const fn any_open(&self) -> bool {
-        self.help || self.settings || self.finder.is_some()
+        self.help || self.settings || self.effects || self.finder.is_some()
     }
 
     /// Whether a panel was open in the last layout: one more layout forgets it.
@@ -101,7 +107,7 @@ impl Ui {
         if self.finder.take().is_some() {
             return true;
         }
-        for open in [&mut self.help, &mut self.settings] {
+        for open in [&mut self.help, &mut self.settings, &mut self.effects] {
             if std::mem::take(open) {
                 return true;
             }
@@ -245,8 +251,13 @@ impl Session {
         self.ui.was_open = self.ui.any_open();
         for edit in edits {
             match edit {
-                Edit::Ask(request) => self.ask(request),
+                Edit::Ask(request) => self.ask_by(request, SwitchedBy::Settings),
                 Edit::Try(experiment) => self.experiment(&experiment),
+                Edit::Switch(effect, on) => {
+                    // Only declared ones can be clicked.
+                    let _ = self.switch_effect(effect, on, SwitchedBy::Panel);
+                }
+                Edit::MeasureEffects => self.measure_effects(),
                 Edit::StepHz(rate) => {
                     if self.clock.set_rate(rate).is_ok() {
                         self.world.insert_resource(motion::TimeStep(1.0 / rate));

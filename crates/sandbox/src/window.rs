@@ -52,6 +52,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let event_loop = display::event_loop()?;
     let overrides =
         Overrides { method: args.step.method, substeps: args.step.substeps, ..Overrides::default() };
+    overrides.check(&scene)?;
     let options = Options {
         size_px: args.size,
         paused: args.paused,

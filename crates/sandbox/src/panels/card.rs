@@ -5,6 +5,7 @@ use glam::DVec3;
 use motion::Method;
 
 use super::Selected;
+use crate::session::SoftSum;
 
 /// Points that three components of two digits before the point need.
 const WIDTH: f32 = 340.0;
@@ -39,6 +40,10 @@ fn rows(selected: &Selected, scene: Method) -> Vec<(&'static str, String)> {
         rows.push(("physics", "none: scenery".to_owned()));
         return rows;
     };
+    if let Some(soft) = &selected.soft {
+        rows.extend(soft_rows(soft));
+        return rows;
+    }
     let movable = body.inverse_mass > 0.0;
     let gravity = if movable { selected.gravity } else { DVec3::ZERO };
     let of_laws = if movable { selected.laws * body.mass() } else { DVec3::ZERO };
@@ -63,6 +68,29 @@ fn rows(selected: &Selected, scene: Method) -> Vec<(&'static str, String)> {
         rows.push(("quarantined", "frozen at its last finite state".to_owned()));
     }
     rows
+}
+
+/// What the points have together. No acceleration: pins hold a soft body with forces that only its springs know.
+fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
+    let SoftSum { body, points, pinned, quarantined, springs, .. } = soft;
+    let mut counted = points.to_string();
+    for (count, word) in [(pinned, "pinned"), (quarantined, "quarantined")] {
+        if *count > 0 {
+            counted += &format!(", {count} {word}");
+        }
+    }
+    let mass =
+        if body.inverse_mass > 0.0 { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() };
+    vec![
+        ("velocity", vector(body.velocity, "m/s")),
+        ("speed", format!("{} m/s", number(body.velocity.length()))),
+        ("points", counted),
+        ("springs", springs.to_string()),
+        ("mass", mass),
+        ("momentum", vector(body.momentum(), "kg m/s")),
+        ("kinetic energy", format!("{} J", number(soft.kinetic_energy))),
+        ("energy in springs", format!("{} J", number(soft.spring_energy))),
+    ]
 }
 
 fn vector(v: DVec3, unit: &str) -> String {

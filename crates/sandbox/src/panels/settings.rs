@@ -91,6 +91,10 @@ fn body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) 
         ui.weak("scenery has no physics");
         return;
     };
+    if selected.soft.is_some() {
+        ui.weak("a soft body: its scene says what its points and springs are");
+        return;
+    }
     if body.inverse_mass <= 0.0 {
         ui.weak("mass infinite: nothing moves it");
         return;

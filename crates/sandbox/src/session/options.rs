@@ -3,6 +3,8 @@
 use motion::{DampingModel, Method};
 use scene::Scene;
 
+use crate::failure::Failure;
+
 /// What a run changes of every scene that it opens.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
@@ -16,10 +18,28 @@ pub struct Overrides {
     pub substeps: Option<u32>,
 }
 
+/// Why `method` is not for that scene, if it is not.
+pub(crate) fn unsolvable(method: Method, mutual_gravity: bool) -> Option<&'static str> {
+    (method == Method::ImplicitEuler && mutual_gravity)
+        .then_some("implicit_euler cannot solve mutual gravity; take another method")
+}
+
 impl Overrides {
+    /// Whether `scene` can be changed so.
+    ///
+    /// # Errors
+    /// A method that cannot solve one of its laws.
+    pub fn check(self, scene: &Scene) -> Result<(), Failure> {
+        match self.method.and_then(|method| unsolvable(method, scene.mutual_gravity.is_some())) {
+            Some(why) => Err(Failure::Usage(format!("{}: {why}", scene.name))),
+            None => Ok(()),
+        }
+    }
+
     /// Changes `scene`.
     pub fn apply(self, scene: &mut Scene) {
-        scene.method = self.method.unwrap_or(scene.method);
+        let solves = |method: &Method| unsolvable(*method, scene.mutual_gravity.is_some()).is_none();
+        scene.method = self.method.filter(solves).unwrap_or(scene.method);
         scene.step_hz = self.step_hz.unwrap_or(scene.step_hz);
         scene.substeps = self.substeps.unwrap_or(scene.substeps);
         if let (Some(damping), Some(model)) = (&mut scene.damping, self.damping) {

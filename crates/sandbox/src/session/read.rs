@@ -163,11 +163,11 @@ impl Session {
         self.clock.rate()
     }
 
-    /// Name of a thing of the scene.
+    /// Name of a thing of the scene, or of a soft body.
     #[must_use]
     pub fn name(&self, thing: Entity) -> String {
-        let name = self.ids.get(&thing).and_then(|id| self.scene.names.get(*id));
-        name.map_or_else(|| format!("{thing}"), Cow::into_owned)
+        let name = self.ids.get(&thing).and_then(|id| self.scene.names.get(*id)).map(Cow::into_owned);
+        name.or_else(|| self.soft_name(thing)).unwrap_or_else(|| format!("{thing}"))
     }
 
     /// Whether it is paused.
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(of(&session, "fast"), DVec3::NEG_X * 8.0);
         assert_eq!(of(&session, "pushed"), DVec3::Z * 3.0);
         assert_eq!([of(&session, "wall"), of(&session, "picture")], [DVec3::ZERO; 2]);
-        session.world.insert_resource(Drag { linear: 0.0, quadratic: 0.0 });
+        session.world.insert_resource(Drag::new(0.0, 0.0));
         session.world.resource_mut::<StepClock>().count(1.0);
         assert_eq!(of(&session, "pushed"), DVec3::ZERO);
     }

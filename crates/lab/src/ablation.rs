@@ -1,0 +1,103 @@
+//! A scene run again without each of its effects in turn: what each one changes, and what it costs.
+
+use motion::{Effect, EffectState, Evaluations, Method};
+use scene::Scene;
+
+use crate::run::{Run, step_times};
+
+/// A run without one effect, against the full one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Absence {
+    /// What was left out.
+    pub effect: Effect,
+    /// Largest distance of a body at the end from where the full run has it, m.
+    pub max_distance: f64,
+    /// Root of the mean square of the distances, m.
+    pub rms_distance: f64,
+    /// Whether every position and velocity is the same to the last bit.
+    pub identical: bool,
+    /// Evaluations that a step saves.
+    pub evaluations_saved: f64,
+    /// Thread CPU time that a step saves, ns.
+    pub ns_saved: f64,
+    /// Whether the picture at the end is another one, if both were drawn.
+    pub picture_differs: Option<bool>,
+}
+
+impl Absence {
+    /// Whether leaving the effect out changes anything that is seen.
+    #[must_use]
+    pub fn needed(&self) -> bool {
+        !self.identical || self.picture_differs == Some(true)
+    }
+}
+
+/// What each effect of a run changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ablation {
+    /// Name of the scene.
+    pub scene: String,
+    /// Its method.
+    pub method: Method,
+    /// Ticks of every run.
+    pub ticks: u64,
+    /// Thread CPU time of a step with everything, ns.
+    pub ns: f64,
+    /// A row for every effect that acts at the start.
+    pub rows: Vec<Absence>,
+}
+
+/// Runs `scene` for `ticks` ticks, at least 1, and again without each effect that acts at its start.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
+    let ticks = ticks.max(1);
+    let mut full = Run::of(scene, &[]);
+    let acts = |effect: &Effect| motion::state(&mut full.world, *effect) == EffectState::On;
+    let effects: Vec<_> = Effect::ALL.into_iter().filter(acts).collect();
+    full.ticks(ticks);
+    let evaluations = |run: &Run| -> u64 {
+        run.world.resource::<Evaluations>().laws().iter().map(|(_, count)| count).sum()
+    };
+    let (states, spent) = (full.states(), evaluations(&full));
+    let variants: Vec<_> =
+        [Vec::new()].into_iter().chain(effects.iter().map(|effect| vec![*effect])).collect();
+    let times = step_times(scene, &variants, ticks);
+    let ns = times[0];
+    let rows = effects
+        .iter()
+        .zip(&times[1..])
+        .map(|(effect, time)| {
+            let mut without = Run::of(scene, &[*effect]);
+            without.ticks(ticks);
+            let saved = spent as f64 - evaluations(&without) as f64;
+            let (max_distance, rms_distance, identical) = compare(&states, &without.states());
+            Absence {
+                effect: *effect,
+                max_distance,
+                rms_distance,
+                identical,
+                evaluations_saved: saved / ticks as f64,
+                ns_saved: ns - time,
+                picture_differs: None,
+            }
+        })
+        .collect();
+    Ablation { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
+}
+
+type State = (u32, glam::DVec3, glam::DVec3);
+
+/// Largest and mean distance of bodies, and whether all bits are equal. Both lists are of the same bodies.
+#[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+fn compare(a: &[State], b: &[State]) -> (f64, f64, bool) {
+    let bits = |(id, x, v): &State| (*id, x.to_array().map(f64::to_bits), v.to_array().map(f64::to_bits));
+    let identical = a.len() == b.len() && a.iter().zip(b).all(|(a, b)| bits(a) == bits(b));
+    let (mut max, mut sum) = (0.0_f64, 0.0);
+    for ((_, a, _), (_, b, _)) in a.iter().zip(b) {
+        let distance = a.distance(*b);
+        max = max.max(distance);
+        sum += distance * distance;
+    }
+    (max, (sum / a.len().max(1) as f64).sqrt(), identical)
+}

@@ -1,0 +1,220 @@
+//! The receipt of a scene: each effect, whether it acts, because of what, on how many bodies, and what it costs.
+
+use std::collections::HashSet;
+
+use bevy_ecs::prelude::*;
+use motion::{
+    AxisLocks, Dormant, Effect, EffectState, Evaluations, GravityOff, Groups, LastAcceleration, LastStep,
+    Method, OwnLaws, Particle, PhysicsBody, Quarantined, SoftBody, SpeedLimit, Spring, Static, Wells,
+};
+use scene::{Declaration, Scene};
+
+use crate::memory::{bytes, column};
+use crate::run::{Run, step_times};
+
+/// One line of a receipt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The word for it.
+    pub name: &'static str,
+    /// The effect; `None` is what methods and pictures bring with them.
+    pub effect: Option<Effect>,
+    /// Whether it acts.
+    pub state: EffectState,
+    /// What brought it: a key of the scene file, with its line where that is known, or who switched it.
+    pub because: Option<String>,
+    /// Bodies that it acts on.
+    pub bodies: usize,
+    /// Evaluations a step, as the step itself counted them.
+    pub evaluations: f64,
+    /// What a step saves without it, thread CPU ns, if that was measured. Below 0, or next to it, it is lost in
+    /// what measurements differ by.
+    pub ns: Option<f64>,
+    /// The same as a part of the whole step.
+    pub share: Option<f64>,
+    /// Bytes of state in the world.
+    pub bytes: usize,
+}
+
+impl Row {
+    /// A row without effect and cost.
+    #[must_use]
+    pub const fn of(name: &'static str, state: EffectState) -> Self {
+        Self {
+            name,
+            effect: None,
+            state,
+            because: None,
+            bodies: 0,
+            evaluations: 0.0,
+            ns: None,
+            share: None,
+            bytes: 0,
+        }
+    }
+}
+
+/// What the effects of a run do and cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Receipt {
+    /// Name of the scene.
+    pub scene: String,
+    /// Its method.
+    pub method: Method,
+    /// Ticks of the run that was counted.
+    pub ticks: u64,
+    /// Thread CPU time of a step with everything, ns.
+    pub ns: f64,
+    /// Every effect, declared or not, then what methods keep.
+    pub rows: Vec<Row>,
+}
+
+/// The receipt of `ticks` ticks of `scene`, at least 1, from its start.
+#[must_use]
+pub fn receipt(scene: &Scene, ticks: u64) -> Receipt {
+    receipt_without(scene, ticks, &[])
+}
+
+/// The same with effects switched off before the first tick.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+pub fn receipt_without(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
+    let ticks = ticks.max(1);
+    let mut run = Run::of(scene, without);
+    run.ticks(ticks);
+    let evaluations = run.world.resource::<Evaluations>().clone();
+    let mut rows = look(scene, &mut run.world, scene.method);
+    let acting: Vec<_> =
+        rows.iter().filter(|row| row.state == EffectState::On).filter_map(|row| row.effect).collect();
+    let one_less = |effect: &Effect| without.iter().copied().chain([*effect]).collect();
+    let variants: Vec<_> = [without.to_vec()].into_iter().chain(acting.iter().map(one_less)).collect();
+    let times = step_times(scene, &variants, ticks);
+    let ns = times.first().copied().unwrap_or_default();
+    for row in &mut rows {
+        let count =
+            evaluations.laws().iter().find(|(law, _)| *law == row.name).map_or(0, |(_, count)| *count);
+        let count = if row.name == IMPLICIT_SOLVER {
+            evaluations.newton_iterations() + evaluations.cg_iterations()
+        } else {
+            count
+        };
+        row.evaluations = count as f64 / ticks as f64;
+        if let Some(place) = acting.iter().position(|effect| Some(*effect) == row.effect) {
+            let saved = ns - times[place + 1];
+            (row.ns, row.share) = (Some(saved), Some(saved / ns));
+        } else if row.effect.is_some() {
+            (row.ns, row.share) = (Some(0.0), Some(0.0));
+        }
+    }
+    Receipt { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
+}
+
+const IMPLICIT_SOLVER: &str = "implicit_solver";
+
+/// What there is to see in a world without running it: evaluations and times are left open. `method` is that of the
+/// bodies without one of their own.
+pub fn look(scene: &Scene, world: &mut World, method: Method) -> Vec<Row> {
+    let counts = Counts::of(world);
+    let mut rows: Vec<_> = Effect::ALL
+        .into_iter()
+        .map(|effect| {
+            let state = motion::state(world, effect);
+            let on = state == EffectState::On;
+            Row {
+                effect: Some(effect),
+                because: (state != EffectState::NotDeclared).then(|| because(scene, effect)),
+                bodies: if on { counts.of_effect(world, effect) } else { 0 },
+                bytes: bytes(world, effect),
+                ..Row::of(effect.name(), state)
+            }
+        })
+        .collect();
+    let implicit = counts.of_method(world, method, Method::ImplicitEuler);
+    let steps = world.query_filtered::<(), With<LastStep>>().iter(world).count();
+    let kept = world.query_filtered::<(), With<LastAcceleration>>().iter(world).count();
+    let methods = [
+        (IMPLICIT_SOLVER, implicit, 0, "method: implicit_euler"),
+        ("verlet_state", steps, column::<LastStep>(world), "method: position_verlet"),
+        (
+            "kept_accelerations",
+            kept,
+            column::<LastAcceleration>(world),
+            "method: velocity_verlet or yoshida_4",
+        ),
+    ];
+    rows.extend(methods.map(|(name, bodies, bytes, why)| {
+        let state = if bodies > 0 { EffectState::On } else { EffectState::NotDeclared };
+        let because = (bodies > 0).then(|| why.to_owned());
+        Row { because, bodies, bytes, ..Row::of(name, state) }
+    }));
+    rows
+}
+
+/// The first key of the scene file that calls for an effect, with its line where that is known.
+#[must_use]
+pub fn because(scene: &Scene, effect: Effect) -> String {
+    let declared = scene.declared.iter().find(|declared| declared.effect == effect);
+    match declared {
+        Some(Declaration { path, line: Some(line), .. }) => format!("{path}, line {line}"),
+        Some(Declaration { path, line: None, .. }) => path.clone(),
+        None => "declared since".to_owned(),
+    }
+}
+
+/// Bodies that are integrated and movable.
+struct Counts {
+    movable: usize,
+    falling: usize,
+}
+
+/// Bodies that a step looks at.
+type Looked = (Without<Quarantined>, Without<Static>, Without<Dormant>);
+
+impl Counts {
+    fn of(world: &mut World) -> Self {
+        let mut bodies = world.query_filtered::<(&PhysicsBody, Has<GravityOff>), Looked>();
+        let (mut movable, mut falling) = (0, 0);
+        for (_, gravity_off) in bodies.iter(world).filter(|(body, _)| body.inverse_mass > 0.0) {
+            movable += 1;
+            falling += usize::from(!gravity_off);
+        }
+        Self { movable, falling }
+    }
+
+    fn of_effect(&self, world: &mut World, effect: Effect) -> usize {
+        match effect {
+            Effect::Gravity => self.falling,
+            Effect::Damping | Effect::Drag | Effect::Wind => self.movable,
+            Effect::MutualGravity => world.get_resource::<Groups>().map_or(0, Groups::bodies),
+            Effect::Wells if world.contains_resource::<Wells>() => self.movable,
+            Effect::Wells | Effect::Thrusts => {
+                let mut bodies = world.query_filtered::<&OwnLaws, Looked>();
+                let has = |own: &&OwnLaws| own.laws().iter().any(|law| law.name() == effect.name());
+                bodies.iter(world).filter(has).count()
+            }
+            Effect::Springs => {
+                let mut ends: HashSet<_> =
+                    world.query::<&Spring>().iter(world).flat_map(|spring| spring.ends).collect();
+                for body in world.query::<&SoftBody>().iter(world) {
+                    let points = body.springs.iter().flat_map(|link| link.ends);
+                    ends.extend(points.filter_map(|point| body.points.get(point as usize)));
+                }
+                ends.len()
+            }
+            Effect::SpeedLimits => world.query_filtered::<&SpeedLimit, Looked>().iter(world).count(),
+            Effect::AxisLocks => world.query_filtered::<&AxisLocks, Looked>().iter(world).count(),
+            Effect::Emitters => world.query::<&Particle>().iter(world).count(),
+        }
+    }
+
+    /// Bodies that `sought` moves.
+    fn of_method(&self, world: &mut World, scene: Method, sought: Method) -> usize {
+        let mut own = world.query_filtered::<(EntityRef, &PhysicsBody), (With<motion::OwnMethod>, Looked)>();
+        let (mut others, mut found) = (0, 0);
+        for (body, _) in own.iter(world).filter(|(_, body)| body.inverse_mass > 0.0) {
+            others += 1;
+            found += usize::from(motion::own_method(body) == Some(sought));
+        }
+        if scene == sought { self.movable - others + found } else { found }
+    }
+}

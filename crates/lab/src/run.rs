@@ -1,0 +1,88 @@
+//! A scene on its way, and how long its steps take.
+
+use bevy_ecs::prelude::*;
+use cpu_time::ThreadTime;
+use motion::units::Vector;
+use motion::{Effect, PhysicsBody, Request, Requests, StableId, Stepper, TimeStep, Transform};
+use scene::Scene;
+
+/// Ticks before a measurement: schedules, caches and the columns of methods are there after them.
+const WARM_UP: u64 = 5;
+
+/// How often each block is measured; the least of them counts.
+const ROUNDS: usize = 9;
+
+/// Length of a block, s: long against the clock, short against the time slices of a machine that does other
+/// things too.
+const BLOCK: f64 = 1e-3;
+
+/// A world and its stepper.
+pub(crate) struct Run {
+    pub world: World,
+    pub stepper: Stepper,
+}
+
+impl Run {
+    /// The start of `scene`, with effects switched off; those that it never declared are off anyway.
+    pub fn of(scene: &Scene, without: &[Effect]) -> Self {
+        let mut world = World::new();
+        scene.spawn(&mut world);
+        let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+        let mut requests = world.resource_mut::<Requests>();
+        without.iter().for_each(|effect| requests.ask(Request::Switch(*effect, false)));
+        stepper.carry_out_requests(&mut world);
+        Self { world, stepper }
+    }
+
+    pub fn ticks(&mut self, ticks: u64) {
+        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
+    }
+
+    /// Position and velocity of every body with physics, in stable-id order.
+    pub fn states(&mut self) -> Vec<(u32, Vector, Vector)> {
+        let mut states: Vec<_> = self
+            .world
+            .query::<(&StableId, &Transform, &PhysicsBody)>()
+            .iter(&self.world)
+            .map(|(id, transform, body)| (id.0, transform.position, body.velocity))
+            .collect();
+        states.sort_unstable_by_key(|(id, ..)| *id);
+        states
+    }
+
+    /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
+    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+    fn time(&mut self, ticks: u64) -> f64 {
+        let start = ThreadTime::now();
+        self.ticks(ticks);
+        start.elapsed().as_secs_f64() / ticks as f64
+    }
+}
+
+/// Least thread CPU time of a step of `scene` without each of those lists of effects, ns, over at most `ticks` of
+/// them.
+///
+/// Every block starts from the same state, and blocks of all variants take turns: what else the machine does hits
+/// all of them alike.
+pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) -> Vec<f64> {
+    let started = |without: &[Effect]| {
+        let mut run = Run::of(scene, without);
+        run.ticks(WARM_UP);
+        run
+    };
+    let ticks = ticks.max(1);
+    let first = started(&[]).time(ticks.min(10));
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to a count of ticks"
+    )]
+    let block = ((BLOCK / first.max(1e-9)) as u64).clamp(1, ticks);
+    let mut least = vec![f64::INFINITY; variants.len()];
+    for _ in 0..ROUNDS {
+        for (least, without) in least.iter_mut().zip(variants) {
+            *least = least.min(started(without).time(block));
+        }
+    }
+    least.into_iter().map(|seconds| seconds * 1e9).collect()
+}

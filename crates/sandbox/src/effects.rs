@@ -1,0 +1,136 @@
+//! What `sandbox effects` and `sandbox ablate` print.
+
+use lab::{Ablation, Absence, Receipt, Row};
+use motion::{Effect, EffectState};
+use scene::Scene;
+use serde_json::{Value, json};
+
+use crate::list::{Format, aligned};
+use crate::report::number;
+use crate::session::{Options, Session};
+
+/// Ticks of a report that does not say.
+pub(crate) const DEFAULT_TICKS: u64 = 600;
+
+/// The receipt of `ticks` ticks of `scene`.
+pub(crate) fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
+    let Receipt { scene: name, method, ticks, ns, mut rows } = lab::receipt(&scene, ticks);
+    let mut session = Session::new(scene, Options::default());
+    session.update_targets();
+    rows.extend(session.picture_rows());
+    match format {
+        Format::Json => json_text(&json!({
+            "scene": name,
+            "method": method.name(),
+            "ticks": ticks,
+            "ns_per_step": number(ns),
+            "effects": rows.iter().map(row_json).collect::<Vec<_>>(),
+        })),
+        Format::Table => {
+            let heading =
+                ["effect", "state", "bodies", "evaluations", "ns a step", "share", "bytes", "because"];
+            let lines = rows.iter().map(|row| {
+                let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };
+                let measured =
+                    |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
+                vec![
+                    row.name.to_owned(),
+                    row.state.words().to_owned(),
+                    part(row.bodies.to_string()),
+                    part(tidy(row.evaluations)),
+                    measured(row.ns, |ns| format!("{ns:.0}")),
+                    measured(row.share, |share| format!("{:.0} %", share * 100.0)),
+                    row.bytes.to_string(),
+                    row.because.clone().unwrap_or_default(),
+                ]
+            });
+            let head = vec![heading.map(str::to_owned).to_vec()];
+            let title = format!("`{name}`: {}, {ticks} ticks, {ns:.0} ns a step\n", method.name());
+            title + &aligned(&head.into_iter().chain(lines).collect::<Vec<_>>())
+        }
+    }
+}
+
+fn row_json(row: &Row) -> Value {
+    json!({
+        "effect": row.name,
+        "state": row.state.words(),
+        "because": row.because,
+        "bodies": row.bodies,
+        "evaluations_per_step": number(row.evaluations),
+        "ns_per_step": row.ns.map(number),
+        "share": row.share.map(number),
+        "bytes": row.bytes,
+    })
+}
+
+/// What leaving each effect out changes; `differs` says of a picture without one whether it is another one.
+pub(crate) fn ablation(
+    scene: &Scene,
+    ticks: u64,
+    format: Format,
+    mut differs: impl FnMut(Effect) -> Option<bool>,
+) -> String {
+    let Ablation { scene: name, method, ticks, ns, mut rows } = lab::ablate(scene, ticks);
+    rows.iter_mut().for_each(|row| row.picture_differs = differs(row.effect));
+    match format {
+        Format::Json => json_text(&json!({
+            "scene": name,
+            "method": method.name(),
+            "ticks": ticks,
+            "ns_per_step": number(ns),
+            "effects": rows.iter().map(absence_json).collect::<Vec<_>>(),
+        })),
+        Format::Table => {
+            let heading = [
+                "without",
+                "farthest m",
+                "rms m",
+                "same bits",
+                "saves ns",
+                "saves evaluations",
+                "picture",
+                "",
+            ];
+            let lines = rows.iter().map(|row| {
+                let picture =
+                    row.picture_differs.map_or("-", |differs| if differs { "differs" } else { "same" });
+                vec![
+                    row.effect.name().to_owned(),
+                    format!("{:.3e}", row.max_distance),
+                    format!("{:.3e}", row.rms_distance),
+                    if row.identical { "yes" } else { "no" }.to_owned(),
+                    format!("{:.0}", row.ns_saved),
+                    tidy(row.evaluations_saved),
+                    picture.to_owned(),
+                    if row.needed() { "" } else { "not needed" }.to_owned(),
+                ]
+            });
+            let head = vec![heading.map(str::to_owned).to_vec()];
+            let title = format!("`{name}`: {}, {ticks} ticks, {ns:.0} ns a step\n", method.name());
+            title + &aligned(&head.into_iter().chain(lines).collect::<Vec<_>>())
+        }
+    }
+}
+
+fn absence_json(row: &Absence) -> Value {
+    json!({
+        "effect": row.effect.name(),
+        "max_distance_m": number(row.max_distance),
+        "rms_distance_m": number(row.rms_distance),
+        "identical": row.identical,
+        "ns_saved_per_step": number(row.ns_saved),
+        "evaluations_saved_per_step": number(row.evaluations_saved),
+        "picture_differs": row.picture_differs,
+        "needed": row.needed(),
+    })
+}
+
+fn json_text(value: &Value) -> String {
+    format!("{}\n", serde_json::to_string_pretty(value).expect("strings and numbers are JSON"))
+}
+
+/// A count a step: whole where it is whole.
+pub(crate) fn tidy(count: f64) -> String {
+    if count == count.round() { format!("{count:.0}") } else { format!("{count:.2}") }
+}
