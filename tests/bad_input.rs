@@ -34,7 +34,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("moving_wall.ron", b"(version: 1, bodies: [(immovable: true, velocity_m_s: (1, 0, 0))])"),
     ("no_version.ron", br#"(name: "old")"#),
     ("version_2.ron", b"(version: 2, bodies: {}, portals: [1, 2])"),
-    ("later.ron", br#"(version: 1, wind: (), springs: [(between: ("a", "b"))])"#),
+    ("coupled.ron", br#"(version: 1, wind: (), springs: [(between: ("a", "b"))])"#),
     (
         "laws.ron",
         br#"(version: 1, method: rk4, substeps: 0, drag: (), bodies: [(name: "ship"), (name: "rock", immovable: true)],
@@ -105,7 +105,7 @@ const CASES: &[Case] = &[
 Usage: sandbox run <SCENE>
 
 For more information, try '--help'." },
-    Case { name: "a misspelled subcommand", line: "runn tutorial", code: 2, message: "error: 'tutorial' is one argument too many; the commands are run, list, plan
+    Case { name: "a misspelled subcommand", line: "runn tutorial", code: 2, message: "error: 'tutorial' is one argument too many; the commands are run, list, plan, effects, ablate
 
 Usage: sandbox [OPTIONS] [SCENE]
        sandbox <COMMAND>
@@ -137,8 +137,11 @@ names.ron:1:50: bodies[2].name: "the ball" cannot be a name; use letters, digits
     Case { name: "an immovable body that moves", line: "run moving_wall.ron", code: 2, message: "sandbox: moving_wall.ron:1:41: bodies[0].velocity_m_s: an immovable body has no velocity; remove it, or immovable: true" },
     Case { name: "a scene without a version", line: "plan no_version.ron", code: 2, message: "sandbox: no_version.ron:1:1: version: the version is missing; add `version: 1`" },
     Case { name: "a scene of a later version", line: "plan version_2.ron", code: 2, message: "sandbox: version_2.ron:1:2: version: version 2 of the format is newer than this program, which reads version 1; use a newer program" },
-    Case { name: "keys that this version does not simulate", line: "plan later.ron", code: 2, message: "sandbox: later.ron:1:14: wind: `wind` is part of the format, but this version does not simulate it yet; remove it, or wait for a later version
-later.ron:1:24: springs: `springs` is part of the format, but this version does not simulate it yet; remove it, or wait for a later version" },
+    Case { name: "wind without drag, a spring without ends", line: "plan coupled.ron", code: 2, message: r#"sandbox: coupled.ron:1:14: wind: `velocity_m_s` is missing; add one such as `velocity_m_s: (3.0, 0.0, 0.0)`
+coupled.ron:1:14: wind: wind moves the air that drag sees, and there is no drag; declare `drag`, or remove it
+coupled.ron:1:34: springs[0]: `stiffness_n_m` is missing; add one such as `stiffness_n_m: 100.0`
+coupled.ron:1:45: springs[0].between[0]: there is no body "a"; give the name of a body of the scene
+coupled.ron:1:50: springs[0].between[1]: there is no body "b"; give the name of a body of the scene"# },
     Case { name: "laws with faults", line: "run laws.ron", code: 2, message: r#"sandbox: laws.ron:1:14: method: unknown word `rk4`; give explicit_euler, semi_implicit_euler, implicit_euler, position_verlet, velocity_verlet, runge_kutta_2_midpoint, runge_kutta_2_heun, runge_kutta_4 or yoshida_4
 laws.ron:1:27: substeps: 0 is not a number of substeps; give a whole number from 1 to 100000
 laws.ron:1:40: drag: drag without a coefficient is nothing; add `linear_per_s`, `quadratic_per_m` or both

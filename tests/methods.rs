@@ -9,7 +9,7 @@ mod damping;
 mod events;
 mod oracle;
 
-mod fingerprint;
+pub(crate) mod fingerprint;
 mod laws;
 mod mutants;
 

@@ -15,7 +15,7 @@ use scene::{Scene, Script};
 use crate::harness::{program, root};
 
 /// Small: drawn in software, and stored; large enough that the panels leave the bodies in sight.
-const SIZE: [u32; 2] = [640, 360];
+pub const SIZE: [u32; 2] = [640, 360];
 
 /// A channel may be off by this much of 255. Versions of a software renderer differ by 1 or 2 where they round
 /// and interpolate otherwise; a body, a shadow, a word in the wrong place is off by dozens.
@@ -113,7 +113,7 @@ fn compared(
 
 /// Fails unless each picture is the stored one of its name.
 #[track_caller]
-fn assert_pictures<const N: usize>(names: [&str; N], pictures: &[Image]) {
+pub fn assert_pictures<const N: usize>(names: [&str; N], pictures: &[Image]) {
     assert_eq!(pictures.len(), N);
     let bless = std::env::var("BLESS").is_ok_and(|value| value == "1");
     let (references, evidence) = (root().join("tests/pictures"), root().join("target/pictures"));
@@ -157,7 +157,7 @@ impl Studio {
     }
 
     /// The same without words and panels.
-    fn draw_bodies(&mut self, session: &mut Session) -> Image {
+    pub fn draw_bodies(&mut self, session: &mut Session) -> Image {
         let mut frame = session.picture();
         if let Some(panels) = &mut frame.panels {
             panels.primitives.clear();
@@ -168,13 +168,13 @@ impl Studio {
 }
 
 /// A session and its frames, 60 a second.
-struct Film {
-    session: Session,
+pub struct Film {
+    pub session: Session,
     clock: FrameClock,
 }
 
 impl Film {
-    fn of(scene: Scene) -> Self {
+    pub fn of(scene: Scene) -> Self {
         let mut film = Self {
             session: Session::new(scene, Options { size_px: SIZE, ..Options::default() }),
             clock: FrameClock::default(),
@@ -183,27 +183,28 @@ impl Film {
         film
     }
 
-    fn shipped(name: &str) -> Self {
+    /// A shipped scene.
+    pub fn shipped(name: &str) -> Self {
         Self::of(scene::load(name).unwrap())
     }
 
-    fn frame(&mut self, events: impl IntoIterator<Item = Input>) {
+    pub fn frame(&mut self, events: impl IntoIterator<Item = Input>) {
         let time = self.clock.advance_to(self.session.frames() as f64 / 60.0).unwrap();
         self.session.advance(&events.into_iter().collect::<InputFrame>(), time);
         let _ = self.session.take_orders();
     }
 
-    fn frames(&mut self, count: u32) {
+    pub fn frames(&mut self, count: u32) {
         (0..count).for_each(|_| self.frame([]));
     }
 
-    fn press(&mut self, key: &str) {
+    pub fn press(&mut self, key: &str) {
         let key: Key = key.parse().unwrap();
         self.frame([Input::KeyDown(key.clone())]);
         self.frame([Input::KeyUp(key)]);
     }
 
-    fn click(&mut self, button: Button) {
+    pub fn click(&mut self, button: Button) {
         self.frame([Input::ButtonDown(button)]);
         self.frame([Input::ButtonUp(button)]);
     }
@@ -213,7 +214,7 @@ impl Film {
     }
 
     /// Where the middle of `body` is seen.
-    fn pixel(&self, body: &str) -> DVec2 {
+    pub fn pixel(&self, body: &str) -> DVec2 {
         let size = DVec2::from_array(SIZE.map(f64::from));
         self.session.camera().viewpoint().project(self.position(body), size).unwrap()
     }
@@ -267,7 +268,7 @@ fn stage(offset: f64, shadows: bool, grid: bool) -> Scene {
 }
 
 /// Places of the pixels that `wanted` accepts.
-fn places(image: &Image, wanted: impl Fn([u8; 4]) -> bool) -> Vec<DVec2> {
+pub fn places(image: &Image, wanted: impl Fn([u8; 4]) -> bool) -> Vec<DVec2> {
     let [width, height] = image.size_px;
     let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     all.filter(|(x, y)| wanted(image.pixel(*x, *y).unwrap()))
@@ -276,12 +277,12 @@ fn places(image: &Image, wanted: impl Fn([u8; 4]) -> bool) -> Vec<DVec2> {
 }
 
 /// The green of a selected body, lit or in shade.
-fn green([r, g, b, _]: [u8; 4]) -> bool {
+pub fn green([r, g, b, _]: [u8; 4]) -> bool {
     g > r.saturating_add(30) && g > b.saturating_add(30)
 }
 
 /// The yellow of its outline.
-fn yellow([r, g, b, _]: [u8; 4]) -> bool {
+pub fn yellow([r, g, b, _]: [u8; 4]) -> bool {
     r > 200 && g > 200 && b < 100
 }
 

@@ -81,7 +81,7 @@ fn rests<T: super::Precision>() {
         .bare::<T>(T::of(1.0 / 60.0))
         .with_law(super::laws::Spring(800.0))
         .with_law(gravity)
-        .with_law(motion::Drag { linear: 5.0, quadratic: 0.0 });
+        .with_law(motion::Drag::new(5.0, 0.0));
     bare.add(numbers(SKEW), numbers(problems::ACROSS), T::of(0.5));
     stepper.run(&mut bare, 2000);
     let (iterations, failed) = bare.newton();

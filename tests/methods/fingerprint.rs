@@ -103,7 +103,7 @@ fn largest(terms: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// Magnitude of the terms that an entry is the sum of.
-fn terms(method: Method, z: f64) -> f64 {
+pub fn terms(method: Method, z: f64) -> f64 {
     let most = |z: f64| largest([1.0, z, z * z, z * z * z / 4.0]);
     match method {
         Method::RungeKutta4 => largest([1.0, z * z / 2.0, z, z * z * z / 6.0, z * z * z * z / 24.0]),
@@ -139,7 +139,7 @@ fn check_in<T: Precision>(stepper: &Stepper) -> Check {
 }
 
 /// The matrix of a step is the exact one, in both precisions.
-pub fn check(stepper: &Stepper) -> Check {
+pub(super) fn check(stepper: &Stepper) -> Check {
     check_in::<f64>(stepper)?;
     check_in::<f32>(stepper)
 }

@@ -104,7 +104,7 @@ pub fn linear_drag() -> Problem {
         4.0,
         move |bare| {
             let gravity = Gravity { acceleration: g, on: true };
-            bare.with_law(gravity).with_law(Drag { linear: c, quadratic: 0.0 })
+            bare.with_law(gravity).with_law(Drag::new(c, 0.0))
         },
         move |t| {
             let gone = -(-c * t).exp_m1();
@@ -123,7 +123,7 @@ pub fn quadratic_drag() -> Problem {
         2.0,
         move |bare| {
             let gravity = Gravity { acceleration: SKEW * -g, on: true };
-            bare.with_law(gravity).with_law(Drag { linear: 0.0, quadratic: k })
+            bare.with_law(gravity).with_law(Drag::new(0.0, k))
         },
         move |t| (SKEW * (-terminal * tau * (t / tau).cosh().ln()), SKEW * (-terminal * (t / tau).tanh())),
     )
@@ -141,7 +141,7 @@ pub fn shot() -> Problem {
         2.0,
         |bare| {
             let gravity = Gravity { acceleration: DVec3::new(0.0, -9.81, 0.0), on: true };
-            bare.with_law(gravity).with_law(Drag { linear: 0.0, quadratic: 0.05 })
+            bare.with_law(gravity).with_law(Drag::new(0.0, 0.05))
         },
         move |t| if t == 0.0 { (DVec3::ZERO, DVec3::new(20.0, 20.0, 0.0)) } else { end },
     );
@@ -312,7 +312,7 @@ pub fn manufactured(name: &'static str, drag: Option<Drag>) -> Problem {
 
 /// Every one of them.
 pub fn all() -> Vec<Problem> {
-    let drag = Drag { linear: 0.4, quadratic: 0.05 };
+    let drag = Drag::new(0.4, 0.05);
     vec![
         free_fall(),
         two_engines(),

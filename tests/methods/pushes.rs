@@ -159,7 +159,7 @@ pub fn check_passes_over(law: &dyn Law<f64>) -> Check {
 #[test]
 fn laws_pass_over_immovable_bodies() {
     let engine = Thrust::new(motion::Curve::Polynomial(vec![SKEW]), f64::NEG_INFINITY, f64::INFINITY);
-    let laws: [&dyn Law<f64>; 4] = [&Gravity::EARTH, &Drag { linear: 0.4, quadratic: 0.1 }, &sun(), &engine];
+    let laws: [&dyn Law<f64>; 4] = [&Gravity::EARTH, &Drag::new(0.4, 0.1), &sun(), &engine];
     for law in laws {
         check_passes_over(law).unwrap();
     }

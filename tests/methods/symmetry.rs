@@ -28,7 +28,7 @@ fn axes_are_independent_and_alike() {
                 let mut bare = stepper
                     .bare(H)
                     .with_law(Gravity { acceleration, on: true })
-                    .with_law(Drag { linear: 0.3, quadratic: 0.0 })
+                    .with_law(Drag::new(0.3, 0.0))
                     .with_law(Thrust::new(curve, 0.0, 0.7))
                     .with_damping(Damping { model, rate: 0.4 });
                 bare.add(
@@ -56,7 +56,7 @@ fn orbiter(i: usize) -> ([f64; 3], [f64; 3], f64) {
 fn a_body_moves_as_it_does_alone() {
     for stepper in Stepper::all() {
         let scene = || -> Bare<f64> {
-            let drag = Drag { linear: 0.1, quadratic: 0.2 };
+            let drag = Drag::new(0.1, 0.2);
             let damping = Damping { model: DampingModel::Exact, rate: 0.2 };
             stepper.bare(H).with_law(sun()).with_law(drag).with_damping(damping).with_substeps(2)
         };

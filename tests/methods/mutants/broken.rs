@@ -23,7 +23,7 @@ fn one<F: Field>() -> F::Real {
 }
 
 /// `x += v h` with damping around it, as the two Eulers have it.
-fn advance<F: Field>(field: &F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
+fn advance<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
     let v = field.before_move(v);
     (x + v * field.step(), field.after_move(v))
 }
@@ -82,26 +82,35 @@ broken! { Inside, InsideMistake, None, true
     /// The tutorial's damping before the move.
     DampedBefore: SemiImplicitEuler, |field, x, v, _carry| {
         let a = field.acceleration(zero::<F>(), x, v);
-        let v = field.after_move(field.before_move(field.kick(v, a)));
+        let v = field.kick(v, a);
+        let v = field.before_move(v);
+        let v = field.after_move(v);
         (x + v * field.step(), v)
     }
     /// The clamped damping after the move.
     DampedAfter: SemiImplicitEuler, |field, x, v, _carry| {
         let a = field.acceleration(zero::<F>(), x, v);
         let v = field.kick(v, a);
-        (x + v * field.step(), field.after_move(field.before_move(v)))
+        let x = x + v * field.step();
+        let v = field.before_move(v);
+        (x, field.after_move(v))
     }
     /// Damping twice in a step.
     DampedTwice: SemiImplicitEuler, |field, x, v, _carry| {
         let a = field.acceleration(zero::<F>(), x, v);
         let v = field.kick(v, a);
         let (x, v) = advance(field, x, v);
-        (x, field.before_move(field.after_move(v)))
+        let v = field.after_move(v);
+        (x, field.before_move(v))
     }
     /// Damping at every stage.
     DampedByStage: RungeKutta4, |field, x, v, _carry| {
         let (x, v) = four_stages(field, x, v, KUTTA, TIMES, false);
-        (x, (0..4).fold(v, |v, _| field.after_move(field.before_move(v))))
+        let v = (0..4).fold(v, |v, _| {
+            let v = field.before_move(v);
+            field.after_move(v)
+        });
+        (x, v)
     }
 }
 

@@ -16,7 +16,7 @@ const ENGINE: usize = 3;
 
 fn scenes() -> Vec<Scene> {
     let gravity = Some(Gravity::EARTH);
-    let drag = |linear, quadratic| Some(Drag { linear, quadratic });
+    let drag = |linear, quadratic| Some(Drag::new(linear, quadratic));
     let scenes = [
         Scene::falling(),
         Scene { gravity, drag: drag(0.3, 0.0), ..Scene::default() },
@@ -180,7 +180,7 @@ fn gravity_that_is_off_for_a_body_is_no_gravity() {
 fn drag_among_other_laws_is_drag() {
     for method in Method::ALL {
         for damping in [None].into_iter().chain(DampingModel::ALL.map(Some)) {
-            let drag = Drag { linear: 0.7, quadratic: 0.0 };
+            let drag = Drag::new(0.7, 0.0);
             let run = |as_resource: bool| {
                 let damping = damping.map(|model| Damping { model, rate: 0.4 });
                 let own = as_resource.then_some(drag);

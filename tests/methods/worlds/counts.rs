@@ -53,7 +53,7 @@ fn laws_that_are_summed_up_count_as_claimed() {
             let n = MOVABLE * substep * of_a_body(method, false, false);
             assert_eq!(counts(&lab), (n, vec![("gravity", n)]), "{method:?} gravity");
 
-            let drag = Some(Drag { linear: 0.3, quadratic: 0.0 });
+            let drag = Some(Drag::new(0.3, 0.0));
             let (mut lab, _) = crowd(&Scene { drag, substeps: Some(substeps), ..Scene::falling() }, method);
             lab.run(TICKS);
             let n = MOVABLE * substep * of_a_body(method, true, false);
@@ -75,7 +75,7 @@ fn drag_among_other_laws_counts_as_drag() {
     for method in Method::ALL {
         for damping in [None, Some(Damping { model: DampingModel::Tutorial, rate: 0.3 })] {
             for linear in [0.0, 0.3] {
-                let drag: Box<dyn Law<f64>> = Box::new(Drag { linear, quadratic: 0.0 });
+                let drag: Box<dyn Law<f64>> = Box::new(Drag::new(linear, 0.0));
                 let (mut lab, _) = crowd(&Scene { damping, ..Scene::falling() }, method);
                 lab.world.insert_resource(Laws(vec![drag]));
                 lab.stepper.recompile(&mut lab.world);
@@ -91,7 +91,7 @@ fn drag_among_other_laws_counts_as_drag() {
 #[test]
 fn laws_that_are_called_count_as_claimed() {
     for method in Method::ALL {
-        for (drag, velocity_laws) in [(None, false), (Some(Drag { linear: 0.0, quadratic: 0.1 }), true)] {
+        for (drag, velocity_laws) in [(None, false), (Some(Drag::new(0.0, 0.1)), true)] {
             let (mut lab, _) = crowd(&Scene { drag, ..Scene::orbiting() }, method);
             lab.run(TICKS);
             let mut n = MOVABLE * of_a_body(method, velocity_laws, true);
@@ -182,7 +182,7 @@ fn what_comes_later_is_counted_from_then_on() {
         lab.stepper.recompile(&mut lab.world);
         lab.run(5);
         let before = counts(&lab).0;
-        lab.world.insert_resource(Drag { linear: 0.3, quadratic: 0.0 });
+        lab.world.insert_resource(Drag::new(0.3, 0.0));
         lab.stepper.recompile(&mut lab.world);
         lab.run(5);
         let all = (MOVABLE + 300) * of_a_body(method, true, false) / 2;

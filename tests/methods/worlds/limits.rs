@@ -10,7 +10,7 @@ const TICKS: usize = 100;
 fn scenes() -> Vec<Scene> {
     let gravity = Some(Gravity::EARTH);
     let damping = |model| Some(Damping { model, rate: 0.4 });
-    let drag = Some(Drag { linear: 0.1, quadratic: 0.1 });
+    let drag = Some(Drag::new(0.1, 0.1));
     let mut scenes = vec![
         Scene::falling(),
         Scene { gravity, wells: Some(wells()), ..Scene::default() },

@@ -11,7 +11,7 @@ const MANY: usize = Method::ALL.len();
 
 fn scenes() -> [Scene; 4] {
     let gravity = Some(Gravity::EARTH);
-    let drag = Some(Drag { linear: 0.1, quadratic: 0.1 });
+    let drag = Some(Drag::new(0.1, 0.1));
     [
         Scene::falling(),
         Scene { substeps: Some(3), ..Scene::orbiting() },

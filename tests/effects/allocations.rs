@@ -1,0 +1,152 @@
+//! A running step allocates nothing.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use bevy_ecs::prelude::*;
+use motion::{Effect, Method, PushQueue, Stepper, TimeStep};
+
+use super::{LOCAL, stepper, world_of};
+use crate::harness::H;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The system's allocator; counts for each thread how often it was asked for memory.
+struct Counting;
+
+#[allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and hands on")]
+// SAFETY: every call goes on to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(memory, layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.realloc(memory, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How often this thread asks for memory in `ticks` ticks.
+fn allocations(world: &mut World, stepper: &mut Stepper, ticks: u64) -> u64 {
+    let before = ALLOCATIONS.get();
+    (0..ticks).for_each(|_| stepper.tick(world));
+    ALLOCATIONS.get() - before
+}
+
+#[test]
+fn the_counter_counts() {
+    let before = ALLOCATIONS.get();
+    drop(std::hint::black_box(vec![1_u8; 100]));
+    assert_eq!(ALLOCATIONS.get() - before, 1);
+}
+
+#[test]
+fn no_shipped_scene_allocates_in_a_steady_tick() {
+    for shipped in scene::shipped() {
+        let scene = shipped.load().unwrap();
+        let mut world = World::new();
+        scene.spawn(&mut world);
+        let mut steps = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+        // Long enough for every slot of an emitter to have lived.
+        allocations(&mut world, &mut steps, 600);
+        assert_eq!(allocations(&mut world, &mut steps, 50), 0, "{}", shipped.name);
+    }
+}
+
+#[test]
+fn no_effect_and_no_method_allocates_in_a_steady_tick() {
+    for method in Method::ALL {
+        let mut world = world_of(&LOCAL);
+        let mut steps = stepper(&mut world, method);
+        let bodies: Vec<_> =
+            world.query_filtered::<Entity, With<motion::PhysicsBody>>().iter(&world).collect();
+        let pushes = bodies.iter().map(|body| motion::Push { body: *body, newtons: glam::DVec3::X });
+        world.resource_mut::<PushQueue>().sustain(pushes);
+        allocations(&mut world, &mut steps, 100);
+        assert_eq!(allocations(&mut world, &mut steps, 100), 0, "{}", method.name());
+    }
+}
+
+#[test]
+fn groups_allocate_nothing_in_a_steady_tick() {
+    for method in Method::ALL {
+        for newton_iterations in [0, 2] {
+            let mut world = world_of(&[
+                Effect::Gravity,
+                Effect::Damping,
+                Effect::Drag,
+                Effect::Wind,
+                Effect::Wells,
+                Effect::Thrusts,
+                Effect::SpeedLimits,
+                Effect::Springs,
+                Effect::MutualGravity,
+            ]);
+            world.insert_resource(motion::Solver { newton_iterations, ..motion::Solver::default() });
+            world.insert_resource(motion::Substeps(3));
+            let mut steps = stepper(&mut world, method);
+            let bodies: Vec<_> =
+                world.query_filtered::<Entity, With<motion::PhysicsBody>>().iter(&world).collect();
+            let pushes = bodies.iter().map(|body| motion::Push { body: *body, newtons: glam::DVec3::X });
+            world.resource_mut::<PushQueue>().sustain(pushes);
+            allocations(&mut world, &mut steps, 100);
+            assert_eq!(allocations(&mut world, &mut steps, 100), 0, "{}", method.name());
+        }
+    }
+}
+
+#[test]
+fn substeps_and_a_large_world_allocate_no_more() {
+    let mut world = world_of(&[Effect::Gravity, Effect::Wells, Effect::Thrusts]);
+    world.insert_resource(motion::Substeps(50));
+    let mut steps = Stepper::new(&mut world, Method::RungeKutta4, TimeStep(H));
+    allocations(&mut world, &mut steps, 30);
+    assert_eq!(allocations(&mut world, &mut steps, 30), 0);
+}
+
+#[test]
+fn effects_that_nobody_declares_have_no_resource_no_column_and_no_system() {
+    let mut world = world_of(&[]);
+    let mut steps = stepper(&mut world, Method::SemiImplicitEuler);
+    allocations(&mut world, &mut steps, 20);
+    assert_eq!(allocations(&mut world, &mut steps, 50), 0);
+    let systems: Vec<_> = steps.systems();
+    let names =
+        ["apply_forces", "integrate_acceleration", "integrate_velocity", "clear_forces", "quarantine_bodies"];
+    assert_eq!(systems, names);
+    assert!(
+        !world.contains_resource::<motion::Gravity>()
+            && !world.contains_resource::<motion::Damping>()
+            && !world.contains_resource::<motion::Drag>()
+            && !world.contains_resource::<motion::Wells>()
+            && !world.contains_resource::<motion::Groups>()
+    );
+    let absent = [
+        world.register_component::<motion::OwnLaws>(),
+        world.register_component::<motion::SpeedLimit>(),
+        world.register_component::<motion::AxisLocks>(),
+        world.register_component::<motion::DampingRate>(),
+        world.register_component::<motion::Emission>(),
+        world.register_component::<motion::LastStep>(),
+        world.register_component::<motion::LastAcceleration>(),
+    ];
+    for kind in world.archetypes().iter() {
+        assert!(absent.iter().all(|component| !kind.contains(*component)));
+    }
+}

@@ -1,0 +1,234 @@
+//! Switching effects off and on.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{
+    Damping, DampingModel, DampingRate, Drag, Effect, EffectState, Elastic, Evaluations, Gravity, Method,
+    MutualGravity, NeverDeclared, OwnLaws, PhysicsBody, Quarantine, Request, Requests, SpeedLimit, Spring,
+    StepPlan, Stepper, Wells,
+};
+
+use super::{COUPLED, LOCAL, bits, run, stepper, world_of};
+
+fn ask(world: &mut World, stepper: &mut Stepper, requests: impl IntoIterator<Item = Request>) {
+    requests.into_iter().for_each(|request| world.resource_mut::<Requests>().ask(request));
+    stepper.carry_out_requests(world);
+}
+
+#[test]
+fn off_and_on_again_at_once_is_bit_identical_to_never() {
+    for method in Method::ALL {
+        let mut never = world_of(&LOCAL);
+        let mut steps = stepper(&mut never, method);
+        run(&mut never, &mut steps, 40);
+        let expected = bits(&mut never);
+        for effect in LOCAL {
+            let mut world = world_of(&LOCAL);
+            let mut steps = stepper(&mut world, method);
+            run(&mut world, &mut steps, 15);
+            ask(&mut world, &mut steps, [false, true].map(|on| Request::Switch(effect, on)));
+            run(&mut world, &mut steps, 1);
+            if method != Method::PositionVerlet {
+                // Position Verlet starts anew when a law really goes.
+                for on in [false, true] {
+                    ask(&mut world, &mut steps, [Request::Switch(effect, on)]);
+                }
+            }
+            run(&mut world, &mut steps, 24);
+            assert_eq!(bits(&mut world), expected, "{effect} under {}", method.name());
+        }
+    }
+}
+
+#[test]
+fn what_is_off_is_what_was_never_declared_bit_for_bit_and_system_for_system() {
+    off_is_never(&LOCAL, &LOCAL);
+}
+
+#[test]
+fn what_acts_between_bodies_is_off_as_if_it_was_never_declared() {
+    let gravity = [Effect::Gravity, Effect::Drag, Effect::Springs, Effect::MutualGravity];
+    off_is_never(&gravity, &COUPLED);
+    for effect in COUPLED {
+        off_is_never(&[Effect::Damping, effect], &[effect]);
+    }
+}
+
+/// Switches each of `switched` off in a world that declares `all`.
+fn off_is_never(all: &[Effect], switched: &[Effect]) {
+    for method in Method::ALL {
+        for effect in switched.iter().copied() {
+            // Air that no drag sees is nothing: wind goes with drag.
+            let others: Vec<_> = all
+                .iter()
+                .copied()
+                .filter(|other| *other != effect && (effect, *other) != (Effect::Drag, Effect::Wind))
+                .collect();
+            let mut never = world_of(&others);
+            let mut off = world_of(all);
+            let mut steps = [stepper(&mut never, method), stepper(&mut off, method)];
+            ask(&mut off, &mut steps[1], [Request::Switch(effect, false)]);
+            for _ in 0..2 {
+                run(&mut never, &mut steps[0], 20);
+                run(&mut off, &mut steps[1], 20);
+                assert_eq!(bits(&mut off), bits(&mut never), "{effect} under {}", method.name());
+                assert_eq!(steps[1].systems(), steps[0].systems(), "{effect} under {}", method.name());
+                assert_eq!(steps[1].plan(), steps[0].plan(), "{effect}");
+            }
+            let counts = |world: &World| {
+                let evaluations = world.resource::<Evaluations>();
+                let mut laws = evaluations.laws().to_vec();
+                laws.sort_unstable();
+                (evaluations.accelerations(), laws)
+            };
+            assert_eq!(counts(&off), counts(&never), "{effect} under {}", method.name());
+        }
+    }
+}
+
+#[test]
+fn what_acts_between_bodies_comes_back_as_it_was() {
+    for method in Method::ALL {
+        let all = [Effect::Gravity, Effect::Springs, Effect::MutualGravity];
+        let mut never = world_of(&all);
+        let mut steps = stepper(&mut never, method);
+        run(&mut never, &mut steps, 40);
+        for effect in COUPLED {
+            let mut world = world_of(&all);
+            let mut steps = stepper(&mut world, method);
+            run(&mut world, &mut steps, 15);
+            if method != Method::PositionVerlet {
+                for on in [false, true] {
+                    ask(&mut world, &mut steps, [Request::Switch(effect, on)]);
+                }
+            }
+            run(&mut world, &mut steps, 25);
+            assert_eq!(bits(&mut world), bits(&mut never), "{effect} under {}", method.name());
+        }
+    }
+}
+
+#[test]
+fn switching_keeps_the_value() {
+    let mut world = world_of(&LOCAL);
+    let mut steps = stepper(&mut world, Method::RungeKutta4);
+    let drag = *world.resource::<Drag>();
+    let names = |world: &mut World| {
+        let laws = |laws: &OwnLaws| laws.laws().iter().map(|law| format!("{law:?}")).collect::<Vec<_>>();
+        let mut all: Vec<_> =
+            world.query::<(Entity, &OwnLaws)>().iter(world).map(|(body, own)| (body, laws(own))).collect();
+        all.sort_unstable_by_key(|(body, _)| body.to_bits());
+        all
+    };
+    let own = names(&mut world);
+    let all = |on| LOCAL.map(|effect| Request::Switch(effect, on));
+    ask(&mut world, &mut steps, all(false));
+    assert!(LOCAL.iter().all(|effect| motion::state(&mut world, *effect) == EffectState::Off));
+    assert!(!world.contains_resource::<Drag>() && !world.contains_resource::<Wells>());
+    assert!(!world.contains_resource::<Damping>() && !world.resource::<Gravity>().on);
+    assert_eq!(world.query::<&OwnLaws>().iter(&world).count(), 0);
+    assert_eq!(world.query::<&SpeedLimit>().iter(&world).count(), 0);
+    assert_eq!(world.query::<&DampingRate>().iter(&world).count(), 0);
+    run(&mut world, &mut steps, 3);
+    // In another order than they went.
+    ask(&mut world, &mut steps, [Effect::Thrusts, Effect::Drag].map(|effect| Request::Switch(effect, true)));
+    ask(&mut world, &mut steps, all(true));
+    assert!(LOCAL.iter().all(|effect| motion::state(&mut world, *effect) == EffectState::On));
+    assert_eq!((*world.resource::<Drag>(), names(&mut world)), (drag, own));
+    assert_eq!(world.query::<&SpeedLimit>().single(&world).unwrap(), &SpeedLimit(1.1));
+    assert_eq!(world.query::<&DampingRate>().single(&world).unwrap().rate(), 1.5);
+    let damping = world.resource::<Damping>();
+    assert_eq!((damping.model, damping.rate), (DampingModel::Exact, 0.3));
+}
+
+#[test]
+fn an_effect_that_nobody_declared_says_so_and_a_second_switch_does_nothing() {
+    let mut world = world_of(&[]);
+    for effect in Effect::ALL {
+        assert_eq!(motion::state(&mut world, effect), EffectState::NotDeclared);
+        for on in [false, true] {
+            let error = motion::switch(&mut world, effect, on).unwrap_err();
+            assert_eq!(error, NeverDeclared(effect));
+            assert_eq!(error.to_string(), format!("this scene never declared {}", effect.name()));
+        }
+        assert_eq!(Effect::from_name(effect.name()), Some(effect));
+    }
+    world.insert_resource(Drag::new(1.0, 0.0));
+    for on in [false, false, true, true] {
+        motion::switch(&mut world, Effect::Drag, on).unwrap();
+    }
+    assert_eq!(world.resource::<Drag>().linear, 1.0);
+}
+
+#[test]
+fn wind_is_switched_also_while_drag_is_off() {
+    let mut world = world_of(&[Effect::Drag, Effect::Wind]);
+    let before = *world.resource::<Drag>();
+    motion::switch(&mut world, Effect::Drag, false).unwrap();
+    motion::switch(&mut world, Effect::Wind, false).unwrap();
+    motion::switch(&mut world, Effect::Drag, true).unwrap();
+    assert_eq!(world.resource::<Drag>().wind, None);
+    assert_eq!(motion::state(&mut world, Effect::Wind), EffectState::Off);
+    motion::switch(&mut world, Effect::Wind, true).unwrap();
+    assert_eq!(*world.resource::<Drag>(), before);
+}
+
+#[test]
+fn damping_that_is_set_while_it_is_off_is_on() {
+    let mut world = world_of(&[Effect::Damping]);
+    let mut steps = stepper(&mut world, Method::SemiImplicitEuler);
+    let set = Damping { model: DampingModel::Clamped, rate: 2.0 };
+    ask(&mut world, &mut steps, [Request::Switch(Effect::Damping, false), Request::SetDamping(set)]);
+    assert_eq!(motion::state(&mut world, Effect::Damping), EffectState::On);
+    assert_eq!(*world.resource::<Damping>(), set);
+    assert_eq!(world.query::<&DampingRate>().iter(&world).count(), 1);
+}
+
+#[test]
+fn springs_and_mutual_gravity_are_switched_and_their_values_kept() {
+    let mut world = world_of(&[]);
+    let ends: Vec<_> = world.query_filtered::<Entity, With<PhysicsBody>>().iter(&world).take(2).collect();
+    let elastic = Elastic { stiffness: 10.0, damping: 0.1, rest_length: 1.0 };
+    let spring = Spring { ends: [ends[0], ends[1]], elastic };
+    let entity = world.spawn(spring).id();
+    let pull = MutualGravity { constant: 0.5, softening: 0.1 };
+    world.insert_resource(pull);
+    for effect in [Effect::Springs, Effect::MutualGravity] {
+        for (on, state) in [(false, EffectState::Off), (true, EffectState::On)] {
+            motion::switch(&mut world, effect, on).unwrap();
+            assert_eq!(motion::state(&mut world, effect), state);
+        }
+    }
+    assert_eq!((world.get::<Spring>(entity), world.get_resource()), (Some(&spring), Some(&pull)));
+}
+
+#[test]
+fn every_effect_can_be_toggled_in_the_middle_of_a_run_under_every_method() {
+    for method in Method::ALL {
+        let mut world = world_of(&LOCAL);
+        let mut steps = stepper(&mut world, method);
+        for round in 0..4 {
+            for effect in LOCAL {
+                ask(&mut world, &mut steps, [Request::Switch(effect, round % 2 == 1)]);
+                run(&mut world, &mut steps, 3);
+                // That the last particle is gone is noticed a tick later.
+                let plan = StepPlan { emits: steps.plan().emits, ..StepPlan::of(&mut world, method) };
+                assert_eq!(*steps.plan(), plan, "{effect}");
+            }
+        }
+        let finite =
+            |(_, numbers): &(u32, [u64; 6])| numbers.iter().all(|bits| f64::from_bits(*bits).is_finite());
+        assert!(bits(&mut world).iter().all(finite), "{}", method.name());
+        assert!(world.resource::<Quarantine>().records().is_empty());
+    }
+}
+
+#[test]
+fn gravity_that_is_off_is_no_term() {
+    let mut world = world_of(&[Effect::Gravity]);
+    let mut steps = stepper(&mut world, Method::RungeKutta4);
+    ask(&mut world, &mut steps, [Request::Switch(Effect::Gravity, false)]);
+    run(&mut world, &mut steps, 5);
+    assert!(world.resource::<Evaluations>().laws().is_empty());
+    assert_eq!(world.resource::<Gravity>().acceleration, Vector::new(0.0, -9.8, 0.0));
+}

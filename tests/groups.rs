@@ -1,0 +1,15 @@
+//! Groups: springs, soft bodies, mutual gravity and air on sheets, integrated by every method.
+
+mod conserved;
+mod exact;
+mod hostile;
+mod implicit;
+mod lab;
+mod manufactured;
+mod members;
+mod orders;
+mod rest;
+mod stability;
+mod structure;
+mod totals;
+mod wind;

@@ -1,0 +1,342 @@
+//! Nets of bodies and springs: built, run, looked at, and integrated once more by plain formulas.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{
+    Damping, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws, PhysicsBody, Quarantine, Request,
+    Requests, SoftBody, Solver, Spring, StableId, Substeps, Totals, Transform, Wells, totals,
+};
+
+use crate::harness::Lab;
+
+/// The tick of most of these tests, s.
+pub const H: f64 = 1.0 / 60.0;
+
+/// Position and velocity.
+pub type State = (DVec3, DVec3);
+
+/// Position and velocity of a body, bit by bit.
+pub type Bits = [u64; 6];
+
+/// Numbers in [-1, 1) that look random and are the same on every machine (SplitMix64).
+pub struct Dice(pub u64);
+
+impl Dice {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn number(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / 2.0_f64.powi(52) - 1.0
+    }
+
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.number(), self.number(), self.number())
+    }
+
+    pub fn below(&mut self, end: usize) -> usize {
+        usize::try_from(self.bits() % end as u64).unwrap()
+    }
+}
+
+/// A body at the start of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    pub x: DVec3,
+    pub v: DVec3,
+    pub w: f64,
+}
+
+impl Start {
+    pub const fn held(x: DVec3) -> Self {
+        Self { x, v: DVec3::ZERO, w: 0.0 }
+    }
+
+    pub const fn of(mass: f64, x: DVec3, v: DVec3) -> Self {
+        Self { x, v, w: 1.0 / mass }
+    }
+}
+
+pub const fn elastic(stiffness: f64, rest_length: f64) -> Elastic<f64> {
+    Elastic { stiffness, damping: 0.0, rest_length }
+}
+
+/// Bodies and the springs between them.
+#[derive(Clone, Debug, Default)]
+pub struct Net {
+    pub bodies: Vec<Start>,
+    pub springs: Vec<([usize; 2], Elastic<f64>)>,
+}
+
+/// What acts on all bodies.
+#[derive(Clone, Debug, Default)]
+pub struct Around {
+    pub gravity: Option<Gravity>,
+    pub drag: Option<Drag>,
+    pub wells: Option<Wells>,
+    pub attraction: Option<MutualGravity>,
+    pub damping: Option<Damping>,
+    pub substeps: Option<u32>,
+    pub solver: Option<Solver>,
+}
+
+impl Around {
+    pub fn falling() -> Self {
+        Self { gravity: Some(Gravity::EARTH), ..Self::default() }
+    }
+
+    pub fn pull(g: DVec3) -> Self {
+        Self { gravity: Some(Gravity { acceleration: g, on: true }), ..Self::default() }
+    }
+
+    pub fn solved(solver: Solver) -> Self {
+        Self { solver: Some(solver), ..Self::default() }
+    }
+
+    /// A world without bodies yet.
+    pub fn lab(&self, method: Method, h: f64) -> Lab {
+        let mut lab = Lab::new(method, h);
+        let Self { gravity, drag, wells, attraction, damping, substeps, solver } = self.clone();
+        let world = &mut lab.world;
+        gravity.into_iter().for_each(|gravity| world.insert_resource(gravity));
+        drag.into_iter().for_each(|drag| world.insert_resource(drag));
+        wells.into_iter().for_each(|wells| world.insert_resource(wells));
+        attraction.into_iter().for_each(|attraction| world.insert_resource(attraction));
+        damping.into_iter().for_each(|damping| world.insert_resource(damping));
+        substeps.into_iter().for_each(|substeps| world.insert_resource(Substeps(substeps)));
+        solver.into_iter().for_each(|solver| world.insert_resource(solver));
+        lab
+    }
+}
+
+/// A net in a world.
+pub struct Rig {
+    pub lab: Lab,
+    pub bodies: Vec<Entity>,
+    pub springs: Vec<Entity>,
+}
+
+impl Net {
+    /// In a world of its own.
+    pub fn rig(&self, around: &Around, method: Method, h: f64) -> Rig {
+        let mut rig = Rig { lab: around.lab(method, h), bodies: Vec::new(), springs: Vec::new() };
+        rig.add(self);
+        rig
+    }
+
+    /// Adds another net; gives the number of its first body.
+    pub fn and(&mut self, other: &Self) -> usize {
+        let first = self.bodies.len();
+        self.bodies.extend(&other.bodies);
+        self.springs
+            .extend(other.springs.iter().map(|(ends, elastic)| (ends.map(|end| end + first), *elastic)));
+        first
+    }
+
+    pub fn moved(mut self, by: DVec3) -> Self {
+        self.bodies.iter_mut().for_each(|body| body.x += by);
+        self
+    }
+
+    /// Forces of the springs by the formula, N.
+    pub fn forces(&self, state: &[State]) -> Vec<DVec3> {
+        let mut forces = vec![DVec3::ZERO; self.bodies.len()];
+        for ([a, b], Elastic { stiffness, damping, rest_length }) in &self.springs {
+            let ((xa, va), (xb, vb)) = (state[*a], state[*b]);
+            let length = xa.distance(xb);
+            let n = (xb - xa) / length;
+            let force = n * (stiffness * (length - rest_length) + damping * n.dot(vb - va));
+            forces[*a] += force;
+            forces[*b] -= force;
+        }
+        forces
+    }
+
+    /// The states at the start.
+    pub fn start(&self) -> Vec<State> {
+        self.bodies.iter().map(|body| (body.x, body.v)).collect()
+    }
+}
+
+impl Rig {
+    pub fn add(&mut self, net: &Net) {
+        let first = self.bodies.len();
+        for Start { x, v, w } in &net.bodies {
+            let id = StableId(u32::try_from(self.bodies.len()).unwrap());
+            let body = PhysicsBody { velocity: *v, inverse_mass: *w };
+            self.bodies.push(self.lab.world.spawn((id, Transform::at(*x), body)).id());
+        }
+        for (ends, elastic) in &net.springs {
+            self.spring(ends.map(|end| end + first), *elastic);
+        }
+        self.lab.stepper.recompile(&mut self.lab.world);
+    }
+
+    pub fn spring(&mut self, ends: [usize; 2], elastic: Elastic<f64>) -> Entity {
+        let spring = self.lab.world.spawn(Spring { ends: ends.map(|end| self.bodies[end]), elastic }).id();
+        self.springs.push(spring);
+        spring
+    }
+
+    pub fn soft(&mut self, soft: SoftBody) -> Entity {
+        let soft = self.lab.world.spawn(soft).id();
+        self.lab.stepper.recompile(&mut self.lab.world);
+        soft
+    }
+
+    pub fn engines(&mut self, body: usize, laws: OwnLaws) {
+        self.lab.world.entity_mut(self.bodies[body]).insert(laws);
+    }
+
+    pub fn run(&mut self, ticks: u64) -> &mut Self {
+        self.lab.run(ticks);
+        self
+    }
+
+    pub fn x(&self, body: usize) -> DVec3 {
+        self.lab.x(self.bodies[body])
+    }
+
+    pub fn v(&self, body: usize) -> DVec3 {
+        self.lab.v(self.bodies[body])
+    }
+
+    pub fn state(&self) -> Vec<State> {
+        (0..self.bodies.len()).map(|body| (self.x(body), self.v(body))).collect()
+    }
+
+    pub fn bits(&self, body: usize) -> Bits {
+        let (x, v) = (self.x(body), self.v(body));
+        [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits)
+    }
+
+    /// Bits of all bodies but some.
+    pub fn all_bits(&self, but: &[usize]) -> Vec<Bits> {
+        (0..self.bodies.len()).filter(|body| !but.contains(body)).map(|body| self.bits(body)).collect()
+    }
+
+    pub fn push(&mut self, body: usize, newtons: DVec3) {
+        self.lab.push(self.bodies[body], newtons);
+    }
+
+    pub fn ask(&mut self, request: Request) {
+        self.lab.world.resource_mut::<Requests>().ask(request);
+    }
+
+    /// Asks and has it carried out, without a tick.
+    pub fn have(&mut self, request: Request) {
+        self.ask(request);
+        self.lab.stepper.carry_out_requests(&mut self.lab.world);
+    }
+
+    pub fn totals(&mut self) -> Totals {
+        totals(&mut self.lab.world)
+    }
+
+    /// Kinetic and potential energy, J.
+    pub fn energy(&mut self) -> f64 {
+        let sum = self.totals();
+        sum.kinetic_energy + sum.potential_energy
+    }
+
+    /// Numbers of the bodies that were frozen, in the order of events.
+    pub fn frozen(&self) -> Vec<usize> {
+        let records = self.lab.world.resource::<Quarantine>().records();
+        records
+            .iter()
+            .map(|record| self.bodies.iter().position(|body| *body == record.body).unwrap())
+            .collect()
+    }
+
+    pub fn set_method(&mut self, method: Method) {
+        self.lab.stepper.set_method(&mut self.lab.world, method);
+    }
+}
+
+/// S13: 1 kg on an elastic string from the origin.
+pub fn pendulum(stiffness: f64) -> Net {
+    Net {
+        bodies: vec![Start::held(DVec3::ZERO), Start::of(1.0, DVec3::new(0.6, -1.0, 0.0), DVec3::ZERO)],
+        springs: vec![([0, 1], elastic(stiffness, 1.0))],
+    }
+}
+
+/// S15: 1 to 4 kg, joined two by two, the first one moving.
+pub fn tetrahedron() -> Net {
+    let corners = [DVec3::ZERO, DVec3::X * 1.25, DVec3::Y * 1.25, DVec3::Z * 1.25];
+    let speed = |i: usize| if i == 0 { DVec3::X * 0.5 } else { DVec3::ZERO };
+    let body = |i: usize| Start::of((i + 1) as f64, corners[i], speed(i));
+    let pairs = (0..4).flat_map(|a| (a + 1..4).map(move |b| [a, b]));
+    Net {
+        bodies: (0..4).map(body).collect(),
+        springs: pairs.map(|ends| (ends, elastic(50.0, 1.0))).collect(),
+    }
+}
+
+/// A ring of 8 bodies of random masses, moving at random.
+pub fn ring() -> Net {
+    let mut dice = Dice(8);
+    let body = |i: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / 8.0).sin_cos();
+        Start::of(1.0 + 0.9 * dice.number(), DVec3::new(cos, sin, 0.1 * dice.number()), dice.vector() * 0.3)
+    };
+    let bodies = (0..8).map(body).collect();
+    Net { bodies, springs: (0..8).map(|i| ([i, (i + 1) % 8], elastic(40.0, 0.7))).collect() }
+}
+
+/// A chain that hangs from the origin in `links` of `length`, of bodies of `mass`.
+pub fn chain(links: usize, stiffness: f64, length: f64, mass: f64) -> Net {
+    let body = |i: usize| Start::of(mass, DVec3::Y * -(length * i as f64), DVec3::ZERO);
+    Net {
+        bodies: std::iter::once(Start::held(DVec3::ZERO)).chain((1..=links).map(body)).collect(),
+        springs: (0..links).map(|i| ([i, i + 1], elastic(stiffness, length))).collect(),
+    }
+}
+
+/// The states at the ends of the `samples` parts of `span`, by the classic method of four stages and
+/// Richardson's extrapolation; `accelerations` are of the bodies of `start`.
+pub fn extrapolated(
+    start: &[State],
+    span: f64,
+    samples: usize,
+    steps: usize,
+    accelerations: impl Fn(f64, &[State]) -> Vec<DVec3>,
+) -> Vec<Vec<State>> {
+    let run = |steps: usize| {
+        let h = span / steps as f64;
+        let mut state = start.to_vec();
+        let mut taken = Vec::new();
+        for step in 0..steps {
+            let t = h * step as f64;
+            let slopes = |part: f64, state: &[State]| -> Vec<State> {
+                let a = accelerations(t + part * h, state);
+                state.iter().zip(a).map(|((_, v), a)| (*v, a)).collect()
+            };
+            let after = |slopes: &[State], part: f64| -> Vec<State> {
+                let rows = state.iter().zip(slopes);
+                rows.map(|((x, v), (dx, dv))| (*x + *dx * (part * h), *v + *dv * (part * h))).collect()
+            };
+            let a = slopes(0.0, &state);
+            let b = slopes(0.5, &after(&a, 0.5));
+            let c = slopes(0.5, &after(&b, 0.5));
+            let d = slopes(1.0, &after(&c, 1.0));
+            for (i, (x, v)) in state.iter_mut().enumerate() {
+                *x += (a[i].0 + (b[i].0 + c[i].0) * 2.0 + d[i].0) * (h / 6.0);
+                *v += (a[i].1 + (b[i].1 + c[i].1) * 2.0 + d[i].1) * (h / 6.0);
+            }
+            if (step + 1) % (steps / samples) == 0 {
+                taken.push(state.clone());
+            }
+        }
+        taken
+    };
+    let (coarse, mut fine) = (run(steps / 2), run(steps));
+    for (fine, coarse) in fine.iter_mut().flatten().zip(coarse.iter().flatten()) {
+        fine.0 += (fine.0 - coarse.0) / 15.0;
+        fine.1 += (fine.1 - coarse.1) / 15.0;
+    }
+    fine
+}

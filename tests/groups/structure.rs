@@ -1,0 +1,360 @@
+//! What acts on what: orders of spawning, groups that join and split, and groups beside each other.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{
+    Damping, DampingModel, Drag, Elastic, Groups, Link, Method, MutualGravity, OwnSubsteps, PhysicsBody,
+    Request, SoftBody, Spring, StableId, Transform,
+};
+
+use super::lab::{Around, Bits, Dice, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+
+/// Seven bodies and a post, ten springs, some of them damped.
+fn web(seed: u64) -> Net {
+    let mut dice = Dice(seed);
+    let mut bodies: Vec<_> =
+        (0..7).map(|i| Start::of(1.0 + i as f64, dice.vector() * 2.0, dice.vector())).collect();
+    bodies.push(Start::held(DVec3::Y * 2.0));
+    let ends = [[0, 1], [2, 1], [2, 3], [3, 4], [5, 4], [5, 6], [6, 7], [0, 7], [1, 5], [3, 0]];
+    let spring = |ends: [usize; 2]| {
+        let damping = if ends[0] > 2 { 0.3 } else { 0.0 };
+        (ends, Elastic { damping, ..elastic(30.0 + 5.0 * ends[1] as f64, 0.4) })
+    };
+    Net { bodies, springs: ends.map(spring).into() }
+}
+
+fn surroundings() -> [Around; 3] {
+    let damping = Some(Damping { model: DampingModel::Clamped, rate: 0.2 });
+    let attraction = Some(MutualGravity { constant: 0.5, softening: 0.3 });
+    [
+        Around::falling(),
+        Around { drag: Some(Drag::new(0.1, 0.02)), damping, ..Around::falling() },
+        Around { attraction, substeps: Some(3), ..Around::default() },
+    ]
+}
+
+/// The rigs go on tick by tick with the same bits.
+#[track_caller]
+fn agree(what: &str, ticks: u64, mut a: impl FnMut() -> Vec<Bits>, mut b: impl FnMut() -> Vec<Bits>) {
+    for tick in 0..ticks {
+        assert_eq!(a(), b(), "{what}, tick {tick}");
+    }
+}
+
+/// The same net, its entities spawned in another order, its springs the other way round.
+fn shuffled(net: &Net, around: &Around, method: Method, seed: u64) -> Rig {
+    let mut dice = Dice(seed);
+    let mut rig = Rig { lab: around.lab(method, H), bodies: Vec::new(), springs: Vec::new() };
+    let mut order: Vec<_> = (0..net.bodies.len()).collect();
+    (1..order.len()).for_each(|i| order.swap(i, dice.below(i + 1)));
+    let mut bodies = vec![Entity::PLACEHOLDER; order.len()];
+    for body in order {
+        let Start { x, v, w } = net.bodies[body];
+        let components = (PhysicsBody { velocity: v, inverse_mass: w }, Transform::at(x));
+        bodies[body] = rig.lab.world.spawn((components, StableId(u32::try_from(body).unwrap()))).id();
+        let gone = rig.lab.world.spawn(PhysicsBody::with_mass(1.0)).id();
+        rig.lab.world.despawn(gone);
+    }
+    rig.bodies = bodies;
+    let mut springs = net.springs.clone();
+    springs.reverse();
+    for ([a, b], elastic) in springs {
+        rig.spring([b, a], elastic);
+    }
+    rig.lab.stepper.recompile(&mut rig.lab.world);
+    rig
+}
+
+#[test]
+fn the_order_of_spawning_changes_no_bit() {
+    let net = web(1);
+    for method in Method::ALL {
+        for (i, around) in surroundings().iter().enumerate() {
+            let mut a = net.rig(around, method, H);
+            let mut b = shuffled(&net, around, method, 5);
+            let step = |rig: &mut Rig| {
+                rig.push(2, DVec3::new(3.0, 1.0, -2.0));
+                rig.run(1).all_bits(&[])
+            };
+            agree(&format!("{method:?}, {i}"), 40, || step(&mut a), || step(&mut b));
+        }
+    }
+}
+
+/// Two soft bodies that share all their points, spawned in either order.
+#[test]
+fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
+    let net = Net { springs: vec![], ..web(2) };
+    let links = |step: u32| {
+        let link = |i: u32| Link { ends: [i, (i + step) % 7], elastic: elastic(20.0 + f64::from(i), 0.3) };
+        (0..7).map(link).collect::<Vec<_>>()
+    };
+    let run = |order: [u32; 2]| {
+        let mut rig = net.rig(&Around::falling(), Method::default(), H);
+        for step in order {
+            let soft = SoftBody { points: rig.bodies.clone(), springs: links(step), ..SoftBody::default() };
+            rig.soft(soft);
+        }
+        rig.run(100).all_bits(&[])
+    };
+    assert_eq!(run([1, 2]), run([2, 1]));
+}
+
+/// A soft body's springs are springs.
+#[test]
+fn a_soft_body_is_its_springs() {
+    let net = tetrahedron();
+    for method in Method::ALL {
+        let mut rig = Net { springs: vec![], ..net.clone() }.rig(&Around::falling(), method, H);
+        let link = |(ends, elastic): &([usize; 2], Elastic<f64>)| Link {
+            ends: ends.map(|end| u32::try_from(end).unwrap()),
+            elastic: *elastic,
+        };
+        let springs = net.springs.iter().map(link).collect();
+        let points = rig.bodies.clone();
+        rig.soft(SoftBody { points, springs, ..SoftBody::default() });
+        let mut plain = net.rig(&Around::falling(), method, H);
+        agree(&format!("{method:?}"), 50, || rig.run(1).all_bits(&[]), || plain.run(1).all_bits(&[]));
+    }
+}
+
+/// Goes on from the states of `rig`, at its time, with what of `net` is left.
+fn fresh(rig: &Rig, net: &Net, around: &Around, gone: &[usize], method: Method) -> Rig {
+    let mut net = net.clone();
+    net.bodies.iter_mut().enumerate().filter(|(i, _)| !gone.contains(i)).for_each(|(i, body)| {
+        (body.x, body.v) = (rig.x(i), rig.v(i));
+    });
+    let mut fresh = net.rig(around, method, H);
+    fresh.lab.world.insert_resource(*rig.lab.world.resource::<motion::StepClock>());
+    for body in gone {
+        fresh.have(Request::Remove(fresh.bodies[*body]));
+    }
+    fresh
+}
+
+/// Position Verlet alone remembers what acted in the last step.
+fn without_memory() -> impl Iterator<Item = Method> {
+    Method::ALL.into_iter().filter(|method| *method != Method::PositionVerlet)
+}
+
+#[test]
+fn a_body_that_is_removed_takes_its_springs_with_it() {
+    let net = web(3);
+    for method in without_memory() {
+        for around in surroundings() {
+            let mut rig = net.rig(&around, method, H);
+            rig.run(20);
+            rig.have(Request::Remove(rig.bodies[2]));
+            let mut twin = fresh(&rig, &net, &around, &[2], method);
+            agree(&format!("{method:?}"), 30, || rig.run(1).all_bits(&[2]), || twin.run(1).all_bits(&[2]));
+        }
+    }
+}
+
+#[test]
+fn springs_come_and_go_in_the_middle_of_a_run() {
+    let net = web(4);
+    let less = Net { springs: net.springs[1..].to_vec(), ..net.clone() };
+    for method in without_memory() {
+        let around = Around::falling();
+        let mut rig = net.rig(&around, method, H);
+        rig.run(20);
+        rig.lab.world.despawn(rig.springs[0]);
+        let mut twin = fresh(&rig, &less, &around, &[], method);
+        let what = format!("{method:?}");
+        agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+        let (ends, elastic) = net.springs[0];
+        rig.spring(ends, elastic);
+        let mut twin = fresh(&rig, &net, &around, &[], method);
+        agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+        // Another one in its place.
+        let spring =
+            Spring { ends: ends.map(|end| rig.bodies[end]), elastic: super::lab::elastic(90.0, 0.1) };
+        let old = *rig.springs.last().unwrap();
+        rig.lab.world.entity_mut(old).insert(spring);
+        let mut stiffer = net.clone();
+        stiffer.springs[0].1 = spring.elastic;
+        let mut twin = fresh(&rig, &stiffer, &around, &[], method);
+        agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+    }
+}
+
+#[test]
+fn a_spring_without_two_bodies_does_nothing() {
+    let net = web(5);
+    for method in Method::ALL {
+        let mut plain = net.rig(&Around::falling(), method, H);
+        let mut rig = net.rig(&Around::falling(), method, H);
+        // Frozen before it was joined, out of the way of all others.
+        let frozen = rig.lab.body(1.0, DVec3::ZERO);
+        rig.have(Request::SetVelocity(frozen, DVec3::NAN));
+        let scenery = rig.lab.world.spawn(Transform::at(DVec3::ONE)).id();
+        let gone = rig.lab.world.spawn_empty().id();
+        rig.lab.world.despawn(gone);
+        let first = rig.bodies[0];
+        for ends in [[first, frozen], [scenery, first], [first, gone], [first, first], [frozen, gone]] {
+            rig.lab.world.spawn(Spring { ends, elastic: elastic(1e3, 0.1) });
+        }
+        let what = format!("{method:?}");
+        agree(&what, 30, || rig.run(1).all_bits(&[]), || plain.run(1).all_bits(&[]));
+        assert_eq!(rig.lab.world.resource::<Groups>().springs(), net.springs.len());
+    }
+}
+
+fn groups(rig: &Rig) -> (usize, usize) {
+    let groups = rig.lab.world.resource::<Groups>();
+    (groups.len(), groups.bodies())
+}
+
+/// A row of five: 0 - 1 - 2 - 3 - 4.
+fn row() -> Net {
+    let mut dice = Dice(6);
+    let body = |i: usize| Start::of(1.0 + i as f64, DVec3::X * i as f64 + dice.vector() * 0.2, DVec3::ZERO);
+    let bodies = (0..5).map(body).collect();
+    Net { bodies, springs: (0..4).map(|i| ([i, i + 1], elastic(40.0, 1.0))).collect() }
+}
+
+#[test]
+fn groups_split_and_join_with_what_is_between_them() {
+    let net = row();
+    for method in without_memory() {
+        let what = format!("{method:?}");
+        let mut rig = net.rig(&Around::falling(), method, H);
+        rig.run(10);
+        assert_eq!(groups(&rig), (1, 5), "{what}");
+        rig.ask(Request::Remove(rig.bodies[2]));
+        rig.run(1);
+        assert_eq!(groups(&rig), (2, 4), "{what}");
+        // Each half is a world of its own.
+        for half in [[0, 1], [3, 4]] {
+            let part = Net {
+                bodies: half.map(|i| Start { x: rig.x(i), v: rig.v(i), w: net.bodies[i].w }).into(),
+                springs: vec![([0, 1], elastic(40.0, 1.0))],
+            };
+            let mut twin = part.rig(&Around::falling(), method, H);
+            let mut again = fresh(&rig, &net, &Around::falling(), &[2], method);
+            agree(
+                &what,
+                20,
+                || twin.run(1).all_bits(&[]),
+                || {
+                    again.run(1);
+                    half.map(|i| again.bits(i)).into()
+                },
+            );
+        }
+        rig.spring([1, 3], elastic(40.0, 1.0));
+        rig.run(1);
+        assert_eq!(groups(&rig), (1, 4), "{what}");
+        rig.run(20);
+        assert!(rig.frozen().is_empty());
+    }
+}
+
+#[test]
+fn what_cannot_move_joins_nothing() {
+    let mut net = pendulum(100.0);
+    net.bodies.push(Start::of(2.0, DVec3::new(-1.0, 0.3, 0.2), DVec3::Z));
+    net.springs.push(([2, 0], elastic(70.0, 0.8)));
+    for method in Method::ALL {
+        let mut rig = net.rig(&Around::falling(), method, H);
+        rig.run(1);
+        assert_eq!(groups(&rig), (2, 2), "{method:?}");
+        let alone = |body: usize, spring: usize| {
+            let elastic = net.springs[spring].1;
+            Net { bodies: vec![net.bodies[0], net.bodies[body]], springs: vec![([0, 1], elastic)] }.rig(
+                &Around::falling(),
+                method,
+                H,
+            )
+        };
+        let (mut first, mut second) = (alone(1, 0), alone(2, 1));
+        first.run(1);
+        second.run(1);
+        let mut apart = || vec![first.run(1).bits(1), second.run(1).bits(1)];
+        agree(&format!("{method:?}"), 50, || rig.run(1).all_bits(&[0]), &mut apart);
+    }
+}
+
+#[test]
+fn groups_and_single_bodies_beside_each_other_keep_their_bits() {
+    let (first, second) = (web(7), tetrahedron().moved(DVec3::X * 50.0));
+    let mut dice = Dice(9);
+    let free = Net {
+        bodies: (0..11).map(|_| Start::of(2.0, dice.vector() * 9.0, dice.vector())).collect(),
+        springs: vec![],
+    };
+    let mut all = first.clone();
+    let (second_at, free_at) = (all.and(&second), all.and(&free));
+    for method in Method::ALL {
+        for around in surroundings().into_iter().filter(|around| around.attraction.is_none()) {
+            let mut rig = all.rig(&around, method, H);
+            let mut parts = [&first, &second, &free].map(|net| net.rig(&around, method, H));
+            let push = DVec3::new(5.0, -3.0, 2.0);
+            let mut together = || {
+                [3, second_at + 1, free_at + 4].into_iter().for_each(|body| rig.push(body, push));
+                rig.run(1).all_bits(&[])
+            };
+            let mut apart = || {
+                let each = parts.iter_mut().zip([3, 1, 4]).flat_map(|(rig, body)| {
+                    rig.push(body, push);
+                    rig.run(1).all_bits(&[])
+                });
+                each.collect()
+            };
+            agree(&format!("{method:?}"), 30, &mut together, &mut apart);
+        }
+    }
+}
+
+#[test]
+fn substeps_of_a_group_are_those_of_its_first_member_and_as_good_as_ticks() {
+    let net = web(8);
+    for method in Method::ALL {
+        let mut rig = net.rig(&Around::falling(), method, 1.0 / 64.0);
+        rig.lab.world.entity_mut(rig.bodies[0]).insert(OwnSubsteps(4));
+        let mut fine = net.rig(&Around::falling(), method, 1.0 / 256.0);
+        agree(&format!("{method:?}"), 20, || rig.run(1).all_bits(&[]), || fine.run(4).all_bits(&[]));
+    }
+}
+
+/// A mark that comes after the groups were made is that of the group, or of no one.
+#[test]
+fn a_member_that_is_marked_before_its_first_tick_leaves_no_group_behind() {
+    let net = web(10);
+    for method in Method::ALL {
+        for member in [0, 3] {
+            let mut rig = net.rig(&Around::falling(), Method::default(), H);
+            motion::mark_method(&mut rig.lab.world.entity_mut(rig.bodies[member]), Some(method));
+            let of_group = if member == 0 { method } else { Method::default() };
+            let mut twin = net.rig(&Around::falling(), of_group, H);
+            let what = format!("{method:?}, {member}");
+            agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+        }
+    }
+}
+
+/// Everything is the same in a train.
+#[test]
+fn a_post_that_moves_on_carries_what_hangs_on_it() {
+    let (net, speed) = (web(9), DVec3::new(2.0, -1.0, 0.5));
+    let mut moving = net.clone();
+    moving.bodies.iter_mut().for_each(|body| body.v += speed);
+    for method in Method::ALL {
+        let (mut rig, mut train) =
+            (net.rig(&Around::falling(), method, H), moving.rig(&Around::falling(), method, H));
+        for tick in 1..=60 {
+            rig.run(1);
+            train.run(1);
+            let by = speed * (f64::from(tick) * H);
+            for body in 0..net.bodies.len() {
+                let error = (train.x(body) - rig.x(body) - by).length()
+                    + (train.v(body) - rig.v(body) - speed).length();
+                // The rounding of the sums grows with the errors of springs that swing; conjugate gradients stop at
+                // 1e-8 of a right side that is the same in the train.
+                let bound = if method == Method::ImplicitEuler { 1e-7 } else { 1e-11 };
+                assert!(error <= bound, "{method:?}, body {body}, tick {tick}: {error:e}");
+            }
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Only what a scene calls for: the compiled schedule and the world of every shipped scene hold what it declares, and
+//! nothing more.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use bevy_ecs::prelude::*;
+use motion::{Effect, Elastic, Method, PhysicsBody, Spring, Stepper, TimeStep, Transform};
+use sandbox::{Options, Overrides, Session};
+use scene::Scene;
+
+use crate::harness::root;
+
+/// A shipped scene as a headless run without pictures has it, a few ticks on.
+fn session(name: &str) -> Session {
+    let options = Options { pictures: false, interpolate: false, ..Options::default() };
+    let mut session = Session::new(scene::load(name).unwrap(), options);
+    let mut frames = motion::FrameClock::default();
+    for _ in 0..12 {
+        let time = frames.advance_by(1.0 / 60.0).unwrap();
+        session.advance(&sandbox::input::InputFrame::default(), time);
+    }
+    session
+}
+
+fn shipped() -> Vec<&'static str> {
+    scene::shipped().iter().map(|scene| scene.name).collect()
+}
+
+/// The last word of a type's path.
+fn word(path: &str) -> String {
+    let name = path.split('<').next().unwrap_or(path);
+    name.rsplit("::").next().unwrap_or(name).to_owned()
+}
+
+/// Components of all kinds of body of which there is one.
+fn columns(world: &World) -> BTreeSet<String> {
+    let body = world.components().component_id::<PhysicsBody>().unwrap();
+    world
+        .archetypes()
+        .iter()
+        .filter(|kind| !kind.is_empty() && kind.contains(body))
+        .flat_map(|kind| kind.components().to_vec())
+        .map(|component| word(&world.components().get_info(component).unwrap().name().to_string()))
+        .collect()
+}
+
+fn systems(stepper: &Stepper) -> BTreeSet<String> {
+    stepper.systems().iter().map(|system| word(system)).collect()
+}
+
+fn declares(scene: &Scene, effect: Effect) -> bool {
+    scene.declared.iter().any(|declared| declared.effect == effect)
+}
+
+/// Methods that a scene's bodies have.
+fn methods(session: &mut Session) -> BTreeSet<Method> {
+    session.methods().into_iter().map(|(method, _)| method).collect()
+}
+
+#[test]
+fn plans_of_shipped_scenes_are_the_golden_ones() {
+    let folder = root().join("tests/plans");
+    let bless = std::env::var_os("BLESS").is_some();
+    let mut kept: BTreeSet<PathBuf> = std::fs::read_dir(&folder)
+        .map(|files| files.map(|file| file.unwrap().path()).collect())
+        .unwrap_or_default();
+    for name in shipped() {
+        let plan = sandbox::plan::text(scene::load(name).unwrap(), Overrides::default());
+        let path = folder.join(format!("{name}.txt"));
+        kept.remove(&path);
+        if bless {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(&path, &plan).unwrap();
+        }
+        let golden = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(plan == golden, "{name}: BLESS=1 writes the golden plan\nwas\n{golden}\nis\n{plan}");
+    }
+    assert!(kept.is_empty(), "plans of no scene: {kept:?}");
+}
+
+#[test]
+fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
+    for name in shipped() {
+        let mut session = session(name);
+        let methods = methods(&mut session);
+        let scene = session.scene().clone();
+        let found = columns(session.world());
+        let coupled = declares(&scene, Effect::Springs) || declares(&scene, Effect::MutualGravity);
+        let any = |has: fn(&scene::BodySpec) -> bool| scene.bodies.iter().any(has);
+        let movable = |body: &scene::BodySpec| body.inverse_mass.is_some_and(|w| w > 0.0);
+        let called = !scene.wells.is_empty()
+            || scene.drag.is_some_and(|drag| drag.quadratic != 0.0)
+            || !scene.own_laws.is_empty();
+        let keeps = methods.contains(&Method::VelocityVerlet) || methods.contains(&Method::Yoshida4);
+        // Column, whether it must be there, whether it may.
+        let emits = declares(&scene, Effect::Emitters);
+        let own_laws = !scene.own_laws.is_empty();
+        let verlet = methods.contains(&Method::PositionVerlet);
+        let expected = [
+            ("SpeedLimit", declares(&scene, Effect::SpeedLimits)),
+            ("AxisLocks", declares(&scene, Effect::AxisLocks)),
+            ("DampingRate", any(|body| body.damping_rate.is_some())),
+            ("GravityOff", any(|body| body.gravity_off)),
+            ("OwnLaws", own_laws),
+            ("OwnSubsteps", any(|body| body.substeps.is_some())),
+            ("OwnMethod", any(|body| body.method.is_some())),
+            ("LastStep", verlet),
+            ("Grouped", coupled),
+            ("Particle", emits),
+            ("PointRadius", emits),
+            ("Static", scene.bodies.iter().any(|body| body.inverse_mass == Some(0.0))),
+            ("SourceMass", any(|body| body.source_mass.is_some())),
+            ("Orientation", scene.bodies.iter().any(|body| body.orientation.is_some() && movable(body))),
+            ("PreviousPosition", false),
+            ("Quarantined", false),
+        ];
+        for (column, there) in expected {
+            // Immovable bodies are turned as well.
+            let also = column == "Orientation" && any(|body| body.orientation.is_some());
+            assert_eq!(found.contains(column), there || also, "{name}: {column} in {found:?}");
+        }
+        let of_others = ["LastAcceleration", "Dormant"];
+        if found.contains("LastAcceleration") {
+            assert!(keeps && called, "{name}: {found:?}");
+        }
+        let plain = ["Transform", "PhysicsBody", "Force", "StableId", "Appearance", "Shape"];
+        let markers = Method::ALL.map(|method| format!("{method:?}"));
+        for column in &found {
+            let known = plain.contains(&column.as_str())
+                || of_others.contains(&column.as_str())
+                || expected.iter().any(|(name, _)| name == column)
+                || markers.contains(column) && any(|body| body.method.is_some());
+            assert!(known, "{name}: nobody called for {column}");
+        }
+    }
+}
+
+#[test]
+fn a_schedule_has_the_systems_that_its_scene_calls_for_and_no_others() {
+    for name in shipped() {
+        let session = session(name);
+        let scene = session.scene();
+        let found = systems(session.stepper());
+        let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
+        assert_eq!(found.contains("integrate_groups"), coupled, "{name}: {found:?}");
+        assert_eq!(found.contains("emit_particles"), declares(scene, Effect::Emitters), "{name}: {found:?}");
+        let always = ["apply_forces", "clear_forces", "quarantine_bodies"];
+        assert!(always.iter().all(|system| found.contains(*system)), "{name}: {found:?}");
+        let known = [
+            "integrate_groups",
+            "emit_particles",
+            "integrate",
+            "integrate_in_one_pass",
+            "integrate_acceleration",
+            "integrate_velocity",
+            "remember_steps",
+            "remember_accelerations",
+            "apply_deferred",
+        ];
+        for system in &found {
+            assert!(
+                always.contains(&system.as_str()) || known.contains(&system.as_str()),
+                "{name}: {system}"
+            );
+        }
+        let free = found.iter().any(|system| system.starts_with("integrate") && system != "integrate_groups");
+        assert!(free || coupled, "{name}: nothing moves: {found:?}");
+    }
+}
+
+#[test]
+fn resources_of_undeclared_effects_are_not_there() {
+    for name in shipped() {
+        let session = session(name);
+        let (scene, world) = (session.scene(), session.world());
+        let there = [
+            (Effect::Gravity, world.contains_resource::<motion::Gravity>()),
+            (Effect::Damping, world.contains_resource::<motion::Damping>()),
+            (Effect::Drag, world.contains_resource::<motion::Drag>()),
+            (Effect::Wind, world.get_resource::<motion::Drag>().is_some_and(|drag| drag.wind.is_some())),
+            (Effect::MutualGravity, world.contains_resource::<motion::MutualGravity>()),
+        ];
+        for (effect, there) in there {
+            assert_eq!(there, declares(scene, effect), "{name}: {effect}");
+        }
+        assert_eq!(world.contains_resource::<motion::Wells>(), !scene.wells.is_empty(), "{name}");
+        let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
+        assert_eq!(world.contains_resource::<motion::Groups>(), coupled, "{name}");
+    }
+}
+
+#[test]
+fn evaluations_of_absent_effects_are_none() {
+    for name in shipped() {
+        let session = session(name);
+        for (law, evaluations) in session.evaluations().laws() {
+            let declared = Effect::ALL.iter().find(|effect| effect.name() == *law);
+            let declared = declared.is_some_and(|effect| declares(session.scene(), *effect));
+            assert!(declared || *evaluations == 0, "{name}: {law} was evaluated {evaluations} times");
+        }
+    }
+}
+
+#[test]
+fn one_spring_among_free_particles_adds_one_law_and_one_system() {
+    let mut world = World::new();
+    let bodies: Vec<_> = (0..4)
+        .map(|i| {
+            world.spawn((Transform::at(glam::DVec3::X * f64::from(i)), PhysicsBody::with_mass(1.0))).id()
+        })
+        .collect();
+    let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0 / 120.0));
+    stepper.tick(&mut world);
+    let before = systems(&stepper);
+    let laws = |world: &World| -> Vec<&'static str> {
+        let laws = world.resource::<motion::Evaluations>().laws().iter();
+        laws.filter(|(_, count)| *count > 0).map(|(law, _)| *law).collect()
+    };
+    assert!(laws(&world).is_empty());
+    let elastic = Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.5 };
+    let spring = world.spawn(Spring { ends: [bodies[0], bodies[1]], elastic }).id();
+    stepper.tick(&mut world);
+    let with = systems(&stepper);
+    assert_eq!(laws(&world), ["springs"]);
+    let added: Vec<_> = with.difference(&before).collect();
+    assert_eq!(added, ["integrate_groups"]);
+    assert!(before.is_subset(&with));
+    // Two of the four bodies, one evaluation.
+    assert_eq!(world.resource::<motion::Evaluations>().laws(), [("springs", 2)]);
+    world.despawn(spring);
+    stepper.tick(&mut world);
+    assert_eq!(systems(&stepper), before, "the last spring takes its system with it");
+}
