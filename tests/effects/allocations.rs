@@ -6,7 +6,7 @@ use std::cell::Cell;
 use bevy_ecs::prelude::*;
 use motion::{Effect, Method, PushQueue, Stepper, TimeStep};
 
-use super::{LOCAL, stepper, world_of};
+use super::{COUPLED, LOCAL, stepper, world_of};
 use crate::harness::H;
 
 thread_local! {
@@ -69,15 +69,19 @@ fn no_shipped_scene_allocates_in_a_steady_tick() {
     }
 }
 
+/// Pushes every body in every tick.
+fn push_all(world: &mut World) {
+    let bodies: Vec<_> = world.query_filtered::<Entity, With<motion::PhysicsBody>>().iter(world).collect();
+    let pushes = bodies.iter().map(|body| motion::Push { body: *body, newtons: glam::DVec3::X });
+    world.resource_mut::<PushQueue>().sustain(pushes);
+}
+
 #[test]
 fn no_effect_and_no_method_allocates_in_a_steady_tick() {
     for method in Method::ALL {
         let mut world = world_of(&LOCAL);
         let mut steps = stepper(&mut world, method);
-        let bodies: Vec<_> =
-            world.query_filtered::<Entity, With<motion::PhysicsBody>>().iter(&world).collect();
-        let pushes = bodies.iter().map(|body| motion::Push { body: *body, newtons: glam::DVec3::X });
-        world.resource_mut::<PushQueue>().sustain(pushes);
+        push_all(&mut world);
         allocations(&mut world, &mut steps, 100);
         assert_eq!(allocations(&mut world, &mut steps, 100), 0, "{}", method.name());
     }
@@ -87,24 +91,11 @@ fn no_effect_and_no_method_allocates_in_a_steady_tick() {
 fn groups_allocate_nothing_in_a_steady_tick() {
     for method in Method::ALL {
         for newton_iterations in [0, 2] {
-            let mut world = world_of(&[
-                Effect::Gravity,
-                Effect::Damping,
-                Effect::Drag,
-                Effect::Wind,
-                Effect::Wells,
-                Effect::Thrusts,
-                Effect::SpeedLimits,
-                Effect::Springs,
-                Effect::MutualGravity,
-            ]);
+            let mut world = world_of(&[&LOCAL[..], &COUPLED].concat());
             world.insert_resource(motion::Solver { newton_iterations, ..motion::Solver::default() });
             world.insert_resource(motion::Substeps(3));
             let mut steps = stepper(&mut world, method);
-            let bodies: Vec<_> =
-                world.query_filtered::<Entity, With<motion::PhysicsBody>>().iter(&world).collect();
-            let pushes = bodies.iter().map(|body| motion::Push { body: *body, newtons: glam::DVec3::X });
-            world.resource_mut::<PushQueue>().sustain(pushes);
+            push_all(&mut world);
             allocations(&mut world, &mut steps, 100);
             assert_eq!(allocations(&mut world, &mut steps, 100), 0, "{}", method.name());
         }

@@ -2,6 +2,7 @@
 
 use smallvec::SmallVec;
 
+use crate::laws::Moment;
 use crate::real::Real;
 
 /// A stretch of time that is integrated in one step.
@@ -19,13 +20,25 @@ pub(crate) struct Piece<T> {
 
 impl<T: Real> Piece<T> {
     /// A time inside the piece, s.
-    pub fn inside(&self) -> T {
+    fn inside(&self) -> T {
         self.start + self.length * T::of(0.5)
     }
 
-    /// A time just before the piece, s.
-    pub fn before(&self) -> T {
-        self.start - self.length * T::of(0.25)
+    /// When the fraction `part` of the piece has passed: at its ends to the last bit.
+    pub fn moment(&self, part: T) -> Moment<T> {
+        let time = if part == T::ZERO {
+            self.start
+        } else if part == T::ONE {
+            self.end
+        } else {
+            self.start + part * self.length
+        };
+        Moment { time, inside: self.inside() }
+    }
+
+    /// The start of the piece as the end of what was before.
+    pub fn before(&self) -> Moment<T> {
+        Moment { time: self.start, inside: self.start - self.length * T::of(0.25) }
     }
 }
 

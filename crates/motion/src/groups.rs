@@ -20,6 +20,7 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{is_outdated, update_groups};
 pub use solver::Solver;
+pub use split::Sets;
 pub use system::integrate_groups;
 
 use crate::laws::MutualGravity;

@@ -118,20 +118,14 @@ impl Acting<'_, '_> {
         Course { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
     }
 
-    /// What acts on every body, gravity aside.
-    fn terms<'a, M: Integrator>(&self, called: &'a [&'a dyn Law<Scalar>]) -> Terms<'a, Scalar> {
-        let damping = self.damping.as_deref().copied();
-        Terms::new::<M>(Affine::sum(self.declared().all()), damping, called, *self.epoch, self.course())
-    }
-
-    /// The same without drag, which does not act alike on all points of groups.
-    pub(crate) fn terms_without_drag<'a, M: Integrator>(
+    /// What acts on every body, gravity aside: the affine ones of the laws `summed`, and those `called`.
+    pub(crate) fn terms<'a, M: Integrator>(
         &self,
+        summed: Declared<'_>,
         called: &'a [&'a dyn Law<Scalar>],
     ) -> Terms<'a, Scalar> {
         let damping = self.damping.as_deref().copied();
-        let others = Declared { drag: None, ..self.declared() };
-        Terms::new::<M>(Affine::sum(others.all()), damping, called, *self.epoch, self.course())
+        Terms::new::<M>(Affine::sum(summed.all()), damping, called, *self.epoch, self.course())
     }
 
     pub(crate) fn gravity(&self) -> Option<Vector> {
@@ -359,7 +353,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
     let mut called = Called::new();
     called.extend(acting.declared().called());
     let called = called.as_slice();
-    let weightless = acting.terms::<M>(called);
+    let weightless = acting.terms::<M>(acting.declared(), called);
     let mut falling = weightless;
     falling.gravity += acting.gravity().unwrap_or(Vector::ZERO);
     for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {

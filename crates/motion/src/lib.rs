@@ -45,7 +45,7 @@ pub use emission::{Emission, Particle, emit_particles};
 pub use emitter::{Dormant, Emitter};
 pub use evaluations::Evaluations;
 pub use forces::{Forces, Push, PushQueue, PushedBodies};
-pub use groups::{Grouped, Groups, Solver, compile_groups, integrate_groups};
+pub use groups::{Grouped, Groups, Sets, Solver, compile_groups, integrate_groups};
 pub use integrate::{
     Acting, Bodies, Notes, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass,
     integrate_velocity,

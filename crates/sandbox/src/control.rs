@@ -5,12 +5,12 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{Damping, Effect, Gravity, Method, PushQueue, Request};
-use scene::PushSpec;
+use scene::{PushSpec, unsolvable};
 
 use crate::actions::{Action, Key, When, binding};
 use crate::input::{Button, Experiment, Input};
 use crate::methods;
-use crate::session::{KEY_PUSH, Order, Session, SwitchedBy, unsolvable};
+use crate::session::{KEY_PUSH, Order, Session, SwitchedBy};
 
 /// What the pointer is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! What `sandbox effects` and `sandbox ablate` print.
 
 use lab::{Ablation, Absence, Receipt, Row};
-use motion::{Effect, EffectState};
+use motion::{Effect, EffectState, Method};
 use scene::Scene;
 use serde_json::{Value, json};
 
@@ -18,35 +18,59 @@ pub(crate) fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     let mut session = Session::new(scene, Options::default());
     session.update_targets();
     rows.extend(session.picture_rows());
-    match format {
-        Format::Json => json_text(&json!({
-            "scene": name,
-            "method": method.name(),
-            "ticks": ticks,
-            "ns_per_step": number(ns),
-            "effects": rows.iter().map(row_json).collect::<Vec<_>>(),
-        })),
-        Format::Table => {
-            let heading =
-                ["effect", "state", "bodies", "evaluations", "ns a step", "share", "bytes", "because"];
-            let lines = rows.iter().map(|row| {
-                let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };
-                let measured =
-                    |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
-                vec![
-                    row.name.to_owned(),
-                    row.state.words().to_owned(),
-                    part(row.bodies.to_string()),
-                    part(tidy(row.evaluations)),
-                    measured(row.ns, |ns| format!("{ns:.0}")),
-                    measured(row.share, |share| format!("{:.0} %", share * 100.0)),
-                    row.bytes.to_string(),
-                    row.because.clone().unwrap_or_default(),
-                ]
-            });
-            let head = vec![heading.map(str::to_owned).to_vec()];
-            let title = format!("`{name}`: {}, {ticks} ticks, {ns:.0} ns a step\n", method.name());
-            title + &aligned(&head.into_iter().chain(lines).collect::<Vec<_>>())
+    let heading = ["effect", "state", "bodies", "evaluations", "ns a step", "share", "bytes", "because"];
+    let line = |row: &Row| {
+        let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };
+        let measured = |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
+        vec![
+            row.name.to_owned(),
+            row.state.words().to_owned(),
+            part(row.bodies.to_string()),
+            part(tidy(row.evaluations)),
+            measured(row.ns, |ns| format!("{ns:.0}")),
+            measured(row.share, |share| format!("{:.0} %", share * 100.0)),
+            row.bytes.to_string(),
+            row.because.clone().unwrap_or_default(),
+        ]
+    };
+    Report { scene: name, method, ticks, ns, rows: &rows }.text(format, &heading, row_json, line)
+}
+
+/// What both print: a run, and a row for each of its effects.
+struct Report<'a, R> {
+    scene: String,
+    method: Method,
+    ticks: u64,
+    ns: f64,
+    rows: &'a [R],
+}
+
+impl<R> Report<'_, R> {
+    fn text(
+        &self,
+        format: Format,
+        heading: &[&str],
+        json: fn(&R) -> Value,
+        line: impl Fn(&R) -> Vec<String>,
+    ) -> String {
+        let Self { scene, method, ticks, ns, rows } = self;
+        match format {
+            Format::Json => {
+                let report = json!({
+                    "scene": scene,
+                    "method": method.name(),
+                    "ticks": ticks,
+                    "ns_per_step": number(*ns),
+                    "effects": rows.iter().map(json).collect::<Vec<_>>(),
+                });
+                format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))
+            }
+            Format::Table => {
+                let head = heading.iter().map(|word| (*word).to_owned()).collect();
+                let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
+                let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns a step\n", method.name());
+                title + &aligned(&lines)
+            }
         }
     }
 }
@@ -73,44 +97,22 @@ pub(crate) fn ablation(
 ) -> String {
     let Ablation { scene: name, method, ticks, ns, mut rows } = lab::ablate(scene, ticks);
     rows.iter_mut().for_each(|row| row.picture_differs = differs(row.effect));
-    match format {
-        Format::Json => json_text(&json!({
-            "scene": name,
-            "method": method.name(),
-            "ticks": ticks,
-            "ns_per_step": number(ns),
-            "effects": rows.iter().map(absence_json).collect::<Vec<_>>(),
-        })),
-        Format::Table => {
-            let heading = [
-                "without",
-                "farthest m",
-                "rms m",
-                "same bits",
-                "saves ns",
-                "saves evaluations",
-                "picture",
-                "",
-            ];
-            let lines = rows.iter().map(|row| {
-                let picture =
-                    row.picture_differs.map_or("-", |differs| if differs { "differs" } else { "same" });
-                vec![
-                    row.effect.name().to_owned(),
-                    format!("{:.3e}", row.max_distance),
-                    format!("{:.3e}", row.rms_distance),
-                    if row.identical { "yes" } else { "no" }.to_owned(),
-                    format!("{:.0}", row.ns_saved),
-                    tidy(row.evaluations_saved),
-                    picture.to_owned(),
-                    if row.needed() { "" } else { "not needed" }.to_owned(),
-                ]
-            });
-            let head = vec![heading.map(str::to_owned).to_vec()];
-            let title = format!("`{name}`: {}, {ticks} ticks, {ns:.0} ns a step\n", method.name());
-            title + &aligned(&head.into_iter().chain(lines).collect::<Vec<_>>())
-        }
-    }
+    let heading =
+        ["without", "farthest m", "rms m", "same bits", "saves ns", "saves evaluations", "picture", ""];
+    let line = |row: &Absence| {
+        let picture = row.picture_differs.map_or("-", |differs| if differs { "differs" } else { "same" });
+        vec![
+            row.effect.name().to_owned(),
+            format!("{:.3e}", row.max_distance),
+            format!("{:.3e}", row.rms_distance),
+            if row.identical { "yes" } else { "no" }.to_owned(),
+            format!("{:.0}", row.ns_saved),
+            tidy(row.evaluations_saved),
+            picture.to_owned(),
+            if row.needed() { "" } else { "not needed" }.to_owned(),
+        ]
+    };
+    Report { scene: name, method, ticks, ns, rows: &rows }.text(format, &heading, absence_json, line)
 }
 
 fn absence_json(row: &Absence) -> Value {
@@ -124,10 +126,6 @@ fn absence_json(row: &Absence) -> Value {
         "picture_differs": row.picture_differs,
         "needed": row.needed(),
     })
-}
-
-fn json_text(value: &Value) -> String {
-    format!("{}\n", serde_json::to_string_pretty(value).expect("strings and numbers are JSON"))
 }
 
 /// A count a step: whole where it is whole.

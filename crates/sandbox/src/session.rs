@@ -11,7 +11,6 @@ mod soft;
 
 pub use effects::SwitchedBy;
 pub(crate) use labels::Label;
-pub(crate) use options::unsolvable;
 pub use options::{Options, Overrides};
 pub(crate) use pose::drawn;
 pub(crate) use soft::SoftSum;
@@ -27,7 +26,7 @@ use motion::{
     remember_positions,
 };
 use pick::{SoftTargets, Targets};
-use scene::{PushSpec, Scene, StepKind};
+use scene::{PushSpec, Scene, StepKind, unsolvable};
 
 use crate::camera::Camera;
 use crate::control::Control;
@@ -307,33 +306,32 @@ impl Session {
 
     /// Gives `body` a method of its own, or the scene's.
     pub(crate) fn set_body_method(&mut self, body: Entity, method: Option<Method>) {
-        if self.refuses(method.unwrap_or(self.stepper.method())) {
+        let gravity = self.world.contains_resource::<MutualGravity>();
+        if self.refuses([method.unwrap_or(self.stepper.method())], gravity) {
             return;
         }
         self.ask(Request::SetBodyMethod(body, method));
     }
 
-    /// Says so where a method cannot solve what is declared.
-    fn refuses(&mut self, method: Method) -> bool {
-        let why = unsolvable(method, self.world.contains_resource::<MutualGravity>());
+    /// Says so where one of `methods` cannot solve what is declared.
+    fn refuses(&mut self, methods: impl IntoIterator<Item = Method>, mutual_gravity: bool) -> bool {
+        let why = methods.into_iter().find_map(|method| unsolvable(method, mutual_gravity));
         if let Some(why) = why {
-            self.ui.notice(why.to_owned());
+            self.ui.notice(format!("{why}; take another method"));
         }
         why.is_some()
     }
 
-    /// Says so where mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
+    /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
     pub(crate) fn refuses_mutual_gravity(&mut self) -> bool {
-        let why = self.methods().into_iter().find_map(|(method, _)| unsolvable(method, true));
-        if let Some(why) = why {
-            self.ui.notice(why.to_owned());
-        }
-        why.is_some()
+        let methods: Vec<_> = self.methods().into_iter().map(|(method, _)| method).collect();
+        self.refuses(methods, true)
     }
 
     /// Goes on with another method of the scene.
     pub(crate) fn set_method(&mut self, method: Method) {
-        if self.refuses(method) {
+        let gravity = self.world.contains_resource::<MutualGravity>();
+        if self.refuses([method], gravity) {
             return;
         }
         self.stepper.set_method(&mut self.world, method);

@@ -40,6 +40,7 @@ pub use faults::{Fault, SceneError};
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
 pub use names::Names;
+pub use resolve_springs::unsolvable;
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, Source,
     StepKind,

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use motion::{Elastic, Method};
+use motion::{Elastic, Method, Sets};
 
 use crate::check::{Scope, not_negative};
 use crate::coupled::{EmitterSpec, SpringSpec};
@@ -88,10 +88,10 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
         return;
     }
     let movable = |id: u32| bodies.bodies.get(id as usize).is_some_and(is_movable);
-    let mut groups = Groups::new(bodies.bodies.len() as u32);
+    let mut groups = Sets::new(bodies.bodies.len());
     let mut join = |[a, b]: [u32; 2]| {
         if movable(a) && movable(b) {
-            groups.join(a, b);
+            groups.join(a as usize, b as usize);
         }
     };
     for soft in &bodies.soft_bodies {
@@ -109,9 +109,9 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
             continue;
         }
         for id in section.ids.clone().filter(|id| movable(*id)) {
-            let group = if attracting { 0 } else { groups.of(id) };
-            let Some((one, of)) = first[group as usize] else {
-                first[group as usize] = Some((id, section));
+            let group = if attracting { 0 } else { groups.of(id as usize) };
+            let Some((one, of)) = first[group] else {
+                first[group] = Some((id, section));
                 continue;
             };
             if !section.differs(of) || !told.insert((group, i)) {
@@ -144,21 +144,27 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
     }
 }
 
-/// Notes where implicit Euler is asked to solve mutual gravity.
+/// What is wrong with a method in a scene with mutual gravity or without, if something is.
+#[must_use]
+pub fn unsolvable(method: Method, mutual_gravity: bool) -> Option<&'static str> {
+    (method == Method::ImplicitEuler && mutual_gravity)
+        .then_some("implicit_euler cannot solve mutual gravity")
+}
+
+/// Notes where a method is asked to solve mutual gravity that cannot.
 pub(crate) fn check_methods(
     scenes: Option<Method>,
     sections: &[Section],
     emitters: &[EmitterSpec],
     faults: &mut Faults,
 ) {
-    let scene = (scenes == Some(Method::ImplicitEuler)).then_some(Scope::ROOT);
-    let own = sections
-        .iter()
-        .filter(|section| !section.is_pool(emitters))
-        .filter(|section| section.own_method && section.method == Some(Method::ImplicitEuler));
-    for scope in scene.into_iter().chain(own.map(|section| section.scope)) {
-        let cure = "choose another method, or remove mutual_gravity";
-        faults.add(scope.key("method"), "implicit_euler cannot solve mutual gravity", cure);
+    let own = sections.iter().filter(|section| section.own_method && !section.is_pool(emitters));
+    let asked = own.map(|section| (section.scope, section.method));
+    for (scope, method) in std::iter::once((Scope::ROOT, scenes)).chain(asked) {
+        if let Some(what) = method.and_then(|method| unsolvable(method, true)) {
+            let cure = "choose another method, or remove mutual_gravity";
+            faults.add(scope.key("method"), what, cure);
+        }
     }
 }
 
@@ -170,30 +176,6 @@ impl Section {
 
     fn differs(&self, other: &Self) -> bool {
         self.method != other.method || self.substeps != other.substeps
-    }
-}
-
-/// Disjoint sets of bodies (Galler and Fischer 1964), by halving paths.
-struct Groups(Vec<u32>);
-
-impl Groups {
-    fn new(count: u32) -> Self {
-        Self((0..count).collect())
-    }
-
-    fn of(&mut self, mut id: u32) -> u32 {
-        while self.0[id as usize] != id {
-            let above = self.0[self.0[id as usize] as usize];
-            self.0[id as usize] = above;
-            id = above;
-        }
-        id
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.of(a), self.of(b));
-        // The smaller id stands for the group.
-        self.0[a.max(b) as usize] = a.min(b);
     }
 }
 

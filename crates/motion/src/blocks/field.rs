@@ -279,16 +279,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
 
     fn moment(&self, part: T) -> Moment<T> {
         match self.piece {
-            Some(piece) => {
-                let time = if part == T::ZERO {
-                    piece.start
-                } else if part == T::ONE {
-                    piece.end
-                } else {
-                    piece.start + part * piece.length
-                };
-                Moment { time, inside: piece.inside() }
-            }
+            Some(piece) => piece.moment(part),
             None => Moment { time: T::ZERO, inside: T::ZERO },
         }
     }
@@ -363,7 +354,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
             return None;
         }
         let piece = self.piece.filter(|piece| piece.jump)?;
-        let called = self.call(Moment { time: piece.start, inside: piece.before() }, x, v);
+        let called = self.call(piece.before(), x, v);
         Some(self.laws_from(called, v))
     }
 

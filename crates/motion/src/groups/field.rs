@@ -6,6 +6,7 @@ mod forces;
 mod kept;
 mod solving;
 
+use classes::class_at;
 pub(crate) use classes::{Askers, Class, RowAsks};
 pub(crate) use forces::is_open;
 pub(crate) use kept::Kept;
@@ -236,7 +237,7 @@ impl<T: Real> Field for GroupField<'_, T> {
     }
 
     fn laws(&mut self, part: T, x: Combination<T>, v: Combination<T>) -> Combination<T> {
-        Combination::of(self.accelerate(self.moment(part), x, v))
+        Combination::of(self.accelerate(self.piece.moment(part), x, v))
     }
 
     fn applied(&self) -> Combination<T> {
@@ -254,13 +255,8 @@ impl<T: Real> Field for GroupField<'_, T> {
             }
             _ => {
                 // Both by class: the gain of one with damping of its own is another one.
-                let kept = self.each_row(v, |class, row| {
-                    let keep = class.decay.keep.unwrap_or(T::ONE);
-                    row[..3].iter_mut().for_each(|part| *part = *part * keep);
-                });
-                let gained = self.each_row(a, |class, row| {
-                    row[..3].iter_mut().for_each(|part| *part = *part * class.decay.gain);
-                });
+                let kept = self.each_row(v, |class| class.decay.keep);
+                let gained = self.each_row(a, |class| Some(class.decay.gain));
                 kept + gained
             }
         }
@@ -277,10 +273,7 @@ impl<T: Real> Field for GroupField<'_, T> {
 
     fn laws_before_jump(&mut self, x: Combination<T>, v: Combination<T>) -> Option<Combination<T>> {
         let piece = self.piece;
-        piece.jump.then(|| {
-            let at = Moment { time: piece.start, inside: piece.before() };
-            Combination::of(self.accelerate(at, x, v))
-        })
+        piece.jump.then(|| Combination::of(self.accelerate(piece.before(), x, v)))
     }
 
     fn implicit_velocity(&mut self, x: Combination<T>, v: Combination<T>) -> Combination<T> {

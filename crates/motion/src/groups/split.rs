@@ -6,18 +6,23 @@ use super::coupling::{Coupling, SheetRow};
 use super::pull::SpringRow;
 use crate::real::Real;
 
-/// Sets that are joined two by two (Galler, Fischer 1964).
-pub(super) struct Sets {
+/// Numbers in sets that are joined two by two (Galler, Fischer 1964): what act on each other are in one.
+#[derive(Clone, Debug)]
+pub struct Sets {
     parents: Vec<usize>,
 }
 
 impl Sets {
-    /// `count` sets of one.
+    /// Those below `count`, each in a set of its own.
+    #[must_use]
     pub fn new(count: usize) -> Self {
         Self { parents: (0..count).collect() }
     }
 
     /// The member that stands for the set of `member`: its lowest one.
+    ///
+    /// # Panics
+    /// When it is not below the count; [`Sets::join`] too.
     pub fn of(&mut self, mut member: usize) -> usize {
         while self.parents[member] != member {
             self.parents[member] = self.parents[self.parents[member]];

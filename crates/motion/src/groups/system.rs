@@ -12,7 +12,7 @@ use crate::blocks::Account;
 use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
 use crate::effects::DampingRate;
 use crate::integrate::{Acting, Called, Notes};
-use crate::laws::{Law, MutualGravity};
+use crate::laws::{Declared, Law, MutualGravity};
 use crate::methods::{Integrator, Memory};
 use crate::own::{LastStep, OwnLaws};
 use crate::units::{Scalar, Vector};
@@ -94,7 +94,8 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
     let mut called = Called::new();
     called.extend(acting.declared().called());
     let mut around = Surroundings {
-        terms: acting.terms_without_drag::<M>(called.as_slice()),
+        // Drag does not act alike on all points.
+        terms: acting.terms::<M>(Declared { drag: None, ..acting.declared() }, &called),
         gravity: acting.gravity().unwrap_or(Vector::ZERO),
         drag: acting.drag(),
         attraction: attraction.as_deref(),

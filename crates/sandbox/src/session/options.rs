@@ -1,7 +1,7 @@
 //! What a session is asked to do: how it draws and paces, and what it changes of scenes.
 
 use motion::{DampingModel, Method};
-use scene::Scene;
+use scene::{Scene, unsolvable};
 
 use crate::failure::Failure;
 
@@ -18,12 +18,6 @@ pub struct Overrides {
     pub substeps: Option<u32>,
 }
 
-/// Why `method` is not for that scene, if it is not.
-pub(crate) fn unsolvable(method: Method, mutual_gravity: bool) -> Option<&'static str> {
-    (method == Method::ImplicitEuler && mutual_gravity)
-        .then_some("implicit_euler cannot solve mutual gravity; take another method")
-}
-
 impl Overrides {
     /// Whether `scene` can be changed so.
     ///
@@ -31,7 +25,7 @@ impl Overrides {
     /// A method that cannot solve one of its laws.
     pub fn check(self, scene: &Scene) -> Result<(), Failure> {
         match self.method.and_then(|method| unsolvable(method, scene.mutual_gravity.is_some())) {
-            Some(why) => Err(Failure::Usage(format!("{}: {why}", scene.name))),
+            Some(why) => Err(Failure::Usage(format!("{}: {why}; take another method", scene.name))),
             None => Ok(()),
         }
     }

@@ -74,16 +74,18 @@ impl<T: Real> GroupField<'_, T> {
         Some(Combination::of(KEPT))
     }
 
-    /// A velocity with something done to every row, by its class.
+    /// A velocity or acceleration with every row that can move multiplied by the factor of its class, if it has one.
     pub(super) fn each_row(
         &mut self,
         v: Combination<T>,
-        change: impl Fn(&Class<T>, &mut Row<T>),
+        factor: impl Fn(&Class<T>) -> Option<T>,
     ) -> Combination<T> {
         let slot = self.own_array(&v);
         let Scratch { slots, classes, class_of, .. } = &mut *self.scratch;
         for (row, v) in slots[slot][..self.coupling.movable].iter_mut().enumerate() {
-            change(&classes[class_of.get(row).map_or(0, |class| *class as usize)], v);
+            if let Some(factor) = factor(&classes[class_at(class_of, row)]) {
+                v[..3].iter_mut().for_each(|part| *part = *part * factor);
+            }
         }
         Combination::of(slot)
     }
@@ -98,11 +100,7 @@ impl<T: Real> GroupField<'_, T> {
         }
         match self.uniform() {
             Some(class) if self.anchors_rest => v * factor(&class.decay).unwrap_or(T::ONE),
-            _ => self.each_row(v, |class, row| {
-                if let Some(factor) = factor(&class.decay) {
-                    row[..3].iter_mut().for_each(|part| *part = *part * factor);
-                }
-            }),
+            _ => self.each_row(v, |class| factor(&class.decay)),
         }
     }
 
@@ -123,7 +121,7 @@ impl<T: Real> GroupField<'_, T> {
         let Scratch { slots, classes, class_of, .. } = &mut *self.scratch;
         for row in self.rows.asking {
             let row = *row as usize;
-            let Class { limit, locks, .. } = classes[class_of[row] as usize];
+            let Class { limit, locks, .. } = classes[class_at(class_of, row)];
             restrain(&mut slots[slot][row], limit, locks);
         }
         Combination::of(slot)

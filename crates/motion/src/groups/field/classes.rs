@@ -127,3 +127,8 @@ impl<T: Real> GroupField<'_, T> {
             || self.rows.lawful.iter().any(own)
     }
 }
+
+/// The number of a row's class, of which no list is kept where there is but one.
+pub(super) fn class_at(class_of: &[u32], row: usize) -> usize {
+    class_of.get(row).map_or(0, |class| *class as usize)
+}

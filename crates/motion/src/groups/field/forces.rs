@@ -15,7 +15,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         for (row, force) in pushes.drain(..) {
             let w = self.rows.w[row];
             if row < self.coupling.movable && w > T::ZERO {
-                let class = &classes[class_of.get(row).map_or(0, |class| *class as usize)];
+                let class = &classes[class_at(class_of, row)];
                 for axis in 0..3 {
                     applied[row][axis] = if is_open(class.locks, axis) { force[axis] * w } else { T::ZERO };
                 }
@@ -23,24 +23,12 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    pub(super) fn moment(&self, part: T) -> Moment<T> {
-        let Piece { start, end, length, .. } = self.piece;
-        let time = if part == T::ZERO {
-            start
-        } else if part == T::ONE {
-            end
-        } else {
-            start + part * length
-        };
-        Moment { time, inside: self.piece.inside() }
-    }
-
     /// The accelerations by all laws in a state that is worked out, into an array of their own.
     pub(super) fn accelerate(&mut self, at: Moment<T>, x: Combination<T>, v: Combination<T>) -> usize {
         let out = self.claim();
         let mut sum = std::mem::take(&mut self.scratch.slots[out]);
         let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
-        let calls = !self.around.terms.laws.is_empty() || !self.rows.lawful.is_empty();
+        let calls = self.calls();
         let looks = calls || self.looks_at_velocity();
         let mut state = None;
         {
@@ -109,7 +97,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             }
             None => {
                 for (row, (sum, w)) in sum[..movable].iter_mut().zip(w).enumerate() {
-                    let Class { constant, rate, .. } = classes[class_of[row] as usize];
+                    let Class { constant, rate, .. } = classes[class_at(class_of, row)];
                     let (g, v) = (constant.to_array(), &v[row]);
                     fall(sum, *w, [0, 1, 2].map(|i| if rate == T::ZERO { g[i] } else { g[i] - v[i] * rate }));
                 }
@@ -150,7 +138,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     pub(super) fn lock(&self, sum: &mut [Row<T>]) {
         for row in self.rows.asking {
             let row = *row as usize;
-            let locks = self.scratch.classes[self.scratch.class_of[row] as usize].locks;
+            let locks = self.class(row).locks;
             (0..3).filter(|axis| !is_open(locks, *axis)).for_each(|axis| sum[row][axis] = T::ZERO);
         }
     }

@@ -8,7 +8,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     pub(crate) fn end(&self) -> Moment<T> {
-        self.moment(T::ONE)
+        self.piece.moment(T::ONE)
     }
 
     pub(crate) const fn rows(&self) -> usize {
@@ -29,7 +29,7 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     pub(crate) fn class(&self, row: usize) -> &Class<T> {
         let Scratch { classes, class_of, .. } = &*self.scratch;
-        &classes[class_of.get(row).map_or(0, |class| *class as usize)]
+        &classes[class_at(class_of, row)]
     }
 
     pub(crate) fn any_locks(&self) -> bool {
