@@ -1,13 +1,28 @@
 //! Bodies in plain arrays, without an entity component system.
 
-use crate::blocks::{self, Account, Applied, Known, MemoryRows, Table, Terms};
-use crate::course::Course;
+mod acting;
+mod entry_points;
+mod individuals;
+mod joined;
+mod of_world;
+mod state;
+mod tick;
+
+use crate::blocks::{Account, Known, add_compensated};
+use crate::clock::StepClock;
+use crate::components::StableId;
 use crate::effects::Damping;
-use crate::integrate::Synchronise;
-use crate::laws::{Affine, Law};
+use crate::groups::Scratch;
+use crate::laws::{Gravity, Law};
 use crate::method::Method;
-use crate::methods::{Integrator, Memory, with_method};
 use crate::real::Real;
+use crate::units::{Scalar, Vector};
+use acting::Acting;
+use individuals::Individuals;
+use joined::Joined;
+
+pub use of_world::{LawsOf, NotForArrays};
+pub use state::BareState;
 
 /// Bodies in plain arrays, f64 or f32, integrated by the same kernels as those of a world.
 ///
@@ -21,29 +36,44 @@ use crate::real::Real;
 /// }
 /// assert!((ball.positions[0][1] - (10.0 - 4.9)).abs() < 1e-5);
 /// ```
+///
+/// [`Bare::of_world`] takes in a whole world, with what single bodies ask for and what acts between them.
 #[derive(Debug)]
 pub struct Bare<T: Real> {
     /// Position of every body, m.
     pub positions: Vec<[T; 3]>,
-    /// Velocity, m/s, and inverse mass, 1/kg, of every body.
+    /// Velocity, m/s, and inverse mass, 1/kg, of every body. Of a world, a tick passes by what is immovable and at rest:
+    /// velocities are set by [`Bare::set_velocity`].
     pub bodies: Vec<[T; 4]>,
+    /// Ids of the bodies of a world, ascending.
+    ids: Vec<StableId>,
     forces: Vec<[T; 3]>,
     /// Rows that were pushed, in the form that the kernels take.
     pushed: Vec<(usize, usize)>,
     method: Method,
-    step: T,
+    /// Length of a tick, s.
+    step: Scalar,
     substeps: u32,
-    laws: Vec<Box<dyn Law<T>>>,
-    /// Changes with the laws.
-    epoch: u64,
-    damping: Option<Damping>,
-    /// Ticks since the step was changed last, and the time then, s.
-    ticks: u64,
-    since: T,
+    acting: Acting<T>,
+    individuals: Individuals<T>,
+    groups: Vec<Joined<T>>,
+    scratch: Scratch<T>,
+    clock: StepClock,
     last_steps: Vec<T>,
+    residues: Option<Residues<T>>,
     known: Vec<Known<T>>,
     account: Account,
     refused: Vec<usize>,
+    has_failed: bool,
+}
+
+/// What rounding left out of the state.
+#[derive(Clone, Debug)]
+struct Residues<T> {
+    /// Of positions, m.
+    x: Vec<[T; 3]>,
+    /// Of velocities, m/s.
+    v: Vec<[T; 3]>,
 }
 
 impl<T: Real> Bare<T> {
@@ -53,38 +83,41 @@ impl<T: Real> Bare<T> {
         Self {
             positions: Vec::new(),
             bodies: Vec::new(),
+            ids: Vec::new(),
             forces: Vec::new(),
             pushed: Vec::new(),
             method,
-            step,
+            step: step.to_f64(),
             substeps: 1,
-            laws: Vec::new(),
-            epoch: 0,
-            damping: None,
-            ticks: 0,
-            since: T::ZERO,
+            acting: Acting::default(),
+            individuals: Individuals::default(),
+            groups: Vec::new(),
+            scratch: Scratch::default(),
+            clock: StepClock::default(),
             last_steps: Vec::new(),
+            residues: None,
             known: Vec::new(),
             account: Account::default(),
             refused: Vec::new(),
+            has_failed: false,
         }
     }
 
     /// With a law that acts on every body.
     #[must_use]
     pub fn with_law(mut self, law: impl Law<T>) -> Self {
-        self.laws.push(Box::new(law));
+        self.acting.laws.push(Box::new(law));
         self
     }
 
     /// With damping.
     #[must_use]
     pub const fn with_damping(mut self, damping: Damping) -> Self {
-        self.damping = Some(damping);
+        self.acting.damping = Some(damping);
         self
     }
 
-    /// With ticks divided into `substeps`, at least 1.
+    /// With ticks divided into `substeps`, at least 1; bodies with a number of their own keep it.
     #[must_use]
     pub fn with_substeps(mut self, substeps: u32) -> Self {
         self.substeps = substeps.max(1);
@@ -97,6 +130,11 @@ impl<T: Real> Bare<T> {
         let [x, y, z] = velocity;
         self.positions.push(position);
         self.bodies.push([x, y, z, inverse_mass]);
+        if let Some(Residues { x, v }) = &mut self.residues {
+            x.push([T::ZERO; 3]);
+            v.push([T::ZERO; 3]);
+        }
+        self.individuals.add();
         self.bodies.len() - 1
     }
 
@@ -109,23 +147,46 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// Replaces every law.
-    pub fn set_laws(&mut self, laws: Vec<Box<dyn Law<T>>>) {
-        // What was kept was kept under the old ones.
-        self.leave();
-        self.laws = laws;
-        self.epoch += 1;
+    /// The row of the body of a world with that id.
+    #[must_use]
+    pub fn row_of(&self, id: StableId) -> Option<usize> {
+        self.ids.binary_search(&id).ok()
     }
 
-    /// Changes the length of a tick, s.
-    pub fn set_step(&mut self, step: T) {
-        (self.since, self.ticks, self.step) = (self.time(), 0, step);
+    /// Id, position, m, and velocity, m/s, of every body of a world, immovable ones too, in the order of the ids.
+    /// What has no id comes last, as [`u32::MAX`].
+    pub fn states(&self) -> impl Iterator<Item = (StableId, Vector, Vector)> + '_ {
+        let rows = self.positions.iter().zip(&self.bodies);
+        self.ids.iter().zip(rows).map(|(id, (x, [a, b, c, _]))| {
+            (*id, Vector::from_array(x.map(T::to_f64)), Vector::from_array([*a, *b, *c].map(T::to_f64)))
+        })
     }
 
-    /// Changes the method: what the old one kept is turned into what the new one starts from.
-    pub fn set_method(&mut self, method: Method) {
-        self.leave();
-        self.method = method;
+    /// Sets the velocity of a body, m/s, that of this moment: position Verlet starts anew with it.
+    pub fn set_velocity(&mut self, body: usize, velocity: [T; 3]) {
+        self.bodies[body][..3].copy_from_slice(&velocity);
+        if let Some(last) = self.last_steps.get_mut(body) {
+            *last = T::ZERO;
+        }
+        if let Some(residues) = &mut self.residues {
+            residues.v[body] = [T::ZERO; 3];
+        }
+        self.individuals.outdated = true;
+    }
+
+    /// Gives a body an impulse J, N s: `v += J w`.
+    pub fn give_impulse(&mut self, body: usize, impulse: [T; 3]) {
+        let w = self.bodies[body][3];
+        for (axis, impulse) in impulse.into_iter().enumerate().filter(|_| w > T::ZERO) {
+            let (v, more) = (&mut self.bodies[body][axis], impulse * w);
+            match &mut self.residues {
+                None => *v += more,
+                Some(residues) => {
+                    let residue = &mut residues.v[body][axis];
+                    (*v, *residue) = add_compensated((*v, *residue), (more, T::ZERO));
+                }
+            }
+        }
     }
 
     /// Turns every velocity round.
@@ -133,104 +194,94 @@ impl<T: Real> Bare<T> {
         for body in &mut self.bodies {
             body[..3].iter_mut().for_each(|v| *v = -*v);
         }
+        if let Some(residues) = &mut self.residues {
+            residues.v.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+        }
         self.last_steps.iter_mut().for_each(|step| *step = -*step);
     }
 
-    /// Forgets what the method keeps, with velocities that any other can start from: those of the positions'
-    /// own time.
-    pub fn leave(&mut self) {
-        if self.last_steps.iter().any(|step| *step != T::ZERO) {
-            self.run::<Synchronise>();
-        }
-        self.last_steps.clear();
-        self.known.clear();
+    /// Changes the length of a tick, s.
+    pub fn set_step(&mut self, step: T) {
+        self.step = step.to_f64();
     }
 
-    /// Integrates a tick by another method than that of the table, such as one of one's own. A tick of no length
-    /// is none.
-    pub fn tick_with<M: Integrator>(&mut self) {
-        if self.step == T::ZERO {
-            return;
-        }
-        self.run::<M>();
-        self.ticks += 1;
-        for (_, row) in self.pushed.drain(..) {
-            self.forces[row] = [T::ZERO; 3];
-        }
+    /// The method of every body that has none of its own.
+    #[must_use]
+    pub const fn method(&self) -> Method {
+        self.method
     }
 
-    /// Simulated time, s.
+    /// Gravity, if it was declared.
+    #[must_use]
+    pub const fn gravity(&self) -> Option<Gravity> {
+        self.acting.gravity
+    }
+
+    /// Damping, if there is some.
+    #[must_use]
+    pub const fn damping(&self) -> Option<Damping> {
+        self.acting.damping
+    }
+
+    /// Simulated time, s: since the scene began, for that of a world. Reckoned in f64 and rounded once, as all
+    /// times are that laws see.
     #[must_use]
     pub fn time(&self) -> T {
-        self.time_of(self.ticks)
+        T::of(self.clock.scene_seconds())
     }
 
-    /// Accelerations of one body evaluated by called laws so far.
+    /// Accelerations of one body by all laws together, evaluated so far, as [`Evaluations`](crate::Evaluations)
+    /// counts them.
     #[must_use]
     pub const fn evaluations(&self) -> u64 {
         self.account.accelerations
     }
 
-    /// Newton iterations of implicit steps so far, and steps of a body that did not converge.
+    /// Newton iterations of implicit steps of single bodies so far, and steps of a body or group that did not
+    /// converge.
     #[must_use]
     pub const fn newton(&self) -> (u64, u64) {
         (self.account.newton_iterations, self.account.unconverged)
     }
 
-    /// Rows that were left as they were in the last tick, because they would have turned non-finite.
+    /// Iterations of conjugate gradients of implicit steps of groups so far.
+    #[must_use]
+    pub const fn cg_iterations(&self) -> u64 {
+        self.account.cg_iterations
+    }
+
+    /// Rows that were left as they were in the last tick, because they would have turned non-finite. Of a group
+    /// it is the row that was first, and all of it stays as it was.
     #[must_use]
     pub fn refused(&self) -> &[usize] {
         &self.refused
     }
 
-    fn time_of(&self, tick: u64) -> T {
-        #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
-        let ticks = T::of(tick as f64);
-        self.since + ticks * self.step
+    /// Whether a row was refused in any tick. There is no quarantine here: what comes after is no result.
+    #[must_use]
+    pub const fn has_failed(&self) -> bool {
+        self.has_failed
     }
 
-    fn run<M: Integrator>(&mut self) {
-        let laws = || self.laws.iter().map(|law| &**law);
-        let called: Vec<_> = laws().filter(|law| law.affine().is_none()).collect();
-        let (start, end) = (self.time_of(self.ticks), self.time_of(self.ticks + 1));
-        let course = Course { start, end, tick: self.step, substeps: self.substeps };
-        let terms = Terms::new::<M>(Affine::sum(laws()), self.damping, &called, self.epoch, course);
-        let rows = self.bodies.len();
-        let memory = match M::MEMORY {
-            Memory::None => MemoryRows::None,
-            Memory::LastStep => {
-                self.last_steps.resize(rows, T::ZERO);
-                MemoryRows::LastStep(&mut self.last_steps)
-            }
-            Memory::LastAcceleration if !called.is_empty() => {
-                self.known.resize(rows, Known::default());
-                MemoryRows::Known(&mut self.known)
-            }
-            Memory::LastAcceleration => MemoryRows::None,
-        };
-        let table = Table { positions: &mut self.positions, bodies: &mut self.bodies, memory };
-        self.forces.resize(rows, [T::ZERO; 3]);
-        let applied = (!self.pushed.is_empty()).then_some(Applied {
-            forces: &self.forces,
-            rows: &self.pushed,
-            offset: 0,
-        });
-        let refused = &mut self.refused;
-        refused.clear();
-        blocks::integrate::<T, M>(&terms, table, applied, &mut self.account, &mut |row| refused.push(row));
-    }
-}
-
-macro_rules! ticks {
-    ($($t:ty)*) => {$(
-        // Not generic, so that the kernels are compiled here, optimised as this crate is.
-        impl Bare<$t> {
-            /// Integrates a tick.
-            pub fn tick(&mut self) {
-                with_method!(self.method, M => self.tick_with::<M>());
-            }
+    /// Bytes of the state of a body that a tick reads and writes: position, velocity and inverse mass, and what
+    /// methods keep of it. What it asks for, springs and the arrays of stages are not counted.
+    #[must_use]
+    pub const fn bytes_per_body(&self) -> usize {
+        let mut bytes = size_of::<[T; 3]>() + size_of::<[T; 4]>();
+        if !self.last_steps.is_empty() {
+            bytes += size_of::<T>();
         }
-    )*};
-}
+        if !self.known.is_empty() {
+            bytes += size_of::<Known<T>>();
+        }
+        if self.residues.is_some() {
+            bytes += 2 * size_of::<[T; 3]>();
+        }
+        bytes
+    }
 
-ticks!(f64 f32);
+    fn forget_accelerations(&mut self) {
+        self.known.clear();
+        self.groups.iter_mut().for_each(Joined::forget);
+    }
+}

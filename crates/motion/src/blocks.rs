@@ -11,6 +11,7 @@
 
 mod affine;
 mod calling;
+mod compensated;
 mod field;
 mod lanes;
 mod memory;
@@ -27,6 +28,8 @@ use crate::methods::Integrator;
 use crate::real::Real;
 
 pub(crate) use affine::LEVEL;
+pub(crate) use calling::{Plain, Sums};
+pub(crate) use compensated::{Residues, add_compensated};
 pub(crate) use field::restrain;
 pub(crate) use memory::{Known, MemoryRows};
 
@@ -53,7 +56,7 @@ pub(crate) struct Terms<'a, T: Real> {
     /// Changes whenever one of these laws does.
     pub epoch: u64,
     /// The times of the tick.
-    pub course: Course<T>,
+    pub course: Course,
 }
 
 impl<'a, T: Real> Terms<'a, T> {
@@ -64,7 +67,7 @@ impl<'a, T: Real> Terms<'a, T> {
         damping: Option<Damping>,
         laws: &'a [&'a dyn Law<T>],
         epoch: u64,
-        course: Course<T>,
+        course: Course,
     ) -> Self {
         let decay = Decay::none(course.substep());
         let Affine { constant: gravity, rate: drag } = affine;
@@ -80,15 +83,25 @@ impl<'a, T: Real> Terms<'a, T> {
             None => (Decay::none(self.course.substep()), self.drag),
             Some(damping) if M::DAMPS_INSIDE => (damping.factors(self.course.substep()), self.drag),
             Some(damping) => {
-                let (decay, rate) = damping.around(self.course.tick);
+                let (decay, rate) = damping.around(T::of(self.course.tick));
                 (decay, self.drag + rate)
             }
         };
         if !M::PASSES_TIME {
             self.course.substeps = 1;
-            self.decay = Decay::none(self.course.tick);
+            self.decay = Decay::none(T::of(self.course.tick));
         }
         self
+    }
+
+    /// Accelerations of a body in a tick of `M` in which no law is called.
+    pub fn evaluations<M: Integrator>(&self) -> u64 {
+        let claims = M::METHOD.claims();
+        let of_a_step = match self.rate == T::ZERO {
+            true => claims.evaluations,
+            false => claims.evaluations_with_velocity_laws,
+        };
+        if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.course.substeps) } else { 0 }
     }
 
     fn depends_on_velocity(&self, own: &[Box<dyn Law<T>>]) -> bool {
@@ -218,7 +231,19 @@ pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize);
 /// Integrates a tick of every body of a table.
 pub(crate) fn integrate<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
+    table: Table<'_, T>,
+    applied: Option<Applied<'_, T>>,
+    account: &mut Account,
+    refuse: Refuse<'_>,
+) {
+    integrate_summed::<T, M>(terms, table, &mut Plain, applied, account, refuse);
+}
+
+/// The same, summed up as `sums` says.
+pub(crate) fn integrate_summed<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
     mut table: Table<'_, T>,
+    sums: &mut impl Sums<T>,
     applied: Option<Applied<'_, T>>,
     account: &mut Account,
     refuse: Refuse<'_>,
@@ -229,14 +254,15 @@ pub(crate) fn integrate<T: Real, M: Integrator>(
     // Factors of a tick, between whose substeps the affine kernel does not know the first from the last.
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && course.substeps > 1 && factors;
-    if laws.is_empty() && !drags_and_damps && !around && M::PASSES_TIME {
-        if !affine::run::<T, M>(terms, &mut table, applied, refuse) {
+    if laws.is_empty() && !drags_and_damps && M::PASSES_TIME {
+        let in_registers = !around && sums.are_plain();
+        if !in_registers || !affine::run::<T, M>(terms, &mut table, applied, refuse) {
             // The same bits; what it would count is known without it.
             let account = &mut Account::default();
-            calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, applied, account, refuse);
+            calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, account, refuse);
         }
     } else {
-        calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, applied, account, refuse);
+        calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, account, refuse);
     }
 }
 
@@ -245,7 +271,20 @@ pub(crate) fn integrate<T: Real, M: Integrator>(
 pub(crate) fn integrate_one<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
     asks: &Asks<'_, T>,
+    body: Table<'_, T>,
+    force: [T; 3],
+    account: &mut Account,
+) -> bool {
+    integrate_one_summed::<T, M>(terms, asks, body, &mut Plain, force, account)
+}
+
+/// The same, summed up as `sums` says.
+#[must_use]
+pub(crate) fn integrate_one_summed<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    asks: &Asks<'_, T>,
     mut body: Table<'_, T>,
+    sums: &mut impl Sums<T>,
     force: [T; 3],
     account: &mut Account,
 ) -> bool {
@@ -256,6 +295,6 @@ pub(crate) fn integrate_one<T: Real, M: Integrator>(
         own.course.substeps = substeps;
     }
     let own = own.damped::<M>(asks.damping.or(terms.damping));
-    calling::run::<T, M>(&own, asks, &mut body, Some(applied), account, &mut |_| ok = false);
+    calling::run::<T, M>(&own, asks, &mut body, sums, Some(applied), account, &mut |_| ok = false);
     ok
 }

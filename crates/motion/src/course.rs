@@ -4,6 +4,7 @@ use smallvec::SmallVec;
 
 use crate::laws::Moment;
 use crate::real::Real;
+use crate::units::Scalar;
 
 /// A stretch of time that is integrated in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,38 +43,38 @@ impl<T: Real> Piece<T> {
     }
 }
 
-/// The times of a tick.
+/// The times of a tick. In double precision whatever the state is in: times are rounded once, when they are used.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Course<T> {
+pub(crate) struct Course {
     /// Time at the start of the tick, s.
-    pub start: T,
+    pub start: Scalar,
     /// Time at its end, s.
-    pub end: T,
+    pub end: Scalar,
     /// Length of the tick, s.
-    pub tick: T,
+    pub tick: Scalar,
     /// Parts of equal length, at least 1.
     pub substeps: u32,
 }
 
 /// A break this near to the end of a substep, in lengths of a substep, is taken to be there: it would split off
 /// a piece of rounding errors.
-const NEAR: f64 = 1e-9;
+const NEAR: Scalar = 1e-9;
 
-impl<T: Real> Course<T> {
+impl Course {
     /// Length of a substep, s.
-    pub fn substep(&self) -> T {
-        self.tick / T::of(f64::from(self.substeps))
+    pub fn substep<T: Real>(&self) -> T {
+        T::of(self.part())
+    }
+
+    fn part(&self) -> Scalar {
+        self.tick / Scalar::from(self.substeps)
     }
 
     /// The pieces of the tick for laws with those `breaks`, s, in any order.
-    pub fn pieces<'a>(&self, breaks: impl Iterator<Item = &'a f64>) -> Pieces<T> {
-        let near = self.substep() * T::of(NEAR);
-        let mut inside: SmallVec<[T; 8]> = SmallVec::new();
-        inside.extend(
-            breaks
-                .map(|time| T::of(*time))
-                .filter(|time| *time >= self.start - near && *time < self.end - near),
-        );
+    pub fn pieces<'a>(&self, breaks: impl Iterator<Item = &'a Scalar>) -> Pieces {
+        let near = self.part() * NEAR;
+        let mut inside: SmallVec<[Scalar; 8]> = SmallVec::new();
+        inside.extend(breaks.copied().filter(|time| *time >= self.start - near && *time < self.end - near));
         inside.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
         Pieces { course: *self, breaks: inside }
     }
@@ -81,25 +82,34 @@ impl<T: Real> Course<T> {
 
 /// The pieces of a tick, reckoned one after the other: a list of them would be allocated.
 #[derive(Clone, Debug)]
-pub(crate) struct Pieces<T> {
-    course: Course<T>,
+pub(crate) struct Pieces {
+    course: Course,
     /// Times in the tick at which a law jumps or bends, s, ascending.
-    breaks: SmallVec<[T; 8]>,
+    breaks: SmallVec<[Scalar; 8]>,
 }
 
-impl<T: Real> Pieces<T> {
+impl Pieces {
     /// The pieces in order; there is at least one.
-    pub fn iter(&self) -> impl Iterator<Item = Piece<T>> + '_ {
+    pub fn iter<T: Real>(&self) -> impl Iterator<Item = Piece<T>> + Clone + '_ {
+        self.exact().map(|Piece { start, end, length, jump }| Piece {
+            start: T::of(start),
+            end: T::of(end),
+            length: T::of(length),
+            jump,
+        })
+    }
+
+    fn exact(&self) -> impl Iterator<Item = Piece<Scalar>> + Clone + '_ {
         let Course { start, end, substeps, .. } = self.course;
-        let h = self.course.substep();
-        let near = h * T::of(NEAR);
+        let h = self.course.part();
+        let near = h * NEAR;
         let mut breaks = self.breaks.iter().copied().peekable();
         let (mut part, mut next) = (1, Piece { start, end, length: h, jump: false });
         std::iter::from_fn(move || {
             if part > substeps {
                 return None;
             }
-            let end = if part == substeps { end } else { start + h * T::of(f64::from(part)) };
+            let end = if part == substeps { end } else { start + h * Scalar::from(part) };
             while let Some(time) = breaks.next_if(|time| *time < end - near) {
                 let before = next;
                 next.jump = true;
@@ -120,7 +130,7 @@ impl<T: Real> Pieces<T> {
 mod tests {
     use super::*;
 
-    fn pieces(course: Course<f64>, breaks: &[f64]) -> Vec<(f64, f64, bool)> {
+    fn pieces(course: Course, breaks: &[f64]) -> Vec<(f64, f64, bool)> {
         let pieces: Vec<_> = course.pieces(breaks.iter()).iter().collect();
         assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
         assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (course.start, course.end));

@@ -68,15 +68,20 @@ impl Damping {
     pub(crate) fn factors<T: Real>(self, h: T) -> Decay<T> {
         let q = T::of(self.rate) * h;
         match self.model {
-            DampingModel::Tutorial => Decay { after_move: Some(T::ONE - q), ..Decay::none(h) },
+            DampingModel::Tutorial => {
+                let factor = Factor { whole: T::ONE - q, change: -q };
+                Decay { after_move: Some(factor), ..Decay::none(h) }
+            }
             DampingModel::Clamped => {
-                let factor = if q > T::ONE { T::ZERO } else { T::ONE - q };
+                let stopped = Factor { whole: T::ZERO, change: -T::ONE };
+                let factor = if q > T::ONE { stopped } else { Factor { whole: T::ONE - q, change: -q } };
                 Decay { before_move: Some(factor), ..Decay::none(h) }
             }
             DampingModel::Exact => {
                 // (1 - e^-q) / q by expm1: the plain form loses every digit as q goes to 0.
-                let gain = if q == T::ZERO { h } else { h * (-(-q).exp_m1() / q) };
-                Decay { keep: Some((-q).exp()), gain, ..Decay::none(h) }
+                let change = (-q).exp_m1();
+                let gain = if q == T::ZERO { h } else { h * (-change / q) };
+                Decay { keep: Some(Factor { whole: (-q).exp(), change }), gain, ..Decay::none(h) }
             }
         }
     }
@@ -109,14 +114,23 @@ impl DampingRate {
     }
 }
 
+/// A factor of velocities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Factor<T> {
+    /// The factor.
+    pub whole: T,
+    /// The factor minus 1, without what the rounding of the factor leaves out of it.
+    pub change: T,
+}
+
 /// What a step of h seconds does to a velocity, with every model in one form: `v = v keep + a gain`, then
 /// `v *= before_move`, move, `v *= after_move`; `None` is a factor that is not applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Decay<T> {
-    pub keep: Option<T>,
+    pub keep: Option<Factor<T>>,
     pub gain: T,
-    pub before_move: Option<T>,
-    pub after_move: Option<T>,
+    pub before_move: Option<Factor<T>>,
+    pub after_move: Option<Factor<T>>,
 }
 
 impl<T> Decay<T> {
@@ -134,7 +148,7 @@ mod tests {
     fn exact_factors_solve_the_equation_at_every_step_size() {
         for q in [1e-300, 1e-12, 1e-3, 0.5, 30.0, 800.0] {
             let decay = Damping { model: DampingModel::Exact, rate: q }.factors(1.0_f64);
-            let keep = decay.keep.expect("the exact model always decays");
+            let keep = decay.keep.expect("the exact model always decays").whole;
             assert!((keep - (-q).exp()).abs() <= 2e-16);
             // The fixed point of v = v keep + a gain is the terminal speed a / c.
             assert!((decay.gain * q + keep - 1.0).abs() <= 4e-16, "q = {q}");

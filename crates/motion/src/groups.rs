@@ -19,6 +19,9 @@ use bevy_ecs::prelude::*;
 
 pub use compile::compile_groups;
 pub(crate) use compile::{is_outdated, update_groups};
+pub(crate) use coupling::Coupling;
+pub(crate) use field::{Askers, GroupField, Kept, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
+pub(crate) use rows::{Row, RowArray};
 pub use solver::Solver;
 pub use split::Sets;
 pub use system::integrate_groups;
@@ -26,9 +29,6 @@ pub use system::integrate_groups;
 use crate::laws::MutualGravity;
 use crate::springs::structure_changed;
 use crate::units::Scalar;
-use coupling::Coupling;
-use field::{Kept, Scratch};
-use rows::{Row, RowArray};
 
 /// A body that is integrated in a group. Put on bodies, and taken away, by [`compile_groups`].
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -129,6 +129,11 @@ impl Groups {
             + self.scratch.bytes()
     }
 
+    /// What acts in every group, its bodies, those that move first, and its number of substeps, if it has its own.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = (&Coupling<Scalar>, &[Entity], Option<u32>)> {
+        self.list.iter().map(|group| (&group.coupling, &group.bodies[..], group.substeps))
+    }
+
     /// The members of the group of `body`; itself alone if it is in none.
     pub(crate) fn members_of(world: &World, body: Entity) -> Vec<Entity> {
         let groups = world.get_resource::<Self>().map_or(&[][..], |groups| &groups.list);
@@ -137,6 +142,11 @@ impl Groups {
             .into_iter()
             .find(|members| members.contains(&body))
             .map_or_else(|| vec![body], <[Entity]>::to_vec)
+    }
+
+    /// What acts between the bodies of each group, and the bodies by row.
+    pub(crate) fn couplings(&self) -> impl Iterator<Item = (&Coupling<Scalar>, &[Entity])> {
+        self.list.iter().map(|group| (&group.coupling, &*group.bodies))
     }
 
     /// Potential energy of springs and mutual gravity, J, from the state of `world` that they were compiled for.

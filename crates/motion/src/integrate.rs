@@ -108,10 +108,11 @@ impl Acting<'_, '_> {
 
     /// Laws of every body, gravity aside.
     pub(crate) fn declared(&self) -> Declared<'_> {
-        Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more: self.laws.as_deref() }
+        let more = self.laws.as_deref().map_or(&[][..], |laws| &laws.0);
+        Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more }
     }
 
-    fn course(&self) -> Course<Scalar> {
+    fn course(&self) -> Course {
         let TimeStep(tick) = *self.step;
         let clock = self.clock.as_deref().copied().unwrap_or_default();
         let substeps = Substeps::parts(self.substeps.as_deref());

@@ -129,7 +129,13 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
         &[]
     }
 
-    /// Potential energy of `body`, J, for a law that has one.
+    /// Whether [`Law::potential_energy`] is all that it does: what a body loses of it, the law gives it as kinetic
+    /// energy. The work of any other law is summed up along the way where energies are booked.
+    fn has_potential(&self) -> bool {
+        false
+    }
+
+    /// Potential energy of `body`, J, for a law that [has one](Law::has_potential).
     fn potential_energy(&self, body: BodyState<T>) -> T {
         let _ = body;
         T::ZERO
@@ -168,33 +174,36 @@ pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
 
 /// The laws of every body, gravity aside, in the order in which they are summed up.
 #[derive(Clone, Copy)]
-pub(crate) struct Declared<'a> {
+pub(crate) struct Declared<'a, T: Real = Scalar> {
     pub drag: Option<&'a Drag>,
     pub wells: Option<&'a Wells>,
-    pub more: Option<&'a Laws>,
+    pub more: &'a [Box<dyn Law<T>>],
 }
 
 impl<'a> Declared<'a> {
     /// Those of `world`.
     pub fn of(world: &'a World) -> Self {
-        Self { drag: world.get_resource(), wells: world.get_resource(), more: world.get_resource() }
+        let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
+        Self { drag: world.get_resource(), wells: world.get_resource(), more }
     }
+}
 
+impl<'a, T: Real> Declared<'a, T> {
     /// All of them.
-    pub fn all(self) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
-        let drag = self.drag.map(|drag| drag as &dyn Law<Scalar>);
-        let wells = self.wells.map(|wells| wells as &dyn Law<Scalar>);
-        let more = self.more.into_iter().flat_map(|laws| laws.0.iter().map(|law| &**law));
+    pub fn all(self) -> impl Iterator<Item = &'a dyn Law<T>> {
+        let drag = self.drag.map(|drag| drag as &dyn Law<T>);
+        let wells = self.wells.map(|wells| wells as &dyn Law<T>);
+        let more = self.more.iter().map(|law| &**law);
         drag.into_iter().chain(wells).chain(more)
     }
 
     /// Those that are summed up before a tick.
-    pub fn affine(self) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+    pub fn affine(self) -> impl Iterator<Item = &'a dyn Law<T>> {
         self.all().filter(|law| law.affine().is_some())
     }
 
     /// Those that have to be called.
-    pub fn called(self) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+    pub fn called(self) -> impl Iterator<Item = &'a dyn Law<T>> {
         self.all().filter(|law| law.affine().is_none())
     }
 }

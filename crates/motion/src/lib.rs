@@ -20,6 +20,7 @@ mod groups;
 mod integrate;
 mod interpolate;
 mod laws;
+mod ledger;
 mod method;
 pub mod methods;
 mod own;
@@ -35,7 +36,7 @@ mod threads;
 mod totals;
 pub mod units;
 
-pub use bare::Bare;
+pub use bare::{Bare, BareState, LawsOf, NotForArrays};
 pub use clock::{BadTime, Due, FrameClock, FrameTime, StepClock, TickClock};
 pub use components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
@@ -55,6 +56,7 @@ pub use laws::{
     Affine, BodyState, Curve, Drag, Gravity, Jacobians, Law, Laws, Moment, MutualGravity, SourceMass, Thrust,
     Well, Wells, Wind,
 };
+pub use ledger::{Books, Energies, Ledger, Lines};
 pub use method::{Claims, METHODS, Method};
 pub use own::{
     LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps, mark_method, own_method,

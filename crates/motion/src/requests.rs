@@ -18,16 +18,18 @@ use crate::switch::{Effect, end_half_steps, switch};
 use crate::units::{Scalar, Vector};
 
 /// One change that is asked for. Values may be non-finite on purpose: such a body is quarantined.
+///
+/// `Body` is what names a body: an entity, which means something in one world, or what means the same in several.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Request {
+pub enum Request<Body = Entity> {
     /// Adds an impulse `J`, N s: `v += J w`, the same at every step size.
-    Impulse(Entity, Vector),
+    Impulse(Body, Vector),
     /// Sets the velocity, m/s.
-    SetVelocity(Entity, Vector),
+    SetVelocity(Body, Vector),
     /// Sets the position, m.
-    SetPosition(Entity, Vector),
+    SetPosition(Body, Vector),
     /// Sets the inverse mass, 1/kg, at least 0.
-    SetInverseMass(Entity, Scalar),
+    SetInverseMass(Body, Scalar),
     /// Turns every velocity round.
     ReverseVelocities,
     /// Sets the acceleration of gravity, m/s²; declares gravity, switched on, where there was none.
@@ -40,9 +42,28 @@ pub enum Request {
     /// Switches an effect off, or on again; does nothing where it was never declared.
     Switch(Effect, bool),
     /// Gives a body a method of its own; `None` the world's again.
-    SetBodyMethod(Entity, Option<Method>),
+    SetBodyMethod(Body, Option<Method>),
     /// Removes a body.
-    Remove(Entity),
+    Remove(Body),
+}
+
+impl<Body> Request<Body> {
+    /// The same request with the name that `renamed` gives the body; `None` where it gives none.
+    pub fn rename<Other>(self, renamed: impl FnOnce(Body) -> Option<Other>) -> Option<Request<Other>> {
+        Some(match self {
+            Self::Impulse(body, impulse) => Request::Impulse(renamed(body)?, impulse),
+            Self::SetVelocity(body, velocity) => Request::SetVelocity(renamed(body)?, velocity),
+            Self::SetPosition(body, position) => Request::SetPosition(renamed(body)?, position),
+            Self::SetInverseMass(body, w) => Request::SetInverseMass(renamed(body)?, w),
+            Self::ReverseVelocities => Request::ReverseVelocities,
+            Self::SetGravity(acceleration) => Request::SetGravity(acceleration),
+            Self::SwitchGravity(on) => Request::SwitchGravity(on),
+            Self::SetDamping(damping) => Request::SetDamping(damping),
+            Self::Switch(effect, on) => Request::Switch(effect, on),
+            Self::SetBodyMethod(body, method) => Request::SetBodyMethod(renamed(body)?, method),
+            Self::Remove(body) => Request::Remove(renamed(body)?),
+        })
+    }
 }
 
 /// Requests on their way to the next tick.
@@ -53,6 +74,11 @@ impl Requests {
     /// Asks for `request` at the start of the next tick.
     pub fn ask(&mut self, request: Request) {
         self.0.push(request);
+    }
+
+    /// What is asked for, in the order in which it was.
+    pub fn pending(&self) -> impl Iterator<Item = Request> + '_ {
+        self.0.iter().copied()
     }
 
     /// Whether nothing is asked for.

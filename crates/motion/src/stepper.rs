@@ -139,15 +139,7 @@ impl Stepper {
 
     /// Simulates one tick.
     pub fn tick(&mut self, world: &mut World) {
-        self.carry_out_requests(world);
-        if self.look_for_newcomers(world)
-            || is_outdated(world)
-            || world.archetypes().len() != self.archetypes
-            || Substeps::parts(world.get_resource()) != self.substeps
-            || world.get_resource::<Emissions>().is_some_and(|emissions| emissions.over)
-        {
-            self.recompile(world);
-        }
+        self.make_ready(world);
         self.count(world);
         self.schedule.run(world);
         if self.plan.emits || self.counted.as_ref().is_some_and(|counted| !counted.particles.is_empty()) {
@@ -157,6 +149,20 @@ impl Stepper {
         }
         let TimeStep(step) = *world.resource::<TimeStep>();
         world.resource_mut::<StepClock>().count(step);
+    }
+
+    /// What a tick does before it: requests, and the schedule if the world asks for another one. Doing it twice is
+    /// doing it once.
+    pub(crate) fn make_ready(&mut self, world: &mut World) {
+        self.carry_out_requests(world);
+        if self.look_for_newcomers(world)
+            || is_outdated(world)
+            || world.archetypes().len() != self.archetypes
+            || Substeps::parts(world.get_resource()) != self.substeps
+            || world.get_resource::<Emissions>().is_some_and(|emissions| emissions.over)
+        {
+            self.recompile(world);
+        }
     }
 
     /// Carries out what was asked for without simulating: what a tick does first, for a world that is paused.

@@ -58,7 +58,7 @@ pub fn totals(world: &mut World) -> Totals {
         let state = BodyState { position, velocity: body.velocity, inverse_mass: body.inverse_mass };
         let own = own.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
         let gravity = gravity.filter(|_| !gravity_off).map(|gravity| gravity as &dyn Law<Scalar>);
-        for law in gravity.into_iter().chain(declared.all()).chain(own) {
+        for law in gravity.into_iter().chain(declared.all()).chain(own).filter(|law| law.has_potential()) {
             sum.potential_energy += law.potential_energy(state);
         }
     }

@@ -180,7 +180,7 @@ impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
         let Self { simd, terms, table: Table { positions, bodies, memory }, applied, refuse } = self;
         let step = StepOf { constants: Constants::new(simd, terms), terms };
         // A factor after the move may enlarge a velocity that the position has not seen.
-        let grows = terms.decay.after_move.is_some_and(|factor| !factor.abs().is_at_most(T::ONE));
+        let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
         let mut pushed = Pushed::new(applied, bodies.len());
         let positions: &mut [T] = positions.as_flattened_mut();
         let mut last: Option<&mut [T]> = match memory {

@@ -3,6 +3,8 @@
 //! Bodies are copied into a block and back, and the instructions are the least that every machine has: what a
 //! called law costs is more than either.
 
+use std::ops::Range;
+
 use fearless_simd::Fallback;
 
 use super::affine::is_movable;
@@ -12,22 +14,59 @@ use super::memory::{Known, MemoryRows};
 use super::{Account, Applied, Asks, BLOCK, Refuse, Row, Table, Terms};
 use crate::course::{Piece, Pieces};
 use crate::effects::Decay;
-use crate::methods::{Carry, Integrator, Memory};
+use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::Real;
+
+/// A field that a tick goes through piece by piece.
+pub(crate) trait TickField: Field {
+    /// Goes on to the next piece of the tick.
+    fn enter(&mut self, piece: Piece<Self::Real>, decay: Decay<Self::Real>);
+
+    /// What is done to velocities after the tick of a method that has damping around it.
+    fn after_tick(&mut self, v: Self::Space) -> Self::Space;
+}
+
+/// How rows are summed up.
+pub(crate) trait Sums<T: Real> {
+    /// Whether there is nothing beside rows, so that they may go the shorter way through registers.
+    fn are_plain(&self) -> bool {
+        false
+    }
+
+    /// What a tick of a block leaves beside its rows.
+    type Left<const N: usize>;
+
+    /// The rows of a block at the end of a tick; it begins with the row `rows.start`.
+    fn tick<M: Integrator, const N: usize>(
+        &self,
+        kernel: &Kernel<'_, '_, T>,
+        block: &Block<T, N>,
+        rows: Range<usize>,
+        memory: MemoryRows<'_, T>,
+        account: &mut Account,
+    ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>);
+
+    /// Keeps what was left of row `k` of a block, which is that row of the table.
+    fn commit<const N: usize>(&mut self, row: usize, k: usize, left: &Self::Left<N>);
+}
+
+/// Plain sums: what rounding leaves out of them is lost.
+pub(crate) struct Plain;
 
 /// Integrates a tick.
 pub(super) fn run<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
     asks: &Asks<'_, T>,
     table: &mut Table<'_, T>,
+    sums: &mut impl Sums<T>,
     applied: Option<Applied<'_, T>>,
     account: &mut Account,
     refuse: Refuse<'_>,
 ) {
     if M::SOLVES {
-        run_by::<T, M, 1>(terms, asks, table, applied, account, refuse);
+        run_by::<T, M, 1>(terms, asks, table, sums, applied, account, refuse);
     } else {
-        run_by::<T, M, BLOCK>(terms, asks, table, applied, account, refuse);
+        run_by::<T, M, BLOCK>(terms, asks, table, sums, applied, account, refuse);
     }
 }
 
@@ -36,6 +75,7 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     terms: &Terms<'_, T>,
     asks: &Asks<'_, T>,
     table: &mut Table<'_, T>,
+    sums: &mut impl Sums<T>,
     applied: Option<Applied<'_, T>>,
     account: &mut Account,
     refuse: Refuse<'_>,
@@ -67,13 +107,15 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
                 block.forces[row - offset] = [x, y, z, T::ZERO];
             }
         }
-        let (x, v) = kernel.tick::<M, N>(&block, table.memory.part(rows.clone()), account);
+        let memory = table.memory.part(rows.clone());
+        let (x, v, left) = sums.tick::<M, N>(&kernel, &block, rows.clone(), memory, account);
         for k in 0..rows.len() {
             let row = start + k;
             let [a, b, c, _] = x[k];
             if [a, b, c].into_iter().chain(v[k]).all(T::is_finite) {
                 table.positions[row] = [a, b, c];
                 table.bodies[row] = v[k];
+                sums.commit(row, k, &left);
             } else if is_movable(&table.bodies[row]) {
                 refuse(row);
             }
@@ -83,7 +125,7 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
 }
 
 /// A block of bodies in memory; those of inverse mass 0 fill it up.
-struct Block<T, const N: usize> {
+pub(crate) struct Block<T, const N: usize> {
     x: [Row<T>; N],
     bodies: [Row<T>; N],
     forces: [Row<T>; N],
@@ -96,102 +138,114 @@ impl<T: Real, const N: usize> Default for Block<T, N> {
     }
 }
 
-struct Kernel<'a, 't, T: Real> {
+impl<T: Real, const N: usize> Block<T, N> {
+    /// Positions and (velocity, inverse mass).
+    pub fn state(&self) -> (Rows<T, Fallback, N>, Rows<T, Fallback, N>) {
+        (Rows::of(Fallback::new(), &self.x), Rows::of(Fallback::new(), &self.bodies))
+    }
+}
+
+/// A tick as it is for every block of a table.
+pub(crate) struct Kernel<'a, 't, T: Real> {
     terms: &'a Terms<'t, T>,
     asks: &'a Asks<'a, T>,
-    pieces: Pieces<T>,
+    pieces: Pieces,
 }
 
 impl<T: Real> Kernel<'_, '_, T> {
-    /// The rows of a block at the end of the tick.
-    fn tick<M: Integrator, const N: usize>(
-        &self,
+    /// What acts on a block.
+    pub fn field<'a, const N: usize>(
+        &'a self,
         block: &Block<T, N>,
-        mut memory: MemoryRows<'_, T>,
-        account: &mut Account,
-    ) -> ([Row<T>; N], [Row<T>; N]) {
-        let Self { terms, asks, pieces } = self;
+        account: &'a mut Account,
+    ) -> BlockField<'a, T, Fallback, N, CALLS, true> {
+        let Self { terms, asks, .. } = self;
         let simd = Fallback::new();
-        let count = block.bodies.iter().filter(|body| is_movable(body)).count() as u64;
-        let calls = Calls {
-            laws: terms.laws,
-            own: asks.laws,
-            limit: asks.limit,
-            locks: asks.locks,
-            account,
-            rows: count,
-        };
+        let rows = block.bodies.iter().filter(|body| is_movable(body)).count() as u64;
+        let Asks { limit, locks, .. } = **asks;
+        let calls = Calls { laws: terms.laws, own: asks.laws, limit, locks, account, rows };
         let forces = Rows::of(simd, &block.forces);
         let constants = Constants::new(simd, terms);
-        let mut field = BlockField::<_, _, N, CALLS, true>::new(
-            constants,
-            terms,
-            &block.bodies,
-            Some(&forces),
-            Some(calls),
-        );
-        let (mut x, mut v) = (Rows::of(simd, &block.x), Rows::of(simd, &block.bodies));
-        let mut carry = Carry::new();
-        self.recall::<M, N>(block, &memory, &field, v, &mut carry);
+        BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))
+    }
+
+    /// All pieces of the tick, one after the other.
+    pub fn go<M: Integrator, F: TickField<Real = T>>(
+        &self,
+        field: &mut F,
+        mut x: F::Space,
+        mut v: F::Space,
+        last_step: T,
+        start: Option<F::Space>,
+    ) -> (F::Space, F::Space, Carry<F>) {
+        let last_step = if M::MEMORY == Memory::LastStep { last_step } else { T::ZERO };
+        let mut carry = Carry { last_step, start };
         if !M::DAMPS_INSIDE {
-            v = field.restrain(field.decay_before(v));
+            v = field.before_move(v);
         }
-        for piece in pieces.iter() {
+        for piece in self.pieces.iter() {
             field.enter(piece, self.decay::<M>(piece));
             if piece.jump {
                 // It was evaluated before the jump.
                 carry.start = None;
             }
-            (x, v) = M::step(&mut field, x, v, &mut carry);
+            (x, v) = M::step(field, x, v, &mut carry);
         }
         if !M::DAMPS_INSIDE {
-            v = field.restrain(field.decay_after(v));
+            v = field.after_tick(v);
         }
-        match &mut memory {
-            MemoryRows::LastStep(steps) => steps.fill(carry.last_step),
-            MemoryRows::Known(known) if carry.start.is_some() => {
-                let (x, v, called) = (x.rows(), v.rows(), field.called.rows());
-                let time = terms.course.end;
-                let laws = (terms.epoch, asks.version);
+        (x, v, carry)
+    }
+
+    /// Notes what the next tick begins with: the accelerations `called` if they serve for it.
+    pub fn note<const N: usize>(
+        &self,
+        memory: &mut MemoryRows<'_, T>,
+        last_step: T,
+        called: Option<[Row<T>; N]>,
+        x: &[Row<T>; N],
+        v: &[Row<T>; N],
+    ) {
+        match (memory, called) {
+            (MemoryRows::LastStep(steps), _) => steps.fill(last_step),
+            (MemoryRows::Known(known), Some(called)) => {
+                let time = T::of(self.terms.course.end);
+                let laws = (self.terms.epoch, self.asks.version);
                 for (k, known) in known.iter_mut().enumerate() {
                     let at = [x[k][0], x[k][1], x[k][2], v[k][3]];
                     *known = Known { at, time, laws, called: called[k] };
                 }
             }
-            MemoryRows::Known(known) => known.fill(Known::default()),
-            MemoryRows::None => {}
+            (MemoryRows::Known(known), None) => known.fill(Known::default()),
+            (MemoryRows::None, _) => {}
         }
-        (x.rows(), v.rows())
     }
 
-    /// What the last tick left for this one.
-    fn recall<M: Integrator, const N: usize>(
+    /// The acceleration that the last tick left for this one.
+    pub fn recall<M: Integrator, const N: usize>(
         &self,
         block: &Block<T, N>,
         memory: &MemoryRows<'_, T>,
         field: &BlockField<'_, T, Fallback, N, CALLS, true>,
         v: Rows<T, Fallback, N>,
-        carry: &mut Carry<BlockField<'_, T, Fallback, N, CALLS, true>>,
-    ) {
-        match (M::MEMORY, memory) {
-            (Memory::LastStep, MemoryRows::LastStep(steps)) => {
-                carry.last_step = steps.first().copied().unwrap_or(T::ZERO);
-            }
-            (Memory::LastAcceleration, MemoryRows::Known(known)) => {
-                let fits = |(k, known): (usize, &Known<T>)| {
-                    let [x, y, z, _] = block.x[k];
-                    known.time == self.terms.course.start
-                        && known.at == [x, y, z, block.bodies[k][3]]
-                        && known.laws == (self.terms.epoch, self.asks.version)
-                };
-                if known.iter().enumerate().all(fits) {
-                    let mut called = [[T::ZERO; 4]; N];
-                    known.iter().zip(&mut called).for_each(|(known, called)| *called = known.called);
-                    carry.start = Some(field.laws_from(Rows::of(Fallback::new(), &called), v));
-                }
-            }
-            _ => {}
-        }
+    ) -> Option<Rows<T, Fallback, N>> {
+        let (Memory::LastAcceleration, MemoryRows::Known(known)) = (M::MEMORY, memory) else { return None };
+        let fits = |(k, known): (usize, &Known<T>)| {
+            let [x, y, z, _] = block.x[k];
+            known.time == T::of(self.terms.course.start)
+                && known.at == [x, y, z, block.bodies[k][3]]
+                && known.laws == (self.terms.epoch, self.asks.version)
+        };
+        known.iter().enumerate().all(fits).then(|| {
+            let mut called = [[T::ZERO; 4]; N];
+            known.iter().zip(&mut called).for_each(|(known, called)| *called = known.called);
+            field.laws_from(Rows::of(Fallback::new(), &called), v)
+        })
+    }
+
+    /// What damping does in a step or, around it, in the tick.
+    pub const fn decay_of_tick(&self) -> Decay<T> {
+        self.terms.decay
     }
 
     /// What damping does in a piece; around a tick it is the same in every piece.
@@ -202,4 +256,43 @@ impl<T: Real> Kernel<'_, '_, T> {
         }
         damping.map_or(Decay::none(piece.length), |damping| damping.factors(piece.length))
     }
+}
+
+impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS, true> {
+    fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
+        BlockField::enter(self, piece, decay);
+    }
+
+    fn after_tick(&mut self, v: Self::Space) -> Self::Space {
+        self.restrain(self.decay_after(v))
+    }
+}
+
+impl<T: Real> Sums<T> for Plain {
+    type Left<const N: usize> = ();
+
+    #[inline(always)]
+    fn are_plain(&self) -> bool {
+        true
+    }
+
+    fn tick<M: Integrator, const N: usize>(
+        &self,
+        kernel: &Kernel<'_, '_, T>,
+        block: &Block<T, N>,
+        _: Range<usize>,
+        mut memory: MemoryRows<'_, T>,
+        account: &mut Account,
+    ) -> ([Row<T>; N], [Row<T>; N], ()) {
+        let (x, v) = block.state();
+        let mut field = kernel.field(block, account);
+        let start = kernel.recall::<M, N>(block, &memory, &field, v);
+        let (x, v, carry) = kernel.go::<M, _>(&mut field, x, v, memory.last_step(), start);
+        let (x, v) = (x.rows(), v.rows());
+        let called = carry.start.is_some().then(|| field.called.rows());
+        kernel.note(&mut memory, carry.last_step, called, &x, &v);
+        (x, v, ())
+    }
+
+    fn commit<const N: usize>(&mut self, _: usize, _: usize, _: &()) {}
 }

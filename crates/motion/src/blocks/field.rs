@@ -6,7 +6,7 @@ use super::lanes::{Rows, each_row};
 use super::{Account, Terms};
 use crate::components::AxisLocks;
 use crate::course::Piece;
-use crate::effects::Decay;
+use crate::effects::{Decay, Factor};
 use crate::laws::{BodyState, Law, Moment};
 use crate::methods::{Field, Newton, NewtonField, newton_velocity};
 use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
@@ -78,8 +78,8 @@ impl<T: Real, S: Simd> Constants<T, S> {
 
     #[inline(always)]
     fn set_decay(&mut self, decay: Decay<T>) {
-        let factor = |factor: Option<T>| {
-            let k = factor.unwrap_or(T::ONE);
+        let factor = |factor: Option<Factor<T>>| {
+            let k = factor.map_or(T::ONE, |factor| factor.whole);
             T::Lanes::of(self.simd, [k, k, k, T::ONE])
         };
         (self.keep, self.before, self.after) =

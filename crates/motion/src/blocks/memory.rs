@@ -32,7 +32,15 @@ pub(crate) enum MemoryRows<'a, T> {
     Known(&'a mut [Known<T>]),
 }
 
-impl<T> MemoryRows<'_, T> {
+impl<T: Real> MemoryRows<'_, T> {
+    /// Length of the last step of the first row, s; 0 where none is kept.
+    pub fn last_step(&self) -> T {
+        match self {
+            Self::LastStep(steps) => steps.first().copied().unwrap_or(T::ZERO),
+            Self::None | Self::Known(_) => T::ZERO,
+        }
+    }
+
     /// The same rows, borrowed for a part of them.
     pub fn part(&mut self, rows: std::ops::Range<usize>) -> MemoryRows<'_, T> {
         match self {

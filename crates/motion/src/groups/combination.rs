@@ -4,19 +4,22 @@ use std::ops::{Add, Mul, Sub};
 
 use crate::real::Real;
 
-/// Arrays that a step can reckon with: position, velocity, applied acceleration, an acceleration kept from the
-/// step before, and those that the step makes. Yoshida's composition with laws of the velocity makes six.
-pub(crate) const SLOTS: usize = 14;
+/// Arrays that a step can reckon with: position, velocity, velocity once more, applied acceleration, an acceleration
+/// kept from the step before, and those that the step makes. Yoshida's composition with laws of the velocity makes six.
+pub(crate) const SLOTS: usize = 15;
 /// The positions at the start of the step.
 pub(crate) const POSITION: usize = 0;
 /// The velocities at the start of the step.
 pub(crate) const VELOCITY: usize = 1;
+/// The velocities at the start of the step once more, as an increment: what a factor changes of them, where sums are
+/// compensated.
+pub(crate) const CHANGE: usize = 2;
 /// The accelerations by applied forces.
-pub(crate) const APPLIED: usize = 2;
+pub(crate) const APPLIED: usize = 3;
 /// The accelerations at the end of the step before.
-pub(crate) const KEPT: usize = 3;
+pub(crate) const KEPT: usize = 4;
 /// The first array that a step makes.
-pub(crate) const FIRST: usize = 4;
+pub(crate) const FIRST: usize = 5;
 
 /// Positions, velocities or accelerations of all bodies of a group, as factors of arrays.
 ///
@@ -37,6 +40,15 @@ impl<T: Real> Combination<T> {
         let mut unit = Self::ZERO;
         unit.factors[slot] = T::ONE;
         unit
+    }
+
+    /// It times a factor, given as the factor minus 1: its velocities at the start of the step stay a summand of their
+    /// own.
+    pub fn changed(self, change: T) -> Self {
+        let mut more = self * change;
+        more.factors[CHANGE] += more.factors[VELOCITY];
+        more.factors[VELOCITY] = T::ZERO;
+        self + more
     }
 
     /// The array that it is, if it is one.

@@ -91,13 +91,24 @@ impl<T: Real> Coupling<T> {
             let (mass, from) = (self.mass(a, w), vector(&x[a]));
             for b in a + 1..self.rows {
                 let (to, other) = (vector(&x[b]), self.mass(b, w));
-                if let Some((r, inverse)) = self.reach(law, from, to) {
-                    let pull = r * (T::of(law.constant) * mass * other * inverse * inverse * inverse);
+                if let Some(pull) = self.attraction(law, [mass, other], [from, to]) {
                     add(&mut forces[a], pull);
                     add(&mut forces[b], -pull);
                 }
             }
         }
+    }
+
+    /// Force of mutual gravity on the first of two masses, N; `None` at one place.
+    #[inline(always)]
+    pub fn attraction(
+        &self,
+        law: &MutualGravity,
+        [mass, other]: [T; 2],
+        [from, to]: [T::Vector; 2],
+    ) -> Option<T::Vector> {
+        let (r, inverse) = self.reach(law, from, to)?;
+        Some(r * (T::of(law.constant) * mass * other * inverse * inverse * inverse))
     }
 
     /// r from one body to another and `(r² + s²)^(-1/2)`; `None` at one place.
@@ -107,7 +118,8 @@ impl<T: Real> Coupling<T> {
         (squared > T::ZERO).then(|| (r, T::ONE / (squared + s * s).sqrt()))
     }
 
-    fn mass(&self, row: usize, w: &[T]) -> T {
+    /// Mass of a row as a source of gravity, kg.
+    pub fn mass(&self, row: usize, w: &[T]) -> T {
         match row.checked_sub(self.movable) {
             Some(anchor) => self.sources[anchor],
             None if w[row] > T::ZERO => T::ONE / w[row],
@@ -117,12 +129,22 @@ impl<T: Real> Coupling<T> {
 
     /// Potential energy of springs and mutual gravity at `x`, J.
     pub fn potential_energy(&self, gravity: Option<&MutualGravity>, x: &[Row<T>], w: &[T]) -> T {
+        self.attraction_energy(gravity, x, w, self.elastic_energy(x))
+    }
+
+    /// Potential energy of springs at `x`, J.
+    pub fn elastic_energy(&self, x: &[Row<T>]) -> T {
         let mut sum = T::ZERO;
         for SpringRow { ends: [a, b], elastic } in self.springs.iter() {
             let d = vector(&x[b as usize]) - vector(&x[a as usize]);
             let stretch = d.dot(d).sqrt() - elastic.rest_length;
             sum += T::of(0.5) * elastic.stiffness * stretch * stretch;
         }
+        sum
+    }
+
+    /// `sum` and the potential energy of mutual gravity at `x`, J.
+    pub fn attraction_energy(&self, gravity: Option<&MutualGravity>, x: &[Row<T>], w: &[T], mut sum: T) -> T {
         if let (true, Some(law)) = (self.attracts, gravity) {
             for a in 0..self.movable {
                 for b in a + 1..self.rows {
@@ -133,6 +155,24 @@ impl<T: Real> Coupling<T> {
             }
         }
         sum
+    }
+
+    /// The same in another precision.
+    pub fn at<U: Real>(&self) -> Coupling<U> {
+        let numbers = |numbers: &[T]| numbers.iter().map(|number| U::of(number.to_f64())).collect();
+        let Self { rows, movable, springs, sheets, masses, in_sheets, attracts, sources } = self;
+        let sheet =
+            |sheet: &SheetRow<T>| SheetRow { corners: sheet.corners, mass: U::of(sheet.mass.to_f64()) };
+        Coupling {
+            rows: *rows,
+            movable: *movable,
+            springs: springs.at(),
+            sheets: sheets.iter().map(sheet).collect(),
+            masses: numbers(masses),
+            in_sheets: in_sheets.clone(),
+            attracts: *attracts,
+            sources: numbers(sources),
+        }
     }
 
     /// Bytes of its lists.

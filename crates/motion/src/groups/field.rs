@@ -11,7 +11,7 @@ pub(crate) use classes::{Askers, Class, RowAsks};
 pub(crate) use forces::is_open;
 pub(crate) use kept::Kept;
 
-use super::combination::{APPLIED, Combination, FIRST, KEPT, POSITION, SLOTS, VELOCITY};
+use super::combination::{APPLIED, CHANGE, Combination, FIRST, KEPT, POSITION, SLOTS, VELOCITY};
 use super::coupling::{Coupling, SheetRow};
 use super::pull::Springs;
 use super::rows::{Row, RowArray};
@@ -19,7 +19,7 @@ use super::solver::{Solver, Workspace};
 use crate::blocks::{Account, Terms};
 use crate::components::AxisLocks;
 use crate::course::{Piece, Pieces};
-use crate::effects::{Damping, Decay};
+use crate::effects::{Damping, Decay, Factor};
 use crate::laws::{Affine, Drag, Law, Moment, MutualGravity};
 use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::{Real, RealVector as _};
@@ -47,6 +47,8 @@ pub(crate) struct Rows<'a, T> {
     pub x: &'a mut [Row<T>],
     /// Velocities, m/s.
     pub v: &'a mut [Row<T>],
+    /// What rounding left out of both, m and m/s, where sums are compensated.
+    pub residues: Option<[&'a mut [Row<T>]; 2]>,
     /// Inverse masses, 1/kg.
     pub w: &'a [T],
     /// Rows with something to look up, ascending.
@@ -124,8 +126,8 @@ impl<'a, T: Real> GroupField<'a, T> {
         account: &'a mut Account,
     ) -> Self {
         let Surroundings { terms, .. } = around;
-        let (start, end, length) = (terms.course.start, terms.course.end, terms.course.substep());
-        let piece = Piece { start, end, length, jump: false };
+        let [start, end] = [terms.course.start, terms.course.end].map(T::of);
+        let piece = Piece { start, end, length: terms.course.substep(), jump: false };
         Self {
             coupling,
             around,
@@ -251,11 +253,11 @@ impl<T: Real> Field for GroupField<'_, T> {
     fn kick(&mut self, v: Combination<T>, a: Combination<T>) -> Combination<T> {
         match self.uniform() {
             Some(Class { decay, .. }) if self.anchors_rest || decay.keep.is_none() => {
-                v * decay.keep.unwrap_or(T::ONE) + a * decay.gain
+                self.times(v, decay.keep) + a * decay.gain
             }
             _ => {
                 // Both by class: the gain of one with damping of its own is another one.
-                let kept = self.each_row(v, |class| class.decay.keep);
+                let kept = self.each_velocity(v, |class| class.decay.keep);
                 let gained = self.each_row(a, |class| Some(class.decay.gain));
                 kept + gained
             }

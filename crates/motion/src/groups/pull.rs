@@ -53,6 +53,17 @@ impl<T: Real> Springs<T> {
         self.len += 1;
     }
 
+    /// The same in another precision.
+    pub fn at<U: Real>(&self) -> Springs<U> {
+        let mut springs = Springs::default();
+        let number = |number: T| U::of(number.to_f64());
+        for SpringRow { ends, elastic: Elastic { stiffness, damping, rest_length } } in self.iter() {
+            let [stiffness, damping, rest_length] = [stiffness, damping, rest_length].map(number);
+            springs.push(SpringRow { ends, elastic: Elastic { stiffness, damping, rest_length } });
+        }
+        springs
+    }
+
     pub const fn len(&self) -> usize {
         self.len
     }

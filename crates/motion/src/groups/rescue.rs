@@ -150,7 +150,8 @@ impl Rescue<'_, '_, '_, '_> {
                 scratch.pushes.clone_from(&pushes);
                 let (x, v) = (pick(&before.x), pick(&before.v));
                 state = (x, v, numbers(&before.last));
-                let rows = Rows { x: &mut state.0, v: &mut state.1, w: &w, asking: &asking, lawful: &lawful };
+                let (x, v) = (&mut state.0[..], &mut state.1[..]);
+                let rows = Rows { x, v, residues: None, w: &w, asking: &asking, lawful: &lawful };
                 let mut own = Account::default();
                 let last = (M::MEMORY == Memory::LastStep).then(|| &mut state.2[..movable]);
                 let field = GroupField::new(coupling, self.around, rows, &askers, &mut scratch, &mut own);

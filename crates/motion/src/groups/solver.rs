@@ -79,10 +79,15 @@ impl<T: Real> GroupField<'_, T> {
     /// The velocity after an implicit step from the positions at its start and the velocity `v`, as an array.
     pub(super) fn solve(&mut self, v: Combination<T>) -> Combination<T> {
         let v = v + self.applied_kick();
-        let start = self.own_array(&v);
+        let (before, start) = (v, self.own_array(&v));
         let mut work = std::mem::take(self.workspace());
         let mut v = std::mem::take(self.slot(start));
         self.kick_by_constants(&mut v);
+        let gained = self.is_compensated().then(|| self.own_array(&Combination::ZERO));
+        let mut gain = gained.map(|slot| std::mem::take(self.slot(slot)));
+        if let Some(gain) = &mut gain {
+            self.kick_by_constants(gain);
+        }
         if self.solver().newton_iterations > 0 {
             work.before.copy(&v);
         }
@@ -91,7 +96,7 @@ impl<T: Real> GroupField<'_, T> {
         work.linearise(self, &v);
         work.force(self, &v);
         work.right_side_of_step(self, &v);
-        work.iterate(self, &mut v);
+        work.iterate(self, &mut v, gain.as_deref_mut());
         for _ in 0..self.solver().newton_iterations {
             let h = self.length();
             for (x, (start, v)) in work.x.iter_mut().zip(self.positions().iter().zip(v.iter())) {
@@ -100,12 +105,18 @@ impl<T: Real> GroupField<'_, T> {
             work.linearise(self, &v);
             work.force(self, &v);
             work.right_side_of_newton(self, &v);
-            work.iterate(self, &mut v);
+            work.iterate(self, &mut v, gain.as_deref_mut());
         }
         *self.slot(start) = v;
         *self.workspace() = work;
         self.look(|field| field.first_broken(field.array(start)));
-        Combination::of(start)
+        match gained.zip(gain) {
+            None => Combination::of(start),
+            Some((slot, gain)) => {
+                *self.slot(slot) = gain;
+                before + Combination::of(slot)
+            }
+        }
     }
 
     /// Adds `g h` to the velocities of what can move.
@@ -256,9 +267,9 @@ impl<T: Real> Workspace<T> {
         }
     }
 
-    /// Conjugate gradients from 0 (Hestenes, Stiefel 1952); adds the solution to `v`. A guess other than 0 would
-    /// have to be one that keeps momentum.
-    fn iterate(&mut self, field: &mut GroupField<'_, T>, v: &mut [Row<T>]) {
+    /// Conjugate gradients from 0 (Hestenes, Stiefel 1952); adds the solution to `v`, and to `gain` if there is one. A
+    /// guess other than 0 would have to be one that keeps momentum.
+    fn iterate(&mut self, field: &mut GroupField<'_, T>, v: &mut [Row<T>], mut gain: Option<&mut [Row<T>]>) {
         let movable = field.movable();
         let solver = field.solver();
         let least = if T::WIDE { 0.0 } else { 1e-5 };
@@ -270,8 +281,10 @@ impl<T: Real> Workspace<T> {
         let (mut iterations, mut converged) = (0, squared == T::ZERO);
         if !squared.is_finite() {
             // Told by the velocities; those that have nothing to do with it stay as they are.
-            for (v, r) in v[..movable].iter_mut().zip(self.r.iter()) {
-                (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
+            for sum in [Some(&mut *v), gain.as_deref_mut()].into_iter().flatten() {
+                for (v, r) in sum[..movable].iter_mut().zip(self.r.iter()) {
+                    (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
+                }
             }
             field.look(|field| field.first_broken(&self.r));
         }
@@ -294,8 +307,10 @@ impl<T: Real> Workspace<T> {
             }
             squared = left;
         }
-        for ((v, y), root) in v[..movable].iter_mut().zip(self.y.iter()).zip(&self.root) {
-            (0..3).for_each(|axis| v[axis] += y[axis] * *root);
+        for sum in [Some(v), gain].into_iter().flatten() {
+            for ((v, y), root) in sum[..movable].iter_mut().zip(self.y.iter()).zip(&self.root) {
+                (0..3).for_each(|axis| v[axis] += y[axis] * *root);
+            }
         }
         // What is next to nothing has a square that is nothing: there is no tolerance to get below.
         field.report_solve(iterations, converged || squared < T::SNAP);

@@ -39,7 +39,7 @@ impl Sets {
 }
 
 /// A connected part of a coupling.
-pub(super) struct Part<T> {
+pub(crate) struct Part<T> {
     pub coupling: Coupling<T>,
     /// Its rows, as rows of the whole.
     pub rows: Vec<usize>,
@@ -50,7 +50,7 @@ pub(super) struct Part<T> {
 impl<T: Real> Coupling<T> {
     /// The connected parts that are left without the rows `dead`, in the order of their lowest rows. Springs and
     /// triangles go with their ends. A row that nothing joins any more is a part of its own.
-    pub fn parts(&self, dead: &[bool]) -> Vec<Part<T>> {
+    pub(super) fn parts(&self, dead: &[bool]) -> Vec<Part<T>> {
         let moves = |row: u32| (row as usize) < self.movable;
         let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
         let mut sets = Sets::new(self.movable);

@@ -248,6 +248,7 @@ impl Groups {
         let rows = Rows {
             x: &mut self.x[rows.clone()],
             v: &mut self.v[rows.clone()],
+            residues: None,
             w: &self.w[rows],
             asking: &group.asking,
             lawful: &group.lawful,

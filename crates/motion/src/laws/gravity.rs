@@ -49,6 +49,10 @@ impl<T: Real> Law<T> for Gravity {
         Some(Affine { constant, rate: T::ZERO })
     }
 
+    fn has_potential(&self) -> bool {
+        true
+    }
+
     /// `-m g x`: zero at the origin.
     fn potential_energy(&self, body: BodyState<T>) -> T {
         let g = T::Vector::of(self.acting().unwrap_or(Vector::ZERO));

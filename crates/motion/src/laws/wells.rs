@@ -60,6 +60,10 @@ impl<T: Real> Law<T> for Wells {
         false
     }
 
+    fn has_potential(&self) -> bool {
+        true
+    }
+
     /// `-m mu / sqrt(r² + s²)`.
     fn potential_energy(&self, body: BodyState<T>) -> T {
         let sum = self.0.iter().map(|well| T::of(well.strength) * well.reach(body).1).sum::<T>();

@@ -1,7 +1,8 @@
 //! Every way in which a table can be integrated gives the same bits.
 
 use super::*;
-use crate::blocks::{Account, Asks, calling, integrate, integrate_one};
+use crate::blocks::calling::{self, Plain};
+use crate::blocks::{Account, Asks, integrate, integrate_one};
 use crate::course::Course;
 use crate::effects::{Damping, DampingModel};
 use crate::laws::Affine;
@@ -43,7 +44,8 @@ impl<T: Real> State<T> {
 
 fn terms<M: Integrator, T: Real>(damping: Option<Damping>, drag: f64, substeps: u32) -> Terms<'static, T> {
     let h = T::of(1.0 / 120.0);
-    let course = Course { start: T::ZERO, end: h, tick: h, substeps };
+    let h = h.to_f64();
+    let course = Course { start: 0.0, end: h, tick: h, substeps };
     let gravity = T::Vector::of(glam::DVec3::new(0.1, -9.8, 1e-3));
     Terms::new::<M>(Affine { constant: gravity, rate: T::of(drag) }, damping, &[], 0, course)
 }
@@ -56,7 +58,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
         .collect();
     let pushed = [1, 2, 7, 10].map(|row| (0, row));
     let applied = Applied { forces: &forces, rows: &pushed, offset: 0 };
-    let start = State::new(terms.course.tick);
+    let start = State::new(T::of(terms.course.tick));
     let mut states = Vec::new();
     let mut run = |tick: &mut dyn FnMut(&mut State<T>)| {
         let mut state = start.clone();
@@ -69,7 +71,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     run(&mut |state| integrate::<T, M>(&terms, state.table::<M>(0..ROWS), Some(applied), account, refuse));
     run(&mut |state| {
         let mut table = state.table::<M>(0..ROWS);
-        calling::run::<T, M>(&terms, &Asks::NOTHING, &mut table, Some(applied), account, refuse);
+        calling::run::<T, M>(&terms, &Asks::NOTHING, &mut table, &mut Plain, Some(applied), account, refuse);
     });
     run(&mut |state| {
         for (row, force) in forces.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Arrays of a step: claimed, worked out, finished.
 
 use super::*;
-use crate::blocks::restrain;
+use crate::blocks::{add_compensated, restrain};
 
 impl<T: Real> GroupField<'_, T> {
     pub(super) fn claim(&mut self) -> usize {
@@ -14,7 +14,7 @@ impl<T: Real> GroupField<'_, T> {
     pub(crate) fn array(&self, slot: usize) -> &[Row<T>] {
         match slot {
             POSITION => self.rows.x,
-            VELOCITY => self.rows.v,
+            VELOCITY | CHANGE => self.rows.v,
             _ => &self.scratch.slots[slot],
         }
     }
@@ -55,7 +55,14 @@ impl<T: Real> GroupField<'_, T> {
             }
         }
         let own = [x.factors[POSITION], x.factors[VELOCITY], v.factors[VELOCITY]];
-        advance(self.rows.x, self.rows.v, own, &parts[..count]);
+        let parts = &parts[..count];
+        match &mut self.rows.residues {
+            None => advance(self.rows.x, self.rows.v, own, parts),
+            Some([rx, rv]) => {
+                let change = [x.factors[CHANGE], v.factors[CHANGE]];
+                advance_compensated([self.rows.x, self.rows.v], [rx, rv], own, change, parts);
+            }
+        }
         self.next = FIRST;
     }
 
@@ -72,6 +79,33 @@ impl<T: Real> GroupField<'_, T> {
         let slot = a.slot()?;
         self.scratch.slots.swap(slot, KEPT);
         Some(Combination::of(KEPT))
+    }
+
+    /// A velocity times a factor, if there is one.
+    pub(super) fn times(&self, v: Combination<T>, factor: Option<Factor<T>>) -> Combination<T> {
+        match factor {
+            None => v,
+            Some(Factor { change, .. }) if self.rows.residues.is_some() => v.changed(change),
+            Some(Factor { whole, .. }) => v * whole,
+        }
+    }
+
+    /// A velocity with every row that can move multiplied by the factor of its class, if it has one.
+    pub(super) fn each_velocity(
+        &mut self,
+        v: Combination<T>,
+        factor: impl Fn(&Class<T>) -> Option<Factor<T>>,
+    ) -> Combination<T> {
+        if self.rows.residues.is_none() {
+            return self.each_row(v, |class| factor(class).map(|factor| factor.whole));
+        }
+        let zero = Some(T::ZERO);
+        let change = self.each_row(v, |class| factor(class).map_or(zero, |factor| Some(factor.change)));
+        if let Some(slot) = change.slot() {
+            // What does not move is not multiplied.
+            self.scratch.slots[slot][self.coupling.movable..].fill([T::ZERO; 4]);
+        }
+        v + change
     }
 
     /// A velocity or acceleration with every row that can move multiplied by the factor of its class, if it has one.
@@ -93,14 +127,14 @@ impl<T: Real> GroupField<'_, T> {
     pub(super) fn decayed(
         &mut self,
         v: Combination<T>,
-        factor: impl Fn(&Decay<T>) -> Option<T>,
+        factor: impl Fn(&Decay<T>) -> Option<Factor<T>>,
     ) -> Combination<T> {
         if self.scratch.classes.iter().all(|class| factor(&class.decay).is_none()) {
             return v;
         }
         match self.uniform() {
-            Some(class) if self.anchors_rest => v * factor(&class.decay).unwrap_or(T::ONE),
-            _ => self.each_row(v, |class| factor(&class.decay)),
+            Some(class) if self.anchors_rest => self.times(v, factor(&class.decay)),
+            _ => self.each_velocity(v, |class| factor(&class.decay)),
         }
     }
 
@@ -118,13 +152,26 @@ impl<T: Real> GroupField<'_, T> {
             return v;
         }
         let slot = self.own_array(&v);
-        let Scratch { slots, classes, class_of, .. } = &mut *self.scratch;
+        let compensated = self.rows.residues.is_some();
+        if compensated {
+            // Only the change is of use.
+            std::mem::swap(&mut self.scratch.slots[slot], &mut self.scratch.stage[1]);
+            self.scratch.slots[slot].resize(self.coupling.rows);
+            self.scratch.slots[slot].fill([T::ZERO; 4]);
+        }
+        let Scratch { slots, stage, classes, class_of, .. } = &mut *self.scratch;
         for row in self.rows.asking {
             let row = *row as usize;
             let Class { limit, locks, .. } = classes[class_at(class_of, row)];
-            restrain(&mut slots[slot][row], limit, locks);
+            if compensated {
+                let (before, mut after) = (stage[1][row], stage[1][row]);
+                restrain(&mut after, limit, locks);
+                slots[slot][row] = std::array::from_fn(|axis| after[axis] - before[axis]);
+            } else {
+                restrain(&mut slots[slot][row], limit, locks);
+            }
         }
-        Combination::of(slot)
+        if compensated { v + Combination::of(slot) } else { Combination::of(slot) }
     }
 
     /// Snaps velocities that decayed to next to nothing.
@@ -132,6 +179,14 @@ impl<T: Real> GroupField<'_, T> {
         if self.decays() {
             for row in &mut self.rows.v[..self.coupling.movable] {
                 for part in &mut row[..3] {
+                    if part.abs() < T::SNAP {
+                        *part = T::ZERO;
+                    }
+                }
+            }
+            if let Some([_, residues]) = &mut self.rows.residues {
+                // Below a rounding of what was snapped.
+                for part in residues[..self.coupling.movable].as_flattened_mut() {
                     if part.abs() < T::SNAP {
                         *part = T::ZERO;
                     }
@@ -213,5 +268,30 @@ fn advance<T: Real>(x: &mut [Row<T>], v: &mut [Row<T>], own: [T; 3], parts: &[(&
                 *v = *v * own[2] + dv;
             }
         }
+    }
+}
+
+/// The same in compensated sums with those `residues`; `change` are the factors of the old velocity as an increment of
+/// both.
+fn advance_compensated<T: Real>(
+    [x, v]: [&mut [Row<T>]; 2],
+    [rx, rv]: [&mut [Row<T>]; 2],
+    [xx, xv, vv]: [T; 3],
+    [cx, cv]: [T; 2],
+    parts: &[(&[Row<T>], T, T)],
+) {
+    let mut arrays: [&[T]; SLOTS] = [&[]; SLOTS];
+    arrays.iter_mut().zip(parts).for_each(|(flat, (array, ..))| *flat = array.as_flattened());
+    let positions = x.as_flattened_mut().iter_mut().zip(rx.as_flattened_mut());
+    let velocities = v.as_flattened_mut().iter_mut().zip(rv.as_flattened_mut());
+    for (i, ((x, rx), (v, rv))) in positions.zip(velocities).enumerate() {
+        let (mut dx, mut dv) = (T::ZERO, T::ZERO);
+        for (array, (_, of_x, of_v)) in arrays.iter().zip(parts) {
+            dx += array[i] * *of_x;
+            dv += array[i] * *of_v;
+        }
+        let moved = add_compensated((*v * xv, *rv * xv), (*v * cx + dx, *rv * cx));
+        (*x, *rx) = add_compensated((*x * xx, *rx * xx), moved);
+        (*v, *rv) = add_compensated((*v * vv, *rv * vv), (*v * cv + dv, *rv * cv));
     }
 }

@@ -112,7 +112,7 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    pub(super) fn pieces(&self) -> Pieces<T> {
+    pub(super) fn pieces(&self) -> Pieces {
         let terms = &self.around.terms;
         let breaks = terms.laws.iter().flat_map(|law| law.breaks());
         let own = self.rows.lawful.iter().flat_map(|row| self.askers.laws(*row as usize).0);

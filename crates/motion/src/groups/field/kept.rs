@@ -1,6 +1,8 @@
 //! What groups keep from tick to tick.
 
 use super::*;
+use crate::blocks::add_compensated;
+use crate::units::Scalar;
 
 /// The acceleration at the end of a tick, which is the next one's first if nothing has changed.
 #[derive(Debug, Default)]
@@ -8,7 +10,7 @@ pub(crate) struct Kept<T: Real> {
     x: RowArray<T>,
     w: Vec<T>,
     a: RowArray<T>,
-    time: Option<T>,
+    time: Option<Scalar>,
     epoch: u64,
     own: u64,
     attraction: Option<MutualGravity>,
@@ -28,8 +30,15 @@ impl<T: Real> GroupField<'_, T> {
         let a = self.laws(T::ZERO, x, v);
         let a = a.slot().unwrap_or(FIRST);
         for (row, (step, v)) in last.iter().zip(self.rows.v.iter_mut()).enumerate() {
-            for (part, a) in v[..3].iter_mut().zip(self.scratch.slots[a][row]) {
-                *part += a * *step * T::of(0.5);
+            for (axis, part) in v[..3].iter_mut().enumerate() {
+                let more = self.scratch.slots[a][row][axis] * *step * T::of(0.5);
+                match &mut self.rows.residues {
+                    None => *part += more,
+                    Some([_, residues]) => {
+                        let residue = &mut residues[row][axis];
+                        (*part, *residue) = add_compensated((*part, *residue), (more, T::ZERO));
+                    }
+                }
             }
         }
         self.next = FIRST;

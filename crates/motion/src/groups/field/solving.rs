@@ -60,6 +60,10 @@ impl<'a, T: Real> GroupField<'a, T> {
         &mut self.scratch.slots[slot]
     }
 
+    pub(crate) const fn is_compensated(&self) -> bool {
+        self.rows.residues.is_some()
+    }
+
     /// What the applied forces do to velocities in a step.
     pub(crate) fn applied_kick(&self) -> Combination<T> {
         self.applied() * self.piece.length

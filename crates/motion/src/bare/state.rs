@@ -1,0 +1,46 @@
+//! States of arrays, to go back to.
+
+use super::{Bare, Residues};
+use crate::clock::StepClock;
+use crate::real::Real;
+
+/// The state of a [`Bare`], to go back to.
+#[derive(Clone, Debug)]
+pub struct BareState<T> {
+    positions: Vec<[T; 3]>,
+    bodies: Vec<[T; 4]>,
+    last_steps: Vec<T>,
+    residues: Option<Residues<T>>,
+    clock: StepClock,
+}
+
+impl<T: Real> Bare<T> {
+    /// The state, to go back to.
+    #[must_use]
+    pub fn save(&self) -> BareState<T> {
+        let Self { positions, bodies, last_steps, residues, clock, .. } = self;
+        BareState {
+            positions: positions.clone(),
+            bodies: bodies.clone(),
+            last_steps: last_steps.clone(),
+            residues: residues.clone(),
+            clock: *clock,
+        }
+    }
+
+    /// Goes back to a state of these bodies. Counts stay as they are, and a method that starts with the
+    /// acceleration that the last tick left evaluates it again.
+    ///
+    /// # Panics
+    /// When bodies were added since.
+    pub fn restore(&mut self, state: &BareState<T>) {
+        self.positions.copy_from_slice(&state.positions);
+        self.bodies.copy_from_slice(&state.bodies);
+        self.last_steps.clone_from(&state.last_steps);
+        self.residues.clone_from(&state.residues);
+        self.clock = state.clock;
+        self.has_failed = false;
+        self.forget_accelerations();
+        self.individuals.outdated = true;
+    }
+}
