@@ -16,12 +16,15 @@ mod action;
 mod check;
 mod coupled;
 mod declared;
+mod edit;
+mod entries;
 mod faults;
 mod frame_times;
 mod generate;
 mod locate;
 mod names;
 mod nearest;
+mod parts;
 mod raw;
 mod raw_coupled;
 mod resolve;
@@ -36,10 +39,13 @@ mod syntax;
 
 pub use action::{Action, MouseButton};
 pub use coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
+pub use edit::{Change, changes, edit};
+pub use entries::Entry;
 pub use faults::{Fault, SceneError};
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
 pub use names::Names;
+pub use parts::Part;
 pub use resolve_springs::unsolvable;
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, Source,

@@ -61,6 +61,18 @@ pub(crate) fn offsets(text: &str, root: &str, paths: &[&str]) -> Vec<Option<usiz
     paths.iter().map(nearest).collect()
 }
 
+/// The byte offset of each of `paths` that is written in the text.
+pub(crate) fn written<'p>(text: &str, paths: &[&'p str]) -> HashMap<&'p str, usize> {
+    let wanted: HashMap<&str, &'p str> = paths.iter().map(|path| (*path, *path)).collect();
+    let mut found = HashMap::new();
+    walk(text, "", |path, offset| {
+        if let Some(path) = wanted.get(path) {
+            found.entry(*path).or_insert(offset);
+        }
+    });
+    found
+}
+
 /// The line of each path as [`offsets`] finds it, from 1.
 pub(crate) fn lines(text: &str, paths: &[&str]) -> Vec<Option<usize>> {
     let offsets = offsets(text, "", paths);
@@ -163,7 +175,7 @@ fn walk(text: &str, root: &str, mut visit: impl FnMut(&str, usize)) {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Token {
+pub(crate) enum Token {
     Open,
     Close,
     Comma,
@@ -175,13 +187,13 @@ enum Token {
 }
 
 /// The tokens of a RON text; comments and document attributes are passed over.
-struct Tokens<'a> {
+pub(crate) struct Tokens<'a> {
     text: &'a str,
     at: usize,
 }
 
 impl<'a> Tokens<'a> {
-    fn new(text: &'a str) -> Self {
+    pub fn new(text: &'a str) -> Self {
         let mut tokens = Self { text, at: 0 };
         tokens.skip_blank();
         while tokens.rest().starts_with("#!") {

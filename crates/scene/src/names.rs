@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::Range;
 
 use crate::nearest::nearest;
 
@@ -83,6 +84,29 @@ impl Names {
     pub fn iter(&self) -> impl Iterator<Item = Cow<'_, str>> {
         let generated = self.runs.iter().flat_map(|run| (0..run.count).map(|i| Cow::Owned(run.name(i))));
         self.given.iter().map(|name| Cow::Borrowed(name.as_str())).chain(generated)
+    }
+
+    /// How many bodies have names of their own; they come before the generated ones.
+    pub(crate) fn written(&self) -> u32 {
+        self.given.len() as u32
+    }
+
+    /// The stable ids of each run of generated names, and how they are numbered.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (Range<u32>, Numbering)> {
+        self.runs.iter().map(|run| (run.first..run.first + run.count, run.numbering))
+    }
+
+    /// The names of some bodies, ascending and with whole runs, counted from 0 in this order.
+    pub(crate) fn of(&self, ids: &[u32]) -> Self {
+        let mut names = Self::default();
+        let written = ids.partition_point(|id| *id < self.written());
+        for id in &ids[..written] {
+            names.add(self.given[*id as usize].clone());
+        }
+        for run in self.runs.iter().filter(|run| ids.binary_search(&run.first).is_ok()) {
+            names.add_run(run.prefix.clone(), run.count, run.numbering);
+        }
+        names
     }
 
     /// What is wrong with a name that [`Self::find`] does not find, and what would be right.

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
-use motion::{AxisLocks, Damping, Drag, Gravity, Method, MutualGravity, Thrust, Well};
+use motion::real::Real;
+use motion::{AxisLocks, Damping, Drag, Gravity, Law, Method, MutualGravity, Thrust, Well, Wells};
 use pick::Shape;
 
 use crate::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
@@ -159,6 +160,16 @@ pub struct OwnLawsSpec {
     pub wells: Vec<Well>,
     /// Its engines; their forces add up.
     pub thrusts: Vec<Thrust>,
+}
+
+impl OwnLawsSpec {
+    /// The laws themselves, in the precision that they are to be evaluated in.
+    #[must_use]
+    pub fn laws<T: Real>(&self) -> Vec<Box<dyn Law<T>>> {
+        let wells = (!self.wells.is_empty()).then(|| Box::new(Wells(self.wells.clone())) as Box<dyn Law<T>>);
+        let thrusts = self.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law<T>>);
+        wells.into_iter().chain(thrusts).collect()
+    }
 }
 
 /// One body, or one piece of scenery.

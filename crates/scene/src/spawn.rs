@@ -2,15 +2,14 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::units::Scalar;
 use motion::{
-    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, LastStep, Law, Method, Orientation, OwnLaws,
+    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, LastStep, Method, Orientation, OwnLaws,
     OwnSubsteps, PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, Wells,
     mark_method,
 };
 
 use crate::coupled::SoftKind;
-use crate::scene::{BodySpec, OwnLawsSpec, Scene};
+use crate::scene::{BodySpec, Scene};
 
 /// What a thing looks like beside its shape.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
@@ -74,7 +73,7 @@ impl Scene {
             .map(|(id, body)| self.spawn_body(world, id, body))
             .collect();
         for (id, laws) in &self.own_laws {
-            world.entity_mut(entities[*id as usize]).insert(own_laws(laws));
+            world.entity_mut(entities[*id as usize]).insert(OwnLaws::new(laws.laws()));
         }
         self.spawn_coupled(world, &entities);
         entities
@@ -174,12 +173,6 @@ fn spawn_plain<'w>(
         (None, Some(shape)) => world.spawn((common, shape)),
         (None, None) => world.spawn(common),
     }
-}
-
-fn own_laws(spec: &OwnLawsSpec) -> OwnLaws {
-    let wells = (!spec.wells.is_empty()).then(|| Box::new(Wells(spec.wells.clone())) as Box<dyn Law<Scalar>>);
-    let thrusts = spec.thrusts.iter().map(|thrust| Box::new(thrust.clone()) as Box<dyn Law<Scalar>>);
-    OwnLaws::new(wells.into_iter().chain(thrusts).collect())
 }
 
 #[cfg(test)]

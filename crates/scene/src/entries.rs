@@ -1,0 +1,74 @@
+//! Which entry of its file each body of a scene comes from.
+
+use std::ops::Range;
+
+use crate::names::Numbering;
+use crate::scene::Scene;
+
+/// An entry of a scene file that makes bodies. They have one method and one number of substeps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// The list that it stands in, as in `soft_bodies`.
+    pub list: &'static str,
+    /// Its place in the list, from 0.
+    pub index: usize,
+    /// Stable ids of its bodies.
+    pub bodies: Range<u32>,
+}
+
+impl Entry {
+    /// The key path of the entry, as in `soft_bodies[0]`.
+    #[must_use]
+    pub fn path(&self) -> String {
+        format!("{}[{}]", self.list, self.index)
+    }
+}
+
+impl Scene {
+    /// The entries of the scene's file that make bodies, in the order of the stable id.
+    #[must_use]
+    pub fn entries(&self) -> Vec<Entry> {
+        let written = self.names.written();
+        let mut entries: Vec<_> =
+            (0..written).map(|id| Entry { list: "bodies", index: id as usize, bodies: id..id + 1 }).collect();
+        let runs: Vec<_> = self.names.runs().collect();
+        let softs = runs.len() - self.soft_bodies.len();
+        let emitters = softs - self.emitters.len();
+        let grids = runs[..emitters].iter().filter(|(_, how)| matches!(how, Numbering::Grid { .. })).count();
+        let lists = [("grids", 0..grids), ("clouds", grids..emitters), ("emitters", emitters..softs)];
+        for (list, of) in lists.into_iter().chain([("soft_bodies", softs..runs.len())]) {
+            let of = runs[of].iter().enumerate();
+            entries.extend(of.map(|(index, (bodies, _))| Entry { list, index, bodies: bodies.clone() }));
+        }
+        entries
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_body_belongs_to_the_entry_that_made_it() {
+        let text = "(version: 1, bodies: [(), (name: \"a\")],
+            grids: [(rows: 2, columns: 2), (rows: 1, columns: 3)], clouds: [(count: 4)],
+            emitters: [(rate_per_s: 2, speed_m_s: 1, life_s: 1), (rate_per_s: 3, speed_m_s: 1, life_s: 1)],
+            soft_bodies: [chain(points: 3, to_m: (1, 0, 0), stiffness_n_m: 1)])";
+        let scene = Scene::parse("t", text).unwrap();
+        let entries: Vec<_> =
+            scene.entries().iter().map(|entry| (entry.path(), entry.bodies.clone())).collect();
+        let expected = [
+            ("bodies[0]", 0..1),
+            ("bodies[1]", 1..2),
+            ("grids[0]", 2..6),
+            ("grids[1]", 6..9),
+            ("clouds[0]", 9..13),
+            ("emitters[0]", 13..15),
+            ("emitters[1]", 15..18),
+            ("soft_bodies[0]", 18..21),
+        ];
+        assert_eq!(entries, expected.map(|(path, bodies)| (path.to_owned(), bodies)));
+        assert_eq!(scene.bodies.len(), 21);
+        assert!(Scene::parse("t", "(version: 1)").unwrap().entries().is_empty());
+    }
+}

@@ -1,0 +1,207 @@
+//! The parts of a scene that know nothing of each other.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use motion::{AxisLocks, Effect, Sets};
+
+use crate::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};
+use crate::entries::Entry;
+use crate::names::Names;
+use crate::scene::{BodySpec, Scene};
+
+/// A part of a scene that runs alone as it does in the whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// `free bodies` for those that nothing joins; else the name of its first soft body, or that of its first body
+    /// that can move and how many more can.
+    pub name: String,
+    /// The entries of the whole scene's file whose bodies it moves.
+    pub entries: Vec<Entry>,
+    /// Stable ids of its bodies in the whole scene, ascending; in [`Part::scene`] they are counted from 0 in this
+    /// order. Bodies that cannot move are in every part that hangs on them or is attracted by them.
+    pub bodies: Vec<u32>,
+    /// These bodies and what acts on them, as a scene of its own.
+    pub scene: Scene,
+}
+
+impl Scene {
+    /// The independent parts of the scene, in the order of their first bodies, free bodies last.
+    ///
+    /// Nothing collides, so bodies act on each other by springs and mutual gravity alone. A part is a group that
+    /// these join, through bodies that can move; all bodies that they leave alone, particles among them, are one
+    /// part together. Bodies of one entry of the file have one method, so that an entry is never divided. Scenery,
+    /// and what cannot move and holds nothing, is in no part.
+    #[must_use]
+    pub fn parts(&self) -> Vec<Part> {
+        let entries = self.entries();
+        let joined = Joined::of(self, &entries);
+        let shell = self.shell();
+        let mut parts = joined.members;
+        if !joined.free.is_empty() {
+            parts.push(joined.free);
+        }
+        parts.into_iter().map(|bodies| self.part(&shell, &entries, bodies)).collect()
+    }
+
+    /// The scene without anything that is counted by stable id.
+    fn shell(&self) -> Self {
+        Self {
+            own_laws: BTreeMap::new(),
+            bodies: Vec::new(),
+            names: Names::default(),
+            labels: Vec::new(),
+            emitters: Vec::new(),
+            springs: Vec::new(),
+            soft_bodies: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    fn part(&self, shell: &Self, entries: &[Entry], ids: Vec<u32>) -> Part {
+        let new = |id: u32| ids.binary_search(&id).ok().map(|i| i as u32);
+        let span =
+            |bodies: &Range<u32>| new(bodies.start).map(|first| first..first + (bodies.end - bodies.start));
+        let mut scene = shell.clone();
+        scene.bodies = ids.iter().map(|id| self.bodies[*id as usize]).collect();
+        scene.names = self.names.of(&ids);
+        scene.labels =
+            self.labels.iter().filter_map(|(id, label)| Some((new(*id)?, label.clone()))).collect();
+        scene.own_laws =
+            self.own_laws.iter().filter_map(|(id, laws)| Some((new(*id)?, laws.clone()))).collect();
+        let spring = |spring: &SpringSpec| {
+            let [from, to] = spring.ends.map(new);
+            Some(SpringSpec { ends: [from?, to?], ..*spring })
+        };
+        scene.springs = self.springs.iter().filter_map(spring).collect();
+        let soft = |soft: &SoftBodySpec| Some(SoftBodySpec { points: span(&soft.points)?, ..soft.clone() });
+        scene.soft_bodies = self.soft_bodies.iter().filter_map(soft).collect();
+        let emitter =
+            |emitter: &EmitterSpec| Some(EmitterSpec { pool: span(&emitter.pool)?, ..emitter.clone() });
+        scene.emitters = self.emitters.iter().filter_map(emitter).collect();
+        // Particles neither attract nor are attracted.
+        let particles: usize = scene.emitters.iter().map(|emitter| emitter.pool.len()).sum();
+        if particles == scene.bodies.len() {
+            scene.mutual_gravity = None;
+        }
+        scene.take_common_setting();
+        scene.keep_declared();
+        let moves = |entry: &&Entry| {
+            let mut bodies = entry.bodies.clone();
+            bodies.any(|id| is_movable(&self.bodies[id as usize]) && new(id).is_some())
+        };
+        let entries = entries.iter().filter(moves).cloned().collect();
+        Part { name: scene.part_name(), entries, bodies: ids, scene }
+    }
+
+    /// Where all that can move is moved alike, makes that the scene's own method and substeps.
+    fn take_common_setting(&mut self) {
+        let setting =
+            |body: &BodySpec| (body.method.unwrap_or(self.method), body.substeps.unwrap_or(self.substeps));
+        let mut settings = self.bodies.iter().filter(|body| is_movable(body)).map(setting);
+        let Some((method, substeps)) = settings.next() else { return };
+        if settings.all(|other| other == (method, substeps)) {
+            (self.method, self.substeps) = (method, substeps);
+            for body in &mut self.bodies {
+                (body.method, body.substeps) = (None, None);
+            }
+        }
+    }
+
+    /// Forgets the declarations of what is in other parts.
+    fn keep_declared(&mut self) {
+        let mut declared = std::mem::take(&mut self.declared);
+        declared.retain(|declaration| match declaration.effect {
+            Effect::Gravity | Effect::Damping | Effect::Drag | Effect::Wind => true,
+            Effect::Wells => {
+                !self.wells.is_empty() || self.own_laws.values().any(|laws| !laws.wells.is_empty())
+            }
+            Effect::MutualGravity => self.mutual_gravity.is_some(),
+            Effect::Thrusts => self.own_laws.values().any(|laws| !laws.thrusts.is_empty()),
+            Effect::Springs => !self.springs.is_empty() || !self.soft_bodies.is_empty(),
+            Effect::SpeedLimits => self.bodies.iter().any(|body| body.max_speed.is_some()),
+            Effect::AxisLocks => self.bodies.iter().any(|body| body.locks != AxisLocks::default()),
+            Effect::Emitters => !self.emitters.is_empty(),
+        });
+        self.declared = declared;
+    }
+
+    fn part_name(&self) -> String {
+        if self.springs.is_empty() && self.soft_bodies.is_empty() && self.mutual_gravity.is_none() {
+            return "free bodies".to_owned();
+        }
+        if let Some(soft) = self.soft_bodies.first() {
+            return soft.name.clone();
+        }
+        let mut movable = (0..).zip(&self.bodies).filter(|(_, body)| is_movable(body)).map(|(id, _)| id);
+        let first = movable.next().and_then(|id| self.names.get(id)).unwrap_or_default();
+        match movable.count() {
+            0 => first.into_owned(),
+            more => format!("{first} and {more} more"),
+        }
+    }
+}
+
+fn is_movable(body: &BodySpec) -> bool {
+    body.inverse_mass.is_some_and(|inverse_mass| inverse_mass > 0.0)
+}
+
+/// Stable ids by what joins them.
+struct Joined {
+    /// Those of each group with what holds or attracts it, ascending.
+    members: Vec<Vec<u32>>,
+    /// Those that nothing joins, ascending.
+    free: Vec<u32>,
+}
+
+impl Joined {
+    fn of(scene: &Scene, entries: &[Entry]) -> Self {
+        let movable = |id: &u32| is_movable(&scene.bodies[*id as usize]);
+        let count = scene.bodies.len();
+        let (mut sets, mut joined) = (Sets::new(count), vec![false; count]);
+        let mut join = |ids: &mut dyn Iterator<Item = u32>, joined: &mut [bool]| {
+            let mut ids = ids.filter(movable).map(|id| id as usize).inspect(|id| joined[*id] = true);
+            if let Some(first) = ids.next() {
+                ids.for_each(|id| sets.join(first, id));
+            }
+        };
+        scene.springs.iter().for_each(|spring| join(&mut spring.ends.into_iter(), &mut joined));
+        scene.soft_bodies.iter().for_each(|soft| join(&mut soft.points.clone(), &mut joined));
+        let all = 0..count as u32;
+        if scene.mutual_gravity.is_some() {
+            let is_particle = |id: &u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
+            join(&mut all.clone().filter(|id| !is_particle(id)), &mut joined);
+        }
+        for Entry { bodies, .. } in entries {
+            if bodies.len() > 1 && bodies.clone().any(|id| joined[id as usize]) {
+                join(&mut bodies.clone(), &mut joined);
+            }
+        }
+
+        let mut members: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+        for id in all.clone().filter(|id| joined[*id as usize]) {
+            members.entry(sets.of(id as usize)).or_default().push(id);
+        }
+        let mut hold = |ids: &mut dyn Iterator<Item = u32>| {
+            let (moved, held): (Vec<_>, Vec<_>) = ids.partition(movable);
+            let part = moved.first().and_then(|id| members.get_mut(&sets.of(*id as usize)));
+            part.into_iter().for_each(|part| part.extend(&held));
+        };
+        scene.springs.iter().for_each(|spring| hold(&mut spring.ends.into_iter()));
+        scene.soft_bodies.iter().for_each(|soft| hold(&mut soft.points.clone()));
+        if scene.mutual_gravity.is_some() {
+            let sources = || all.clone().filter(|id| scene.bodies[*id as usize].source_mass.is_some());
+            members.values_mut().for_each(|part| part.extend(sources()));
+        }
+        let members = members.into_values().map(|mut part| {
+            part.sort_unstable();
+            part.dedup();
+            part
+        });
+        let free = all.filter(|id| movable(id) && !joined[*id as usize]).collect();
+        Self { members: members.collect(), free }
+    }
+}
+
+#[cfg(test)]
+mod tests;
