@@ -1,12 +1,25 @@
-//! Experiments on whole scenes: what each effect of a scene does and costs.
+//! Experiments on whole scenes: what each effect of a scene does and costs, and what other methods make of it.
 //!
 //! Runs are worlds of their own, made from a scene as often as needed, on one thread. Time is thread CPU time and
 //! nothing but a report of costs reads it.
 
+#![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
+
 mod ablation;
+pub mod cost;
+mod distances;
+mod input;
 mod memory;
+mod palette;
 mod receipt;
+pub mod recommend;
+pub mod report;
 mod run;
+mod twin;
 
 pub use ablation::{Ablation, Absence, ablate};
+pub use distances::{Bodies, Distances};
+pub use input::{Input, asked, give, pending};
+pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use receipt::{Receipt, Row, because, look, receipt, receipt_without};
+pub use twin::{Failure, Leader, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin, copy_effects};

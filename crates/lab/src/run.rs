@@ -50,6 +50,13 @@ impl Run {
         states
     }
 
+    /// Stable ids of the bodies that can move.
+    pub fn movable_ids(&mut self) -> Vec<u32> {
+        let mut bodies = self.world.query::<(&StableId, &PhysicsBody)>();
+        let movable = bodies.iter(&self.world).filter(|(_, body)| body.inverse_mass > 0.0);
+        movable.map(|(id, _)| id.0).collect()
+    }
+
     /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     fn time(&mut self, ticks: u64) -> f64 {

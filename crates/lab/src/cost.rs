@@ -1,0 +1,31 @@
+//! What accuracy costs: every method at every step on a problem or a scene, its error beside its cost.
+//!
+//! Error and time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one with samples
+//! and no clock, the other with a clock and no samples.
+
+mod arrays;
+mod bench;
+mod drift;
+mod exact;
+mod fit;
+mod machine;
+mod plan;
+mod problem;
+mod rates;
+mod record;
+mod runner;
+mod subject;
+mod timing;
+mod truth;
+
+pub use bench::Bench;
+pub use fit::{Accuracy, Cost};
+pub use plan::Plan;
+pub use problem::{PROBLEMS, Problem, State, problem};
+pub use record::{
+    BLOWN_UP, Cell, Counts, Drift, Errors, FORMAT, Failure, Machine, Outcome, Precision, RateRow, Report,
+    SAMPLES, Setting, Study, Time, Truth,
+};
+pub use runner::{Host, Make, Runner, Sample, make};
+pub use subject::Subject;
+pub use timing::{Trial, Yardstick};

@@ -1,0 +1,538 @@
+//! A study on its way: runs one after the other, a little at a time.
+
+use std::collections::VecDeque;
+
+use cpu_time::ThreadTime;
+use motion::Method;
+
+use super::drift::Drifting;
+use super::plan::Plan;
+use super::record::{Cell, Counts, Failure, Outcome, Precision, Setting, Study, Time, Truth};
+use super::runner::{Host, Make, Runner, Sample, make, movable};
+use super::subject::Subject;
+use super::timing::{Trial, Yardstick};
+use super::truth::{Sampled, Samples, Target};
+
+/// The method of references: the highest order that loses none to laws of the velocity.
+const REFERENCE: Method = Method::RungeKutta4;
+
+/// Rungs below which none are left out, however long they take.
+const AT_LEAST: usize = 3;
+
+/// Rungs that are not given up for a longer run.
+const ENOUGH: usize = 5;
+
+/// A run of a scene is made no shorter to save time, s.
+const SHORTEST: f64 = 0.75;
+
+/// A relative error from which a reference is none.
+const TRUSTED: f64 = 1e-2;
+
+/// What damping by the tick does to methods of higher order.
+const TICKWISE: &str = "the damping of this scene is a factor a substep of the two explicit Eulers, and a factor a tick of every \
+                        other method: no substeps make that part of their error smaller";
+
+/// Why a run was made shorter.
+const CHAOTIC: &str = "later, references of different steps no longer agree";
+const LONG: &str = "more would have taken too long for this plan";
+
+/// A study that is being made. [`Bench::work`] goes on with it.
+pub struct Bench {
+    subject: Subject,
+    truth: Subject,
+    plan: Plan,
+    make: Box<Make>,
+    study: Study,
+    movable: Vec<u32>,
+    target: Option<Target>,
+    coarse: Option<Samples>,
+    trials: Vec<[Trial; 2]>,
+    yardstick: Yardstick,
+    jobs: VecDeque<Job>,
+    current: Option<(Job, Going)>,
+    /// Weight of the work that is done, and of all.
+    done: f64,
+    total: f64,
+    /// Thread CPU time that may be spent, s; below 0 after a piece that was longer than what was left.
+    credit: f64,
+}
+
+/// A run that takes many pieces.
+enum Going {
+    Sampled(Sampled),
+    Drifting(Box<Drifting>),
+}
+
+impl Going {
+    fn tick(&mut self) -> bool {
+        match self {
+            Self::Sampled(run) => run.tick(),
+            Self::Drifting(run) => run.tick(),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Job {
+    /// A run of the reference of so many substeps.
+    Reference(u32),
+    /// The error of a cell.
+    Error(usize),
+    /// A timing of a cell.
+    Time(usize, Host),
+    /// The books of a setting.
+    Drift(Setting),
+    /// A second at the frame rates.
+    Rates,
+}
+
+impl Bench {
+    /// A study of `subject`, nothing run yet.
+    #[must_use]
+    pub fn new(subject: Subject, plan: Plan) -> Self {
+        Self::with(subject, plan, Box::new(make))
+    }
+
+    /// The same of runs that `make` makes: methods of one's own.
+    #[must_use]
+    pub fn with(mut subject: Subject, plan: Plan, make: Box<Make>) -> Self {
+        let rungs = affordable(&mut subject, &plan);
+        Self::of_rungs(subject, plan, make, &rungs)
+    }
+
+    fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, rungs: &[u32]) -> Self {
+        let mut run = subject.run(subject.own());
+        let (truth, exact_damping) = subject.continuous();
+        let bodies = movable(&mut run);
+        let mut movable: Vec<_> = run.movable_ids();
+        movable.sort_unstable();
+        let mut study = Study {
+            subject: subject.name.clone(),
+            description: subject.description.clone(),
+            step_hz: subject.scene.step_hz,
+            ticks: subject.ticks,
+            simulated_s: subject.seconds(),
+            bodies,
+            period_s: subject.period,
+            own: subject.own(),
+            truth: match subject.exact {
+                Some((_, source)) => Truth::ClosedForm { source: source.to_owned() },
+                None => Truth::Reference {
+                    method: REFERENCE,
+                    substeps: 0,
+                    relative_error: 0.0,
+                    position_error_m: 0.0,
+                    exact_damping,
+                },
+            },
+            position_scale_m: 1.0,
+            velocity_scale_m_s: 1.0,
+            cells: Vec::new(),
+            drifts: Vec::new(),
+            rates: Vec::new(),
+            notes: subject.notes.clone(),
+        };
+        if exact_damping {
+            study.notes.push(TICKWISE.to_owned());
+        }
+        let mut settings = plan.settings(rungs);
+        if subject.emits() && settings.iter().any(|setting| setting.precision != Precision::F64) {
+            settings.retain(|setting| setting.precision == Precision::F64);
+            study.notes.push("no single precision: particles come and go only in the world".to_owned());
+        }
+        study.cells = settings.iter().map(|setting| Cell::open(*setting)).collect();
+        let trials = vec![Default::default(); study.cells.len()];
+        let mut bench = Self {
+            subject,
+            truth,
+            plan,
+            make,
+            study,
+            movable,
+            target: None,
+            coarse: None,
+            trials,
+            yardstick: Yardstick::default(),
+            jobs: VecDeque::new(),
+            current: None,
+            done: 0.0,
+            total: 0.0,
+            credit: 0.0,
+        };
+        bench.plan_jobs(rungs);
+        bench
+    }
+
+    /// Takes over what an earlier study of the same subject and plan has: those cells are not run again.
+    pub fn resume(&mut self, earlier: &Study) {
+        let same = (&earlier.subject, earlier.ticks, earlier.step_hz.to_bits())
+            == (&self.study.subject, self.study.ticks, self.study.step_hz.to_bits());
+        if !same {
+            return;
+        }
+        let known =
+            |setting: Setting| earlier.cells.iter().position(|cell| cell.setting == setting && cell.is_run());
+        for cell in &mut self.study.cells {
+            if let Some(at) = known(cell.setting) {
+                cell.clone_from(&earlier.cells[at]);
+            }
+        }
+        self.study.drifts.clone_from(&earlier.drifts);
+        self.study.rates.clone_from(&earlier.rates);
+        let drifted =
+            |setting: &Setting| earlier.drifts.iter().any(|drift| drift.long && drift.setting == *setting);
+        self.study.drifts.retain(|drift| drifted(&drift.setting));
+        let cells = &self.study.cells;
+        self.jobs.retain(|job| match job {
+            Job::Drift(setting) => !drifted(setting),
+            Job::Rates => earlier.rates.is_empty(),
+            Job::Error(at) => !cells[*at].is_run(),
+            Job::Time(at, Host::World) => cells[*at].time.is_none(),
+            Job::Time(at, Host::Arrays) => cells[*at].arrays_time.is_none(),
+            _ => true,
+        });
+        if !self.jobs.iter().any(|job| matches!(job, Job::Error(_))) {
+            self.jobs.retain(|job| !matches!(job, Job::Reference(_)));
+            self.study.truth.clone_from(&earlier.truth);
+            (self.study.position_scale_m, self.study.velocity_scale_m_s) =
+                (earlier.position_scale_m, earlier.velocity_scale_m_s);
+        }
+        self.total = self.jobs.iter().map(|job| self.weight(*job)).sum();
+    }
+
+    fn plan_jobs(&mut self, rungs: &[u32]) {
+        match self.subject.exact {
+            Some((exact, _)) => self.aim(Target::closed(&self.subject, exact, &self.movable)),
+            None => {
+                let finest = rungs.last().copied().unwrap_or(1).saturating_mul(self.plan.finer.max(2));
+                self.jobs.extend([Job::Reference(finest / 2), Job::Reference(finest)]);
+            }
+        }
+        let cells = 0..self.study.cells.len();
+        self.jobs.extend(cells.clone().map(Job::Error));
+        for _ in 0..self.plan.passes {
+            for cell in cells.clone() {
+                let setting = self.study.cells[cell].setting;
+                if setting.precision == Precision::F64 {
+                    self.jobs.push_back(Job::Time(cell, Host::World));
+                }
+                if self.plan.single.contains(&setting.method) && !self.subject.emits() {
+                    self.jobs.push_back(Job::Time(cell, Host::Arrays));
+                }
+            }
+        }
+        if self.plan.longer > 0 {
+            self.jobs.extend(self.drifts(rungs).map(Job::Drift));
+        }
+        if self.plan.rates && self.subject.ladder.is_none() {
+            self.jobs.push_back(Job::Rates);
+        }
+        self.total = self.jobs.iter().map(|job| self.weight(*job)).sum();
+    }
+
+    /// The settings whose books are kept: every method at the scene's own step, or at the middle of the ladder.
+    fn drifts(&self, rungs: &[u32]) -> impl Iterator<Item = Setting> + use<> {
+        let own = self.subject.own();
+        let middle = rungs[rungs.len() / 2];
+        let substeps = if self.subject.ladder.is_some() { middle } else { own.substeps };
+        let solves = |method: &Method| self.subject.refusal(*method).is_none();
+        let methods: Vec<_> = self.plan.methods.iter().copied().filter(solves).collect();
+        methods.into_iter().map(move |method| Setting { method, substeps, precision: Precision::F64 })
+    }
+
+    /// Goes on for about `seconds` of thread CPU time; `true`: it is done.
+    ///
+    /// A piece that cannot be divided may take longer; then less is done the next times.
+    pub fn work(&mut self, seconds: f64) -> bool {
+        self.credit = (self.credit + seconds).min(seconds);
+        while self.credit > 0.0 {
+            let start = ThreadTime::now();
+            let more = self.piece();
+            self.credit -= start.elapsed().as_secs_f64();
+            if !more {
+                return true;
+            }
+        }
+        self.is_done()
+    }
+
+    /// Whether everything that was planned is run.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.jobs.is_empty() && self.current.is_none()
+    }
+
+    /// What is done of all, in [0, 1].
+    #[must_use]
+    pub fn progress(&self) -> f64 {
+        if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
+    }
+
+    /// What is known so far: a cell that was not run yet is [`Failure::NotRun`].
+    #[must_use]
+    pub const fn study(&self) -> &Study {
+        &self.study
+    }
+
+    /// The states that errors are measured from, at each sample time, of the bodies that can move; `None` before the
+    /// reference is run.
+    #[must_use]
+    pub fn truth(&self) -> Option<&[Vec<Sample>]> {
+        self.target.as_ref().map(Target::samples)
+    }
+
+    /// What was studied.
+    #[must_use]
+    pub const fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
+    /// One tick, or one timing; `false`: there is nothing left.
+    fn piece(&mut self) -> bool {
+        if let Some((job, run)) = &mut self.current {
+            let job = *job;
+            if run.tick()
+                && let Some((_, run)) = self.current.take()
+            {
+                self.finish(job, run);
+                self.done += self.weight(job);
+            }
+            return true;
+        }
+        let Some(job) = self.jobs.pop_front() else { return false };
+        match job {
+            Job::Reference(substeps) => {
+                let setting = Setting { method: REFERENCE, substeps, precision: Precision::F64 };
+                // The truth is the program's own run, whatever is studied.
+                match make(&self.truth, setting, Host::World) {
+                    Ok(runner) => {
+                        let run = Sampled::reference(runner, self.subject.ticks);
+                        self.current = Some((job, Going::Sampled(run)));
+                    }
+                    Err(failure) => self.study.notes.push(format!("no reference: {failure}")),
+                }
+            }
+            Job::Error(cell) => {
+                let setting = self.study.cells[cell].setting;
+                match (self.make)(&self.subject, setting, host(setting)) {
+                    Ok(runner) => {
+                        let run = Sampled::new(runner, self.subject.ticks);
+                        self.current = Some((job, Going::Sampled(run)));
+                    }
+                    Err(failure) => {
+                        self.study.cells[cell].outcome = Outcome::Failed(failure);
+                        self.done += self.weight(job);
+                    }
+                }
+            }
+            Job::Time(cell, host) => {
+                self.time(cell, host);
+                self.done += self.weight(job);
+            }
+            Job::Drift(setting) => {
+                let run = Drifting::new(&self.subject, setting, self.plan.longer);
+                self.current = Some((job, Going::Drifting(Box::new(run))));
+            }
+            Job::Rates => {
+                self.study.rates = super::rates::rates(&self.subject);
+                self.done += self.weight(job);
+            }
+        }
+        true
+    }
+
+    fn finish(&mut self, job: Job, run: Going) {
+        let run = match run {
+            Going::Sampled(run) => run,
+            Going::Drifting(run) => {
+                self.study.drifts.extend(run.finish());
+                return;
+            }
+        };
+        let (samples, more, mut runner) = run.finish();
+        match job {
+            Job::Reference(substeps) => self.finish_reference(substeps, samples, more, &mut *runner),
+            Job::Error(cell) => {
+                let Some(target) = &self.target else { return };
+                let cell = &mut self.study.cells[cell];
+                cell.outcome = target.judge(&samples, &mut *runner);
+                cell.counts = runner.counts();
+                cell.bytes_per_body_step = runner.bytes_per_body();
+            }
+            // Done in one go, or without samples.
+            Job::Time(..) | Job::Drift(_) | Job::Rates => {}
+        }
+    }
+
+    fn finish_reference(&mut self, runs: u32, samples: Samples, more: Samples, runner: &mut dyn Runner) {
+        if let Some(failure) = runner.failure() {
+            self.study.notes.push(format!("the reference itself failed: {failure}"));
+        }
+        let target = Target::new(samples.clone(), more, &self.movable);
+        if let Some(coarse) = self.coarse.replace(samples) {
+            let own = target.errors(&coarse);
+            // An error that is not a number is none to go by either.
+            if own.relative.is_nan() || own.relative > TRUSTED {
+                let mut shorter = self.subject.clone();
+                if shorter.halve(CHAOTIC) {
+                    self.begin_again(shorter);
+                    return;
+                }
+                self.study.notes.push(format!(
+                    "the reference itself is only known to {:.1e}: what is nearer to it cannot be told apart",
+                    own.relative
+                ));
+            }
+            if let Truth::Reference { substeps, relative_error, position_error_m, .. } = &mut self.study.truth
+            {
+                (*substeps, *relative_error, *position_error_m) = (runs, own.relative, own.position_m);
+            }
+            self.coarse = None;
+            self.aim(target);
+        }
+    }
+
+    /// Starts over with a shorter run of the same rungs.
+    fn begin_again(&mut self, subject: Subject) {
+        let mut rungs: Vec<_> = self.study.cells.iter().map(|cell| cell.setting.substeps).collect();
+        rungs.dedup();
+        let make = std::mem::replace(&mut self.make, Box::new(make));
+        let credit = self.credit;
+        *self = Self { credit, ..Self::of_rungs(subject, self.plan.clone(), make, &rungs) };
+    }
+
+    fn aim(&mut self, target: Target) {
+        (self.study.position_scale_m, self.study.velocity_scale_m_s) =
+            (target.position_scale, target.velocity_scale);
+        self.target = Some(target);
+    }
+
+    fn time(&mut self, cell: usize, host: Host) {
+        let setting = self.study.cells[cell].setting;
+        if self.study.cells[cell].errors().is_none() {
+            return;
+        }
+        let Ok(mut runner) = (self.make)(&self.subject, setting, host) else { return };
+        self.yardstick.measure();
+        let trial = &mut self.trials[cell][usize::from(host == Host::Arrays)];
+        trial.pass(&mut *runner, self.subject.ticks, self.plan.timed);
+        let Some(tick) = trial.tick() else { return };
+        #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+        let steps = self.study.bodies.max(1) as f64 * f64::from(setting.substeps);
+        let time = Time {
+            ns_per_body_step: tick * 1e9 / steps,
+            real_time_factor: 1.0 / (self.study.step_hz * tick),
+            yardsticks: tick / steps / self.yardstick.seconds(),
+            quartiles: trial.quartiles(),
+        };
+        let cell = &mut self.study.cells[cell];
+        match host {
+            Host::World => cell.time = Some(time),
+            Host::Arrays => cell.arrays_time = Some(time),
+        }
+    }
+
+    /// About how much work a job is, in evaluations of a tick.
+    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+    fn weight(&self, job: Job) -> f64 {
+        let of = |setting: Setting| {
+            // An implicit step iterates.
+            let solves = if setting.method == Method::ImplicitEuler { 5.0 } else { 1.0 };
+            f64::from(setting.method.claims().evaluations_with_velocity_laws)
+                * f64::from(setting.substeps)
+                * solves
+        };
+        let ticks = self.subject.ticks as f64;
+        match job {
+            Job::Reference(substeps) => 4.0 * f64::from(substeps) * ticks,
+            Job::Error(cell) => of(self.study.cells[cell].setting) * ticks,
+            Job::Time(cell, _) => of(self.study.cells[cell].setting) * ticks.min(20.0),
+            Job::Drift(setting) => of(setting) * ticks * f64::from(self.plan.longer),
+            Job::Rates => {
+                super::rates::seconds(&self.subject) as f64 * of(self.subject.own()) * self.study.step_hz
+            }
+        }
+    }
+}
+
+/// What errors are measured in: the program's own world, and plain arrays for what it has not.
+const fn host(setting: Setting) -> Host {
+    match setting.precision {
+        Precision::F64 => Host::World,
+        Precision::F32 | Precision::CompensatedF32 => Host::Arrays,
+    }
+}
+
+impl Cell {
+    /// Nothing run yet.
+    pub(crate) const fn open(setting: Setting) -> Self {
+        Self {
+            setting,
+            outcome: Outcome::Failed(Failure::NotRun),
+            counts: Counts { accelerations: 0, solver: 0 },
+            time: None,
+            arrays_time: None,
+            bytes_per_body_step: None,
+            instructions_per_tick: None,
+        }
+    }
+
+    /// Whether it has been run.
+    #[must_use]
+    pub fn is_run(&self) -> bool {
+        self.outcome != Outcome::Failed(Failure::NotRun)
+    }
+}
+
+/// The rungs that can be run in the plan's time, by a trial of some ticks. Long runs are shortened before the
+/// ladder gets too short to show a slope; what is left out is noted.
+fn affordable(subject: &mut Subject, plan: &Plan) -> Vec<u32> {
+    let mut rungs = plan.rungs_of(subject);
+    let evaluation = evaluation(subject, rungs[0]);
+    let before = rungs.len();
+    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+    let price = |subject: &Subject, rungs: &[u32]| {
+        evaluation * subject.ticks as f64 * evaluations(subject, plan, rungs)
+    };
+    while price(subject, &rungs) > plan.patience {
+        if rungs.len() > ENOUGH || rungs.len() > AT_LEAST && !subject.yields {
+            rungs.pop();
+        } else if subject.seconds() < SHORTEST || !subject.halve(LONG) {
+            if rungs.len() <= AT_LEAST {
+                break;
+            }
+            rungs.pop();
+        }
+    }
+    if rungs.len() < before {
+        let finest = rungs.last().copied().unwrap_or(1);
+        subject.notes.push(format!("more than {finest} substeps would have taken too long for this plan"));
+    }
+    rungs
+}
+
+/// Thread CPU time of one evaluation of all bodies, s, about.
+fn evaluation(subject: &Subject, substeps: u32) -> f64 {
+    let probe = Setting { method: REFERENCE, substeps, precision: Precision::F64 };
+    let mut run = subject.run(probe);
+    run.ticks(1);
+    let (start, mut ticks) = (ThreadTime::now(), 0.0);
+    while ticks < 8.0 && start.elapsed().as_secs_f64() < 0.02 {
+        run.ticks(1);
+        ticks += 1.0;
+    }
+    start.elapsed().as_secs_f64() / ticks / (4.0 * f64::from(substeps))
+}
+
+/// Evaluations of a tick that all errors of a plan take together, about.
+fn evaluations(subject: &Subject, plan: &Plan, rungs: &[u32]) -> f64 {
+    let steps: f64 = rungs.iter().map(|rung| f64::from(*rung)).sum();
+    let of = |method: &Method| {
+        let solves = if *method == Method::ImplicitEuler { 10.0 } else { 1.0 };
+        let precisions = if plan.single.contains(method) && !subject.emits() { 4.0 } else { 1.0 };
+        f64::from(method.claims().evaluations_with_velocity_laws) * solves * precisions
+    };
+    let finest = f64::from(rungs.last().copied().unwrap_or(1));
+    let reference = if subject.exact.is_some() { 0.0 } else { 6.0 * finest * f64::from(plan.finer) };
+    steps * plan.methods.iter().map(of).sum::<f64>() + reference
+}

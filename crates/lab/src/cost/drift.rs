@@ -1,0 +1,94 @@
+//! Energy that a method invents or loses over short and long runs, by the books.
+
+use motion::Ledger;
+
+use super::record::{Drift, Setting};
+use super::subject::Subject;
+use crate::run::Run;
+
+/// Points of a series, about.
+const POINTS: u64 = 200;
+
+/// A run whose books are kept.
+pub(crate) struct Drifting {
+    setting: Setting,
+    run: Run,
+    ledger: Ledger,
+    tick: u64,
+    short: u64,
+    ticks: u64,
+    /// Length of a tick, s.
+    length: f64,
+    every: u64,
+    largest: f64,
+    series: Vec<(f64, f64)>,
+    found: Vec<Drift>,
+}
+
+impl Drifting {
+    /// A run of `setting` that is `longer` times as long as the subject's, at least once.
+    pub fn new(subject: &Subject, setting: Setting, longer: u32) -> Self {
+        // The ticks of a problem are far longer than its substeps, and books are kept by the tick.
+        let (mut subject, mut inner) = (subject.clone(), setting);
+        if subject.ladder.is_some() {
+            subject.scene.step_hz *= f64::from(setting.substeps);
+            subject.ticks *= u64::from(setting.substeps);
+            inner.substeps = 1;
+        }
+        let mut run = subject.run(inner);
+        let ledger = Ledger::open(&mut run.world);
+        let ticks = subject.ticks * u64::from(longer.max(1));
+        Self {
+            setting,
+            run,
+            ledger,
+            tick: 0,
+            short: subject.ticks,
+            ticks,
+            length: 1.0 / subject.scene.step_hz,
+            every: (ticks / POINTS).max(1),
+            largest: 0.0,
+            series: Vec::new(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Simulates one tick; whether it was the last.
+    pub fn tick(&mut self) -> bool {
+        self.ledger.tick(&mut self.run.stepper, &mut self.run.world);
+        self.tick += 1;
+        let residual = self.ledger.relative_residual();
+        // Both energies are 0 where nothing moves.
+        let residual =
+            if residual.is_nan() && self.ledger.energies().total() == 0.0 { 0.0 } else { residual };
+        // NaN stays.
+        self.largest = if residual <= self.largest { self.largest } else { residual };
+        if self.tick.is_multiple_of(self.every) && residual.is_finite() {
+            self.series.push((self.time(), residual));
+        }
+        if self.tick == self.short || self.tick == self.ticks {
+            self.note();
+        }
+        self.tick == self.ticks
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+    fn time(&self) -> f64 {
+        self.tick as f64 * self.length
+    }
+
+    fn note(&mut self) {
+        let failed = !self.run.world.resource::<motion::Quarantine>().records().is_empty();
+        self.found.push(Drift {
+            setting: self.setting,
+            long: self.tick > self.short,
+            simulated_s: self.time(),
+            largest: (self.largest.is_finite() && !failed).then_some(self.largest),
+            series: self.series.clone(),
+        });
+    }
+
+    pub fn finish(self) -> Vec<Drift> {
+        self.found
+    }
+}

@@ -1,0 +1,162 @@
+//! What a study's numbers say: orders, fronts, crossings.
+
+use motion::Method;
+
+use super::record::{Cell, Precision, Setting, Study};
+
+/// What an error is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Accuracy {
+    /// [`Errors::relative`](super::Errors::relative).
+    Relative,
+    /// [`Errors::position_m`](super::Errors::position_m).
+    Position,
+    /// [`Errors::velocity_m_s`](super::Errors::velocity_m_s).
+    Velocity,
+}
+
+/// What a cost is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cost {
+    /// Evaluations of one body a simulated second, those of solvers among them.
+    Evaluations,
+    /// Thread CPU time of one simulated second of one body, ns.
+    Time,
+    /// Thread CPU seconds a simulated second: the reciprocal of the real-time factor.
+    RealTime,
+    /// Instructions of a simulated second.
+    Instructions,
+}
+
+impl Study {
+    /// Length of a substep of that setting, s.
+    #[must_use]
+    pub fn step_s(&self, setting: Setting) -> f64 {
+        1.0 / (self.step_hz * f64::from(setting.substeps))
+    }
+
+    /// The error of a cell, unless it failed.
+    #[must_use]
+    pub fn error(&self, cell: &Cell, accuracy: Accuracy) -> Option<f64> {
+        let errors = cell.errors()?;
+        Some(match accuracy {
+            Accuracy::Relative => errors.relative,
+            Accuracy::Position => errors.position_m,
+            Accuracy::Velocity => errors.velocity_m_s,
+        })
+    }
+
+    /// The cost of a cell, failed or not; `None` if it was not measured.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
+        let bodies = self.bodies.max(1) as f64;
+        let time = || match cell.setting.precision {
+            Precision::F64 => cell.time.as_ref(),
+            _ => cell.arrays_time.as_ref(),
+        };
+        match cost {
+            Cost::Evaluations => {
+                let evaluations = (cell.counts.accelerations + cell.counts.solver) as f64;
+                Some(evaluations / (bodies * self.simulated_s))
+            }
+            Cost::Time => Some(time()?.ns_per_body_step * self.step_hz * f64::from(cell.setting.substeps)),
+            Cost::RealTime => Some(1.0 / time()?.real_time_factor),
+            Cost::Instructions => Some(cell.instructions_per_tick? * self.step_hz),
+        }
+    }
+
+    /// The cells of a curve, in the order of their substeps.
+    pub fn curve(&self, method: Method, precision: Precision) -> impl Iterator<Item = &Cell> {
+        self.cells
+            .iter()
+            .filter(move |cell| cell.setting.method == method && cell.setting.precision == precision)
+    }
+
+    /// The least error that is told from round-off, and from the truth's own, of a run of f64 of `steps` steps.
+    pub(crate) fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+        let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
+        let scale = match accuracy {
+            Accuracy::Relative => 1.0,
+            Accuracy::Position => self.position_scale_m,
+            Accuracy::Velocity => self.velocity_scale_m_s,
+        };
+        let own = match accuracy {
+            Accuracy::Relative => self.truth.own_error().0,
+            Accuracy::Position => self.truth.own_error().1,
+            Accuracy::Velocity => self.truth.own_error().0 * self.velocity_scale_m_s,
+        };
+        (1e3 * f64::EPSILON * steps * scale).max(10.0 * own)
+    }
+
+    /// The order of a method: the slope of its error against the step on the finest two rungs of f64 whose
+    /// errors stand well above round-off and the truth's own, as numbers of the usual convergence test have it
+    /// (SciML, `analyticless_convergence_tests`). `None` where no two of them do: a method that is exact.
+    #[must_use]
+    pub fn order(&self, method: Method, accuracy: Accuracy) -> Option<f64> {
+        let points: Vec<_> = self
+            .curve(method, Precision::F64)
+            .filter_map(|cell| Some((cell, self.error(cell, accuracy)?)))
+            .filter(|(cell, error)| *error > self.trusted(cell, accuracy))
+            .map(|(cell, error)| (self.step_s(cell.setting), error))
+            .collect();
+        let [.., (coarse, large), (fine, small)] = points[..] else { return None };
+        Some((large / small).ln() / (coarse / fine).ln())
+    }
+
+    /// The settings that no other one of f64 beats in both error and cost, the cheapest first.
+    #[must_use]
+    pub fn front(&self, accuracy: Accuracy, cost: Cost) -> Vec<&Cell> {
+        let mut points: Vec<_> = self
+            .cells
+            .iter()
+            .filter(|cell| cell.setting.precision == Precision::F64)
+            .filter_map(|cell| Some((self.cost(cell, cost)?, self.error(cell, accuracy)?, cell)))
+            .collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let mut least = f64::INFINITY;
+        points.retain(|(_, error, _)| {
+            let better = *error < least;
+            least = least.min(*error);
+            better
+        });
+        points.into_iter().map(|(.., cell)| cell).collect()
+    }
+
+    /// Where the curve of `second` begins to be the more accurate one at equal cost, between rungs by straight
+    /// lines in logarithms: (cost, error). `None` if it never does, or always is.
+    #[must_use]
+    pub fn overtakes(
+        &self,
+        second: Method,
+        first: Method,
+        accuracy: Accuracy,
+        cost: Cost,
+    ) -> Option<(f64, f64)> {
+        let line = |method| -> Vec<(f64, f64)> {
+            self.curve(method, Precision::F64)
+                .filter_map(|cell| Some((self.cost(cell, cost)?.ln(), self.error(cell, accuracy)?.ln())))
+                .filter(|(cost, error)| cost.is_finite() && error.is_finite())
+                .collect()
+        };
+        let (first, second) = (line(first), line(second));
+        let mut costs: Vec<_> = first.iter().chain(&second).map(|(cost, _)| *cost).collect();
+        costs.sort_by(f64::total_cmp);
+        let gap = |at: f64| Some(between(&second, at)? - between(&first, at)?);
+        let gaps: Vec<_> = costs.into_iter().filter_map(|at| Some((at, gap(at)?))).collect();
+        let at = gaps.windows(2).rev().find_map(|pair| {
+            let [(a, above), (b, below)] = *pair else { return None };
+            (above > 0.0 && below <= 0.0).then(|| a + (b - a) * above / (above - below))
+        })?;
+        Some((at.exp(), between(&second, at)?.exp()))
+    }
+}
+
+/// The height of a line of ascending points at `at`; `None` outside of it.
+fn between(line: &[(f64, f64)], at: f64) -> Option<f64> {
+    line.windows(2).find_map(|pair| {
+        let [(a, left), (b, right)] = *pair else { return None };
+        (a <= at && at <= b).then(|| if a == b { left } else { left + (right - left) * (at - a) / (b - a) })
+    })
+}

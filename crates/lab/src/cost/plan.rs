@@ -1,0 +1,116 @@
+//! What is run: methods, rungs, precisions, and how carefully time is measured.
+
+use motion::Method;
+
+use super::record::{Precision, Setting};
+use super::subject::Subject;
+
+/// What a study runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Methods of f64.
+    pub methods: Vec<Method>,
+    /// Methods of single precision, plain and compensated; of no use beyond `methods`.
+    pub single: Vec<Method>,
+    /// Substeps that are tried: those within the subject's own range; ascending.
+    pub rungs: Vec<u32>,
+    /// How much finer than the finest rung the reference is, at least 2.
+    pub finer: u32,
+    /// How often each setting is timed; 0: not at all.
+    pub passes: u32,
+    /// Thread CPU time of one timing at most, s: of a longer run, its beginning is timed.
+    pub timed: f64,
+    /// How many times longer the long runs of energy are; 0: none.
+    pub longer: u32,
+    /// Whether the same second is run at several frame rates.
+    pub rates: bool,
+    /// Thread CPU time after which finer rungs are left out, s.
+    pub patience: f64,
+}
+
+impl Plan {
+    /// Everything.
+    #[must_use]
+    pub fn full() -> Self {
+        Self {
+            methods: Method::ALL.to_vec(),
+            single: Method::ALL.to_vec(),
+            rungs: half_octaves(1, 8192),
+            finer: 4,
+            passes: 9,
+            timed: 0.05,
+            longer: 10,
+            rates: true,
+            patience: 600.0,
+        }
+    }
+
+    /// An answer for `subjects` of them within a minute.
+    #[must_use]
+    pub fn quick(subjects: usize) -> Self {
+        #[expect(clippy::cast_precision_loss, reason = "a count of subjects")]
+        let share = 1.0 / subjects.max(1) as f64;
+        Self {
+            single: vec![Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4],
+            rungs: octaves(1, 8192),
+            passes: 5,
+            timed: 0.01 * share.max(0.2),
+            longer: 4,
+            patience: 24.0 * share,
+            ..Self::full()
+        }
+    }
+
+    /// For a running window: the same errors and counts at fewer rungs, without what the window does not show.
+    #[must_use]
+    pub fn live() -> Self {
+        Self {
+            single: Vec::new(),
+            rungs: octaves(1, 16),
+            passes: 5,
+            timed: 0.005,
+            longer: 0,
+            rates: false,
+            patience: 20.0,
+            ..Self::full()
+        }
+    }
+
+    /// The rungs for `subject`: of a scene up to 64, beyond which hardly any is worth its price, and its own.
+    pub(crate) fn rungs_of(&self, subject: &Subject) -> Vec<u32> {
+        let (coarsest, finest) = subject.ladder.unwrap_or((1, 64));
+        let fits = |rung: &u32| (coarsest..=finest).contains(rung);
+        let own = subject.ladder.is_none().then_some(subject.own().substeps);
+        let mut rungs: Vec<_> = self.rungs.iter().copied().filter(fits).chain(own).collect();
+        rungs.sort_unstable();
+        rungs.dedup();
+        if rungs.is_empty() { vec![coarsest] } else { rungs }
+    }
+
+    /// Every setting, coarse ones first.
+    pub(crate) fn settings(&self, rungs: &[u32]) -> Vec<Setting> {
+        let mut settings = Vec::new();
+        for &substeps in rungs {
+            for &method in &self.methods {
+                let precisions =
+                    if self.single.contains(&method) { &Precision::ALL[..] } else { &[Precision::F64] };
+                settings.extend(precisions.iter().map(|precision| Setting {
+                    method,
+                    substeps,
+                    precision: *precision,
+                }));
+            }
+        }
+        settings
+    }
+}
+
+fn octaves(from: u32, to: u32) -> Vec<u32> {
+    std::iter::successors(Some(from), |rung| rung.checked_mul(2)).take_while(|rung| *rung <= to).collect()
+}
+
+/// 1, 2, 3, 4, 6, 8, 12, ...
+fn half_octaves(from: u32, to: u32) -> Vec<u32> {
+    let between = |rung: u32| [Some(rung), rung.is_multiple_of(2).then_some(rung / 2 * 3)];
+    octaves(from, to).into_iter().flat_map(between).flatten().filter(|rung| *rung <= to).collect()
+}

@@ -1,0 +1,266 @@
+//! Problems with known solutions, by name.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use motion::real::{Real, RealMatrix as _, RealVector as _};
+use motion::{BodyState, Jacobians, Law, Moment};
+
+use super::exact::{eccentric_anomaly, jacobi};
+
+/// Position, m, and velocity, m/s.
+pub type State = (DVec3, DVec3);
+
+/// A problem that every method can be tried on.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem {
+    /// The word for it on the command line.
+    pub name: &'static str,
+    /// One line about it.
+    pub description: &'static str,
+    /// The bodies and laws, as a scene file whose tick is an eighth of the run.
+    pub(crate) scene: fn() -> String,
+    /// A law that no scene file can declare.
+    pub(crate) law: Option<Extra>,
+    /// The state of every body that can move, in the order of the file, at a time in s.
+    pub(crate) exact: Option<(fn(f64) -> Vec<State>, &'static str)>,
+    /// Length of a natural period, s.
+    pub(crate) period: Option<f64>,
+    /// Steps of a tick: from hopeless to round-off.
+    pub(crate) ladder: (u32, u32),
+}
+
+/// Laws for problems.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extra {
+    /// `x'' = -x - 2 x³` along every axis.
+    Duffing,
+}
+
+impl Extra {
+    pub fn law<T: Real>(self) -> Box<dyn Law<T>> {
+        match self {
+            Self::Duffing => Box::new(Duffing),
+        }
+    }
+}
+
+/// Duffing's hardening spring without damping and drive, of unit mass: `x'' = -x - 2 x³` along every axis.
+#[derive(Debug)]
+struct Duffing;
+
+impl<T: Real> Law<T> for Duffing {
+    fn name(&self) -> &'static str {
+        "duffing"
+    }
+
+    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+        let part = |x: T| -(x + T::of(2.0) * x * x * x);
+        T::Vector::from_array(body.position.to_array().map(part))
+    }
+
+    fn jacobians(&self, _: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
+        let [x, y, z] = body.position.to_array().map(|x| -(T::ONE + T::of(6.0) * x * x));
+        let column = |parts| T::Vector::from_array(parts);
+        let zero = T::ZERO;
+        Jacobians {
+            position: T::Matrix::from_columns([
+                column([x, zero, zero]),
+                column([zero, y, zero]),
+                column([zero, zero, z]),
+            ]),
+            ..Jacobians::zero()
+        }
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+
+    fn has_potential(&self) -> bool {
+        true
+    }
+
+    fn potential_energy(&self, body: BodyState<T>) -> T {
+        let part = |x: T| T::of(0.5) * x * x * (T::ONE + x * x);
+        let energy: T = body.position.to_array().into_iter().map(part).sum();
+        energy * (T::ONE / body.inverse_mass)
+    }
+}
+
+/// Eccentricity of the orbit.
+const ECCENTRICITY: f64 = 0.6;
+/// Angular frequency of the oscillators, rad/s, and decay rate of the damped one, 1/s: a fifth of critical.
+const FREQUENCY: f64 = 2.0;
+const DECAY: f64 = 2.0 * 0.2 * FREQUENCY;
+/// Falling: gravity, m/s², and drag, 1/s.
+const FALL: f64 = 9.8;
+const DRAG: f64 = 0.4;
+
+/// Every problem.
+pub const PROBLEMS: [Problem; 8] = [
+    Problem {
+        name: "free_fall",
+        description: "A throw in uniform gravity, 2 s: what a constant force costs each method",
+        scene: || {
+            one_body(4.0, "gravity: (acceleration_m_s2: (0, -9.8, 0)),", "velocity_m_s: (3, 10, 0)", "")
+        },
+        law: None,
+        exact: Some((free_fall, "Galilei 1638: x = x0 + v0 t + g t² / 2")),
+        period: None,
+        ladder: (1, 256),
+    },
+    Problem {
+        name: "terminal_fall",
+        description: "A fall against linear drag towards its terminal speed, 8 s",
+        scene: || {
+            let laws = "gravity: (acceleration_m_s2: (0, -9.8, 0)), drag: (linear_per_s: 0.4),";
+            one_body(1.0, laws, "velocity_m_s: (3, 10, 0)", "")
+        },
+        law: None,
+        exact: Some((terminal_fall, "v = v_t + (v0 - v_t) e^(-c t)")),
+        period: None,
+        ladder: (1, 1024),
+    },
+    Problem {
+        name: "harmonic_oscillator",
+        description: "A mass on an ideal spring, 5 periods",
+        scene: || oscillator_scene(5),
+        law: None,
+        exact: Some((oscillator, "x = x0 cos w t + v0 / w sin w t")),
+        period: Some(TAU / FREQUENCY),
+        ladder: (4, 4096),
+    },
+    Problem {
+        name: "damped_oscillator",
+        description: "The same with drag of a fifth of the critical damping, 2 periods",
+        scene: || {
+            let start = "position_m: (1, 0, 0), velocity_m_s: (0.5, 0, 0)";
+            one_body(4.0 * FREQUENCY / TAU, &format!("drag: (linear_per_s: {DECAY:?}),"), start, SPRING)
+        },
+        law: None,
+        exact: Some((damped_oscillator, "x'' = -w² x - c x', underdamped")),
+        period: Some(TAU / FREQUENCY),
+        ladder: (1, 1024),
+    },
+    Problem {
+        name: "kepler",
+        description: "An orbit of eccentricity 0.6, 5 times around",
+        scene: || {
+            let start = format!(
+                "position_m: ({:?}, 0, 0), velocity_m_s: (0, {:?}, 0)",
+                1.0 - ECCENTRICITY,
+                ((1.0 + ECCENTRICITY) / (1.0 - ECCENTRICITY)).sqrt()
+            );
+            one_body(8.0 / (5.0 * TAU), "wells: [(strength_m3_s2: 1)],", &start, "")
+        },
+        law: None,
+        exact: Some((kepler, "Kepler 1609: t = E - e sin E")),
+        period: Some(TAU),
+        ladder: (16, 8192),
+    },
+    Problem {
+        name: "duffing",
+        description: "A spring that hardens, x'' = -x - 2 x³, 8 s",
+        scene: || one_body(1.0, "", "position_m: (1, 0, 0)", ""),
+        law: Some(Extra::Duffing),
+        exact: Some((duffing, "Duffing 1918: x = cn(sqrt(3) t | 1/3)")),
+        period: None,
+        ladder: (4, 4096),
+    },
+    Problem {
+        name: "elastic_pendulum",
+        description: "A mass that swings on a spring, chaotic in the long run, 5 s",
+        scene: || {
+            let start = "position_m: (0.6, -1, 0)";
+            let spring =
+                "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 100, rest_length_m: 1)],";
+            one_body(1.6, "gravity: (acceleration_m_s2: (0, -9.81, 0)),", start, spring)
+        },
+        law: None,
+        exact: None,
+        period: None,
+        ladder: (8, 2048),
+    },
+    Problem {
+        name: "tetrahedron",
+        description: "A soft body of four masses and six springs, thrown, 2 s",
+        scene: || tetrahedron().to_owned(),
+        law: None,
+        exact: None,
+        period: None,
+        ladder: (4, 1024),
+    },
+];
+
+const SPRING: &str = "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 4, rest_length_m: 0)],";
+
+/// The problem of that name.
+#[must_use]
+pub fn problem(name: &str) -> Option<&'static Problem> {
+    PROBLEMS.iter().find(|problem| problem.name == name)
+}
+
+/// A scene with one body of 1 kg and, where something hangs on it, an anchor at the origin.
+fn one_body(step_hz: f64, laws: &str, start: &str, springs: &str) -> String {
+    let anchor = if springs.is_empty() { "" } else { "(name: \"anchor\", immovable: true)," };
+    format!(
+        "(version: 1, step_hz: {step_hz:?}, {laws} bodies: [{anchor} (name: \"body\", {start})], {springs})"
+    )
+}
+
+fn tetrahedron() -> &'static str {
+    "(version: 1, step_hz: 4, bodies: [
+        (name: \"a\", mass_kg: 1, velocity_m_s: (0.5, 0, 0)), (name: \"b\", mass_kg: 2, position_m: (1.25, 0, 0)),
+        (name: \"c\", mass_kg: 3, position_m: (0, 1.25, 0)), (name: \"d\", mass_kg: 4, position_m: (0, 0, 1.25))],
+      springs: [
+        (between: (\"a\", \"b\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"a\", \"c\"), stiffness_n_m: 50, rest_length_m: 1),
+        (between: (\"a\", \"d\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"b\", \"c\"), stiffness_n_m: 50, rest_length_m: 1),
+        (between: (\"b\", \"d\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"c\", \"d\"), stiffness_n_m: 50, rest_length_m: 1)])"
+}
+
+fn free_fall(t: f64) -> Vec<State> {
+    let (v0, g) = (DVec3::new(3.0, 10.0, 0.0), DVec3::NEG_Y * FALL);
+    vec![(v0 * t + g * (t * t / 2.0), v0 + g * t)]
+}
+
+fn terminal_fall(t: f64) -> Vec<State> {
+    let (v0, end) = (DVec3::new(3.0, 10.0, 0.0), DVec3::NEG_Y * (FALL / DRAG));
+    let left = v0 - end;
+    vec![(end * t - left * ((-DRAG * t).exp_m1() / DRAG), end + left * (-DRAG * t).exp())]
+}
+
+fn oscillator(t: f64) -> Vec<State> {
+    let (sin, cos) = (FREQUENCY * t).sin_cos();
+    vec![(DVec3::X * (cos + 0.5 / FREQUENCY * sin), DVec3::X * (0.5 * cos - FREQUENCY * sin))]
+}
+
+fn damped_oscillator(t: f64) -> Vec<State> {
+    let half = DECAY / 2.0;
+    let w = (FREQUENCY * FREQUENCY - half * half).sqrt();
+    let (a, b) = (1.0, (0.5 + half) / w);
+    let ((sin, cos), decay) = ((w * t).sin_cos(), (-half * t).exp());
+    let x = decay * (a * cos + b * sin);
+    vec![(DVec3::X * x, DVec3::X * (decay * w * (b * cos - a * sin) - half * x))]
+}
+
+fn kepler(t: f64) -> Vec<State> {
+    let e = ECCENTRICITY;
+    let (sin, cos) = eccentric_anomaly(t, e).sin_cos();
+    let (minor, rate) = ((1.0 - e * e).sqrt(), 1.0 / (1.0 - e * cos));
+    vec![(DVec3::new(cos - e, minor * sin, 0.0), DVec3::new(-sin * rate, minor * cos * rate, 0.0))]
+}
+
+fn duffing(t: f64) -> Vec<State> {
+    let w = 3.0_f64.sqrt();
+    let (sn, cn, dn) = jacobi(w * t, 1.0 / 3.0);
+    vec![(DVec3::X * cn, DVec3::X * (-w * sn * dn))]
+}
+
+/// The oscillator over so many whole periods, at least 1. Over 8 it would be looked at in one phase
+/// alone, in which the position of semi-implicit Euler happens to be right.
+#[must_use]
+pub(crate) fn oscillator_scene(periods: u32) -> String {
+    let step_hz = 8.0 / f64::from(periods) * FREQUENCY / TAU;
+    one_body(step_hz, "", "position_m: (1, 0, 0), velocity_m_s: (0.5, 0, 0)", SPRING)
+}

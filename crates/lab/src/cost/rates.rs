@@ -1,0 +1,135 @@
+//! The same second at several frame rates.
+
+use glam::DVec3;
+use motion::{Damping, DampingModel, Method, PushQueue, Request, Requests, StableId, TimeStep};
+
+use super::record::{Precision, RateRow, Setting};
+use super::subject::Subject;
+use crate::run::Run;
+
+/// Frames a second.
+const RATES: [f64; 5] = [15.0, 30.0, 60.0, 144.0, 240.0];
+
+/// How many times finer the second is that others are compared with.
+const FINER: u32 = 100;
+
+/// The frame rate at which a force for one frame is the impulse that it is compared with.
+const EVEN: f64 = 60.0;
+
+/// Rows that a second takes: two kinds of step and two of push, and two models of damping where there is one.
+#[must_use]
+pub(crate) fn seconds(subject: &Subject) -> usize {
+    RATES.len() * 4 * models(subject).len()
+}
+
+fn models(subject: &Subject) -> Vec<Option<DampingModel>> {
+    match subject.scene.damping {
+        Some(_) => vec![Some(DampingModel::Tutorial), Some(DampingModel::Exact)],
+        None => vec![None],
+    }
+}
+
+/// A second of `subject` by its own method: at each rate by ticks as long as frames and by ticks of its own, with
+/// each model of damping if it has any, its first body pushed by a force for one tick and by an impulse.
+#[must_use]
+pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
+    let Some(body) = pushed(subject) else { return Vec::new() };
+    let newtons = subject.scene.push.map_or(10.0, |push| push.start);
+    let mut rows = Vec::new();
+    for model in models(subject) {
+        let truth = Second { subject, body, model: model.map(|_| DampingModel::Exact), newtons };
+        let fine = Setting { method: Method::RungeKutta4, substeps: FINER, precision: Precision::F64 };
+        let start = truth.run(fine).place(body);
+        let aim = truth.impulse(fine, subject.scene.step_hz);
+        for frame_hz in RATES {
+            for (step, tick_hz) in [("frame", frame_hz), ("fixed", subject.scene.step_hz)] {
+                for push in ["force", "impulse"] {
+                    let second = Second { model, ..truth };
+                    let end = match push {
+                        "force" => second.force(subject.own(), tick_hz),
+                        _ => second.impulse(subject.own(), tick_hz),
+                    };
+                    let distance = |from: Option<DVec3>| {
+                        let distance = from?.distance(end?);
+                        distance.is_finite().then_some(distance)
+                    };
+                    rows.push(RateRow {
+                        frame_hz,
+                        step: step.to_owned(),
+                        damping: model.map_or("none", DampingModel::name).to_owned(),
+                        push: push.to_owned(),
+                        ticks: ticks(tick_hz),
+                        moved_m: distance(start),
+                        off_m: distance(aim),
+                    });
+                }
+            }
+        }
+    }
+    rows
+}
+
+/// The body that is pushed: the first that can move.
+fn pushed(subject: &Subject) -> Option<u32> {
+    let bodies = (0..).zip(&subject.scene.bodies);
+    bodies.filter(|(_, body)| body.inverse_mass.is_some_and(|w| w > 0.0)).map(|(id, _)| id).next()
+}
+
+/// Ticks of a second.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive")]
+fn ticks(tick_hz: f64) -> u64 {
+    tick_hz.round() as u64
+}
+
+#[derive(Clone, Copy)]
+struct Second<'a> {
+    subject: &'a Subject,
+    body: u32,
+    model: Option<DampingModel>,
+    newtons: f64,
+}
+
+impl Second<'_> {
+    fn run(&self, setting: Setting) -> Run {
+        let mut subject = self.subject.clone();
+        subject.scene.damping =
+            subject.scene.damping.zip(self.model).map(|(damping, model)| Damping { model, ..damping });
+        subject.run(setting)
+    }
+
+    /// Where the body ends that a force pushes in the first tick, m; `None` if it was frozen on the way.
+    fn force(&self, setting: Setting, tick_hz: f64) -> Option<DVec3> {
+        let mut run = self.run(setting);
+        let body = run.entity(self.body)?;
+        run.world.resource_mut::<PushQueue>().push_once(body, DVec3::X * self.newtons);
+        self.end(run, tick_hz)
+    }
+
+    /// The same of the impulse that the force is at [`EVEN`].
+    fn impulse(&self, setting: Setting, tick_hz: f64) -> Option<DVec3> {
+        let mut run = self.run(setting);
+        let body = run.entity(self.body)?;
+        let impulse = DVec3::X * (self.newtons / EVEN);
+        run.world.resource_mut::<Requests>().ask(Request::Impulse(body, impulse));
+        self.end(run, tick_hz)
+    }
+
+    fn end(&self, mut run: Run, tick_hz: f64) -> Option<DVec3> {
+        run.world.insert_resource(TimeStep(1.0 / tick_hz));
+        run.ticks(ticks(tick_hz));
+        let sound = run.world.resource::<motion::Quarantine>().records().is_empty();
+        run.place(self.body).filter(|_| sound)
+    }
+}
+
+impl Run {
+    fn entity(&mut self, id: u32) -> Option<bevy_ecs::entity::Entity> {
+        let mut bodies = self.world.query::<(bevy_ecs::entity::Entity, &StableId)>();
+        bodies.iter(&self.world).find(|(_, other)| other.0 == id).map(|(entity, _)| entity)
+    }
+
+    fn place(&mut self, id: u32) -> Option<DVec3> {
+        let entity = self.entity(id)?;
+        self.world.get::<motion::Transform>(entity).map(|transform| transform.position)
+    }
+}

@@ -1,0 +1,329 @@
+//! What a study of accuracy and cost found: plain data, written as JSON and read again.
+
+use std::fmt;
+
+use motion::Method;
+use serde::{Deserialize, Serialize};
+
+/// Number type and way of adding of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// Double precision, as the program simulates.
+    F64,
+    /// Single precision.
+    F32,
+    /// Single precision with compensated sums (Kahan 1965).
+    CompensatedF32,
+}
+
+impl Precision {
+    /// All of them, the most precise first.
+    pub const ALL: [Self; 3] = [Self::F64, Self::CompensatedF32, Self::F32];
+
+    /// The word for it in tables and files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F64 => "f64",
+            Self::F32 => "f32",
+            Self::CompensatedF32 => "compensated_f32",
+        }
+    }
+}
+
+/// One point of the diagram: a method, the parts of a tick, a precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Setting {
+    /// Method of every body.
+    #[serde(with = "method_name")]
+    pub method: Method,
+    /// Parts of a tick, at least 1.
+    pub substeps: u32,
+    /// What it is reckoned in.
+    pub precision: Precision,
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} x {}", self.method.name(), self.substeps)?;
+        if self.precision == Precision::F64 { Ok(()) } else { write!(f, " in {}", self.precision.name()) }
+    }
+}
+
+/// How far a run is from the truth, each the largest over the sample times and bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// `max sqrt((|dx| / X)² + (|dv| / V)²)` with the scales of the study, no unit.
+    pub relative: f64,
+    /// Distance from where the body should be, m.
+    pub position_m: f64,
+    /// Of the velocity, m/s. Position Verlet shows the velocity half a step before its positions.
+    pub velocity_m_s: f64,
+}
+
+/// Why a run is a mark and no point.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Failure {
+    /// It left the scale of the motion more than [`BLOWN_UP`] fold, or turned non-finite.
+    BlewUp,
+    /// A body was quarantined.
+    Quarantined {
+        /// Its name.
+        body: String,
+        /// The tick that it did not survive.
+        tick: u64,
+    },
+    /// Implicit steps were taken as the last iteration left them.
+    Unconverged {
+        /// How many.
+        steps: u64,
+    },
+    /// The study was stopped before it.
+    NotRun,
+    /// The method cannot solve what the scene declares.
+    Unsolvable {
+        /// Why.
+        why: String,
+    },
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BlewUp => write!(f, "blew up"),
+            Self::Quarantined { body, tick } => write!(f, "{body} was quarantined in tick {tick}"),
+            Self::Unconverged { steps } => write!(f, "{steps} steps did not converge"),
+            Self::NotRun => write!(f, "was not run"),
+            Self::Unsolvable { why } => write!(f, "{why}"),
+        }
+    }
+}
+
+/// A relative error from which a run has blown up.
+pub const BLOWN_UP: f64 = 100.0;
+
+/// What became of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// It went through.
+    Finished(Errors),
+    /// It did not: a mark at its cost, and no point.
+    Failed(Failure),
+}
+
+/// What a run took in evaluations, counted in the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Counts {
+    /// Accelerations of one body by all laws together, evaluated once.
+    pub accelerations: u64,
+    /// What solvers took on top, in accelerations of one body: Newton iterations, and products of a group's
+    /// derivatives, one for each of its bodies an iteration of conjugate gradients.
+    pub solver: u64,
+}
+
+/// What a run took in time: thread CPU time, the least of several runs block by block.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Time {
+    /// Of one substep of one body, ns.
+    pub ns_per_body_step: f64,
+    /// Simulated seconds a second of CPU time.
+    pub real_time_factor: f64,
+    /// In steps of the yardstick: a fixed loop of semi-implicit Euler, timed in turns with it.
+    pub yardsticks: f64,
+    /// Quartiles of the total over the runs as ratios to the least: 1 is what the least of a quiet machine has.
+    pub quartiles: [f64; 3],
+}
+
+/// A setting and what it came to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// What was run.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// How accurate it was.
+    pub outcome: Outcome,
+    /// Evaluations of the whole run.
+    pub counts: Counts,
+    /// Time in the world of entities, of f64; `None` if not measured (yet).
+    pub time: Option<Time>,
+    /// Time of the same kernels on plain arrays: comparable between precisions.
+    pub arrays_time: Option<Time>,
+    /// Bytes of state that a step of a body reads or writes on plain arrays.
+    pub bytes_per_body_step: Option<f64>,
+    /// Instructions of one tick, by callgrind.
+    pub instructions_per_tick: Option<f64>,
+}
+
+impl Cell {
+    /// The errors of a run that went through.
+    #[must_use]
+    pub const fn errors(&self) -> Option<Errors> {
+        match self.outcome {
+            Outcome::Finished(errors) => Some(errors),
+            Outcome::Failed(_) => None,
+        }
+    }
+}
+
+/// What errors are measured against.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Truth {
+    /// A closed form.
+    ClosedForm {
+        /// Author, year or equation.
+        source: String,
+    },
+    /// A run at far finer steps.
+    Reference {
+        /// Its method.
+        #[serde(with = "method_name")]
+        method: Method,
+        /// Its parts of a tick.
+        substeps: u32,
+        /// Its own error, from its distance to a run of half as many: as [`Errors::relative`].
+        relative_error: f64,
+        /// The same in m.
+        position_error_m: f64,
+        /// Whether tick-wise damping stood as the law that it stands for.
+        exact_damping: bool,
+    },
+}
+
+impl Truth {
+    /// Errors below this cannot be told from those of the truth itself: relative, m.
+    #[must_use]
+    pub const fn own_error(&self) -> (f64, f64) {
+        match self {
+            Self::ClosedForm { .. } => (0.0, 0.0),
+            Self::Reference { relative_error, position_error_m, .. } => (*relative_error, *position_error_m),
+        }
+    }
+}
+
+/// Energy that a method invented or lost over a run of f64.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drift {
+    /// What was run.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// Whether it is the long run.
+    pub long: bool,
+    /// Length of the run, s.
+    pub simulated_s: f64,
+    /// Largest residual of the books of energy on the way, relative to the larger of the energy at the start
+    /// and the peak kinetic energy; not finite where the run failed (written as null).
+    pub largest: Option<f64>,
+    /// Times, s, and residuals, relative, of some of the ticks, evenly spread.
+    pub series: Vec<(f64, f64)>,
+}
+
+/// One simulated second at a frame rate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RateRow {
+    /// Frames a second.
+    pub frame_hz: f64,
+    /// `frame`: a tick of each frame's own length, or `fixed`: ticks of the scene's, as many as are due.
+    pub step: String,
+    /// Model of damping, `none` without.
+    pub damping: String,
+    /// How the pushed body was pushed in the first frame: `force` for one tick, or `impulse`.
+    pub push: String,
+    /// Ticks that were simulated.
+    pub ticks: u64,
+    /// How far the pushed body came, m; `None` if it did not survive.
+    pub moved_m: Option<f64>,
+    /// How far it is from where a hundred times finer steps have it after the same impulse, m.
+    pub off_m: Option<f64>,
+}
+
+/// Everything found about one subject.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// The problem or scene, by the name on the command line.
+    pub subject: String,
+    /// One line about it.
+    pub description: String,
+    /// Ticks a second: pushes and pictures see these, substeps divide them.
+    pub step_hz: f64,
+    /// Ticks of a run: a multiple of [`SAMPLES`].
+    pub ticks: u64,
+    /// Length of a run, s.
+    pub simulated_s: f64,
+    /// Bodies that can move.
+    pub bodies: usize,
+    /// Length of a natural period, s, for subjects that have one.
+    pub period_s: Option<f64>,
+    /// What the scene itself asks for.
+    pub own: Setting,
+    /// What errors are measured against.
+    pub truth: Truth,
+    /// Scale X of positions, m: the largest distance from the origin in the truth at the sample times.
+    pub position_scale_m: f64,
+    /// Scale V of velocities, m/s: the largest speed there.
+    pub velocity_scale_m_s: f64,
+    /// In the order of substeps, methods and precisions.
+    pub cells: Vec<Cell>,
+    /// Energy over short and long runs.
+    pub drifts: Vec<Drift>,
+    /// The same second at several frame rates; empty if it was not asked for.
+    pub rates: Vec<RateRow>,
+    /// What a reader has to know: what was switched on, left out, or cut short.
+    pub notes: Vec<String>,
+}
+
+/// Times at which a run is compared with the truth: `T k / 8`, k from 1 to 8.
+pub const SAMPLES: u64 = 8;
+
+/// Where and with what it was measured.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// Model of the processor.
+    pub processor: String,
+    /// Its cores that this program may use.
+    pub cores: usize,
+    /// Operating system and architecture.
+    pub system: String,
+    /// Vector instructions that the kernels use.
+    pub instructions: String,
+    /// Version of this program.
+    pub version: String,
+    /// The compiler that it was built with, and whether optimised.
+    pub compiler: String,
+}
+
+/// Studies that were made together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of this format.
+    pub format: u32,
+    /// The command line that makes it again.
+    pub command: String,
+    /// Where it was measured.
+    pub machine: Machine,
+    /// Whether every planned run is in it.
+    pub complete: bool,
+    /// One a subject.
+    pub studies: Vec<Study>,
+}
+
+/// [`Report::format`] of this program.
+pub const FORMAT: u32 = 1;
+
+mod method_name {
+    use motion::Method;
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+    pub fn serialize<S: Serializer>(method: &Method, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(method.name())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Method, D::Error> {
+        let name = String::deserialize(from)?;
+        Method::from_name(&name).ok_or_else(|| de::Error::custom(format!("no method is called {name}")))
+    }
+}

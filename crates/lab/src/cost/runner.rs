@@ -1,0 +1,111 @@
+//! Things that run a subject: its world of entities, or plain arrays.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use motion::{Evaluations, Laws, PhysicsBody, Quarantine};
+
+use scene::Names;
+
+use super::record::{Counts, Failure, Setting};
+use super::subject::Subject;
+use crate::run::Run;
+
+/// Stable id, position, m, and velocity, m/s.
+pub type Sample = (u32, DVec3, DVec3);
+
+/// A run on its way.
+pub trait Runner {
+    /// Simulates one tick.
+    fn tick(&mut self);
+    /// The bodies with physics, in the order of their stable ids.
+    fn states(&mut self) -> Vec<Sample>;
+    /// Evaluations so far.
+    fn counts(&mut self) -> Counts;
+    /// Why it is no point, if it is none; non-finite states and large errors are looked for by who asks.
+    fn failure(&mut self) -> Option<Failure>;
+    /// Bytes of state that a step of a body reads or writes, where that is known.
+    fn bytes_per_body(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// What a subject runs in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Host {
+    /// The world of entities, as in the program; f64.
+    World,
+    /// The same kernels on plain arrays.
+    Arrays,
+}
+
+/// Makes the run of a setting, or says why there is none.
+pub type Make = dyn Fn(&Subject, Setting, Host) -> Result<Box<dyn Runner>, Failure> + Send;
+
+/// The runs of the program itself.
+///
+/// # Errors
+/// A method that cannot solve what the subject declares.
+pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn Runner>, Failure> {
+    if let Some(why) = subject.refusal(setting.method) {
+        return Err(Failure::Unsolvable { why });
+    }
+    match host {
+        Host::World => {
+            let names = subject.scene.names.clone();
+            Ok(Box::new(WorldRunner { run: subject.run(setting), names }))
+        }
+        Host::Arrays => super::arrays::make(subject, setting),
+    }
+}
+
+impl Subject {
+    /// Its start, in a world.
+    pub(crate) fn run(&self, setting: Setting) -> Run {
+        let mut run = Run::of(&self.scene_with(setting), &self.without);
+        if let Some(extra) = self.law {
+            run.world.insert_resource(Laws(vec![extra.law()]));
+            run.stepper.recompile(&mut run.world);
+        }
+        run
+    }
+}
+
+struct WorldRunner {
+    run: Run,
+    names: Names,
+}
+
+impl Runner for WorldRunner {
+    fn tick(&mut self) {
+        self.run.ticks(1);
+    }
+
+    fn states(&mut self) -> Vec<Sample> {
+        self.run.states()
+    }
+
+    fn counts(&mut self) -> Counts {
+        let evaluations = self.run.world.resource::<Evaluations>();
+        let (accelerations, newton, cg) =
+            (evaluations.accelerations(), evaluations.newton_iterations(), evaluations.cg_iterations());
+        Counts { accelerations, solver: newton + cg * super::arrays::mean_group(&self.run) }
+    }
+
+    fn failure(&mut self) -> Option<Failure> {
+        let world = &self.run.world;
+        if let Some(record) = world.resource::<Quarantine>().records().first() {
+            let id = world.get::<motion::StableId>(record.body).map_or(u32::MAX, |id| id.0);
+            let body = self.names.get(id).map_or_else(|| "a body".to_owned(), Cow::into_owned);
+            return Some(Failure::Quarantined { body, tick: record.tick });
+        }
+        let steps = world.resource::<Evaluations>().unconverged_steps();
+        (steps > 0).then_some(Failure::Unconverged { steps })
+    }
+}
+
+/// How many bodies of `run` can move.
+pub(crate) fn movable(run: &mut Run) -> usize {
+    let mut bodies = run.world.query::<&PhysicsBody>();
+    bodies.iter(&run.world).filter(|body| body.inverse_mass > 0.0).count()
+}

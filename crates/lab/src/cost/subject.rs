@@ -1,0 +1,189 @@
+//! What is studied: a problem, or a scene from its start.
+
+use motion::{DampingModel, Effect, Method};
+use scene::{Scene, unsolvable};
+
+use super::problem::{Extra, Problem, State};
+use super::record::{Precision, SAMPLES, Setting};
+
+/// How long a scene is studied unless someone says so, s.
+const SECONDS: f64 = 10.0;
+
+/// A problem or a scene, and for how long.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    pub(crate) name: String,
+    pub(crate) description: String,
+    pub(crate) scene: Scene,
+    pub(crate) law: Option<Extra>,
+    pub(crate) without: Vec<Effect>,
+    pub(crate) ticks: u64,
+    /// Whether nobody asked for that length: a run may then be shortened.
+    pub(crate) yields: bool,
+    pub(crate) period: Option<f64>,
+    pub(crate) exact: Option<(fn(f64) -> Vec<State>, &'static str)>,
+    /// Coarsest and finest substeps that make sense, if that is known.
+    pub(crate) ladder: Option<(u32, u32)>,
+    pub(crate) notes: Vec<String>,
+}
+
+impl Subject {
+    /// A problem.
+    ///
+    /// # Panics
+    /// Never: the scenes of problems are right.
+    #[must_use]
+    pub fn of_problem(problem: &Problem) -> Self {
+        let scene = Scene::parse(problem.name, &(problem.scene)()).expect("the scenes of problems are right");
+        Self {
+            name: problem.name.to_owned(),
+            description: problem.description.to_owned(),
+            scene,
+            law: problem.law,
+            without: Vec::new(),
+            ticks: SAMPLES,
+            yields: false,
+            period: problem.period,
+            exact: problem.exact,
+            ladder: Some(problem.ladder),
+            notes: Vec::new(),
+        }
+    }
+
+    /// The harmonic oscillator over so many whole periods, at least 1.
+    ///
+    /// # Panics
+    /// Never: its scene is right.
+    #[must_use]
+    pub fn oscillator(periods: u32) -> Self {
+        let problem = super::problem::problem("harmonic_oscillator").expect("a problem of the list");
+        let text = super::problem::oscillator_scene(periods.max(1));
+        let scene = Scene::parse(problem.name, &text).expect("the scene of the oscillator is right");
+        Self {
+            scene,
+            description: format!("A mass on an ideal spring, {periods} periods"),
+            ladder: Some((1, 8192)),
+            ..Self::of_problem(problem)
+        }
+    }
+
+    /// A scene from its start, for `seconds` rounded up to a multiple of [`SAMPLES`] ticks; if `None`, for 10, or
+    /// less where that takes too long or the motion is chaotic.
+    ///
+    /// Gravity that waits for someone to switch it on is switched on, or there would be nothing to see; a note
+    /// says so.
+    #[must_use]
+    pub fn of_scene(mut scene: Scene, seconds: Option<f64>) -> Self {
+        let mut notes = Vec::new();
+        if let Some(gravity) = &mut scene.gravity
+            && !gravity.on
+        {
+            gravity.on = true;
+            notes.push("gravity, which waits for the key G in this scene, is on from the start".to_owned());
+        }
+        Self::of_scene_as_it_is(scene, seconds, notes)
+    }
+
+    /// The same with nothing switched.
+    #[must_use]
+    pub fn of_scene_as_it_is(scene: Scene, seconds: Option<f64>, notes: Vec<String>) -> Self {
+        let eighth = seconds.unwrap_or(SECONDS) * scene.step_hz / SAMPLES as f64;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "positive, and saturating"
+        )]
+        let ticks = (eighth - 1e-9).ceil().max(1.0) as u64 * SAMPLES;
+        Self {
+            name: scene.name.clone(),
+            description: scene.description.clone(),
+            scene,
+            law: None,
+            without: Vec::new(),
+            ticks,
+            yields: seconds.is_none(),
+            period: None,
+            exact: None,
+            ladder: None,
+            notes,
+        }
+    }
+
+    /// Makes it half as long, with a note that says why, if it may be.
+    pub(crate) fn halve(&mut self, why: &str) -> bool {
+        let halves = self.yields && self.ticks >= 2 * SAMPLES;
+        if halves {
+            self.ticks = (self.ticks / 2).next_multiple_of(SAMPLES);
+            self.notes.retain(|note| !note.ends_with(why));
+            self.notes.push(format!("the first {:.3} s alone: {why}", self.seconds()));
+        }
+        halves
+    }
+
+    /// Without some of its effects.
+    #[must_use]
+    pub fn without(mut self, effects: Vec<Effect>) -> Self {
+        self.without = effects;
+        self
+    }
+
+    /// The word for it on the command line.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its bodies and laws.
+    #[must_use]
+    pub const fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Length of a run, s.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+    pub fn seconds(&self) -> f64 {
+        self.ticks as f64 / self.scene.step_hz
+    }
+
+    /// What the scene itself asks for.
+    #[must_use]
+    pub fn own(&self) -> Setting {
+        Setting { method: self.scene.method, substeps: self.scene.substeps, precision: Precision::F64 }
+    }
+
+    /// Why `method` cannot run it, if it cannot.
+    #[must_use]
+    pub fn refusal(&self, method: Method) -> Option<String> {
+        let attracts = self.scene.mutual_gravity.is_some() && !self.without.contains(&Effect::MutualGravity);
+        unsolvable(method, attracts).map(|why| why.to_string())
+    }
+
+    /// Its scene with one method and number of substeps for every body.
+    pub(crate) fn scene_with(&self, setting: Setting) -> Scene {
+        let mut scene = self.scene.clone();
+        (scene.method, scene.substeps) = (setting.method, setting.substeps);
+        for body in &mut scene.bodies {
+            (body.method, body.substeps) = (None, None);
+            // One method alone knows it: it would run another problem than the others.
+            body.verlet_previous = None;
+        }
+        scene
+    }
+
+    /// The motion that every method goes for: damping by the tick is its law. Whether that changes anything.
+    pub(crate) fn continuous(&self) -> (Self, bool) {
+        let mut truth = self.clone();
+        let damping = truth.scene.damping.as_mut().filter(|_| !self.without.contains(&Effect::Damping));
+        let changed = damping.as_ref().is_some_and(|damping| damping.model != DampingModel::Exact);
+        if let Some(damping) = damping {
+            damping.model = DampingModel::Exact;
+        }
+        (truth, changed)
+    }
+
+    /// Whether it has particles that come and go, which plain arrays do not know.
+    pub(crate) fn emits(&self) -> bool {
+        !self.scene.emitters.is_empty()
+    }
+}

@@ -1,0 +1,67 @@
+//! How far apart the bodies of two worlds of one scene are.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{Dormant, PhysicsBody, Quarantined, Transform};
+
+/// The bodies of a world of a scene, by stable id.
+#[derive(Clone, Copy)]
+pub struct Bodies<'a> {
+    /// The world.
+    pub world: &'a World,
+    /// Its bodies as [`Scene::spawn`](scene::Scene::spawn) returned them; some may be gone.
+    pub entities: &'a [Entity],
+}
+
+impl<'a> Bodies<'a> {
+    /// The body of that id, unless it is gone, frozen or not born.
+    #[must_use]
+    pub fn present(&self, id: u32) -> Option<EntityRef<'a>> {
+        let body = self.world.get_entity(*self.entities.get(id as usize)?).ok()?;
+        (!body.contains::<Quarantined>() && !body.contains::<Dormant>()).then_some(body)
+    }
+
+    /// The same if it moves: one that is immovable has no distance from anywhere.
+    #[must_use]
+    pub fn moving(&self, id: u32) -> Option<EntityRef<'a>> {
+        self.present(id)
+            .filter(|body| body.get::<PhysicsBody>().is_some_and(|state| state.inverse_mass > 0.0))
+    }
+
+    /// Where it is if it moves, m.
+    #[must_use]
+    pub fn position(&self, id: u32) -> Option<Vector> {
+        self.moving(id)?.get::<Transform>().map(|transform| transform.position)
+    }
+}
+
+/// How far bodies are from where others have them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Distances {
+    /// Stable id and distance, m, of each body that moves in both worlds, ascending by id.
+    pub each: Vec<(u32, f64)>,
+}
+
+impl Distances {
+    /// Those of `bodies` from `others`.
+    #[must_use]
+    pub fn between(bodies: Bodies<'_>, others: Bodies<'_>) -> Self {
+        let distance = |id| Some((id, bodies.position(id)?.distance(others.position(id)?)));
+        Self { each: (0..).take(bodies.entities.len()).filter_map(distance).collect() }
+    }
+
+    /// The farthest body of `who`, the first of several.
+    #[must_use]
+    pub fn farthest(&self, who: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+        let farther = |best: (u32, f64), body: (u32, f64)| if body.1 > best.1 { body } else { best };
+        self.each.iter().copied().filter(|(id, _)| who(*id)).reduce(farther)
+    }
+
+    /// Root of the mean square, m; `None` without bodies.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+    pub fn rms(&self) -> Option<f64> {
+        let sum: f64 = self.each.iter().map(|(_, distance)| distance * distance).sum();
+        (!self.each.is_empty()).then(|| (sum / self.each.len() as f64).sqrt())
+    }
+}

@@ -1,0 +1,298 @@
+//! The cheapest method and step below an error, or the most accurate within a time, from what was measured.
+//!
+//! A choice is one point of the measured front for each part of a scene; nothing is interpolated.
+
+use std::fmt;
+
+use crate::cost::{Accuracy, Cost, Setting, Study};
+
+/// What is asked of a choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Goal {
+    /// No body farther than this from the reference at any sample time, m, above 0.
+    Error(f64),
+    /// At most so many ms of thread CPU time for 1/60 s of the scene, above 0.
+    Budget(f64),
+}
+
+/// What a price is counted in, each for 1/60 s of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Thread CPU time, ms.
+    Milliseconds,
+    /// Evaluations of one body, those of solvers among them; for studies without times.
+    Evaluations,
+}
+
+/// A measured setting of a part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Method and substeps.
+    pub setting: Setting,
+    /// Largest distance of any of its bodies from the reference, m.
+    pub error_m: f64,
+    /// What it costs.
+    pub price: f64,
+}
+
+/// What is chosen for one part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Name of the part.
+    pub part: String,
+    /// Bodies of it that can move.
+    pub bodies: usize,
+    /// The choice, a point of the measured front.
+    pub pick: Point,
+    /// Errors below this cannot be told from the reference's own, m.
+    pub reference_error_m: f64,
+    /// Its part of the total, 0 to 1.
+    pub share: f64,
+}
+
+/// The next better choice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rung {
+    /// The error that it stays below or reaches, m.
+    pub error_m: f64,
+    /// Its price, all parts together.
+    pub total: f64,
+    /// The rows that it changes, and to what.
+    pub picks: Vec<(usize, Point)>,
+}
+
+/// A choice for every part of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recommendation {
+    /// One a part, in their order; at least one.
+    pub rows: Vec<Row>,
+    /// Unit of all prices.
+    pub unit: Unit,
+    /// What all parts cost together.
+    pub total: f64,
+    /// The row that costs most.
+    pub dearest: usize,
+    /// The row of the largest error.
+    pub limiting: usize,
+    /// For an error, the cheapest choice for a tenth of it; for a budget, the cheapest one with a smaller largest
+    /// error. `None` if none was measured, or it could not be told from the reference's own error.
+    pub next: Option<Rung>,
+}
+
+/// Why there is no choice.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refusal {
+    /// There is no part.
+    NothingMoves,
+    /// Every setting of a part failed.
+    NothingFinished {
+        /// Its name.
+        part: String,
+    },
+    /// No time was measured, so that none can be promised.
+    NoTimes,
+    /// The reference of a part is farther from the truth than the error that is asked for.
+    Uncertain {
+        /// Its name.
+        part: String,
+        /// The error asked for, m.
+        error_m: f64,
+        /// That of the reference, m.
+        reference_error_m: f64,
+    },
+    /// No setting of a part is as accurate.
+    TooAccurate {
+        /// Its name.
+        part: String,
+        /// The error asked for, m.
+        error_m: f64,
+        /// Its most accurate setting.
+        best: Point,
+    },
+    /// No choice is as cheap.
+    TooCheap {
+        /// The time asked for, ms.
+        budget_ms: f64,
+        /// What the cheapest choice takes, ms.
+        least_ms: f64,
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NothingMoves => write!(f, "no body of the scene can move, so there is no method to choose"),
+            Self::NothingFinished { part } => {
+                write!(f, "{part}: no method finished at any step that was tried; raise step_hz")
+            }
+            Self::NoTimes => write!(f, "no time was measured, so none can be promised; ask for an error"),
+            Self::Uncertain { part, error_m, reference_error_m } => write!(
+                f,
+                "{part}: the reference itself may be off by {reference_error_m:.1e} m, so that an error of \
+                 {error_m:e} m cannot be told; give a larger error, or fewer seconds"
+            ),
+            Self::TooAccurate { part, error_m, best } => write!(
+                f,
+                "{part}: nothing reaches an error of {error_m:e} m: the best is {} at {:.1e} m; give a larger error",
+                best.setting, best.error_m
+            ),
+            Self::TooCheap { budget_ms, least_ms } => write!(
+                f,
+                "nothing runs in {budget_ms} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+/// Chooses a method and substeps for each part, by its name and its study.
+///
+/// # Errors
+/// Where no choice that was measured does what is asked, or it cannot be told.
+pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation, Refusal> {
+    if parts.is_empty() {
+        return Err(Refusal::NothingMoves);
+    }
+    let timed: Vec<_> = parts.iter().map(|part| Front::of(*part, Unit::Milliseconds)).collect();
+    let (unit, fronts) = if timed.iter().all(|front| !front.points.is_empty()) {
+        (Unit::Milliseconds, timed)
+    } else {
+        (Unit::Evaluations, parts.iter().map(|part| Front::of(*part, Unit::Evaluations)).collect())
+    };
+    if let Some(front) = fronts.iter().find(|front| front.points.is_empty()) {
+        return Err(Refusal::NothingFinished { part: front.part.to_owned() });
+    }
+    let picks = match goal {
+        Goal::Error(error) => below(&fronts, error)?,
+        Goal::Budget(_) if unit == Unit::Evaluations => return Err(Refusal::NoTimes),
+        Goal::Budget(budget) => within(&fronts, budget)?,
+    };
+    let next = match goal {
+        Goal::Error(error) => below(&fronts, error / 10.0).ok().map(|next| (error / 10.0, next)),
+        Goal::Budget(_) => better(&fronts, &picks),
+    };
+    Ok(result(&fronts, &picks, next, unit))
+}
+
+/// The measured front of a part.
+struct Front<'a> {
+    part: &'a str,
+    bodies: usize,
+    /// The cheapest first, and each more accurate than those before it.
+    points: Vec<Point>,
+    /// The reference's own error, m.
+    own: f64,
+}
+
+impl<'a> Front<'a> {
+    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+    fn of((part, study): (&'a str, &Study), unit: Unit) -> Self {
+        // A frame of 60 a second.
+        let (cost, scale) = match unit {
+            Unit::Milliseconds => (Cost::RealTime, 1e3 / 60.0),
+            Unit::Evaluations => (Cost::Evaluations, study.bodies.max(1) as f64 / 60.0),
+        };
+        let accuracy = Accuracy::Position;
+        let point = |cell| {
+            let price = study.cost(cell, cost)? * scale;
+            Some(Point { setting: cell.setting, error_m: study.error(cell, accuracy)?, price })
+        };
+        let points = study.front(accuracy, cost).into_iter().filter_map(point).collect();
+        Self { part, bodies: study.bodies, points, own: study.truth.own_error().1 }
+    }
+
+    /// The error of a point as far as it can be told.
+    const fn error(&self, point: &Point) -> f64 {
+        point.error_m.max(self.own)
+    }
+
+    /// The cheapest point whose error passes.
+    fn cheapest(&self, passes: impl Fn(f64) -> bool) -> Option<Point> {
+        self.points.iter().find(|point| passes(self.error(point))).copied()
+    }
+}
+
+/// The cheapest choice with no error above `error`, m.
+fn below(fronts: &[Front<'_>], error: f64) -> Result<Vec<Point>, Refusal> {
+    let pick = |front: &Front<'_>| {
+        let part = || front.part.to_owned();
+        // An error of the reference that is not a number is no bound either.
+        if !matches!(
+            front.own.partial_cmp(&error),
+            Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal)
+        ) {
+            return Err(Refusal::Uncertain { part: part(), error_m: error, reference_error_m: front.own });
+        }
+        let last = front.points.last().copied();
+        let best = last.ok_or_else(|| Refusal::NothingFinished { part: part() })?;
+        let refusal = Refusal::TooAccurate { part: part(), error_m: error, best };
+        front.cheapest(|of| of <= error).ok_or(refusal)
+    };
+    fronts.iter().map(pick).collect()
+}
+
+/// The choice with the smallest largest error that costs at most `budget`, and the cheapest of those.
+fn within(fronts: &[Front<'_>], budget: f64) -> Result<Vec<Point>, Refusal> {
+    // The largest error of a choice is the error of one of its points: few enough to try each.
+    let mut errors: Vec<f64> =
+        fronts.iter().flat_map(|front| front.points.iter().map(|point| front.error(point))).collect();
+    errors.sort_by(f64::total_cmp);
+    errors.dedup();
+    let mut least = f64::INFINITY;
+    for error in errors {
+        let choice: Option<Vec<_>> = fronts.iter().map(|front| front.cheapest(|of| of <= error)).collect();
+        let Some(choice) = choice else { continue };
+        least = total(&choice);
+        if least <= budget {
+            return Ok(choice);
+        }
+    }
+    Err(Refusal::TooCheap { budget_ms: budget, least_ms: least })
+}
+
+/// The cheapest choice with a smaller largest error than `picks` have, and that error, m.
+fn better(fronts: &[Front<'_>], picks: &[Point]) -> Option<(f64, Vec<Point>)> {
+    let errors = |picks: &[Point]| {
+        let errors = fronts.iter().zip(picks).map(|(front, pick)| front.error(pick));
+        errors.fold(0.0, f64::max)
+    };
+    let now = errors(picks);
+    let next: Vec<_> = fronts.iter().map(|front| front.cheapest(|of| of < now)).collect::<Option<_>>()?;
+    Some((errors(&next), next))
+}
+
+fn total(picks: &[Point]) -> f64 {
+    picks.iter().map(|pick| pick.price).sum()
+}
+
+fn result(
+    fronts: &[Front<'_>],
+    picks: &[Point],
+    next: Option<(f64, Vec<Point>)>,
+    unit: Unit,
+) -> Recommendation {
+    let sum = total(picks);
+    let row = |(front, pick): (&Front<'_>, &Point)| Row {
+        part: front.part.to_owned(),
+        bodies: front.bodies,
+        pick: *pick,
+        reference_error_m: front.own,
+        share: if sum > 0.0 { pick.price / sum } else { 0.0 },
+    };
+    let rows: Vec<_> = fronts.iter().zip(picks).map(row).collect();
+    let first_largest = |of: &dyn Fn(usize) -> f64| {
+        (0..rows.len()).fold(0, |largest, i| if of(i) > of(largest) { i } else { largest })
+    };
+    let dearest = first_largest(&|i| picks[i].price);
+    let limiting = first_largest(&|i| fronts[i].error(&picks[i]));
+    let rung = |(error_m, next): (f64, Vec<Point>)| {
+        let total = total(&next);
+        let changed = next.into_iter().enumerate().filter(|(i, point)| *point != picks[*i]);
+        Rung { error_m, total, picks: changed.collect() }
+    };
+    Recommendation { unit, total: sum, dearest, limiting, next: next.map(rung), rows }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,174 @@
+//! Numbers as people read them: few digits, units that fit, and a dash for what is no number.
+
+/// What stands for a number that is none.
+pub(crate) const NONE: &str = "-";
+
+/// Digits that matter only; powers of ten from ten million up and below a ten-thousandth.
+pub(crate) fn number(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let scientific = format!("{value:.*e}", digits.saturating_sub(1));
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or_default();
+    if !(-4..7).contains(&exponent) {
+        return format!("{}e{exponent}", trimmed(mantissa));
+    }
+    let whole = usize::try_from(exponent).unwrap_or_default() + 1;
+    let leading = usize::try_from(-exponent).unwrap_or_default();
+    let decimals = if exponent < 0 { leading + digits - 1 } else { digits.saturating_sub(whole) };
+    grouped(trimmed(&format!("{value:.decimals$}")))
+}
+
+fn trimmed(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+/// With commas between thousands.
+fn grouped(text: &str) -> String {
+    let (whole, rest) = text.find('.').map_or((text, ""), |point| text.split_at(point));
+    let mut grouped = String::new();
+    for (i, c) in whole.chars().enumerate() {
+        if i > 0 && (whole.len() - i).is_multiple_of(3) && !grouped.ends_with('-') {
+            grouped.push(',');
+        }
+        grouped.push(c);
+    }
+    grouped + rest
+}
+
+/// A unit: from which size on, what it divides by, and its name.
+type Unit = (f64, f64, &'static str);
+
+/// In the first of `units` that it fills, which descend, or the last.
+fn in_units(value: f64, digits: usize, units: &[Unit]) -> String {
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    // 0.99996 mm is 1 mm in two digits.
+    let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
+    let fits = units.iter().find(|(from, ..)| rounded.abs() >= *from * (1.0 - 1e-9));
+    let Some((_, size, name)) = fits.or(units.last()) else { return number(value, digits) };
+    format!("{} {name}", number(value / size, digits))
+}
+
+/// A length in m.
+pub(crate) fn length(metres: f64, digits: usize) -> String {
+    let units: &[Unit] = &[
+        (1.0, 1.0, "m"),
+        (1e-2, 1e-2, "cm"),
+        (1e-5, 1e-3, "mm"),
+        (1e-7, 1e-6, "µm"),
+        (1e-10, 1e-9, "nm"),
+        (1e-12, 1e-12, "pm"),
+    ];
+    // Rounding may lift a value to the unit, so a little less counts.
+    let no_name = metres.abs() < 9.9e-13;
+    in_units(metres, digits, if no_name { &units[..1] } else { units })
+}
+
+/// A time in ns.
+pub(crate) fn duration(ns: f64, digits: usize) -> String {
+    in_units(ns, digits, &[(1e9, 1e9, "s"), (1e6, 1e6, "ms"), (1e3, 1e3, "µs"), (1.0, 1.0, "ns")])
+}
+
+/// A part of a whole, or how many fold it is.
+pub(crate) fn share(part: f64, digits: usize) -> String {
+    match part {
+        _ if !part.is_finite() => NONE.to_owned(),
+        10.0.. => format!("{}-fold", fold(part)),
+        _ => format!("{} %", number(100.0 * part, digits)),
+    }
+}
+
+/// How many fold, written as people say it.
+pub(crate) fn fold(factor: f64) -> String {
+    let rounded: f64 = format!("{factor:.1e}").parse().unwrap_or(factor);
+    number(rounded, 2)
+}
+
+/// A power of ten with its exponent raised.
+pub(crate) fn power_of_ten(exponent: i32) -> String {
+    if exponent == 0 {
+        return "1".to_owned();
+    }
+    let raised = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32('⁰' as u32 + (c as u32 - '0' as u32)).unwrap_or(c),
+        _ => c,
+    };
+    format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
+}
+
+/// Several things in a sentence.
+pub(crate) fn list<T: AsRef<str>>(things: &[T]) -> String {
+    match things {
+        [] => String::new(),
+        [one] => one.as_ref().to_owned(),
+        [first @ .., last] => {
+            let first: Vec<_> = first.iter().map(AsRef::as_ref).collect();
+            format!("{} and {}", first.join(", "), last.as_ref())
+        }
+    }
+}
+
+/// A sentence's first letter is a capital.
+pub(crate) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_matter() {
+        let table = [
+            (0.0, "0"),
+            (1.0, "1"),
+            (16.04, "16"),
+            (9.96, "10"),
+            (123.4, "123"),
+            (12288.0, "12,288"),
+            (-1234.5, "-1,234"),
+            (0.020_4, "0.02"),
+            (0.000_16, "0.00016"),
+            (3.12e-9, "3.1e-9"),
+            (9.4e6, "9,400,000"),
+            (9.99e6, "1e7"),
+            (2.5e7, "2.5e7"),
+            (f64::NAN, "-"),
+            (f64::INFINITY, "-"),
+        ];
+        for (value, text) in table {
+            assert_eq!(number(value, 2), text);
+        }
+    }
+
+    #[test]
+    fn units_fit() {
+        assert_eq!(length(1e-3, 2), "1 mm");
+        assert_eq!(length(2.04e-5, 2), "0.02 mm");
+        assert_eq!(length(0.0999, 2), "10 cm");
+        assert_eq!(length(12.0, 2), "12 m");
+        assert_eq!(length(5e-6, 2), "5 µm");
+        assert_eq!(length(3e-12, 2), "3 pm");
+        assert_eq!(length(3e-13, 2), "3e-13 m");
+        assert_eq!(length(0.0, 2), "0 m");
+        assert_eq!(length(f64::NAN, 2), "-");
+        assert_eq!(duration(3.12, 2), "3.1 ns");
+        assert_eq!(duration(2.5e6, 2), "2.5 ms");
+        assert_eq!(share(0.000_007, 2), "0.0007 %");
+        assert_eq!(fold(149_713.0), "150,000");
+        assert_eq!(power_of_ten(-12), "10⁻¹²");
+        assert_eq!(power_of_ten(4), "10⁴");
+        assert_eq!(list(&["a", "b", "c"]), "a, b and c");
+    }
+}

@@ -1,0 +1,267 @@
+//! Worlds that follow another one: the same scene and the same inputs in the same ticks, by a method of their own.
+
+use bevy_ecs::prelude::*;
+use motion::{
+    Cause, Damping, Dormant, Effect, EffectState, Emission, Gravity, LastStep, Method, OffResource,
+    OwnMethod, OwnSubsteps, PhysicsBody, PreviousPosition, Quarantine, Quarantined, Request, Requests,
+    StableId, StepClock, Stepper, Substeps, TimeStep, Transform, mark_method, own_method, remember_positions,
+};
+use scene::{FileIndex, Scene};
+
+use crate::distances::Bodies;
+use crate::input::{Input, give};
+
+/// The method that others are compared with: of those that take every law, the one of the highest order.
+pub const REFERENCE_METHOD: Method = Method::RungeKutta4;
+
+/// Parts of a tick that the reference takes, or twice as many as the scene takes if that is more. Its error is
+/// then some `16^4 = 65,536` times smaller than that of Runge-Kutta 4 in whole ticks. Parts and not shorter ticks:
+/// a push is a force over a tick, and another tick would be another problem.
+pub const REFERENCE_SUBSTEPS: u32 = 16;
+
+/// A world of the same scene as another one, its leader, that takes in what the leader takes in.
+///
+/// Every body of it has the one method of the twin, whatever methods bodies of the leader have. Particles of
+/// emitters come along.
+pub struct Twin {
+    method: Method,
+    world: World,
+    stepper: Stepper,
+    bodies: Vec<Entity>,
+    failure: Option<Failure>,
+}
+
+/// Why a twin is not simulated any further.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Failure {
+    /// Stable id of the first body that was quarantined.
+    pub body: u32,
+    /// The tick that it did not survive.
+    pub tick: u64,
+    /// What would have become non-finite.
+    pub cause: Cause,
+}
+
+/// Who is followed.
+pub struct Leader<'a> {
+    /// The scene that its world was spawned from.
+    pub scene: &'a Scene,
+    /// Its world; left as it is, mutable for queries.
+    pub world: &'a mut World,
+    /// Its method, of the bodies without one of their own.
+    pub method: Method,
+}
+
+impl Twin {
+    /// A twin that starts from the present state of `leader`, between two ticks, with `substeps` parts of a tick
+    /// for every body or, where `None`, as the scene has them.
+    ///
+    /// Before the first tick it has the bits of a scene whose method this is. Later it takes over what the
+    /// leader's methods keep, and changes the method as [`Stepper::set_method`] does: the velocities of position
+    /// Verlet, which lag half a step behind, are brought to the time of the positions first. What waits in the
+    /// leader for the next tick is not taken over: that tick will bring it.
+    ///
+    /// # Panics
+    /// When `leader` has no [`Stepper`], or its bodies are not those of the scene.
+    #[must_use]
+    pub fn new(leader: &mut Leader<'_>, method: Method, substeps: Option<u32>) -> Self {
+        let begins = leader.world.resource::<StepClock>().scene_seconds() == 0.0;
+        let mut scene = leader.scene.clone();
+        scene.bodies.iter_mut().for_each(|body| body.method = None);
+        scene.method = if begins { method } else { leader.method };
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        copy_effects(leader.world, &mut world);
+        copy_bodies(leader.world, &mut world, &bodies, |id| {
+            begins && scene.bodies[id].verlet_previous.is_some()
+        });
+        copy_emissions(leader.world, &mut world);
+        if !begins {
+            copy_memory(leader.world, &mut world, &bodies);
+        }
+        world.insert_resource(*leader.world.resource::<StepClock>());
+        let step = *leader.world.resource::<TimeStep>();
+        let mut stepper = Stepper::new(&mut world, scene.method, step);
+        unify_methods(&mut world, &mut stepper, method);
+        if let Some(substeps) = substeps {
+            world.insert_resource(Substeps(substeps));
+            for body in entities::<With<OwnSubsteps>>(&mut world) {
+                world.entity_mut(body).remove::<OwnSubsteps>();
+            }
+        }
+        stepper.recompile(&mut world);
+        Self { method, world, stepper, bodies, failure: None }
+    }
+
+    /// The reference for twins of `leader`; how fine it is, [`REFERENCE_SUBSTEPS`] says.
+    ///
+    /// # Panics
+    /// As [`Twin::new`].
+    #[must_use]
+    pub fn reference(leader: &mut Leader<'_>) -> Self {
+        let own = leader.scene.bodies.iter().filter_map(|body| body.substeps);
+        let most = own.fold(leader.scene.substeps, u32::max);
+        Self::new(leader, REFERENCE_METHOD, Some(REFERENCE_SUBSTEPS.max(most.saturating_mul(2))))
+    }
+
+    /// The method of all of its bodies.
+    #[must_use]
+    pub const fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Its world.
+    #[must_use]
+    pub const fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Its bodies.
+    #[must_use]
+    pub fn bodies(&self) -> Bodies<'_> {
+        Bodies { world: &self.world, entities: &self.bodies }
+    }
+
+    /// Why it goes no further, if that is so.
+    #[must_use]
+    pub const fn failure(&self) -> Option<Failure> {
+        self.failure
+    }
+
+    /// Simulates a tick of `step` with what the leader's takes in, which is [`pending`](crate::pending) before it.
+    pub fn tick(&mut self, step: TimeStep, inputs: &[Input]) {
+        if self.failure.is_none() {
+            self.take_in(inputs);
+            self.world.insert_resource(step);
+            self.stepper.tick(&mut self.world);
+            self.look_for_failure();
+        }
+    }
+
+    /// Takes in at once what the leader carries out between two ticks, which is [`asked`](crate::asked) before it.
+    pub fn carry_out(&mut self, inputs: &[Input]) {
+        if self.failure.is_none() && !inputs.is_empty() {
+            self.take_in(inputs);
+            self.stepper.carry_out_requests(&mut self.world);
+            self.look_for_failure();
+        }
+    }
+
+    /// Remembers every position for drawing between two ticks; of a leader that does not, no twin does.
+    pub fn remember_positions(&mut self) {
+        self.world.run_system_cached(remember_positions).expect("a query and nothing else");
+    }
+
+    fn take_in(&mut self, inputs: &[Input]) {
+        // A method of one body in the leader is no method of a twin.
+        let of_twins = |input: &Input| !matches!(input, Input::Request(Request::SetBodyMethod(..)));
+        give(inputs.iter().copied().filter(of_twins), &mut self.world, &self.bodies);
+    }
+
+    fn look_for_failure(&mut self) {
+        self.failure = self.world.resource::<Quarantine>().records().first().map(|record| Failure {
+            body: self.world.get::<StableId>(record.body).map_or(u32::MAX, |id| id.0),
+            tick: record.tick,
+            cause: record.cause,
+        });
+    }
+}
+
+/// Gives `to`, a new world of the same scene, the gravity and damping of `from`, and switches off in it what is
+/// off there.
+pub fn copy_effects(from: &mut World, to: &mut World) {
+    if let Some(gravity) = from.get_resource::<Gravity>() {
+        to.insert_resource(*gravity);
+    }
+    if let Some(damping) = from.get_resource::<Damping>() {
+        to.insert_resource(*damping);
+    }
+    if let Some(OffResource(damping)) = from.get_resource::<OffResource<Damping>>() {
+        to.insert_resource(*damping);
+    }
+    for effect in Effect::ALL {
+        if motion::state(from, effect) == EffectState::Off {
+            // What only an edit declared is not there.
+            let _ = motion::switch(to, effect, false);
+        }
+    }
+}
+
+fn entities<Who: bevy_ecs::query::QueryFilter>(world: &mut World) -> Vec<Entity> {
+    world.query_filtered::<Entity, Who>().iter(world).collect()
+}
+
+/// The body of `leader` for each stable id below `count`.
+fn bodies_of(leader: &mut World, count: usize) -> Vec<Option<Entity>> {
+    let mut bodies = vec![None; count];
+    for (body, id) in leader.query::<(Entity, &StableId)>().iter(leader) {
+        if let Some(place) = bodies.get_mut(id.0 as usize) {
+            *place = Some(body);
+        }
+    }
+    bodies
+}
+
+/// States of all bodies; of those that keep their own start, the place alone.
+fn copy_bodies(leader: &mut World, world: &mut World, bodies: &[Entity], own_start: impl Fn(usize) -> bool) {
+    for (id, (body, original)) in bodies.iter().zip(bodies_of(leader, bodies.len())).enumerate() {
+        let Some(original) = original.map(|original| leader.entity(original)) else {
+            world.despawn(*body);
+            continue;
+        };
+        let mut body = world.entity_mut(*body);
+        if let Some(transform) = original.get::<Transform>() {
+            body.insert(*transform);
+        }
+        if let Some(state) = original.get::<PhysicsBody>().filter(|_| !own_start(id)) {
+            body.insert(*state);
+        }
+        if let Some(before) = original.get::<PreviousPosition>() {
+            body.insert(*before);
+        }
+        if original.contains::<Quarantined>() {
+            body.insert(Quarantined);
+        }
+        if body.contains::<Dormant>() && !original.contains::<Dormant>() {
+            body.remove::<Dormant>();
+        }
+    }
+}
+
+/// What emitters have thrown out so far.
+fn copy_emissions(leader: &mut World, world: &mut World) {
+    let originals: Vec<_> = leader
+        .query::<(&FileIndex, &Emission)>()
+        .iter(leader)
+        .map(|(index, emission)| (*index, emission.clone()))
+        .collect();
+    for (index, mut emission) in world.query::<(&FileIndex, &mut Emission)>().iter_mut(world) {
+        if let Some((_, original)) = originals.iter().find(|(other, _)| other == index) {
+            emission.clone_from(original);
+        }
+    }
+}
+
+/// The methods of single bodies, and what position Verlet keeps of them. Accelerations that others keep are not
+/// copied: they are evaluated again.
+fn copy_memory(leader: &mut World, world: &mut World, bodies: &[Entity]) {
+    for (body, original) in bodies.iter().zip(bodies_of(leader, bodies.len())) {
+        let Some(original) = original.map(|original| leader.entity(original)) else { continue };
+        let mut body = world.entity_mut(*body);
+        if let Some(method) = own_method(original) {
+            mark_method(&mut body, Some(method));
+        }
+        if let Some(last) = original.get::<LastStep>() {
+            body.insert(*last);
+        }
+    }
+}
+
+/// Lets every body go on with `method`.
+fn unify_methods(world: &mut World, stepper: &mut Stepper, method: Method) {
+    let own = entities::<With<OwnMethod>>(world);
+    let mut requests = world.resource_mut::<Requests>();
+    own.into_iter().for_each(|body| requests.ask(Request::SetBodyMethod(body, None)));
+    stepper.carry_out_requests(world);
+    stepper.set_method(world, method);
+}
