@@ -1,4 +1,4 @@
-// Cuboids and spheres: their surfaces, their shadows and the outline of the selected ones.
+// Cuboids and spheres: their surfaces, their shadows, the outline of the selected ones, and those that are seen through.
 
 // Mirrors the bits of `Instance::surface`.
 const CHECKER = 1u;
@@ -33,15 +33,23 @@ fn rotated(q: vec4f, v: vec3f) -> vec3f {
     return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v);
 }
 
-@vertex
-fn vs_surface(vertex: Vertex, body: Body) -> Surface {
-    let position = body.position + rotated(body.orientation, vertex.position * body.half_extents);
+fn placed(vertex: Vertex, body: Body) -> vec3f {
+    return body.position + rotated(body.orientation, vertex.position * body.half_extents);
+}
+
+fn turned_normal(vertex: Vertex, body: Body) -> vec3f {
     // Normals scale by the inverse, or a squashed sphere would be lit as a round one.
     let normal = vertex.normal / max(body.half_extents, vec3f(1e-6));
+    return rotated(body.orientation, normalize(normal));
+}
+
+@vertex
+fn vs_surface(vertex: Vertex, body: Body) -> Surface {
+    let position = placed(vertex, body);
     var out: Surface;
     out.clip = globals.view_projection * vec4f(position, 1.0);
     out.position = position;
-    out.normal = rotated(body.orientation, normalize(normal));
+    out.normal = turned_normal(vertex, body);
     out.uv = vertex.uv;
     out.color = body.color.rgb;
     out.surface = body.surface;
@@ -68,15 +76,14 @@ fn fs_surface(in: Surface) -> @location(0) vec4f {
 
 @vertex
 fn vs_shadow(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
-    let position = body.position + rotated(body.orientation, vertex.position * body.half_extents);
-    return globals.light_projection * vec4f(position, 1.0);
+    return globals.light_projection * vec4f(placed(vertex, body), 1.0);
 }
 
 // The body grown by a constant number of pixels. Growing the half extents, not each face along its normal, keeps
 // the corners of a cube closed.
 @vertex
 fn vs_outline(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
-    let own = body.position + rotated(body.orientation, vertex.position * body.half_extents);
+    let own = placed(vertex, body);
     let distance = max(dot(own, globals.camera_forward.xyz), globals.camera_forward.w);
     let grown_by = outline_px * globals.viewport.z * distance;
     let position = body.position + rotated(body.orientation, vertex.position * (body.half_extents + grown_by));
@@ -88,4 +95,38 @@ fn vs_outline(vertex: Vertex, body: Body) -> @builtin(position) vec4f {
 @fragment
 fn fs_outline() -> @location(0) vec4f {
     return vec4f(stored(vec3f(1.0, 0.87, 0.1) * outline_bright), 1.0);
+}
+
+// How much farther away translucent bodies count as, as a share of their distance: at the same place as an opaque one they are
+// hidden, where they would else fight for depth.
+const GIVES_WAY = 0.0005;
+// Of the light of a face seen straight on, what one seen from the side has.
+const SIDE_LIGHT = 0.6;
+// Share of what is behind that the edge of a ball hides beyond its alpha.
+const EDGE = 0.6;
+
+struct Translucent {
+    @builtin(position) clip: vec4f,
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) color: vec4f,
+}
+
+@vertex
+fn vs_translucent(vertex: Vertex, body: Body) -> Translucent {
+    var out: Translucent;
+    out.position = placed(vertex, body);
+    let clip = globals.view_projection * vec4f(out.position, 1.0);
+    out.clip = pulled_nearer(clip, -GIVES_WAY * clip.w);
+    out.normal = turned_normal(vertex, body);
+    out.color = body.color;
+    return out;
+}
+
+@fragment
+fn fs_translucent(in: Translucent) -> @location(0) vec4f {
+    let facing = clamp(dot(normalize(in.normal), normalize(-in.position)), 0.0, 1.0);
+    let aside = 1.0 - facing;
+    let alpha = mix(in.color.a, 1.0, EDGE * aside * aside * aside);
+    return vec4f(stored(in.color.rgb * mix(SIDE_LIGHT, 1.0, facing)), alpha);
 }

@@ -28,10 +28,32 @@ pub struct Frame {
     pub surfaces: Vec<Surface>,
     /// Small discs; they receive shadows and cast none.
     pub particles: Vec<Particle>,
+    /// Bodies that others are seen through.
+    pub translucent: Translucent,
     /// Lines and arrows, hidden by bodies in front of them; see [`Line::arrow`].
     pub lines: Vec<Line>,
     /// The user interface, painted last.
     pub panels: Option<Panels>,
+}
+
+/// Bodies that let through what is behind them: hidden by opaque ones that are nearer or at the same place, lit
+/// from the camera so that a color is the same everywhere, without shadows, checkers and outlines.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Translucent {
+    /// Boxes, in any order; the alpha of a color is that of a face seen straight on, and edges of balls are denser.
+    pub cuboids: Vec<Instance>,
+    /// Balls, in any order.
+    pub spheres: Vec<Instance>,
+    /// Small discs, in any order.
+    pub particles: Vec<Particle>,
+}
+
+impl Translucent {
+    /// Whether there is nothing to draw.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.cuboids.is_empty() && self.spheres.is_empty() && self.particles.is_empty()
+    }
 }
 
 /// How the camera sees; it is always at the origin of the frame.
@@ -101,7 +123,7 @@ pub struct Instance {
     pub _pad: u32,
     /// Unit quaternion x, y, z, w from the body's axes to those of the world.
     pub orientation: [f32; 4],
-    /// Red, green, blue as displayed (not linear), 0 to 1, and an alpha that is ignored: bodies are opaque.
+    /// Red, green, blue as displayed (not linear), 0 to 1, and an alpha that counts only in [`Translucent`].
     pub color: [f32; 4],
 }
 

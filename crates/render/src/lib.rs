@@ -3,7 +3,7 @@
 //! [`Gpu`] finds an adapter, [`Renderer::draw`] draws a [`Frame`] into any view of the right format, and that view
 //! comes from an [`Offscreen`] texture or from a [`WindowTarget`]. Everything in a frame is relative to the camera.
 //!
-//! Does not include: loading of meshes or images, transparent bodies, more than one light, and any knowledge of
+//! Does not include: loading of meshes or images, translucent surfaces, more than one light, and any knowledge of
 //! entities, bodies or input.
 
 mod buffers;
@@ -22,9 +22,10 @@ mod shadow;
 mod surface;
 mod surfaces;
 mod target;
+mod translucent;
 
 pub use error::RenderError;
-pub use frame::{CHECKER, Camera, Frame, Instance, Light, OUTLINED, Panels, Particle};
+pub use frame::{CHECKER, Camera, Frame, Instance, Light, OUTLINED, Panels, Particle, Translucent};
 pub use gpu::{AdapterSummary, Gpu};
 pub use image::Image;
 pub use lines::Line;

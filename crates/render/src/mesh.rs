@@ -12,9 +12,9 @@ pub(crate) struct Vertex {
 }
 
 pub(crate) struct Mesh {
-    pub vertices: wgpu::Buffer,
-    pub indices: wgpu::Buffer,
-    pub index_count: u32,
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    index_count: u32,
 }
 
 impl Mesh {
@@ -27,6 +27,21 @@ impl Mesh {
     pub fn sphere(device: &wgpu::Device, meridians: u16) -> Self {
         let (vertices, indices) = sphere(meridians, (meridians * 2 / 3).max(2));
         Self::upload(device, "sphere", &vertices, &indices)
+    }
+
+    /// Draws those rows of `instances`.
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        instances: &wgpu::Buffer,
+        rows: std::ops::Range<u32>,
+    ) {
+        if !rows.is_empty() {
+            pass.set_vertex_buffer(0, self.vertices.slice(..));
+            pass.set_vertex_buffer(1, instances.slice(..));
+            pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint16);
+            pass.draw_indexed(0..self.index_count, 0, rows);
+        }
     }
 
     fn upload(device: &wgpu::Device, label: &str, vertices: &[Vertex], indices: &[u16]) -> Self {

@@ -6,9 +6,9 @@ use crate::{Instance, Line, Particle, mesh::Vertex, shadow::SHADOW_FORMAT};
 
 pub(crate) const GLOBALS: &str = include_str!("../../../shaders/globals.wgsl");
 pub(crate) const LIGHT: &str = include_str!("../../../shaders/light.wgsl");
-const BODY: &str = include_str!("../../../shaders/body.wgsl");
+pub(crate) const BODY: &str = include_str!("../../../shaders/body.wgsl");
 const SKY: &str = include_str!("../../../shaders/sky.wgsl");
-const PARTICLE: &str = include_str!("../../../shaders/particle.wgsl");
+pub(crate) const PARTICLE: &str = include_str!("../../../shaders/particle.wgsl");
 const LINE: &str = include_str!("../../../shaders/line.wgsl");
 
 /// Width of the bright outline, pixels.
@@ -18,7 +18,7 @@ pub(crate) const RIM_PX: f64 = 4.0;
 
 pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
-const BODY_ROWS: [Option<VertexBufferLayout<'_>>; 2] = [
+pub(crate) const BODY_ROWS: [Option<VertexBufferLayout<'_>>; 2] = [
     Some(VertexBufferLayout {
         array_stride: size_of::<Vertex>() as u64,
         step_mode: wgpu::VertexStepMode::Vertex,
@@ -38,7 +38,7 @@ const BODY_ROWS: [Option<VertexBufferLayout<'_>>; 2] = [
     }),
 ];
 
-const PARTICLE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
+pub(crate) const PARTICLE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
     array_stride: size_of::<Particle>() as u64,
     step_mode: wgpu::VertexStepMode::Instance,
     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Float32x4],

@@ -1,4 +1,4 @@
-//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, lines, panels.
+//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, translucent bodies, lines, panels.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
@@ -11,6 +11,7 @@ use crate::{
     pipelines::{DEPTH_FORMAT, Destination, Pipelines},
     shadow::{Caster, LightView, ShadowMap},
     surfaces::Surfaces,
+    translucent::TranslucentBodies,
 };
 
 /// Mirrors `Globals` in shaders/globals.wgsl, where the fields are explained.
@@ -51,6 +52,8 @@ pub struct Renderer {
     spheres: Bodies,
     /// From the first frame on that has any.
     surfaces: Option<Surfaces>,
+    /// From the first frame on that has any.
+    translucent: Option<TranslucentBodies>,
     particles: InstanceBuffer,
     lines: InstanceBuffer,
     panels: PanelPainter,
@@ -106,6 +109,7 @@ impl Renderer {
             cuboids: Bodies::new(device, "cuboids"),
             spheres: Bodies::new(device, "spheres"),
             surfaces: None,
+            translucent: None,
             particles: InstanceBuffer::new(device, "particles"),
             lines: InstanceBuffer::new(device, "lines"),
             panels: PanelPainter::new(device, target_format),
@@ -147,6 +151,11 @@ impl Renderer {
             let layouts = (&self.globals_layout, &self.shadow_map.layout);
             let new = || Surfaces::new(&gpu.device, layouts.0, layouts.1, &self.destination);
             self.surfaces.get_or_insert_with(new).upload(gpu, &frame.surfaces);
+        }
+        if self.translucent.is_some() || !frame.translucent.is_empty() {
+            let layouts = (&self.globals_layout, &self.shadow_map.layout);
+            let new = || TranslucentBodies::new(&gpu.device, layouts.0, layouts.1, &self.destination);
+            self.translucent.get_or_insert_with(new).upload(gpu, &frame.translucent);
         }
         let particles = self.particles.upload(gpu, &frame.particles);
         let lines = self.lines.upload(gpu, &frame.lines);
@@ -261,28 +270,31 @@ impl Renderer {
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_outlined(&mut pass);
         }
-        for (pipeline, rows, count) in [
-            (&self.pipelines.particle, &self.particles, particles),
-            (&self.pipelines.line, &self.lines, lines),
-        ] {
-            if count > 0 {
-                pass.set_pipeline(pipeline);
-                pass.set_vertex_buffer(0, rows.buffer().slice(..));
-                pass.draw(0..4, 0..count);
-            }
+        draw_quads(&mut pass, &self.pipelines.particle, &self.particles, particles);
+        if let Some(translucent) = &self.translucent {
+            translucent.draw(&mut pass, &self.cube, &self.sphere);
         }
+        draw_quads(&mut pass, &self.pipelines.line, &self.lines, lines);
     }
 
     fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, rows: impl Fn(&Bodies) -> std::ops::Range<u32>) {
         for (mesh, bodies) in [(&self.cube, &self.cuboids), (&self.sphere, &self.spheres)] {
-            let rows = rows(bodies);
-            if !rows.is_empty() {
-                pass.set_vertex_buffer(0, mesh.vertices.slice(..));
-                pass.set_vertex_buffer(1, bodies.buffer().slice(..));
-                pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint16);
-                pass.draw_indexed(0..mesh.index_count, 0, rows);
-            }
+            mesh.draw(pass, bodies.buffer(), rows(bodies));
         }
+    }
+}
+
+/// Draws `count` rows of what is a strip of two triangles each.
+pub(crate) fn draw_quads(
+    pass: &mut wgpu::RenderPass<'_>,
+    pipeline: &wgpu::RenderPipeline,
+    rows: &InstanceBuffer,
+    count: u32,
+) {
+    if count > 0 {
+        pass.set_pipeline(pipeline);
+        pass.set_vertex_buffer(0, rows.buffer().slice(..));
+        pass.draw(0..4, 0..count);
     }
 }
 
