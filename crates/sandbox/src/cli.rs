@@ -9,10 +9,12 @@ use motion::{DampingModel, Effect, Method};
 use scene::{Scene, StepKind};
 
 pub use crate::failure::Failure;
+use crate::instructions::TicksOf;
 use crate::list::{Format, Listed, listed};
+use crate::recommend::RecommendArgs;
 use crate::session::Overrides;
 use crate::window;
-use crate::{ablate, effects, headless};
+use crate::{ablate, cost, effects, headless, recommend};
 
 /// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
 #[derive(Debug, Parser)]
@@ -99,6 +101,40 @@ enum Command {
     },
     /// Run a scene again without each of its effects and print what that changes
     Ablate(AblateArgs),
+    /// Run problems and scenes by every method at every step: what accuracy costs
+    Cost(CostArgs),
+    /// Measure which method and substeps suit each part of a scene: the cheapest below an error, or the most
+    /// accurate within a time
+    Recommend(RecommendArgs),
+}
+
+/// Measures accuracy against cost.
+#[derive(Args, Debug)]
+pub(crate) struct CostArgs {
+    /// Problems, shipped scenes or files [default: harmonic_oscillator kepler tetrahedron flag tutorial]
+    #[arg(value_name = "PROBLEM|SCENE")]
+    pub subjects: Vec<String>,
+    /// Simulated seconds of a scene [default: 10]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+    pub seconds: Option<f64>,
+    /// Fewer rungs and curves: an answer within a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Write report.html, figures and tables into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on with the report that was interrupted in that folder
+    #[arg(long, requires = "out")]
+    pub resume: bool,
+    /// Count instructions as well, with callgrind; needs valgrind
+    #[arg(long)]
+    pub instructions: bool,
+    /// Run nothing but so many ticks of a setting: what is counted
+    #[arg(long, hide = true, value_name = "METHOD:SUBSTEPS:TICKS", value_parser = TicksOf::parse)]
+    pub ticks_of: Option<TicksOf>,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
 }
 
 /// Runs a scene again without each of its effects.
@@ -154,6 +190,9 @@ pub(crate) struct RunArgs {
     /// Check what the scene expects
     #[arg(long)]
     pub assert: bool,
+    /// Keep books of energy and momentum, for the summary
+    #[arg(long)]
+    pub ledger: bool,
     /// Write the state of every body as CSV
     #[arg(long, value_name = "FILE.csv")]
     pub state: Option<PathBuf>,
@@ -199,6 +238,8 @@ pub fn run() -> Result<(), Failure> {
             Ok(())
         }
         Some(Command::Ablate(args)) => ablate::ablate(&args),
+        Some(Command::Cost(args)) => cost::cost(&args),
+        Some(Command::Recommend(args)) => recommend::run(&args),
     }
 }
 
@@ -227,7 +268,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("give a finite number above 0".to_owned()),

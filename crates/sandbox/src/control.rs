@@ -190,6 +190,10 @@ impl Session {
             Action::PreviousMethod => self.change_method(Method::previous),
             Action::Settings => self.ui.toggle_settings(),
             Action::Effects => self.ui.toggle_effects(),
+            Action::Cost => self.ui.toggle_cost(),
+            Action::Ghosts => self.toggle_ghosts(),
+            Action::NextSolid => self.next_solid(),
+            Action::Ledger => self.ui.toggle_ledger(),
             Action::Help => self.ui.toggle_help(),
             Action::VelocityArrows => self.control.velocity_arrows ^= true,
             Action::ForceArrows => self.control.force_arrows ^= true,
@@ -248,7 +252,7 @@ impl Session {
         }
     }
 
-    fn change_method(&mut self, other: fn(Method) -> Method) {
+    pub(crate) fn change_method(&mut self, other: fn(Method) -> Method) {
         let before = self.stepper.method();
         let gravity = self.world.contains_resource::<motion::MutualGravity>();
         let mut method = other(before);

@@ -1,5 +1,6 @@
 //! From the world to a plain frame: the one place where drawn state becomes f32, relative to the camera.
 
+mod ghosts;
 mod soft;
 
 use bevy_ecs::prelude::*;
@@ -55,6 +56,7 @@ impl Session {
         self.add_soft_bodies(&mut frame);
         self.add_springs(&mut frame, eye);
         self.add_particles(&mut frame, eye);
+        self.add_ghosts(&mut frame, eye);
         self.add_arrows(&mut frame, eye);
         if self.control.trails {
             self.add_trails(&mut frame, eye);

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use motion::{Effect, EffectState, FrameClock, FrameTime, Totals};
+use motion::{FrameClock, FrameTime, Ledger};
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 use scene::{Action, Recording, Scene, Script, Source};
 
@@ -193,14 +193,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         })?;
     }
     let start = Summary::start(&mut session);
-    let mut watch =
-        Watch { state, every: args.every, last: None, error: None, peak_kinetic: start.kinetic_energy };
+    keep_books(args, &mut session);
+    let mut watch = Watch { state, every: args.every, last: None, error: None };
     watch.look(&session);
     let progress = progress_bar(ticks);
     if let Some(ticks) = ticks {
         session.limit_ticks(ticks);
     }
-    let bounds_energy = args.assert && session.scene().expect.is_some_and(|e| e.energy_drift_below.is_some());
     let mut clock = FrameClock::default();
     while ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0 {
         let frame_number = session.frames();
@@ -208,9 +207,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let input =
             player.as_mut().map_or_else(Default::default, |player| player.input(&session, time.total()));
         session.advance_watched(&input, time, &mut |session| watch.after_tick(session));
-        if bounds_energy {
-            watch.peak_kinetic = watch.peak_kinetic.max(motion::totals(session.world_mut()).kinetic_energy);
-        }
         let orders = session.take_orders();
         if let Some(camera) = &mut camera {
             let every = args.frames.is_some() && frame_number.is_multiple_of(args.frame_every);
@@ -239,6 +235,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         for order in orders {
             if let Order::Open(name) = order {
                 session.open(scene::load(&name)?);
+                keep_books(args, &mut session);
             }
         }
         progress.set_position(session.ticks());
@@ -264,7 +261,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
         written.map_err(|error| Failure::file("write", path, &error))?;
     }
-    verdict(args, &mut session, start, &watch)
+    verdict(args, &session)
+}
+
+/// Keeps the books that were asked for, or that a bound of the energy is checked by.
+fn keep_books(args: &RunArgs, session: &mut Session) {
+    let bounds_energy = session.scene().expect.is_some_and(|expect| expect.energy_drift_below.is_some());
+    if args.ledger || args.assert && bounds_energy {
+        session.keep_ledger();
+    }
 }
 
 fn frame_ends(args: &RunArgs, recorded: Option<Vec<f64>>) -> Result<FrameEnds, Failure> {
@@ -298,7 +303,8 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
     Ok(Some(ticks as u64))
 }
 
-fn output_file(path: &Path) -> Result<Output, Failure> {
+/// Starts an output file, and makes its folder.
+pub(crate) fn output_file(path: &Path) -> Result<Output, Failure> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
     }
@@ -324,7 +330,6 @@ struct Watch {
     every: u64,
     last: Option<u64>,
     error: Option<std::io::Error>,
-    peak_kinetic: f64,
 }
 
 impl Watch {
@@ -354,7 +359,7 @@ impl Watch {
     }
 }
 
-fn verdict(args: &RunArgs, session: &mut Session, start: Totals, watch: &Watch) -> Result<(), Failure> {
+fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
     if let Some(first) = session.quarantined().first() {
         let count = session.quarantined().len();
         let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
@@ -365,26 +370,7 @@ fn verdict(args: &RunArgs, session: &mut Session, start: Totals, watch: &Watch) 
     }
     let Some(expect) = session.scene().expect.filter(|_| args.assert) else { return Ok(()) };
     let Some(bound) = expect.energy_drift_below else { return Ok(()) };
-    let works = [
-        ("damping", session.world().contains_resource::<motion::Damping>()),
-        ("drag", session.world().contains_resource::<motion::Drag>()),
-        (
-            "the damping of a spring",
-            session.world().get_resource::<motion::Groups>().is_some_and(motion::Groups::damped),
-        ),
-        ("an emitter", motion::state(session.world_mut(), Effect::Emitters) == EffectState::On),
-        ("a thrust", motion::state(session.world_mut(), Effect::Thrusts) == EffectState::On),
-        ("a script", args.script.is_some()),
-    ];
-    if let Some((what, _)) = works.iter().find(|(_, acts)| *acts) {
-        return Err(Failure::Expectation(format!(
-            "energy_drift_below cannot be checked yet where {what} does work; run it without"
-        )));
-    }
-    let now = motion::totals(session.world_mut());
-    let (before, after) =
-        (start.kinetic_energy + start.potential_energy, now.kinetic_energy + now.potential_energy);
-    let drift = (after - before).abs() / before.abs().max(watch.peak_kinetic);
+    let drift = session.ledger().map_or(f64::NAN, Ledger::relative_residual);
     // Written so that a drift that is not a number fails.
     if drift < bound {
         Ok(())

@@ -7,17 +7,21 @@ pub mod actions;
 mod camera;
 pub mod cli;
 mod control;
+mod cost;
 mod effects;
 mod extract;
 mod failure;
 pub mod files;
 mod headless;
 pub mod input;
+mod instructions;
 mod list;
 pub mod methods;
 mod panels;
 pub mod plan;
 pub mod player;
+mod progress;
+mod recommend;
 pub mod report;
 mod session;
 mod trails;
@@ -26,4 +30,6 @@ mod window;
 
 pub use camera::Camera;
 pub use control::Mode;
-pub use session::{Measured, Options, Order, Overrides, QuarantinedBody, Session, SwitchedBy};
+pub use session::{
+    GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Session, SwitchedBy,
+};

@@ -1,16 +1,19 @@
 //! What the panels show, taken from the session once a frame, and what a person changes in them.
 
 mod card;
+mod cost;
 mod effects;
 mod finder;
+mod ghosts;
 mod help;
 mod hud;
 mod labels;
+mod ledger;
 mod method;
 mod settings;
 
 use bevy_ecs::prelude::*;
-use egui::{LayerId, Order};
+use egui::{Align2, LayerId, Order};
 use glam::DVec3;
 use lab::Row;
 use motion::{
@@ -19,9 +22,10 @@ use motion::{
 
 use crate::control::Mode;
 use crate::input::Experiment;
-use crate::session::{Label, Measured, Session, SoftSum};
+use crate::session::{GhostLabel, GhostRow, Label, Measured, Session, SoftSum};
 use crate::ui::Ui;
 
+pub(crate) use cost::Axes;
 pub(crate) use finder::Finder;
 
 /// A change that a panel asks for.
@@ -31,6 +35,10 @@ pub(crate) enum Edit {
     Try(Experiment),
     Switch(Effect, bool),
     MeasureEffects,
+    MeasureCost,
+    ApplySetting(lab::cost::Setting),
+    /// Draws the ghost of a method, or of the reference, or leaves it out.
+    ShowGhost(Option<Method>, bool),
     StepHz(f64),
     Open(String),
 }
@@ -60,6 +68,15 @@ pub(crate) struct Model {
     pub labels: Vec<Label>,
     /// The receipt, while its panel is open.
     pub effects: Vec<Row>,
+    /// The study of the scene, while its panel is open.
+    pub cost: Option<cost::View>,
+    /// What there is to say of each ghost, while its panel is open.
+    pub ghosts: Vec<GhostRow>,
+    /// Whose distances they are.
+    pub ghost_subject: String,
+    pub ghost_labels: Vec<GhostLabel>,
+    /// The books, while their panel is open.
+    pub ledger: Option<ledger::View>,
 }
 
 /// The selected thing in the tutorial's terms.
@@ -86,6 +103,7 @@ pub(crate) struct Selected {
 impl Model {
     pub fn of(session: &mut Session, notices: Vec<String>) -> Self {
         let effects = if session.ui.effects { session.receipt() } else { Vec::new() };
+        let ghosts = if session.ui.ghosts { session.ghosts() } else { Vec::new() };
         let gravity = session.world.get_resource::<Gravity>().copied();
         Self {
             mode: session.control.mode,
@@ -107,6 +125,11 @@ impl Model {
             quarantined: session.quarantined().len(),
             notices,
             effects,
+            cost: if session.ui.cost { cost::View::of(session) } else { None },
+            ghosts,
+            ghost_subject: session.ghost_subject(),
+            ghost_labels: session.ghost_labels(),
+            ledger: session.ui.ledger.then(|| ledger::View::of(session)).flatten(),
             labels: session.visible_labels(),
             selection: session.control.selection.and_then(|thing| Selected::of(session, thing, gravity)),
         }
@@ -171,7 +194,9 @@ impl Selected {
 pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<Edit> {
     let mut edits = Vec::new();
     let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("hud")));
-    labels::show(&painter, &model.labels);
+    let taken = labels::show(&painter, &model.labels);
+    let panel = if ui.ghosts { ghosts::show(context, model, &mut edits) } else { None };
+    ghosts::show_labels(&painter, &model.ghost_labels, taken, panel);
     hud::show(&painter, model);
     if let Some(selected) = &model.selection {
         card::show(context, selected, model.method);
@@ -184,6 +209,17 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
     }
     if ui.effects {
         effects::show(context, model, &mut edits);
+    }
+    if ui.cost {
+        cost::show(context, model, model.cost.as_ref(), &mut ui.axes, &mut edits);
+    }
+    if let Some(view) = &model.ledger {
+        let place = match (ui.effects || ui.cost, ui.settings || ui.ghosts) {
+            (false, _) => Align2::RIGHT_CENTER,
+            (true, false) => Align2::LEFT_CENTER,
+            (true, true) => Align2::CENTER_BOTTOM,
+        };
+        ledger::show(context, model, view, place);
     }
     if let Some(mut finder) = ui.finder.take()
         && finder.show(context, &mut edits)

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use motion::{Method, PhysicsBody, Totals, Transform, totals};
+use motion::{Ledger, Lines, Method, PhysicsBody, Totals, Transform, totals};
 use serde_json::{Map, Value, json};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -111,7 +111,9 @@ impl Summary {
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
-        Self { fields: fields.into_iter().map(|(name, value)| (name.to_owned(), value)).collect() }
+        let books = session.ledger().map(|ledger| ("ledger", ledger_json(ledger)));
+        let fields = fields.into_iter().chain(books);
+        Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }
     }
 
     /// The summary as JSON, the order of the contract kept.
@@ -140,12 +142,53 @@ impl Summary {
                     }
                     continue;
                 }
+                Value::Object(books) if field == "ledger" => {
+                    let _ = writeln!(table, "{field}");
+                    for (line, value) in books {
+                        let _ = writeln!(table, "  {line:<24} {value}");
+                    }
+                    continue;
+                }
                 other => other.to_string(),
             };
             let _ = writeln!(table, "{field:<26} {value}");
         }
         table
     }
+}
+
+/// The books since they were opened.
+fn ledger_json(ledger: &Ledger) -> Value {
+    let books = ledger.since_opening();
+    let Lines { pushes, laws, damping, limits, anchors, interventions, residual } = &books.energy;
+    let momentum = &books.momentum;
+    json!({
+        "kept_s": number(ledger.seconds()),
+        "change_j": number(books.energy.change()),
+        "push_work_j": number(*pushes),
+        "laws": by_law(laws, |work| number(*work)),
+        "damping_j": number(*damping),
+        "limits_j": number(*limits),
+        "anchors_j": number(*anchors),
+        "interventions_j": number(*interventions),
+        "residual_j": number(*residual),
+        "residual_j_per_s": number(ledger.mean_residual_rate()),
+        "relative_residual": number(ledger.relative_residual()),
+        "momentum": {
+            "change_n_s": vector(momentum.change()),
+            "pushes_n_s": vector(momentum.pushes),
+            "laws": by_law(&momentum.laws, |impulse| vector(*impulse)),
+            "damping_n_s": vector(momentum.damping),
+            "limits_n_s": vector(momentum.limits),
+            "anchors_n_s": vector(momentum.anchors),
+            "interventions_n_s": vector(momentum.interventions),
+            "residual_n_s": vector(momentum.residual),
+        },
+    })
+}
+
+fn by_law<T>(laws: &[(&'static str, T)], value: fn(&T) -> Value) -> Value {
+    Value::Object(laws.iter().map(|(name, amount)| ((*name).to_owned(), value(amount))).collect())
 }
 
 /// A number, or its name where JSON has none.

@@ -2,15 +2,22 @@
 //!
 //! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
 
+mod cost;
 mod effects;
+mod ghosts;
 mod labels;
+mod ledger;
 mod options;
 mod pose;
 mod read;
 mod soft;
 
+pub(crate) use cost::SHARE as COST_SHARE;
 pub use effects::SwitchedBy;
+pub(crate) use ghosts::{GhostLabel, Track, place};
+pub use ghosts::{GhostRow, GhostState};
 pub(crate) use labels::Label;
+pub(crate) use ledger::Point;
 pub use options::{Options, Overrides};
 pub(crate) use pose::drawn;
 pub(crate) use soft::SoftSum;
@@ -21,8 +28,8 @@ use std::num::NonZero;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Damping, Evaluations, FrameTime, Gravity, Method, MutualGravity, PhysicsBody, PreviousPosition, Push,
-    PushQueue, Quarantine, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
+    Evaluations, FrameTime, Method, MutualGravity, PhysicsBody, PreviousPosition, Push, PushQueue,
+    Quarantine, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
     remember_positions,
 };
 use pick::{SoftTargets, Targets};
@@ -89,6 +96,13 @@ pub struct Session {
     pub(crate) measured: Option<Measured>,
     pub(crate) orders: Vec<Order>,
     pub(crate) effects: effects::Effects,
+    /// Twins of this world, while they are shown.
+    pub(crate) ghosts: Option<ghosts::Ghosts>,
+    pub(crate) cost: Option<cost::LiveCost>,
+    /// Books of energy and momentum, while somebody wants them.
+    ledger: Option<Box<ledger::Kept>>,
+    /// Whether they are kept while their panel is closed, too.
+    ledger_asked: bool,
     targets: Targets,
     soft: SoftTargets,
     targets_current: bool,
@@ -125,6 +139,10 @@ impl Session {
             measured: None,
             orders: Vec::new(),
             effects: effects::Effects::default(),
+            ghosts: None,
+            cost: None,
+            ledger: None,
+            ledger_asked: false,
             targets: Targets::default(),
             soft: SoftTargets::default(),
             targets_current: false,
@@ -209,6 +227,7 @@ impl Session {
         self.steer(time.length());
         self.simulate(time, after_tick);
         self.follow_locked();
+        self.work_on_cost(time);
         if self.options.pictures || self.ui.any_open() || self.ui.closing() {
             self.lay_out_panels(time);
         } else {
@@ -218,6 +237,8 @@ impl Session {
     }
 
     fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self)) {
+        // Before the requests: what they change is an intervention.
+        self.open_or_close_ledger();
         self.carry_out_requests();
         self.dropped_lately = 0.0;
         // Taken in any case: a step that was asked for before going on is not one of the next pause.
@@ -251,10 +272,12 @@ impl Session {
             }
         }
         for tick in 1..=ticks {
-            if tick == ticks && self.options.interpolate {
+            let last = tick == ticks && self.options.interpolate;
+            if last {
                 self.world.run_system_cached(remember_positions).expect("a query and nothing else");
             }
-            self.stepper.tick(&mut self.world);
+            self.tick_ghosts(last);
+            self.tick();
             after_tick(self);
         }
         let between = self.options.interpolate && !self.control.paused && self.scene.step == StepKind::Fixed;
@@ -339,6 +362,7 @@ impl Session {
 
     /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
     pub(crate) fn carry_out_requests(&mut self) {
+        self.carry_out_in_ghosts();
         self.stepper.carry_out_requests(&mut self.world);
         self.targets_current = false;
         for thing in [&mut self.control.selection, &mut self.control.locked] {
@@ -351,20 +375,12 @@ impl Session {
     pub(crate) fn reset_world(&mut self) {
         // Gravity and damping may have been asked for in this very frame.
         self.carry_out_requests();
-        let gravity = self.world.get_resource::<Gravity>().copied();
-        let damping = self.world.get_resource::<Damping>().copied();
         let method = self.stepper.method();
         let step = *self.world.resource::<TimeStep>();
         let (mut world, stepper, entities) = build(&self.scene, self.options);
         self.hand_over(&mut world);
         world.insert_resource(step);
-        if let Some(gravity) = gravity {
-            world.insert_resource(gravity);
-        }
-        if let Some(damping) = damping {
-            world.insert_resource(damping);
-        }
-        self.hand_over_effects(&mut world);
+        lab::copy_effects(&mut self.world, &mut world);
         (self.world, self.stepper, self.entities) = (world, stepper, entities);
         self.ids = ids_of(&self.entities);
         self.stepper.recompile(&mut self.world);
@@ -379,12 +395,14 @@ impl Session {
         self.targets_current = false;
         self.trails = Trails::default();
         self.acting.clear();
+        self.restart_ghosts();
     }
 
     /// Goes on with another scene; window size and panels stay.
     pub fn open(&mut self, scene: Scene) {
         let mut next = Self::new(scene, Options { paused: false, ..self.options });
         std::mem::swap(&mut next.ui, &mut self.ui);
+        next.ui.ghosts = false;
         next.clock.start_at(self.clock.now());
         next.measured = self.measured;
         next.control.mode = self.control.mode;
@@ -394,6 +412,8 @@ impl Session {
         next.count_effects_from_now();
         next.ticks_left = self.ticks_left;
         next.dropped = self.dropped;
+        next.ledger_asked = self.ledger_asked;
+        next.open_or_close_ledger();
         *self = next;
     }
 }

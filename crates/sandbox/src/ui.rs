@@ -30,6 +30,12 @@ pub(crate) struct Ui {
     pub help: bool,
     pub settings: bool,
     pub effects: bool,
+    pub cost: bool,
+    /// What its axes count.
+    pub axes: panels::Axes,
+    /// The list of ghosts, which it leaves alone when it is closed.
+    pub ghosts: bool,
+    pub ledger: bool,
     pub finder: Option<Finder>,
     was_open: bool,
     notices: Vec<(String, Option<f64>)>,
@@ -55,6 +61,10 @@ impl Ui {
             help: false,
             settings: false,
             effects: false,
+            cost: false,
+            axes: panels::Axes::default(),
+            ghosts: false,
+            ledger: false,
             finder: None,
             was_open: false,
             notices: Vec::new(),
@@ -71,6 +81,14 @@ impl Ui {
 
     pub fn toggle_effects(&mut self) {
         self.effects ^= true;
+    }
+
+    pub fn toggle_cost(&mut self) {
+        self.cost ^= true;
+    }
+
+    pub fn toggle_ledger(&mut self) {
+        self.ledger ^= true;
     }
 
     pub fn toggle_finder(&mut self) {
@@ -93,8 +111,9 @@ impl Ui {
     }
 
     /// Whether a panel is open.
-    pub const fn any_open(&self) -> bool {
-        self.help || self.settings || self.effects || self.finder.is_some()
+    pub fn any_open(&self) -> bool {
+        let panels = [self.help, self.settings, self.effects, self.cost, self.ghosts, self.ledger];
+        panels.contains(&true) || self.finder.is_some()
     }
 
     /// Whether a panel was open in the last layout: one more layout forgets it.
@@ -107,7 +126,8 @@ impl Ui {
         if self.finder.take().is_some() {
             return true;
         }
-        for open in [&mut self.help, &mut self.settings, &mut self.effects] {
+        let Self { help, settings, effects, cost, ghosts, ledger, .. } = self;
+        for open in [help, settings, effects, cost, ghosts, ledger] {
             if std::mem::take(open) {
                 return true;
             }
@@ -257,7 +277,10 @@ impl Session {
                     // Only declared ones can be clicked.
                     let _ = self.switch_effect(effect, on, SwitchedBy::Panel);
                 }
+                Edit::MeasureCost => self.measure_cost(),
+                Edit::ApplySetting(setting) => self.apply_setting(setting),
                 Edit::MeasureEffects => self.measure_effects(),
+                Edit::ShowGhost(method, shown) => self.show_ghost(method, shown),
                 Edit::StepHz(rate) => {
                     if self.clock.set_rate(rate).is_ok() {
                         self.world.insert_resource(motion::TimeStep(1.0 / rate));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
 use lab::Row;
-use motion::{Effect, EffectState, Evaluations, NeverDeclared, OffResource, PreviousPosition, Request};
+use motion::{Effect, EffectState, Evaluations, NeverDeclared, PreviousPosition, Request};
 
 use super::Session;
 
@@ -176,18 +176,5 @@ impl Session {
     /// Counts evaluations a step from here on: what was counted before was another scene.
     pub(crate) fn count_effects_from_now(&mut self) {
         self.effects.seen = (self.ticks(), self.world.resource::<Evaluations>().laws().to_vec());
-    }
-
-    /// Switches off in a world that was built anew what is off in this one, whose damping it has taken over.
-    pub(crate) fn hand_over_effects(&mut self, world: &mut World) {
-        if let Some(OffResource(damping)) = self.world.get_resource::<OffResource<motion::Damping>>() {
-            world.insert_resource(*damping);
-        }
-        for effect in Effect::ALL {
-            if motion::state(&mut self.world, effect) == EffectState::Off {
-                // What only an edit declared is not there any more.
-                let _ = motion::switch(world, effect, false);
-            }
-        }
     }
 }

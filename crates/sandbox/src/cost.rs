@@ -1,0 +1,163 @@
+//! `sandbox cost`: every method at every step, its error beside its cost.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
+
+use crate::cli::{CostArgs, show};
+use crate::failure::Failure;
+use crate::files::Output;
+use crate::instructions;
+use crate::list::Format;
+use crate::progress::Progress;
+
+/// What is studied if nothing is named: an orbit and an oscillator, what stretches, and the tutorial.
+const DEFAULT: [&str; 5] = ["harmonic_oscillator", "kepler", "tetrahedron", "flag", "tutorial"];
+
+/// Looks between two times that an unfinished report is written.
+const SAVE: u32 = 20;
+
+/// The machine-readable part of a report, which `--resume` reads.
+const FILE: &str = "report.json";
+
+/// Does what `sandbox cost` says.
+pub(crate) fn cost(args: &CostArgs) -> Result<(), Failure> {
+    let names = names(args);
+    let subjects = subjects(&names, args.seconds)?;
+    if let Some(ticks) = args.ticks_of {
+        return subjects.iter().try_for_each(|subject| ticks.run(subject));
+    }
+    if args.instructions {
+        instructions::check()?;
+    }
+    let plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
+    if let Some(folder) = &args.out {
+        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+    }
+    let earlier = earlier(args)?;
+    let mut report = Report {
+        format: FORMAT,
+        command: command(args),
+        machine: Machine::here(),
+        complete: false,
+        studies: Vec::new(),
+    };
+    let progress = Progress::new(names.len());
+    for (number, subject) in subjects.into_iter().enumerate() {
+        progress.say(subject.name());
+        let mut bench = Bench::new(subject, plan.clone());
+        let known = earlier
+            .as_ref()
+            .and_then(|report| report.studies.iter().find(|study| study.subject == bench.subject().name()));
+        if let Some(study) = known {
+            bench.resume(study);
+        }
+        report.studies.push(bench.study().clone());
+        let mut looks = 0;
+        progress.follow(number, &mut bench, |bench| {
+            looks += 1;
+            if looks % SAVE != 0 {
+                return Ok(());
+            }
+            report.studies[number].clone_from(bench.study());
+            save(&report, args.out.as_deref())
+        })?;
+        report.studies[number].clone_from(bench.study());
+        if args.instructions {
+            progress.say(format!("{}, instructions", names[number]));
+            instructions::count(&mut report.studies[number], names[number], known)?;
+        }
+        save(&report, args.out.as_deref())?;
+    }
+    drop(progress);
+    report.complete = true;
+    if let Some(folder) = &args.out {
+        for (name, bytes) in lab::report::files(&report) {
+            write(&folder.join(name), &bytes)?;
+        }
+    }
+    match args.format {
+        Format::Table => report.studies.iter().for_each(|study| show(&text(study))),
+        Format::Json => show(&lab::report::json(&report)),
+    }
+    Ok(())
+}
+
+fn names(args: &CostArgs) -> Vec<&str> {
+    match &args.subjects[..] {
+        [] => DEFAULT.to_vec(),
+        named => named.iter().map(String::as_str).collect(),
+    }
+}
+
+/// The problems and scenes of those names.
+fn subjects(names: &[&str], seconds: Option<f64>) -> Result<Vec<Subject>, Failure> {
+    let subject = |name: &str| match problem(name) {
+        Some(problem) => Ok(Subject::of_problem(problem)),
+        None => match scene::load(name) {
+            Ok(scene) => Ok(Subject::of_scene(scene, seconds)),
+            Err(error) => {
+                let problems: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
+                Err(Failure::Usage(format!("{error}\nor name a problem: {}", problems.join(", "))))
+            }
+        },
+    };
+    names.iter().copied().map(subject).collect()
+}
+
+/// What an interrupted run left.
+fn earlier(args: &CostArgs) -> Result<Option<Report>, Failure> {
+    let Some(folder) = args.out.as_ref().filter(|_| args.resume) else { return Ok(None) };
+    let path = folder.join(FILE);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Failure::file("read", &path, &error)),
+    };
+    let report: Report = serde_json::from_str(&text).map_err(|error| {
+        Failure::Usage(format!("{}: {error}; run without --resume to begin anew", path.display()))
+    })?;
+    if report.format != FORMAT || report.machine != Machine::here() {
+        let what = "it was made by another version or on another machine; run without --resume to begin anew";
+        return Err(Failure::Usage(format!("{}: {what}", path.display())));
+    }
+    Ok(Some(report))
+}
+
+/// The command that makes the report again.
+fn command(args: &CostArgs) -> String {
+    let mut command = "sandbox cost".to_owned();
+    for subject in &args.subjects {
+        command += &format!(" {subject}");
+    }
+    if args.quick {
+        command += " --quick";
+    }
+    if args.instructions {
+        command += " --instructions";
+    }
+    if let Some(seconds) = args.seconds {
+        command += &format!(" --seconds {seconds}");
+    }
+    command
+}
+
+fn save(report: &Report, folder: Option<&Path>) -> Result<(), Failure> {
+    folder.map_or(Ok(()), |folder| write(&folder.join(FILE), lab::report::json(report).as_bytes()))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let written =
+        Output::create(path).and_then(|mut file| file.write_all(bytes).and_then(|()| file.finish()));
+    written.map_err(|error| Failure::file("write", path, &error))
+}
+
+fn text(study: &Study) -> String {
+    let mut text = format!("{}: {}\n\n", study.subject, study.description);
+    for sentence in lab::report::words(study) {
+        text += &format!("  {sentence}\n");
+    }
+    text + "\n" + &lab::report::table(study) + "\n"
+}

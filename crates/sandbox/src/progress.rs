@@ -1,0 +1,69 @@
+//! The progress of studies, on a terminal.
+
+use std::io::IsTerminal as _;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use lab::cost::Bench;
+
+/// Steps of the bar a study.
+const STEPS: f64 = 1000.0;
+
+/// Thread CPU time between two looks at a study, s.
+const PIECE: f64 = 0.1;
+
+/// A bar with the time left; nothing where nobody looks.
+pub(crate) struct Progress(ProgressBar);
+
+impl Progress {
+    /// Of so many studies.
+    pub fn new(studies: usize) -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let style =
+            ProgressStyle::with_template("{bar:40} {percent} % {msg}, {eta} left").expect("a valid template");
+        let bar = ProgressBar::new(steps(studies, 0.0)).with_style(style);
+        bar.enable_steady_tick(Duration::from_millis(500));
+        Self(bar)
+    }
+
+    /// What is done now.
+    pub fn say(&self, what: impl Into<String>) {
+        self.0.set_message(what.into());
+    }
+
+    /// Makes study `number` to its end and looks in every now and then.
+    ///
+    /// # Errors
+    /// Those of `look`.
+    pub fn follow<E>(
+        &self,
+        number: usize,
+        bench: &mut Bench,
+        mut look: impl FnMut(&Bench) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.0.set_position(steps(number, 0.0));
+        while !bench.work(PIECE) {
+            self.0.set_position(steps(number, bench.progress()));
+            look(bench)?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "some thousand steps"
+)]
+fn steps(studies: usize, part: f64) -> u64 {
+    ((studies as f64 + part) * STEPS) as u64
+}
