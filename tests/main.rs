@@ -4,13 +4,18 @@
 #![allow(clippy::cast_precision_loss, reason = "counts of ticks are small")]
 
 mod bad_input;
+mod bare;
 mod contract;
 mod controls;
+mod cost;
+mod cost_report;
 mod damping;
 mod drive;
 mod effects;
+mod ghosts;
 mod groups;
 mod harness;
+mod ledger;
 mod methods;
 mod newton;
 mod panels;
@@ -18,6 +23,7 @@ mod picking;
 mod pixels;
 mod plans;
 mod quarantine;
+mod recommend;
 mod scripts;
 mod soft;
 mod soft_picking;

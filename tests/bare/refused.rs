@@ -1,0 +1,65 @@
+//! What would turn non-finite is refused and reported.
+
+use glam::DVec3;
+use motion::{Method, NotForArrays, StableId, TimeStep};
+
+use super::{Precision, Twin, bits, run, states};
+
+const SCENE: &str = r#"(version: 1, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [
+    (name: "free", mass_kg: 2), (name: "a", position_m: (3, 0, 0)), (name: "b", position_m: (4.5, 0, 0)),
+    (name: "wall", position_m: (9, 0, 0), immovable: true)],
+    springs: [(between: ("a", "b"), stiffness_n_m: 50, rest_length_m: 1)])"#;
+
+fn twin(method: Method) -> Twin {
+    let scene = scene::Scene::parse("t", SCENE).unwrap_or_else(|error| panic!("{error}"));
+    Twin::new(scene, method, 1)
+}
+
+fn check<T: Precision>(method: Method) {
+    for (pushed, stay) in [(0, &[0][..]), (1, &[1, 2]), (2, &[1, 2])] {
+        let mut bare = twin(method).bare::<T>();
+        let mut other = twin(method).bare::<T>();
+        run(&mut bare, 3);
+        run(&mut other, 3);
+        assert!(bare.refused().is_empty() && !bare.has_failed());
+        let before = states(&bare);
+        bare.push(pushed, [T::ZERO, T::INFINITY, T::ZERO]);
+        run(&mut bare, 1);
+        run(&mut other, 1);
+        let (after, fine) = (states(&bare), states(&other));
+        assert_eq!((bare.refused(), bare.has_failed()), (&[pushed][..], true), "{method:?}");
+        for row in 0..4 {
+            let expected = if stay.contains(&row) { &before[row] } else { &fine[row] };
+            assert_eq!(bits(&vec![after[row]]), bits(&vec![*expected]), "{method:?}: row {row}");
+        }
+        run(&mut bare, 1);
+        assert!(bare.refused().is_empty() && bare.has_failed(), "a push acts for one tick");
+    }
+}
+
+#[test]
+fn what_would_turn_non_finite_stays_and_is_reported() {
+    for method in Method::ALL {
+        check::<f64>(method);
+        check::<f32>(method);
+    }
+}
+
+#[test]
+fn an_immovable_body_is_moved_by_nothing() {
+    let mut bare = twin(Method::RungeKutta4).bare::<f32>();
+    bare.push(3, [f32::NAN, f32::INFINITY, 1.0]);
+    run(&mut bare, 2);
+    assert!(!bare.has_failed());
+    assert_eq!(states(&bare)[3], (3, DVec3::X * 9.0, DVec3::ZERO));
+    assert_eq!((bare.row_of(StableId(3)), bare.row_of(StableId(4))), (Some(3), None));
+}
+
+#[test]
+fn a_world_without_a_time_step_is_refused() {
+    let mut twin = twin(Method::RungeKutta4);
+    twin.world.remove_resource::<TimeStep>();
+    let refused = f64::of_world(&mut twin.world, Method::RungeKutta4, &|_| Vec::new());
+    assert_eq!(refused.err(), Some(NotForArrays::NoTimeStep));
+    assert!(NotForArrays::NoTimeStep.to_string().contains("TimeStep"));
+}

@@ -1,0 +1,139 @@
+//! Every shipped scene goes in plain arrays as it goes in a world.
+
+use motion::{Bare, Emitter, Method, NotForArrays, Quarantine};
+use scene::{Scene, shipped};
+
+use super::{Precision, States, Twin, bits, run, states};
+
+/// Scenes without emitters.
+fn scenes() -> impl Iterator<Item = Scene> {
+    shipped().iter().map(|shipped| shipped.load().unwrap()).filter(|scene| scene.emitters.is_empty())
+}
+
+/// How many ticks a run is worth, and methods and substeps that a scene is run with: all, where it is small.
+fn runs(scene: &Scene) -> (u32, Vec<(Method, u32)>) {
+    let bodies = u32::try_from(scene.bodies.len()).unwrap();
+    let few = vec![(Method::SemiImplicitEuler, 1), (Method::RungeKutta4, 3)];
+    let all = Method::ALL.into_iter().flat_map(|method| [(method, 1), (method, 3)]);
+    let runs = if bodies > 5_000 { few } else { all.collect() };
+    ((20_000 / bodies.max(1)).clamp(3, 120), runs)
+}
+
+/// What a run in arrays has in common with that in a world that was `run` for as many ticks: everything, or that
+/// they failed.
+fn compare(bare: &Bare<f64>, twin: &mut Twin, run: impl FnOnce(&mut Twin)) -> Result<(), String> {
+    let frozen = |twin: &Twin| twin.world.resource::<Quarantine>().records().len();
+    let before = frozen(twin);
+    run(twin);
+    if frozen(twin) > before {
+        return if bare.has_failed() { Ok(()) } else { Err("should have failed".into()) };
+    }
+    if bare.has_failed() {
+        return Err(format!("refused {:?}", bare.refused()));
+    }
+    let same = bits(&states(bare)) == bits(&twin.states());
+    if same { Ok(()) } else { Err("has other bits".into()) }
+}
+
+#[test]
+fn every_scene_has_the_bits_of_its_world() {
+    let (mut seen, mut failed, mut failures) = (0, 0, Vec::new());
+    for scene in scenes() {
+        let (ticks, runs) = runs(&scene);
+        for (method, substeps) in runs {
+            let mut twin = Twin::new(scene.clone(), method, substeps);
+            let mut bare = twin.bare::<f64>();
+            assert_eq!(bits(&states(&bare)), bits(&twin.states()), "{} at the start", scene.name);
+            run(&mut bare, ticks);
+            let mut outcome = compare(&bare, &mut twin, |twin| twin.run(ticks));
+            let counts = twin.evaluations();
+            let counted = (counts.accelerations(), counts.cg_iterations(), counts.newton_iterations());
+            let own = (bare.evaluations(), bare.cg_iterations(), bare.newton().0);
+            if outcome.is_ok() && !bare.has_failed() && own != counted {
+                outcome = Err(format!("counts {own:?}, not {counted:?}"));
+            }
+            if let Err(what) = outcome {
+                failures.push(format!("{} by {method:?} in {substeps} substeps {what}", scene.name));
+            }
+            seen += 1;
+            failed += usize::from(bare.has_failed());
+        }
+    }
+    assert!(seen >= 250 && failed < seen / 5, "{failed} of {seen} runs were refused");
+    assert!(failures.is_empty(), "{} of {seen}:\n{}", failures.len(), failures.join("\n"));
+}
+
+#[test]
+fn a_scene_goes_on_in_plain_arrays_from_where_it_is() {
+    for scene in scenes().filter(|scene| scene.bodies.len() < 1000) {
+        for method in Method::ALL {
+            let mut twin = Twin::new(scene.clone(), method, 1);
+            twin.run(17);
+            let mut bare = twin.bare::<f64>();
+            run(&mut bare, 20);
+            let outcome = compare(&bare, &mut twin, |twin| twin.run(20));
+            assert_eq!(outcome, Ok(()), "{} by {method:?}", scene.name);
+        }
+    }
+}
+
+/// Largest distance between positions, m, relative to one more than the largest coordinate.
+fn distance(states: &States, exact: &States) -> f64 {
+    let size = exact.iter().fold(1.0, |size, (_, x, _)| size + x.abs().max_element());
+    let pairs = states.iter().zip(exact);
+    pairs.fold(0.0_f64, |worst, ((_, x, _), (_, exact, _))| worst.max(x.distance(*exact) / size))
+}
+
+#[test]
+fn scenes_in_single_precision_are_near_those_in_double_precision() {
+    let mut failures = Vec::new();
+    for scene in scenes().filter(|scene| scene.bodies.len() < 1000) {
+        for method in Method::ALL {
+            // A method that blows springs up blows up roundings as well.
+            let springs = !scene.springs.is_empty() || !scene.soft_bodies.is_empty();
+            if springs && method == Method::ExplicitEuler {
+                continue;
+            }
+            let mut twin = Twin::new(scene.clone(), method, scene.substeps.max(2));
+            let mut exact = twin.bare::<f64>();
+            let (mut plain, mut compensated) = (twin.bare::<f32>(), twin.bare::<f32>().compensated());
+            run(&mut exact, 60);
+            if exact.has_failed() {
+                continue;
+            }
+            run(&mut plain, 60);
+            run(&mut compensated, 60);
+            let exact = states(&exact);
+            for (way, bare) in [("plain", &plain), ("compensated", &compensated)] {
+                let error = distance(&states(bare), &exact);
+                let what = format!("{} by {method:?}, {way}: {error:e}", scene.name);
+                if bare.has_failed() || error.is_nan() || error > NEAR || bare.newton().1 > 0 {
+                    failures.push(format!("{what}, {:?}", bare.newton()));
+                }
+                let moves = exact.iter().any(|(_, _, v)| v.length() > 0.1);
+                assert!(!moves || error > 0.0, "{what}: not single precision");
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// What single precision may be off by after 60 ticks, relative to the size of a scene.
+const NEAR: f64 = 2e-5;
+
+#[test]
+fn scenes_with_emitters_are_refused() {
+    let mut seen = 0;
+    for shipped in shipped() {
+        let scene = shipped.load().unwrap();
+        if !scene.emitters.is_empty() {
+            seen += 1;
+            let mut twin = Twin::new(scene, Method::RungeKutta4, 1);
+            assert!(twin.world.query::<&Emitter>().iter(&twin.world).next().is_some());
+            let refused = f32::of_world(&mut twin.world, Method::RungeKutta4, &|_| Vec::new());
+            assert_eq!(refused.err(), Some(NotForArrays::Emitters), "{}", shipped.name);
+            assert!(NotForArrays::Emitters.to_string().contains("switch the effect emitters off"));
+        }
+    }
+    assert!(seen >= 2, "only {seen} scenes with emitters");
+}

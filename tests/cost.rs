@@ -1,0 +1,8 @@
+//! What accuracy costs: the measuring measured.
+
+mod measuring;
+mod oscillator;
+mod panel;
+mod precision;
+mod readme;
+mod references;

@@ -1,0 +1,172 @@
+//! The measuring itself: what is slow shows as slow by as much, and what is broken as broken.
+
+use lab::cost::{
+    Accuracy, Bench, Cost, Counts, Failure, Host, Make, Outcome, Plan, Precision, Runner, Sample, Setting,
+    Study, Subject, make, problem,
+};
+use motion::Method;
+
+/// Runs something else under the name of a method.
+struct Instead {
+    runs: Vec<Box<dyn Runner>>,
+    broken: bool,
+}
+
+impl Runner for Instead {
+    fn tick(&mut self) {
+        self.runs.iter_mut().for_each(|run| run.tick());
+    }
+
+    fn states(&mut self) -> Vec<Sample> {
+        let mut states = self.runs[0].states();
+        if self.broken {
+            states.iter_mut().for_each(|(_, x, _)| x.x = f64::NAN);
+        }
+        states
+    }
+
+    fn counts(&mut self) -> Counts {
+        self.runs[0].counts()
+    }
+
+    fn failure(&mut self) -> Option<Failure> {
+        self.runs[0].failure()
+    }
+}
+
+/// The runs of the program, `times` of them at once for `slow`; RK4 by `fourth`, with states that are none for
+/// `broken`.
+fn instead(slow: Method, times: usize, fourth: Method, broken: Option<Method>) -> Box<Make> {
+    Box::new(move |subject: &Subject, setting: Setting, host: Host| {
+        let method = if setting.method == Method::RungeKutta4 { fourth } else { setting.method };
+        let count = if setting.method == slow { times } else { 1 };
+        let runs: Result<Vec<_>, _> =
+            (0..count).map(|_| make(subject, Setting { method, ..setting }, host)).collect();
+        let run = Instead { runs: runs?, broken: broken == Some(setting.method) };
+        Ok(Box::new(run) as Box<dyn Runner>)
+    })
+}
+
+fn study(subject: Subject, plan: Plan, make: Box<Make>) -> Study {
+    let mut bench = Bench::with(subject, plan, make);
+    assert!(bench.work(f64::INFINITY), "everything is run");
+    bench.study().clone()
+}
+
+fn plain(methods: Vec<Method>, rungs: Vec<u32>) -> Plan {
+    Plan { methods, single: Vec::new(), rungs, passes: 0, longer: 0, rates: false, ..Plan::full() }
+}
+
+#[test]
+fn a_method_that_is_three_times_as_slow_shows_as_that() {
+    let subject = || Subject::of_problem(problem("kepler").unwrap());
+    let methods = vec![Method::SemiImplicitEuler, Method::VelocityVerlet];
+    // What else the machine does is not for this test: once in several tries it does nothing.
+    let mut seen = Vec::new();
+    for _ in 0..8 {
+        let plan = Plan { passes: 9, timed: 0.01, ..plain(methods.clone(), vec![512]) };
+        let of = |times| {
+            study(subject(), plan.clone(), instead(Method::VelocityVerlet, times, Method::RungeKutta4, None))
+        };
+        let (fast, slow) = (of(1), of(3));
+        let time = |study: &Study| {
+            let ns =
+                |method| study.cost(study.curve(method, Precision::F64).next().unwrap(), Cost::Time).unwrap();
+            ns(Method::VelocityVerlet) / ns(Method::SemiImplicitEuler)
+        };
+        let ratio = time(&slow) / time(&fast);
+        seen.push(ratio);
+        if (ratio / 3.0 - 1.0).abs() < 0.1 {
+            return;
+        }
+    }
+    panic!("not 3: {seen:?}");
+}
+
+#[test]
+fn a_method_of_another_order_than_its_name_shows_as_that() {
+    let subject = Subject::of_problem(problem("duffing").unwrap());
+    let plan = plain(vec![Method::VelocityVerlet, Method::RungeKutta4], vec![64, 128, 256, 512]);
+    let study = study(subject, plan, instead(Method::ExplicitEuler, 1, Method::SemiImplicitEuler, None));
+    let order = |method| study.order(method, Accuracy::Position).unwrap();
+    assert!((order(Method::RungeKutta4) - 1.0).abs() < 0.1, "{}", order(Method::RungeKutta4));
+    assert!((order(Method::VelocityVerlet) - 2.0).abs() < 0.05);
+    let words = lab::report::words(&study).join(" ");
+    assert!(words.contains("the table says 4"), "{words}");
+}
+
+#[test]
+fn a_method_whose_states_are_none_is_a_mark_and_no_point() {
+    let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap());
+    let plan = plain(vec![Method::VelocityVerlet, Method::RungeKutta4], vec![16, 32]);
+    let broken = instead(Method::ExplicitEuler, 1, Method::RungeKutta4, Some(Method::VelocityVerlet));
+    let study = study(subject, plan, broken);
+    for cell in study.curve(Method::VelocityVerlet, Precision::F64) {
+        assert_eq!(cell.outcome, Outcome::Failed(Failure::BlewUp));
+        assert!(study.error(cell, Accuracy::Relative).is_none());
+        assert!(study.cost(cell, Cost::Evaluations).unwrap() > 0.0, "a mark has a place");
+    }
+    let front = study.front(Accuracy::Relative, Cost::Evaluations);
+    assert!(front.iter().all(|cell| cell.setting.method == Method::RungeKutta4) && !front.is_empty());
+}
+
+#[test]
+fn hopeless_runs_are_marks_with_reasons() {
+    // Twice the largest stable step and more: w h = 2 pi / 2.
+    let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap());
+    let study = study(subject, plain(Method::ALL.to_vec(), vec![4]), Box::new(make));
+    let failed = |method| study.curve(method, Precision::F64).next().unwrap().errors().is_none();
+    assert!(failed(Method::ExplicitEuler) && !failed(Method::ImplicitEuler));
+
+    let scene = scene::load("figure_eight").unwrap();
+    let study = super::measuring::study(
+        Subject::of_scene(scene, Some(0.5)),
+        plain(vec![Method::ImplicitEuler], vec![1]),
+        Box::new(make),
+    );
+    let Outcome::Failed(Failure::Unsolvable { why }) = &study.cells[0].outcome else {
+        panic!("{:?}", study.cells[0])
+    };
+    assert!(why.contains("implicit"), "{why}");
+}
+
+#[test]
+fn a_study_in_small_pieces_is_the_study_in_one() {
+    let subject = || Subject::of_problem(problem("tetrahedron").unwrap());
+    let plan = || plain(Method::ALL.to_vec(), vec![8, 16]);
+    let whole = study(subject(), plan(), Box::new(make));
+    let mut bench = Bench::new(subject(), plan());
+    let (mut pieces, mut last) = (0, 0.0);
+    while !bench.work(1e-4) {
+        pieces += 1;
+        let progress = bench.progress();
+        assert!((last..=1.0).contains(&progress), "{last} {progress}");
+        last = progress;
+    }
+    assert_eq!(bench.study(), &whole);
+    assert!(pieces > 3, "{pieces}");
+}
+
+#[test]
+fn a_resumed_study_runs_only_what_is_missing_and_comes_out_the_same() {
+    let subject = || Subject::of_problem(problem("elastic_pendulum").unwrap());
+    let plan = || plain(vec![Method::VelocityVerlet, Method::RungeKutta4], vec![16, 32, 64]);
+    let whole = study(subject(), plan(), Box::new(make));
+    let mut broken_off = whole.clone();
+    for cell in &mut broken_off.cells[3..] {
+        cell.outcome = Outcome::Failed(Failure::NotRun);
+    }
+    let text = serde_json::to_string(&broken_off).unwrap();
+    let read: Study = serde_json::from_str(&text).unwrap();
+    assert_eq!(read, broken_off);
+    let mut bench = Bench::new(subject(), plan());
+    bench.resume(&read);
+    assert!(bench.work(f64::INFINITY));
+    assert_eq!(bench.study(), &whole);
+
+    // Nothing is left: not even a reference is run.
+    let mut bench = Bench::new(subject(), plan());
+    bench.resume(&whole);
+    assert!(bench.is_done());
+    assert_eq!(bench.study(), &whole);
+}

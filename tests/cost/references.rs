@@ -1,0 +1,148 @@
+//! The references that studies make themselves, against a solver of another make: DOP853 of Hairer, Nørsett and
+//! Wanner as the crate `differential-equations` has it, with forces by plain formulas.
+
+use differential_equations::prelude::*;
+use glam::DVec3;
+use lab::cost::{Bench, Plan, SAMPLES, Subject, Truth, problem};
+use motion::{Effect, Elastic, Method};
+use scene::Scene;
+
+/// A scene of springs, uniform and mutual gravity, and damping, as a system of first order: positions, then
+/// velocities, of all bodies.
+struct System {
+    masses: Vec<Option<f64>>,
+    sources: Vec<f64>,
+    springs: Vec<([usize; 2], Elastic<f64>)>,
+    gravity: DVec3,
+    attraction: f64,
+    damping: f64,
+}
+
+impl System {
+    fn of(scene: &Scene, without: &[Effect]) -> Self {
+        let has = |effect| !without.contains(&effect);
+        assert!(scene.wells.is_empty() && scene.own_laws.is_empty(), "this system has none");
+        assert!(scene.drag.is_none() || !has(Effect::Drag), "this system has none");
+        let single = scene.springs.iter().map(|spring| (spring.ends.map(|end| end as usize), spring.elastic));
+        let links = scene.soft_bodies.iter().flat_map(|soft| {
+            soft.links
+                .iter()
+                .map(|link| (link.ends.map(|end| (soft.points.start + end) as usize), link.elastic))
+        });
+        let mass = |body: &scene::BodySpec| body.inverse_mass.filter(|w| *w > 0.0).map(|w| 1.0 / w);
+        Self {
+            masses: scene.bodies.iter().map(mass).collect(),
+            sources: scene.bodies.iter().map(|body| mass(body).or(body.source_mass).unwrap_or(0.0)).collect(),
+            springs: single.chain(links).collect(),
+            gravity: scene.gravity.map_or(DVec3::ZERO, |gravity| gravity.acceleration),
+            attraction: scene.mutual_gravity.map_or(0.0, |law| law.constant),
+            damping: scene.damping.map_or(0.0, |damping| damping.rate),
+        }
+    }
+
+    fn accelerations(&self, x: &[DVec3], v: &[DVec3]) -> Vec<DVec3> {
+        let mut forces = vec![DVec3::ZERO; x.len()];
+        for ([a, b], Elastic { stiffness, damping, rest_length }) in &self.springs {
+            let (along, length) = ((x[*b] - x[*a]).normalize_or_zero(), x[*a].distance(x[*b]));
+            let pull = along * (stiffness * (length - rest_length) + damping * (v[*b] - v[*a]).dot(along));
+            forces[*a] += pull;
+            forces[*b] -= pull;
+        }
+        if self.attraction != 0.0 {
+            for a in 0..x.len() {
+                for b in (0..x.len()).filter(|b| *b != a) {
+                    let r = x[b] - x[a];
+                    forces[a] +=
+                        r * (self.attraction * self.sources[a] * self.sources[b] / r.length().powi(3));
+                }
+            }
+        }
+        let each = forces.iter().zip(&self.masses).zip(v);
+        each.map(|((force, mass), v)| match mass {
+            Some(mass) => *force / *mass + self.gravity - *v * self.damping,
+            None => DVec3::ZERO,
+        })
+        .collect()
+    }
+}
+
+fn vectors(numbers: &[f64]) -> Vec<DVec3> {
+    numbers.chunks_exact(3).map(DVec3::from_slice).collect()
+}
+
+impl ODE<f64, Vec<f64>> for System {
+    fn diff(&self, _: f64, y: &Vec<f64>, dydt: &mut Vec<f64>) {
+        let (x, v) = y.split_at(y.len() / 2);
+        let a = self.accelerations(&vectors(x), &vectors(v));
+        dydt[..v.len()].copy_from_slice(v);
+        let numbers = a.iter().flat_map(DVec3::to_array);
+        dydt[v.len()..].iter_mut().zip(numbers).for_each(|(to, from)| *to = from);
+    }
+}
+
+/// Compares the reference of a study with DOP853 at every sample time, relative to the scales of the study.
+fn check(subject: Subject, scene: &Scene, without: &[Effect], bound: f64) {
+    let plan = Plan {
+        methods: vec![Method::VelocityVerlet],
+        single: Vec::new(),
+        rungs: vec![16, 64, 256],
+        passes: 0,
+        longer: 0,
+        rates: false,
+        ..Plan::full()
+    };
+    let mut bench = Bench::new(subject.without(without.to_vec()), plan);
+    assert!(bench.work(f64::INFINITY));
+    let study = bench.study();
+    let Truth::Reference { relative_error: own, .. } = study.truth else { panic!("it has a closed form") };
+    let start =
+        |part: fn(&scene::BodySpec) -> DVec3| scene.bodies.iter().flat_map(move |body| part(body).to_array());
+    let start: Vec<f64> = start(|body| body.position).chain(start(|body| body.velocity)).collect();
+    let times: Vec<f64> = (1..=SAMPLES).map(|k| (study.ticks / SAMPLES * k) as f64 / study.step_hz).collect();
+    let system = System::of(scene, without);
+    let truth = bench.truth().unwrap();
+    assert_eq!(truth.len(), times.len());
+    let (mut from, mut y) = (0.0, start);
+    for (time, sample) in times.iter().zip(truth) {
+        // From sample to sample: between its steps it only interpolates.
+        let solver = ExplicitRungeKutta::dop853().rtol(1e-13).atol(1e-14).max_steps(10_000_000);
+        let solution = IVP::ode(&system, from, *time, y).method(solver).solve().unwrap();
+        (from, y) = (*time, solution.y.last().unwrap().clone());
+        let (x, v) = y.split_at(y.len() / 2);
+        let (x, v) = (vectors(x), vectors(v));
+        for (id, ours, speed) in sample {
+            let dx = ours.distance(x[*id as usize]) / study.position_scale_m;
+            let dv = speed.distance(v[*id as usize]) / study.velocity_scale_m_s;
+            // What the study says of itself holds, beside what the other solver leaves open.
+            assert!(
+                dx.hypot(dv) < bound + 2.0 * own,
+                "{} at {time} s: {dx:e} {dv:e}, own {own:e}",
+                study.subject
+            );
+        }
+    }
+    assert!(own < bound, "{}: {own:e}", study.subject);
+}
+
+#[test]
+fn references_of_problems_agree_with_dop853() {
+    for name in ["elastic_pendulum", "tetrahedron"] {
+        let subject = Subject::of_problem(problem(name).unwrap());
+        let scene = subject.scene().clone();
+        check(subject, &scene, &[], 1e-8);
+    }
+}
+
+#[test]
+fn references_of_scenes_agree_with_dop853() {
+    let rows: [(&str, f64, &[Effect]); 4] = [
+        ("figure_eight", 4.0, &[]),
+        ("tutorial", 2.0, &[]),
+        ("rope", 0.5, &[]),
+        ("flag", 0.2, &[Effect::Drag, Effect::Wind]),
+    ];
+    for (name, seconds, without) in rows {
+        let scene = scene::load(name).unwrap();
+        check(Subject::of_scene(scene.clone(), Some(seconds)), &scene, without, 1e-8);
+    }
+}

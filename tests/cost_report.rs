@@ -1,0 +1,377 @@
+//! The report of a study, on studies whose answers are known.
+
+#[path = "cost_report/fixture.rs"]
+mod fixture;
+
+use std::collections::BTreeMap;
+
+use fixture::{fall, oscillator, report, rest};
+use lab::cost::{Cell, Cost, Drift, Failure, Outcome, Precision, Report, Study, Truth};
+use lab::report::{CELLS_HEADER, files, json, table, words};
+use motion::Method;
+
+/// All files before the pictures, which take their time.
+fn texts(report: &Report) -> BTreeMap<String, String> {
+    files(report)
+        .take_while(|(name, _)| !name.ends_with(".png"))
+        .map(|(name, bytes)| (name, String::from_utf8(bytes).unwrap()))
+        .collect()
+}
+
+#[track_caller]
+fn sentence<'a>(words: &'a [String], beginning: &str) -> &'a str {
+    let found = words.iter().find(|sentence| sentence.contains(beginning));
+    found.unwrap_or_else(|| panic!("nothing says {beginning:?}: {words:#?}"))
+}
+
+/// The number after `before`.
+#[track_caller]
+fn number_after(sentence: &str, before: &str) -> f64 {
+    let rest = sentence.split_once(before).unwrap_or_else(|| panic!("{before:?} is not in {sentence}")).1;
+    let number: String = rest.chars().take_while(|c| c.is_ascii_digit() || ".,".contains(*c)).collect();
+    number.trim_end_matches(['.', ',']).replace(',', "").parse().unwrap()
+}
+
+fn failed(study: &Study, precision: Precision) -> usize {
+    let failed = |cell: &&Cell| cell.errors().is_none() && cell.setting.precision == precision;
+    study.cells.iter().filter(failed).count()
+}
+
+fn fail_all(study: &mut Study) {
+    for cell in &mut study.cells {
+        cell.outcome = Outcome::Failed(Failure::BlewUp);
+    }
+}
+
+#[test]
+fn words_tell_where_runge_kutta_4_overtakes_verlet() {
+    let words = words(&oscillator());
+    let said = sentence(&words, "overtakes velocity Verlet");
+    // Phase errors of z²/24 and (4z)⁴/120 a radian are equal at 64 pi / sqrt(20) = 45 evaluations a period; rungs
+    // are a factor of up to 1.2 apart there.
+    let at = number_after(said, "overtakes velocity Verlet at ");
+    assert!((at - 45.0).abs() < 4.0 + 0.2 * 45.0, "{said}");
+    assert_eq!(number_after(said, "evaluations a second ("), at, "the period is 1 s: {said}");
+}
+
+#[test]
+fn words_compare_verlet_and_runge_kutta_2_at_equal_evaluations() {
+    let words = words(&oscillator());
+    for method in ["midpoint", "Heun"] {
+        let said = words
+            .iter()
+            .find(|said| said.contains("velocity Verlet errs") && said.contains(method))
+            .unwrap_or_else(|| panic!("{words:#?}"));
+        // z²/6 against (z/2)²/24, and z²/24 at equal steps.
+        let factor = number_after(said, "velocity Verlet errs ");
+        assert!((factor - 16.0).abs() < 3.2, "{said}");
+        let at_equal_steps = number_after(said, "at equal steps it errs ");
+        assert!((at_equal_steps - 4.0).abs() < 0.8, "{said}");
+    }
+}
+
+#[test]
+fn words_answer_the_tutorials_question() {
+    let said = words(&oscillator());
+    let said = sentence(&said, "At equal evaluations Runge-Kutta 4 errs less than semi-implicit Euler");
+    assert!(said.contains("at every step that is of use"), "{said}");
+    // The other way round: Runge-Kutta 4 with the errors of the Euler.
+    let mut swapped = oscillator();
+    for cell in &mut swapped.cells {
+        cell.setting.method = match cell.setting.method {
+            Method::RungeKutta4 => Method::SemiImplicitEuler,
+            Method::SemiImplicitEuler => Method::RungeKutta4,
+            other => other,
+        };
+    }
+    swapped.cells.sort_by_key(|cell| (cell.setting.method, cell.setting.precision, cell.setting.substeps));
+    let per_step = |method: Method| u64::from(method.claims().evaluations);
+    let ticks = swapped.ticks;
+    for cell in &mut swapped.cells {
+        cell.counts.accelerations = ticks * u64::from(cell.setting.substeps) * per_step(cell.setting.method);
+    }
+    let said = words(&swapped);
+    sentence(&said, "At equal evaluations semi-implicit Euler errs less than Runge-Kutta 4");
+}
+
+#[test]
+fn the_cheapest_for_an_error_keeps_it_and_nothing_cheaper_does() {
+    let study = oscillator();
+    let words = words(&study);
+    let said = sentence(&words, "For an error below 1 mm within 10 s, ");
+    let cost = number_after(said, "is the cheapest: ");
+    let cheapest = study
+        .cells
+        .iter()
+        .filter(|cell| cell.setting.precision == Precision::F64)
+        .filter(|cell| cell.errors().is_some_and(|errors| errors.position_m <= 1e-3))
+        .filter_map(|cell| study.cost(cell, Cost::Evaluations))
+        .fold(f64::INFINITY, f64::min);
+    assert!((cost / cheapest - 1.0).abs() < 0.03, "{said}, but {cheapest} evaluations do");
+    assert!(said.contains("ns a body-step") && said.contains("% of real time"), "{said}");
+}
+
+#[test]
+fn what_explicit_euler_is_worth_is_said() {
+    let words = words(&oscillator());
+    assert!(sentence(&words, "never the best choice").contains("explicit Euler"));
+    let failure = sentence(&words, "blew up");
+    assert!(failure.starts_with("Explicit Euler at x 10, x 12"), "{failure}");
+}
+
+#[test]
+fn words_name_the_best_step_of_single_precision() {
+    let study = oscillator();
+    let words = words(&study);
+    let said = sentence(&words, "In single precision Runge-Kutta 4 errs least at");
+    let best = study
+        .curve(Method::RungeKutta4, Precision::F32)
+        .min_by(|a, b| a.errors().unwrap().position_m.total_cmp(&b.errors().unwrap().position_m))
+        .unwrap();
+    assert!(said.contains(&format!("(x {}, ", best.setting.substeps)), "{said}");
+    assert!(said.contains("finer steps make it worse"), "{said}");
+    // An Euler of order 1 is nowhere near round-off.
+    assert!(sentence(&words, "single precision is as good").contains("explicit Euler"));
+}
+
+#[test]
+fn a_method_of_the_wrong_order_is_named() {
+    let mut study = oscillator();
+    assert!(
+        words(&study).iter().any(|said| said.starts_with("Every order that could be measured is within"))
+    );
+    // Runge-Kutta 4 with the errors of semi-implicit Euler: order 1.
+    let euler: Vec<_> =
+        study.curve(Method::SemiImplicitEuler, Precision::F64).map(|cell| cell.outcome.clone()).collect();
+    let broken = study.cells.iter_mut().filter(|cell| {
+        cell.setting.method == Method::RungeKutta4 && cell.setting.precision == Precision::F64
+    });
+    for (cell, outcome) in broken.zip(euler) {
+        cell.outcome = outcome;
+    }
+    let said = words(&study);
+    assert_eq!(sentence(&said, "shows order"), "Runge-Kutta 4 shows order 1.0; the table says 4.");
+    assert!(!said.iter().any(|said| said.starts_with("Every order")), "{said:#?}");
+}
+
+#[test]
+fn exact_methods_are_called_exact() {
+    let words = words(&fall());
+    let said = sentence(&words, "round-off at every step");
+    for exact in ["Position Verlet", "velocity Verlet", "Runge-Kutta 4"] {
+        assert!(said.contains(exact), "{said}");
+    }
+    assert!(!said.contains("Euler"), "{said}");
+    assert_eq!(words[0], "Velocity Verlet is the cheapest, and exact here.");
+    sentence(&words, "Runge-Kutta 4 is exact here; semi-implicit Euler errs by");
+}
+
+#[test]
+fn energy_is_bounded_or_grows_or_is_lost() {
+    let words = words(&oscillator());
+    let said = sentence(&words, "invent or lose over 400 s");
+    let (bounded, rest) = said.split_once("growing with").unwrap();
+    for symplectic in ["semi-implicit Euler", "velocity Verlet", "Yoshida 4"] {
+        assert!(bounded.contains(symplectic), "{said}");
+    }
+    assert!(rest.contains("Runge-Kutta 2 Heun x 240 (as t^1.0"), "{said}");
+    let (_, lost) = rest.split_once("most of it lost with").unwrap();
+    assert!(lost.starts_with(" implicit Euler"), "{said}");
+}
+
+#[test]
+fn a_doubtful_reference_ranks_nothing() {
+    let mut study = oscillator();
+    study.truth = Truth::Reference {
+        method: Method::RungeKutta4,
+        substeps: 16,
+        relative_error: 0.7,
+        position_error_m: 0.7,
+        exact_damping: false,
+    };
+    let words = words(&study);
+    assert!(words[0].starts_with("The reference is itself uncertain by 70 cm"), "{}", words[0]);
+    assert!(!words.iter().any(|said| said.contains("cheapest")), "{words:#?}");
+}
+
+#[test]
+fn tables_have_a_row_a_cell() {
+    let report = report(vec![oscillator(), fall()]);
+    let files = texts(&report);
+    let cells: usize = report.studies.iter().map(|study| study.cells.len()).sum();
+    let mut lines = files["cells.csv"].lines();
+    assert_eq!(lines.next(), Some(CELLS_HEADER));
+    let columns = CELLS_HEADER.split(',').count();
+    assert_eq!(columns, 16);
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), cells);
+    assert!(rows.iter().all(|row| row.len() == columns));
+    let cell = &report.studies[0].cells[3];
+    let row = &rows[3];
+    assert_eq!(row[..4], ["oscillator", "explicit_euler", "16", "f64"]);
+    assert_eq!(row[4].parse::<f64>().unwrap(), report.studies[0].step_s(cell.setting));
+    assert_eq!((row[5], row[8]), ("", "blew up"));
+    let good = rows.iter().position(|row| row[8] == "finished").unwrap();
+    let errors = report.studies[0].cells[good].errors().unwrap();
+    assert_eq!(rows[good][6].parse::<f64>().unwrap(), errors.position_m);
+
+    let samples: usize = report.studies[0].drifts.iter().map(|drift| drift.series.len()).sum();
+    assert_eq!(files["drift.csv"].lines().count(), 1 + samples);
+    assert_eq!(files["rates.csv"].lines().count(), 1 + report.studies[0].rates.len());
+    // A header, a row a cell, and the meaning of the star.
+    assert_eq!(table(&report.studies[0]).lines().count(), report.studies[0].cells.len() + 2);
+}
+
+#[test]
+fn commas_and_quotes_stay_in_their_fields() {
+    let mut study = fall();
+    study.subject = "a, \"b\"".to_owned();
+    let files = texts(&report(vec![study]));
+    assert!(files["cells.csv"].lines().nth(1).unwrap().starts_with("\"a, \"\"b\"\"\",explicit_euler,"));
+}
+
+#[test]
+fn the_json_is_the_report() {
+    let report = report(vec![oscillator(), fall(), rest()]);
+    let text = json(&report);
+    assert_eq!(texts(&report)["report.json"], text);
+    let again: Report = serde_json::from_str(&text).unwrap();
+    assert!(again == report, "the report is not read as it was written");
+}
+
+#[test]
+fn the_page_needs_nothing_beside_it() {
+    let report = report(vec![oscillator(), fall()]);
+    let page = &texts(&report)["report.html"];
+    for outside in ["http:", "https:", "src=", "@import", "url(", "<script", "<link"] {
+        assert!(!page.contains(outside), "the page has {outside}");
+    }
+    for number in ["NaN", "inf ", ">inf<", "-inf"] {
+        assert!(!page.contains(number), "the page has {number}");
+    }
+    assert!(page.contains("A &lt;processor&gt; &amp; more") && !page.contains("<processor>"));
+    for study in &report.studies {
+        for said in words(study).iter().filter(|said| said.contains("never the best choice")) {
+            assert!(page.contains(said.as_str()), "the page lacks {said}");
+        }
+    }
+    assert_eq!(page.matches("<section").count(), 2);
+    assert_eq!(page.matches("<nav>").count(), 1);
+}
+
+#[test]
+fn every_choice_of_error_and_cost_has_its_figure_and_its_rule() {
+    let page = &texts(&report(vec![oscillator()]))["report.html"];
+    for error in ["position", "relative"] {
+        assert_eq!(page.matches(&format!("figure class=\"step {error}\"")).count(), 1);
+        for cost in ["evaluations", "time", "real-time"] {
+            assert_eq!(page.matches(&format!("figure class=\"cost {error} {cost}\"")).count(), 1);
+            assert_eq!(page.matches(&format!("class=\"by-{cost}\"")).count(), 1);
+            assert!(page.contains(&format!(".panels:has(.by-{error}:checked):has(.by-{cost}:checked)")));
+        }
+    }
+}
+
+#[test]
+fn every_failed_run_is_a_cross_and_every_other_one_a_point() {
+    let study = oscillator();
+    let crosses = failed(&study, Precision::F64);
+    assert!(crosses > 0);
+    let double = study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64).count();
+    let files = texts(&report(vec![study]));
+    let figures: Vec<_> = files.iter().filter(|(name, _)| name.contains("error-")).collect();
+    assert_eq!(figures.len(), 8);
+    for (name, svg) in figures {
+        assert_eq!(svg.matches("class=\"failed").count(), crosses, "{name}");
+        // Nine more are in the legend.
+        assert_eq!(svg.matches("class=\"mark").count(), double - crosses + 9, "{name}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf,") && !svg.contains("inf "), "{name}");
+    }
+}
+
+#[test]
+fn failed_runs_without_a_time_are_counted_where_they_cannot_be_placed() {
+    let mut study = oscillator();
+    let crosses = failed(&study, Precision::F64);
+    for cell in study.cells.iter_mut().filter(|cell| cell.errors().is_none()) {
+        cell.time = None;
+    }
+    let files = texts(&report(vec![study]));
+    let svg = &files["oscillator-error-cost-time-position.svg"];
+    assert!(svg.contains(&format!("{crosses} runs without this cost")));
+    assert!(!svg.contains("class=\"failed"));
+}
+
+#[test]
+fn pictures_are_drawn_from_the_figures() {
+    let mut pictures = 0;
+    let report = report(vec![Study { subject: "<\"&'>.ron".to_owned(), ..rest() }]);
+    for (name, bytes) in files(&report).filter(|(name, _)| name.ends_with(".png")).take(3) {
+        pictures += 1;
+        assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n", "{name}");
+        let size = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert_eq!(size(16), 2200, "{name}");
+        assert!(size(20) > 800, "{name}");
+        assert!(bytes.len() > 10_000, "{name} is empty");
+        assert!(name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)), "{name}");
+    }
+    assert_eq!(pictures, 3);
+}
+
+#[test]
+fn studies_without_anything_to_say_make_a_report() {
+    let one_rung = |mut study: Study| {
+        study.cells.retain(|cell| cell.setting.substeps == 80);
+        study
+    };
+    let untimed = |mut study: Study| {
+        for cell in &mut study.cells {
+            (cell.time, cell.arrays_time, cell.bytes_per_body_step) = (None, None, None);
+        }
+        study
+    };
+    let mut broken = oscillator();
+    fail_all(&mut broken);
+    let mut hopeless = oscillator();
+    for cell in &mut hopeless.cells {
+        if let Outcome::Finished(errors) = &mut cell.outcome {
+            (errors.relative, errors.position_m, errors.velocity_m_s) = (f64::NAN, f64::INFINITY, f64::NAN);
+        }
+    }
+    for drift in &mut hopeless.drifts {
+        *drift = Drift { largest: None, series: vec![(1.0, f64::NAN)], ..drift.clone() };
+    }
+    let mut cut_short = oscillator();
+    for cell in &mut cut_short.cells {
+        cell.outcome = Outcome::Failed(Failure::NotRun);
+    }
+    let mut empty = fall();
+    empty.cells.clear();
+    let studies = [rest(), one_rung(oscillator()), untimed(oscillator()), broken, hopeless, cut_short, empty];
+    for study in studies {
+        let said = words(&study);
+        assert!(!said.is_empty());
+        assert!(said.iter().all(|said| !said.contains("NaN") && !said.contains("inf")), "{said:#?}");
+        let subject = study.subject.clone();
+        for (name, text) in texts(&report(vec![study])) {
+            let is_data = name == "report.json";
+            assert!(is_data || (!text.contains("NaN") && !text.contains(">inf")), "{subject}: {name}");
+        }
+    }
+}
+
+#[test]
+fn a_study_at_rest_says_so() {
+    let said = words(&rest());
+    assert_eq!(said[0], "Nothing moves here: every method is exact, and the cheapest will do.");
+    assert!(said.iter().all(|said| !said.contains("below")), "{said:#?}");
+}
+
+#[test]
+fn subjects_of_one_name_keep_their_own_files() {
+    let scene = |folder: &str| Study { subject: format!("{folder}/my scene.ron"), ..fall() };
+    let files = texts(&report(vec![scene("a"), scene("b")]));
+    for name in ["my-scene-error-step-position.svg", "my-scene-2-error-step-position.svg"] {
+        assert!(files.contains_key(name), "{name} is not among {:?}", files.keys());
+    }
+}

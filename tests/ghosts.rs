@@ -1,0 +1,345 @@
+//! Ghosts: twins by every method, which have the bits of runs of their own.
+
+mod pictures;
+mod twins;
+
+use glam::DVec3;
+use motion::{Effect, Method, PhysicsBody, Quarantined, Request};
+use sandbox::input::{Experiment, Input};
+use sandbox::{GhostRow, GhostState};
+use scene::Scene;
+
+use crate::drive::{Drive, tap};
+use crate::harness::H;
+
+/// Free bodies, a group of two on an anchor, particles that come and go; laws of position, velocity and time.
+pub fn mixed() -> Scene {
+    let text = r#"(
+        version: 1, step_hz: 60, seed: 3, push: (),
+        gravity: (acceleration_m_s2: (0, -9.8, 0), on_at_start: false),
+        damping: (model: clamped, rate_per_s: 0.2), drag: (quadratic_per_m: 0.02),
+        wells: [(position_m: (0, 5, -4), strength_m3_s2: 60, softening_m: 1)],
+        thrusts: [(body: "box", curve: sine(amplitude_n: (0, 3, 1), angular_frequency_rad_s: 5, phase_rad: 0.3))],
+        camera: (position_m: (0, 4, 24), pitch_deg: 0, yaw_deg: 0),
+        bodies: [
+            (name: "anchor", shape: cuboid(half_extents_m: (0.3, 0.3, 0.3)), position_m: (-6, 8, 0), immovable: true),
+            (name: "ball", shape: sphere(radius_m: 1), position_m: (4, 4, 0), velocity_m_s: (0, 3, -1)),
+            (name: "box", shape: cuboid(half_extents_m: (0.5, 0.6, 0.7)), position_m: (8, 6, 0), rotation_deg: (0, 30, 0)),
+            (name: "first", shape: sphere(radius_m: 0.4), position_m: (-6, 5, 0), mass_kg: 2),
+            (name: "second", shape: sphere(radius_m: 0.4), position_m: (-4, 3, 0), velocity_m_s: (0, 0, 2)),
+            (name: "dust", position_m: (1, 9, 1), velocity_m_s: (-2, 0, 0), mass_kg: 0.1),
+            (name: "spare", position_m: (1, 1, 1), velocity_m_s: (0, 1, 0)),
+        ],
+        emitters: [(rate_per_s: 20, position_m: (0, 0, -3), speed_m_s: 8, spread_deg: 15, life_s: 0.7)],
+        springs: [
+            (between: ("anchor", "first"), stiffness_n_m: 60, damping_n_s_m: 0.1, rest_length_m: 2.5),
+            (between: ("first", "second"), stiffness_n_m: 30, damping_n_s_m: 0.1),
+        ],
+    )"#;
+    Scene::parse("mixed", text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A run of `scene` by one method, for every body of it.
+fn alone(mut scene: Scene, method: Method, substeps: Option<u32>) -> Drive {
+    scene.method = method;
+    scene.bodies.iter_mut().for_each(|body| body.method = None);
+    if let Some(substeps) = substeps {
+        scene.substeps = substeps;
+        scene.bodies.iter_mut().for_each(|body| body.substeps = None);
+    }
+    Drive::of(scene)
+}
+
+fn reference(scene: Scene) -> Drive {
+    alone(scene, Method::RungeKutta4, Some(16))
+}
+
+/// Distances of bodies that move in both runs, in the order of ids.
+fn distances(a: &Drive, b: &Drive) -> Vec<f64> {
+    let moving = |drive: &Drive, name: &str| {
+        let body = drive.session.body(name)?;
+        let world = drive.session.world();
+        let moves = world.get::<PhysicsBody>(body).is_some_and(|state| state.inverse_mass > 0.0);
+        let there = world.get::<Quarantined>(body).is_none() && world.get::<motion::Dormant>(body).is_none();
+        (moves && there).then(|| drive.x(name))
+    };
+    let names: Vec<_> = a.session.scene().names.iter().map(|name| name.into_owned()).collect();
+    names.iter().filter_map(|name| Some((moving(a, name)? - moving(b, name)?).length())).collect()
+}
+
+fn row(drive: &Drive, method: Method) -> GhostRow {
+    drive.session.ghosts().into_iter().find(|row| row.method == Some(method)).unwrap()
+}
+
+/// Fails unless the row tells the distances between two runs, bit for bit.
+#[track_caller]
+fn assert_tells(drive: &Drive, method: Method, alone: &Drive, reference: &Drive) {
+    let each = distances(alone, reference);
+    assert!(!each.is_empty());
+    let square = each.iter().map(|d| d * d).sum::<f64>() / each.len() as f64;
+    let row = row(drive, method);
+    assert_eq!(row.distance, each.iter().copied().reduce(f64::max), "{method:?}");
+    assert_eq!(row.rms, Some(square.sqrt()), "{method:?}");
+}
+
+/// Inputs of frame number `frame`: pushes, held keys aside, and every kind of change.
+fn inputs(frame: u32) -> Vec<Input> {
+    let of = |body: &str, request, value| Experiment::OfBody(body.to_owned(), request, value);
+    let push = |body: &str, force| Experiment::Push(body.to_owned(), force);
+    let experiments = match frame {
+        3 => vec![push("ball", [50.0, -20.0, 5.0]), push("second", [0.0, 90.0, 0.0])],
+        9 => vec![of("first", Request::Impulse, [1.0, 2.0, 3.0]), push("ball", [9.0, 0.0, 0.0])],
+        14 => return tap("G").to_vec(),
+        20 => vec![of("dust", Request::SetVelocity, [0.0, 4.0, 1.0])],
+        24 => vec![Experiment::SwitchEffect(Effect::Drag, false), push("box", [0.0, 0.0, 40.0])],
+        30 => vec![Experiment::OfWorld(Request::SetGravity(DVec3::new(0.5, -5.0, 0.0)))],
+        33 => vec![Experiment::Remove("spare".to_owned()), of("box", Request::SetPosition, [2.0, 2.0, 2.0])],
+        36 => vec![Experiment::DampingRate(0.5), Experiment::SwitchEffect(Effect::Drag, true)],
+        40 => vec![Experiment::OfWorld(Request::ReverseVelocities)],
+        44 => vec![Experiment::BodyMethod("ball".to_owned(), Some(Method::ExplicitEuler))],
+        50 => vec![Experiment::SwitchEffect(Effect::Springs, false)],
+        55 => vec![
+            Experiment::SwitchEffect(Effect::Springs, true),
+            Experiment::SwitchEffect(Effect::Emitters, false),
+        ],
+        _ => Vec::new(),
+    };
+    experiments.into_iter().map(Input::Experiment).collect()
+}
+
+/// The same without what a twin ignores.
+fn inputs_of_runs(frame: u32) -> Vec<Input> {
+    let of_one = |input: &Input| matches!(input, Input::Experiment(Experiment::BodyMethod(..)));
+    inputs(frame).into_iter().filter(|input| !of_one(input)).collect()
+}
+
+#[test]
+fn distances_are_those_between_runs_of_their_own_bit_for_bit() {
+    let mut drive = Drive::of(mixed());
+    drive.press("T");
+    let mut runs: Vec<_> = Method::ALL.map(|method| alone(mixed(), method, None)).into_iter().collect();
+    let mut reference = reference(mixed());
+    for frame in 0..70 {
+        // Frames of no, one and several ticks.
+        let length = [0.0, 1.0, 0.5, 3.0][frame as usize % 4] / 60.0;
+        drive.frame(length, inputs(frame));
+        for run in runs.iter_mut().chain([&mut reference]) {
+            run.frame(length, inputs_of_runs(frame));
+        }
+        for (method, run) in Method::ALL.into_iter().zip(&runs) {
+            // The body with a method of its own is solid, and no ghost.
+            if method != Method::SemiImplicitEuler || frame < 44 {
+                assert_tells(&drive, method, run, &reference);
+            }
+        }
+    }
+    let far = |method| row(&drive, method).distance.unwrap();
+    assert!(far(Method::ExplicitEuler) > 10.0 * far(Method::RungeKutta4));
+}
+
+#[test]
+fn shipped_scenes_have_the_distances_of_runs_of_their_own() {
+    // One step a frame; methods of single bodies; a previous position; soft bodies; a method that is not the first.
+    for name in ["frame_step", "orbits_race", "verlet_start", "rope", "third_law"] {
+        let scene = scene::load(name).unwrap();
+        let mut drive = Drive::of(scene.clone());
+        drive.press("T");
+        let mut reference = reference(scene.clone());
+        let length = |frame: u32| f64::from(1 + frame % 3) / 100.0;
+        for frame in 0..40 {
+            reference.frame(length(frame), []);
+        }
+        for frame in 0..40 {
+            drive.frame(length(frame), []);
+        }
+        for method in Method::ALL {
+            if drive.session.stepper().method() == method && name == "orbits_race" {
+                continue;
+            }
+            let mut run = alone(scene.clone(), method, None);
+            for frame in 0..40 {
+                run.frame(length(frame), []);
+            }
+            assert_tells(&drive, method, &run, &reference);
+        }
+    }
+}
+
+#[test]
+fn a_held_key_pushes_ghosts_too_and_what_is_told_is_the_selection() {
+    let pushed = |mut drive: Drive| {
+        drive.press("Q").ticks(4);
+        let ball = drive.pixel(drive.x("ball"));
+        assert_eq!(drive.select(ball).as_deref(), Some("ball"));
+        drive.give([crate::drive::down("Up")]).ticks(60).give([crate::drive::up("Up")]).ticks(9);
+        drive
+    };
+    let mut drive = Drive::of(mixed());
+    drive.press("T");
+    let (drive, reference) = (pushed(drive), pushed(reference(mixed())));
+    assert!(drive.x("ball").z < -1.0, "it was pushed");
+    for method in [Method::ExplicitEuler, Method::PositionVerlet, Method::RungeKutta4] {
+        let alone = pushed(alone(mixed(), method, None));
+        let distance = (alone.x("ball") - reference.x("ball")).length();
+        assert_eq!(row(&drive, method).distance, Some(distance), "{method:?}");
+    }
+}
+
+#[test]
+fn started_in_the_middle_all_are_where_the_solid_bodies_are() {
+    for method in Method::ALL {
+        let mut scene = mixed();
+        scene.method = method;
+        let mut drive = Drive::of(scene);
+        for frame in 0..30 {
+            drive.frame(H, inputs(frame));
+        }
+        drive.press("T");
+        for row in drive.session.ghosts() {
+            let expected = row.method.map(|_| 0.0);
+            assert_eq!((row.distance, row.rms), (expected, expected), "{row:?} after {method:?}");
+        }
+        drive.ticks(30);
+        assert!(row(&drive, Method::ExplicitEuler).distance.unwrap() > 0.0);
+    }
+}
+
+#[test]
+fn ghosts_change_nothing_of_the_run_and_leave_nothing_behind() {
+    let mut plain = Drive::of(mixed());
+    let mut drive = Drive::of(mixed());
+    let empty = plain.session.picture();
+    for frame in 0..60 {
+        plain.frame(H, inputs(frame));
+        if frame == 5 || frame == 48 {
+            drive.press("T");
+        }
+        drive.frame(H, inputs(frame));
+        assert_eq!(drive.hash(), plain.hash());
+        assert_eq!(drive.session.ghosts().is_empty(), !(5..48).contains(&frame));
+    }
+    assert_eq!(drive.session.evaluations().laws(), plain.session.evaluations().laws());
+    let (with, without) = (drive.session.picture(), plain.session.picture());
+    assert!(empty.translucent.is_empty() && with.translucent.is_empty());
+    assert_eq!(
+        (&with.spheres, &with.cuboids, &with.lines),
+        (&without.spheres, &without.cuboids, &without.lines)
+    );
+    assert_eq!(with.particles, without.particles);
+}
+
+/// A spring that is far too stiff for a tick of most methods, not for a sixteenth of one.
+fn stiff(method: &str) -> Scene {
+    let text = format!(
+        r#"(version: 1, step_hz: 10, method: {method}, bodies: [
+            (name: "post", position_m: (0, 0, 0), immovable: true),
+            (name: "weight", shape: sphere(radius_m: 0.5), position_m: (2, 0, -9)),
+            (name: "free", shape: sphere(radius_m: 0.5), position_m: (-2, 0, -9), velocity_m_s: (0, 0.1, 0)),
+         ], springs: [(between: ("post", "weight"), stiffness_n_m: 10000)])"#
+    );
+    Scene::parse("stiff", &text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_ghost_that_is_quarantined_is_named_with_its_tick_and_the_others_go_on() {
+    let mut drive = Drive::of(stiff("implicit_euler"));
+    drive.press("T").run(700, 0.1);
+    for method in Method::ALL {
+        let row = row(&drive, method);
+        if method == Method::ImplicitEuler {
+            assert_eq!(row.state, GhostState::Solid);
+            assert!(row.distance.is_some_and(|distance| distance > 0.0 && distance < 100.0));
+            continue;
+        }
+        let mut run = alone(stiff(method.name()), method, None);
+        run.run(700, 0.1);
+        let record = &run.session.quarantined()[0];
+        let words = format!("{} was quarantined in tick {}: {}", record.body, record.tick, record.what);
+        assert_eq!(row.state, GhostState::Failed(words), "{method:?}");
+        assert_eq!((row.distance, row.rms), (None, None));
+    }
+    assert_eq!(drive.session.ghosts().last().unwrap().state, GhostState::Runs);
+    // The reference alone is drawn: two balls.
+    assert_eq!(drive.session.picture().translucent.spheres.len(), 2);
+    assert!(drive.session.quarantined().is_empty());
+}
+
+#[test]
+fn without_the_reference_there_are_no_distances() {
+    let mut drive = Drive::of(mixed());
+    drive.press("T").ticks(3);
+    drive.frame(H, [Input::Experiment(Experiment::Push("ball".to_owned(), [f64::NAN; 3]))]).ticks(2);
+    let rows = drive.session.ghosts();
+    assert!(matches!(rows.last().unwrap().state, GhostState::Failed(_)));
+    assert!(rows.iter().all(|row| row.distance.is_none() && row.rms.is_none()));
+    assert!(drive.session.picture().translucent.is_empty());
+}
+
+#[test]
+fn a_method_that_cannot_solve_the_scene_is_listed_as_such() {
+    let mut drive = Drive::shipped("figure_eight");
+    drive.press("T").ticks(20);
+    for row in drive.session.ghosts() {
+        let cannot = matches!(row.state, GhostState::Unsolvable(_));
+        assert_eq!(cannot, row.method == Some(Method::ImplicitEuler), "{row:?}");
+        assert_eq!(row.distance.is_some(), !cannot && row.method.is_some());
+    }
+    // Eight methods, one of them solid, and the reference: eight times three bodies.
+    assert_eq!(drive.session.picture().translucent.spheres.len(), 24);
+}
+
+#[test]
+fn the_next_method_becomes_solid_and_the_last_one_a_ghost_again() {
+    let mut drive = Drive::of(mixed());
+    let solid = |drive: &Drive| {
+        let rows = drive.session.ghosts();
+        rows.iter().find(|row| row.state == GhostState::Solid).and_then(|row| row.method)
+    };
+    assert_eq!(drive.press("Shift+T").session.stepper().method(), Method::SemiImplicitEuler);
+    drive.press("T").ticks(5);
+    assert_eq!(solid(&drive), Some(Method::SemiImplicitEuler));
+    let before = row(&drive, Method::SemiImplicitEuler).distance;
+    drive.press("Shift+T");
+    assert_eq!(drive.session.stepper().method(), Method::ImplicitEuler);
+    assert_eq!(solid(&drive), Some(Method::ImplicitEuler));
+    // Its twin is where the solid bodies were.
+    assert_eq!(row(&drive, Method::SemiImplicitEuler).distance, before);
+    assert_eq!(drive.session.picture().translucent.spheres.len(), 9 * 3);
+}
+
+#[test]
+fn a_reset_starts_ghosts_anew_and_another_scene_has_none() {
+    let mut drive = Drive::of(mixed());
+    drive.press("G").press("T").ticks(30).press("F1").ticks(20);
+    let mut fresh = Drive::of(mixed());
+    fresh.press("G").press("T").ticks(20);
+    for method in Method::ALL {
+        let [again, first] = [&drive, &fresh].map(|drive| row(drive, method).distance.unwrap());
+        // The time of the scene is a difference after a reset, and rounded.
+        assert!(first > 0.0 && (again - first).abs() < 1e-9, "{method:?}: {again} m and {first} m");
+    }
+    drive.session.open(mixed());
+    drive.ticks(2);
+    assert!(drive.session.ghosts().is_empty());
+    assert_eq!(drive.press("Escape").session.take_orders(), [sandbox::Order::Quit], "no panel is left open");
+}
+
+#[test]
+fn pause_single_steps_and_slow_motion_keep_ghosts_in_step() {
+    let mut drive = Drive::of(mixed());
+    drive.press("T").ticks(10).press("P").ticks(10).press(".").press(".").press("P").press("-").ticks(40);
+    let ticks = u32::try_from(drive.session.ticks()).unwrap();
+    let (mut run, mut reference) = (alone(mixed(), Method::VelocityVerlet, None), reference(mixed()));
+    for other in [&mut run, &mut reference] {
+        other.run(ticks, 1.0 / 60.0);
+        assert_eq!(other.session.ticks(), u64::from(ticks));
+    }
+    assert_tells(&drive, Method::VelocityVerlet, &run, &reference);
+}
+
+#[test]
+fn too_many_bodies_have_no_ghosts() {
+    let text = "(version: 1, clouds: [(count: 10001, center_m: (0, 0, 0), half_extents_m: (1, 1, 1))])";
+    let mut drive = Drive::of(Scene::parse("crowd", text).unwrap());
+    assert!(drive.press("T").session.ghosts().is_empty());
+}

@@ -1,0 +1,118 @@
+//! The books of energy and momentum, against what theory says that each method invents.
+
+mod damping;
+mod fall;
+mod interventions;
+mod laws;
+mod liars;
+mod momentum;
+mod oscillator;
+mod pushes;
+mod runs;
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{
+    Ledger, Method, PhysicsBody, PushQueue, Request, Requests, Stepper, TimeStep, Transform, totals,
+};
+use scene::Scene;
+
+/// A scene whose books are kept.
+pub struct Kept {
+    pub world: World,
+    pub stepper: Stepper,
+    pub ledger: Ledger,
+    pub entities: Vec<Entity>,
+    names: scene::Names,
+}
+
+impl Kept {
+    /// The scene with those sections, `hz` ticks a second, each of `substeps` parts.
+    pub fn of(sections: &str, method: Method, hz: f64, substeps: u32) -> Self {
+        let scene = Scene::parse("books", &format!("(version: 1, {sections})")).unwrap();
+        Self::of_scene(&Scene { method, step_hz: hz, substeps, ..scene })
+    }
+
+    pub fn of_scene(scene: &Scene) -> Self {
+        let mut world = World::new();
+        let entities = scene.spawn(&mut world);
+        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+        let ledger = Ledger::open(&mut world);
+        Self { world, stepper, ledger, entities, names: scene.names.clone() }
+    }
+
+    pub fn tick(&mut self) -> &mut Self {
+        self.ledger.tick(&mut self.stepper, &mut self.world);
+        self
+    }
+
+    pub fn run(&mut self, ticks: u32) -> &mut Self {
+        for _ in 0..ticks {
+            self.tick();
+        }
+        self
+    }
+
+    pub fn body(&self, name: &str) -> Entity {
+        self.entities[self.names.find(name).unwrap() as usize]
+    }
+
+    pub fn x(&self, name: &str) -> DVec3 {
+        self.world.get::<Transform>(self.body(name)).unwrap().position
+    }
+
+    pub fn v(&self, name: &str) -> DVec3 {
+        self.world.get::<PhysicsBody>(self.body(name)).unwrap().velocity
+    }
+
+    pub fn push(&mut self, name: &str, newtons: DVec3) {
+        let body = self.body(name);
+        self.world.resource_mut::<PushQueue>().push_once(body, newtons);
+    }
+
+    pub fn ask(&mut self, request: Request) {
+        self.world.resource_mut::<Requests>().ask(request);
+    }
+
+    /// The residual of the energy since the opening, J.
+    pub fn residual(&self) -> f64 {
+        self.ledger.since_opening().energy.residual
+    }
+
+    /// Fails unless the books agree with the world: energies and momentum are those of the totals, and all lines
+    /// together are what they changed by.
+    #[track_caller]
+    pub fn check(&mut self) -> &mut Self {
+        let now = totals(&mut self.world);
+        let ledger = &self.ledger;
+        let books = ledger.since_opening();
+        let energy = now.kinetic_energy + now.potential_energy;
+        let sum: f64 = ledger.energies().potential.iter().map(|(_, energy)| energy.abs()).sum();
+        let scale = 1e-12 * (sum + ledger.energies().kinetic + ledger.energies_at_opening().total().abs());
+        assert!((ledger.energies().total() - energy).abs() <= scale, "{ledger:?} {now:?}");
+        let change = energy - ledger.energies_at_opening().total();
+        let size =
+            books.energy.laws.iter().map(|(_, work)| work.abs()).sum::<f64>() + books.energy.pushes.abs();
+        let scale = scale + 1e-12 * (size + books.energy.interventions.abs() + books.energy.damping.abs());
+        assert!((books.energy.change() - change).abs() <= scale, "{change}, {:?}", books.energy);
+        let change = now.momentum - ledger.momentum_at_opening();
+        let sizes = books.momentum.laws.iter().map(|(_, impulse)| impulse.length()).sum::<f64>();
+        let scale = 1e-12 * (sizes + now.momentum.length() + books.momentum.interventions.length() + 1.0);
+        assert!(books.momentum.change().distance(change) <= scale, "{change}, {:?}", books.momentum);
+        self
+    }
+}
+
+/// The nine methods, those that solve a constant acceleration exactly, and by how much the others are off: invented
+/// energy a step in `m a² h² / 2`.
+pub const FALLING: [(Method, f64); 9] = [
+    (Method::ExplicitEuler, 1.0),
+    (Method::SemiImplicitEuler, -1.0),
+    (Method::ImplicitEuler, -1.0),
+    (Method::PositionVerlet, -1.0),
+    (Method::VelocityVerlet, 0.0),
+    (Method::RungeKutta2Midpoint, 0.0),
+    (Method::RungeKutta2Heun, 0.0),
+    (Method::RungeKutta4, 0.0),
+    (Method::Yoshida4, 0.0),
+];

@@ -1,0 +1,137 @@
+//! What is done to a world between two ticks is no residual, and the ledger does nothing to it.
+
+use glam::DVec3;
+use motion::{Effect, Ledger, Method, PhysicsBody, Request, Stepper, TimeStep, Transform};
+
+use super::Kept;
+
+const SCENE: &str = "gravity: (), wells: [(strength_m3_s2: 4.0, softening_m: 1.0)],
+    bodies: [
+        (name: \"post\", position_m: (0.0, 5.0, 0.0), immovable: true),
+        (name: \"a\", position_m: (1.0, 4.0, 0.0), velocity_m_s: (0.3, 0.0, 0.1), mass_kg: 2.0),
+        (name: \"b\", position_m: (2.5, 4.0, 0.0), velocity_m_s: (0.0, 0.4, 0.0)),
+        (name: \"c\", position_m: (-3.0, 2.0, 1.0), velocity_m_s: (0.0, 0.4, 0.0)),
+    ],
+    springs: [(between: (\"post\", \"a\"), stiffness_n_m: 8.0, rest_length_m: 1.0), (between: (\"a\", \"b\"), stiffness_n_m: 8.0, rest_length_m: 1.0)]";
+
+type Deed = (&'static str, fn(&mut Kept));
+
+const DEEDS: [Deed; 12] = [
+    ("gravity off", |kept| kept.ask(Request::SwitchGravity(false))),
+    ("gravity turned", |kept| kept.ask(Request::SetGravity(DVec3::X * 3.0))),
+    ("an impulse", |kept| {
+        let body = kept.body("c");
+        kept.ask(Request::Impulse(body, DVec3::new(1.0, 2.0, 0.0)));
+    }),
+    ("a velocity", |kept| {
+        let body = kept.body("b");
+        kept.ask(Request::SetVelocity(body, DVec3::new(1.0, 2.0, 0.0)));
+    }),
+    ("a position", |kept| {
+        let body = kept.body("b");
+        kept.ask(Request::SetPosition(body, DVec3::new(3.0, 6.0, 1.0)));
+    }),
+    ("a mass", |kept| {
+        let body = kept.body("b");
+        kept.ask(Request::SetInverseMass(body, 0.25));
+    }),
+    ("a body made immovable", |kept| {
+        let body = kept.body("b");
+        kept.ask(Request::SetInverseMass(body, 0.0));
+    }),
+    ("a body removed, with its springs", |kept| {
+        let body = kept.body("b");
+        kept.ask(Request::Remove(body));
+    }),
+    ("velocities turned round", |kept| kept.ask(Request::ReverseVelocities)),
+    ("springs off", |kept| kept.ask(Request::Switch(Effect::Springs, false))),
+    ("wells off", |kept| kept.ask(Request::Switch(Effect::Wells, false))),
+    ("a body in quarantine, with its springs", |kept| kept.push("b", DVec3::splat(f64::NAN))),
+];
+
+#[test]
+fn interventions_are_booked_as_such() {
+    for (name, deed) in DEEDS {
+        for method in [Method::RungeKutta4, Method::Yoshida4] {
+            let mut kept = Kept::of(SCENE, method, 240.0, 4);
+            let interventions = |kept: &Kept| kept.ledger.since_opening().energy.interventions;
+            kept.run(60);
+            let (before, calm) = (interventions(&kept), kept.residual());
+            assert_eq!(before, 0.0, "{name}");
+            deed(&mut kept);
+            kept.tick();
+            let size = kept.ledger.since_opening().energy.interventions.abs();
+            let turned = kept.ledger.since_opening().momentum.interventions.length();
+            assert!(size > 0.1 || turned > 0.1, "{name}: {size} J, {turned} N s");
+            kept.run(60).check();
+            assert_eq!(interventions(&kept).abs(), size, "{name}: once");
+            let scale = kept.ledger.energies().kinetic + size + 10.0;
+            let residual = kept.residual().abs();
+            println!("{name} {method:?}: {residual:e} J after {calm:e} J");
+            assert!(residual < 1e-8 * scale, "{name}, {method:?}: {residual:e}");
+            assert!(kept.ledger.since_opening().momentum.residual.length() < 1e-7, "{name}, {method:?}");
+        }
+    }
+}
+
+#[test]
+fn a_set_velocity_is_worth_its_kinetic_energy_and_momentum() {
+    let mut kept = Kept::of("bodies: [(name: \"a\", mass_kg: 2.0)]", Method::VelocityVerlet, 60.0, 1);
+    let body = kept.body("a");
+    kept.ask(Request::SetVelocity(body, DVec3::X * 3.0));
+    let books = kept.tick().ledger.last_tick();
+    assert_eq!((books.energy.interventions, books.energy.residual), (9.0, 0.0));
+    assert_eq!((books.momentum.interventions, books.momentum.residual), (DVec3::X * 6.0, DVec3::ZERO));
+    assert_eq!(kept.tick().ledger.last_tick().energy, motion::Lines::default());
+}
+
+/// Books that are kept change neither a bit of a state nor the schedule, in any shipped scene; and where none are
+/// kept nothing of them is in the world.
+#[test]
+fn books_change_nothing_and_cost_nothing_where_none_are_kept() {
+    for shipped in scene::shipped() {
+        let scene = shipped.load().unwrap();
+        if scene.bodies.len() > 2_000 {
+            continue;
+        }
+        let mut kept = Kept::of_scene(&scene);
+        let mut plain = bevy_ecs::world::World::new();
+        let entities = scene.spawn(&mut plain);
+        let mut stepper = Stepper::new(&mut plain, scene.method, TimeStep(1.0 / scene.step_hz));
+        for _ in 0..90 {
+            kept.tick();
+            stepper.tick(&mut plain);
+        }
+        kept.check();
+        assert_eq!(kept.stepper.plan(), stepper.plan(), "{}", shipped.name);
+        assert_eq!(kept.stepper.systems(), stepper.systems(), "{}", shipped.name);
+        for (a, b) in kept.entities.iter().zip(&entities) {
+            assert_eq!(kept.world.get::<Transform>(*a), plain.get::<Transform>(*b), "{}", shipped.name);
+            assert_eq!(kept.world.get::<PhysicsBody>(*a), plain.get::<PhysicsBody>(*b), "{}", shipped.name);
+        }
+        let evaluations = |world: &bevy_ecs::world::World| {
+            let evaluations = world.resource::<motion::Evaluations>();
+            (evaluations.accelerations(), evaluations.laws().to_vec())
+        };
+        assert_eq!(evaluations(&kept.world), evaluations(&plain), "{}", shipped.name);
+        let books = |world: &bevy_ecs::world::World| {
+            world
+                .components()
+                .iter_registered()
+                .any(|(_, component)| component.name().to_string().contains("ledger"))
+        };
+        assert!(!books(&kept.world) && !books(&plain), "{}", shipped.name);
+    }
+}
+
+/// A ledger that is opened on a world that runs, and one whose body falls out of it.
+#[test]
+fn a_ledger_may_be_opened_at_any_time() {
+    let mut kept = Kept::of(SCENE, Method::RungeKutta4, 240.0, 4);
+    kept.run(30);
+    kept.ledger = Ledger::open(&mut kept.world);
+    assert_eq!((kept.ledger.seconds(), kept.ledger.mean_residual_rate()), (0.0, 0.0));
+    assert_eq!(kept.ledger.last_second(), motion::Books::default());
+    kept.run(480).check();
+    assert!((kept.ledger.seconds() - 2.0).abs() < 1e-12);
+}

@@ -1,0 +1,131 @@
+//! Books of whole runs: the panel, the summary and the verdict.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::drive::Drive;
+use crate::harness::{H, program};
+
+/// Runs the program on a scene in a folder of its own; exit code, standard error and summary.
+fn run(scene: &str, script: &str, flags: &str) -> (i32, String, Value) {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, text: &str| fs::write(Path::new(folder.path()).join(name), text).unwrap();
+    write("books.ron", &format!("(version: 1, {scene})"));
+    write("books.script", script);
+    let script = if script.is_empty() { "" } else { " --script books.script" };
+    let line = format!("run books.ron --summary out.json{script} {flags}");
+    let said = Command::new(program()).args(line.split_whitespace()).current_dir(&folder).output().unwrap();
+    let summary = fs::read(folder.path().join("out.json")).unwrap_or_default();
+    let summary = serde_json::from_slice(&summary).unwrap_or(Value::Null);
+    (said.status.code().unwrap(), String::from_utf8(said.stderr).unwrap(), summary)
+}
+
+const WORKING: [(&str, &str); 4] = [
+    ("damping: (rate_per_s: 0.4)", ""),
+    ("drag: (linear_per_s: 0.4, quadratic_per_m: 0.1)", ""),
+    ("thrusts: [(body: \"ball\", curve: polynomial([(1, 0, 0)]), until_s: 0.5)]", ""),
+    (
+        "seed: 1",
+        "[(at_s: 0.2, do: push(\"ball\", (30, 0, 0))), (at_s: 0.4, do: set_velocity(\"ball\", (9, 0, 0))), (at_s: 0.6, do: press(\"G\"))]",
+    ),
+];
+
+fn falling(key: &str, bound: f64) -> String {
+    format!(
+        "method: runge_kutta_4, gravity: (), {key}, bodies: [(name: \"ball\", velocity_m_s: (3, 1, 0))],
+         expect: (energy_drift_below: {bound:e})"
+    )
+}
+
+#[test]
+fn a_bound_of_the_energy_is_checked_where_something_does_work() {
+    for (key, script) in WORKING {
+        let (code, said, summary) = run(&falling(key, 1e-7), script, "--assert --seconds 1");
+        assert_eq!((code, said.as_str()), (0, ""), "{key} {summary}");
+        let change = summary["ledger"]["change_j"].as_f64().unwrap();
+        let without_books = change.abs() / summary["kinetic_energy_j"].as_f64().unwrap();
+        assert!(without_books > 1e-3, "{key}: the energy itself changed by {change} J");
+        // The same bound shows a worse method.
+        let (code, said, _) =
+            run(&falling(key, 1e-7), script, "--assert --seconds 1 --method explicit_euler");
+        assert!(code == 1 && said.starts_with("sandbox: energy drifted by "), "{key}: {said}");
+    }
+}
+
+#[test]
+fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
+    let scene = "gravity: (), drag: (linear_per_s: 0.4), bodies: [(name: \"ball\", velocity_m_s: (3, 1, 0), mass_kg: 2)]";
+    let script = "[(at_tick: 12, do: push(\"ball\", (30, 0, 0)))]";
+    let (code, said, kept) = run(scene, script, "--seconds 1 --ledger");
+    assert_eq!((code, said.as_str()), (0, ""));
+    let (.., plain) = run(scene, script, "--seconds 1");
+    assert_eq!(plain["state_hash"], kept["state_hash"]);
+    assert_eq!((plain.get("ledger"), plain["laws"].clone()), (None, kept["laws"].clone()));
+    let ledger = kept["ledger"].as_object().unwrap();
+    let keys = [
+        "kept_s",
+        "change_j",
+        "push_work_j",
+        "laws",
+        "damping_j",
+        "limits_j",
+        "anchors_j",
+        "interventions_j",
+        "residual_j",
+        "residual_j_per_s",
+        "relative_residual",
+        "momentum",
+    ];
+    assert_eq!(ledger.keys().collect::<Vec<_>>(), keys);
+    let number = |value: &Value| value.as_f64().unwrap();
+    let energy =
+        |summary: &Value| number(&summary["kinetic_energy_j"]) + number(&summary["potential_energy_j"]);
+    let change = energy(&kept) - number(&kept["energy_at_start_j"]);
+    assert!((number(&ledger["change_j"]) - change).abs() < 1e-10);
+    let lines =
+        number(&ledger["push_work_j"]) + number(&ledger["laws"]["drag"]) + number(&ledger["residual_j"]);
+    assert!((lines - change).abs() < 1e-10, "{ledger:?}");
+    assert!(number(&ledger["push_work_j"]) > 0.5 && number(&ledger["laws"]["drag"]) < -1.0);
+    assert!((number(&ledger["kept_s"]) - 1.0).abs() < 1e-12);
+    let momentum = &ledger["momentum"];
+    assert!((number(&momentum["pushes_n_s"][0]) - 30.0 * H).abs() < 1e-12);
+    assert!((number(&momentum["laws"]["gravity"][1]) + 9.8 * 2.0).abs() < 1e-11);
+}
+
+#[test]
+fn the_panel_keeps_books_while_it_is_open_and_no_longer() {
+    let mut drive = Drive::tutorial();
+    assert!(drive.ticks(3).session.ledger().is_none());
+    drive.press("G").press("B").ticks(60);
+    let ledger = drive.session.ledger().unwrap();
+    assert!((ledger.seconds() - 60.0 * H).abs() < 1e-12);
+    // Semi-implicit Euler loses `m g² h² / 2` a tick and body; damping makes it a little less.
+    let bodies = motion::totals(drive.session.world_mut()).momentum.y / drive.v("player").y;
+    let lost = -bodies * 9.8 * 9.8 * H * H / 2.0 * 60.0;
+    let ledger = drive.session.ledger().unwrap();
+    let residual = ledger.since_opening().energy.residual;
+    assert!((residual / lost - 1.0).abs() < 0.25, "{residual} J, about {lost} J");
+    assert!(ledger.since_opening().energy.damping < 0.0);
+    // A reset is an intervention.
+    let before = ledger.since_opening().energy.interventions;
+    assert_eq!(before, 0.0);
+    drive.press("F1").ticks(1);
+    assert!(drive.session.ledger().unwrap().since_opening().energy.interventions.abs() > 1.0);
+    drive.press("Escape").ticks(1);
+    assert!(drive.session.ledger().is_none());
+}
+
+#[test]
+fn books_go_on_with_the_scene_that_is_opened() {
+    let mut drive = Drive::tutorial();
+    drive.press("B").ticks(10);
+    drive.session.open(scene::load("oscillator").unwrap());
+    drive.ticks(12);
+    let ledger = drive.session.ledger().unwrap();
+    assert!((ledger.seconds() - 12.0 * H).abs() < 1e-9, "{}", ledger.seconds());
+    assert!(ledger.energies().potential.iter().any(|(law, _)| *law == "springs"));
+}
