@@ -3,6 +3,7 @@
 //! Error and time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one with samples
 //! and no clock, the other with a clock and no samples.
 
+mod afford;
 mod arrays;
 mod bench;
 mod drift;

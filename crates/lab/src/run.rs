@@ -20,18 +20,25 @@ const BLOCK: f64 = 1e-3;
 pub(crate) struct Run {
     pub world: World,
     pub stepper: Stepper,
+    /// By stable id.
+    bodies: Vec<Entity>,
 }
 
 impl Run {
     /// The start of `scene`, with effects switched off; those that it never declared are off anyway.
     pub fn of(scene: &Scene, without: &[Effect]) -> Self {
         let mut world = World::new();
-        scene.spawn(&mut world);
+        let bodies = scene.spawn(&mut world);
         let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
         let mut requests = world.resource_mut::<Requests>();
         without.iter().for_each(|effect| requests.ask(Request::Switch(*effect, false)));
         stepper.carry_out_requests(&mut world);
-        Self { world, stepper }
+        Self { world, stepper, bodies }
+    }
+
+    /// The bodies of the scene, in the order of their stable ids.
+    pub fn bodies(&self) -> &[Entity] {
+        &self.bodies
     }
 
     pub fn ticks(&mut self, ticks: u64) {
@@ -50,11 +57,11 @@ impl Run {
         states
     }
 
-    /// Stable ids of the bodies that can move.
-    pub fn movable_ids(&mut self) -> Vec<u32> {
-        let mut bodies = self.world.query::<(&StableId, &PhysicsBody)>();
-        let movable = bodies.iter(&self.world).filter(|(_, body)| body.inverse_mass > 0.0);
-        movable.map(|(id, _)| id.0).collect()
+    /// Stable ids of the bodies that can move, ascending.
+    pub fn movable_ids(&self) -> Vec<u32> {
+        let moves =
+            |body: &Entity| self.world.get::<PhysicsBody>(*body).is_some_and(|body| body.inverse_mass > 0.0);
+        (0..).zip(&self.bodies).filter(|(_, body)| moves(body)).map(|(id, _)| id).collect()
     }
 
     /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.

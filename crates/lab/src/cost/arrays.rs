@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
 use motion::real::Real;
-use motion::{Bare, Groups, Law, NotForArrays, StableId};
+use motion::{Bare, Groups, Law, NotForArrays};
 
 use super::record::{Counts, Failure, Precision, Setting};
 use super::runner::{Runner, Sample};
@@ -52,8 +52,7 @@ macro_rules! arithmetic {
     ($($t:ty)*) => {$(
         impl Arithmetic for $t {
             fn arrays(subject: &Subject, setting: Setting, run: &mut Run) -> Result<Bare<Self>, NotForArrays> {
-                let mut bodies = run.world.query::<(Entity, &StableId)>();
-                let ids: HashMap<_, _> = bodies.iter(&run.world).map(|(body, id)| (body, id.0)).collect();
+                let ids: HashMap<_, u32> = run.bodies().iter().copied().zip(0..).collect();
                 let own = |body: Entity| -> Vec<Box<dyn Law<Self>>> {
                     let spec = ids.get(&body).and_then(|id| subject.scene.own_laws.get(id));
                     spec.map_or_else(Vec::new, scene::OwnLawsSpec::laws)

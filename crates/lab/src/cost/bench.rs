@@ -5,25 +5,17 @@ use std::collections::VecDeque;
 use cpu_time::ThreadTime;
 use motion::Method;
 
+use super::afford::affordable;
 use super::drift::Drifting;
 use super::plan::Plan;
-use super::record::{Cell, Counts, Failure, Outcome, Precision, Setting, Study, Time, Truth};
-use super::runner::{Host, Make, Runner, Sample, make, movable};
+use super::record::{Cell, Outcome, Precision, Setting, Study, Time, Truth};
+use super::runner::{Host, Make, Runner, Sample, make};
 use super::subject::Subject;
 use super::timing::{Trial, Yardstick};
 use super::truth::{Sampled, Samples, Target};
 
 /// The method of references: the highest order that loses none to laws of the velocity.
-const REFERENCE: Method = Method::RungeKutta4;
-
-/// Rungs below which none are left out, however long they take.
-const AT_LEAST: usize = 3;
-
-/// Rungs that are not given up for a longer run.
-const ENOUGH: usize = 5;
-
-/// A run of a scene is made no shorter to save time, s.
-const SHORTEST: f64 = 0.75;
+pub(super) const REFERENCE: Method = Method::RungeKutta4;
 
 /// A relative error from which a reference is none.
 const TRUSTED: f64 = 1e-2;
@@ -34,7 +26,6 @@ const TICKWISE: &str = "the damping of this scene is a factor a substep of the t
 
 /// Why a run was made shorter.
 const CHAOTIC: &str = "later, references of different steps no longer agree";
-const LONG: &str = "more would have taken too long for this plan";
 
 /// A study that is being made. [`Bench::work`] goes on with it.
 pub struct Bench {
@@ -101,18 +92,16 @@ impl Bench {
     }
 
     fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, rungs: &[u32]) -> Self {
-        let mut run = subject.run(subject.own());
+        let run = subject.run(subject.own());
         let (truth, exact_damping) = subject.continuous();
-        let bodies = movable(&mut run);
-        let mut movable: Vec<_> = run.movable_ids();
-        movable.sort_unstable();
+        let movable = run.movable_ids();
         let mut study = Study {
             subject: subject.name.clone(),
             description: subject.description.clone(),
             step_hz: subject.scene.step_hz,
             ticks: subject.ticks,
             simulated_s: subject.seconds(),
-            bodies,
+            bodies: movable.len(),
             period_s: subject.period,
             own: subject.own(),
             truth: match subject.exact {
@@ -197,7 +186,7 @@ impl Bench {
             (self.study.position_scale_m, self.study.velocity_scale_m_s) =
                 (earlier.position_scale_m, earlier.velocity_scale_m_s);
         }
-        self.total = self.jobs.iter().map(|job| self.weight(*job)).sum();
+        self.weigh();
     }
 
     fn plan_jobs(&mut self, rungs: &[u32]) {
@@ -227,7 +216,7 @@ impl Bench {
         if self.plan.rates && self.subject.ladder.is_none() {
             self.jobs.push_back(Job::Rates);
         }
-        self.total = self.jobs.iter().map(|job| self.weight(*job)).sum();
+        self.weigh();
     }
 
     /// The settings whose books are kept: every method at the scene's own step, or at the middle of the ladder.
@@ -268,7 +257,7 @@ impl Bench {
         if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
     }
 
-    /// What is known so far: a cell that was not run yet is [`Failure::NotRun`].
+    /// What is known so far: a cell that was not run yet is [`Failure::NotRun`](super::Failure::NotRun).
     #[must_use]
     pub const fn study(&self) -> &Study {
         &self.study
@@ -432,6 +421,11 @@ impl Bench {
         }
     }
 
+    /// Notes how much work all jobs are.
+    fn weigh(&mut self) {
+        self.total = self.jobs.iter().map(|job| self.weight(*job)).sum();
+    }
+
     /// About how much work a job is, in evaluations of a tick.
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     fn weight(&self, job: Job) -> f64 {
@@ -461,78 +455,4 @@ const fn host(setting: Setting) -> Host {
         Precision::F64 => Host::World,
         Precision::F32 | Precision::CompensatedF32 => Host::Arrays,
     }
-}
-
-impl Cell {
-    /// Nothing run yet.
-    pub(crate) const fn open(setting: Setting) -> Self {
-        Self {
-            setting,
-            outcome: Outcome::Failed(Failure::NotRun),
-            counts: Counts { accelerations: 0, solver: 0 },
-            time: None,
-            arrays_time: None,
-            bytes_per_body_step: None,
-            instructions_per_tick: None,
-        }
-    }
-
-    /// Whether it has been run.
-    #[must_use]
-    pub fn is_run(&self) -> bool {
-        self.outcome != Outcome::Failed(Failure::NotRun)
-    }
-}
-
-/// The rungs that can be run in the plan's time, by a trial of some ticks. Long runs are shortened before the
-/// ladder gets too short to show a slope; what is left out is noted.
-fn affordable(subject: &mut Subject, plan: &Plan) -> Vec<u32> {
-    let mut rungs = plan.rungs_of(subject);
-    let evaluation = evaluation(subject, rungs[0]);
-    let before = rungs.len();
-    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
-    let price = |subject: &Subject, rungs: &[u32]| {
-        evaluation * subject.ticks as f64 * evaluations(subject, plan, rungs)
-    };
-    while price(subject, &rungs) > plan.patience {
-        if rungs.len() > ENOUGH || rungs.len() > AT_LEAST && !subject.yields {
-            rungs.pop();
-        } else if subject.seconds() < SHORTEST || !subject.halve(LONG) {
-            if rungs.len() <= AT_LEAST {
-                break;
-            }
-            rungs.pop();
-        }
-    }
-    if rungs.len() < before {
-        let finest = rungs.last().copied().unwrap_or(1);
-        subject.notes.push(format!("more than {finest} substeps would have taken too long for this plan"));
-    }
-    rungs
-}
-
-/// Thread CPU time of one evaluation of all bodies, s, about.
-fn evaluation(subject: &Subject, substeps: u32) -> f64 {
-    let probe = Setting { method: REFERENCE, substeps, precision: Precision::F64 };
-    let mut run = subject.run(probe);
-    run.ticks(1);
-    let (start, mut ticks) = (ThreadTime::now(), 0.0);
-    while ticks < 8.0 && start.elapsed().as_secs_f64() < 0.02 {
-        run.ticks(1);
-        ticks += 1.0;
-    }
-    start.elapsed().as_secs_f64() / ticks / (4.0 * f64::from(substeps))
-}
-
-/// Evaluations of a tick that all errors of a plan take together, about.
-fn evaluations(subject: &Subject, plan: &Plan, rungs: &[u32]) -> f64 {
-    let steps: f64 = rungs.iter().map(|rung| f64::from(*rung)).sum();
-    let of = |method: &Method| {
-        let solves = if *method == Method::ImplicitEuler { 10.0 } else { 1.0 };
-        let precisions = if plan.single.contains(method) && !subject.emits() { 4.0 } else { 1.0 };
-        f64::from(method.claims().evaluations_with_velocity_laws) * solves * precisions
-    };
-    let finest = f64::from(rungs.last().copied().unwrap_or(1));
-    let reference = if subject.exact.is_some() { 0.0 } else { 6.0 * finest * f64::from(plan.finer) };
-    steps * plan.methods.iter().map(of).sum::<f64>() + reference
 }

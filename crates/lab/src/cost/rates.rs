@@ -1,7 +1,8 @@
 //! The same second at several frame rates.
 
+use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Damping, DampingModel, Method, PushQueue, Request, Requests, StableId, TimeStep};
+use motion::{Damping, DampingModel, Method, PushQueue, Quarantine, Request, Requests, TimeStep, Transform};
 
 use super::record::{Precision, RateRow, Setting};
 use super::subject::Subject;
@@ -39,7 +40,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     for model in models(subject) {
         let truth = Second { subject, body, model: model.map(|_| DampingModel::Exact), newtons };
         let fine = Setting { method: Method::RungeKutta4, substeps: FINER, precision: Precision::F64 };
-        let start = truth.run(fine).place(body);
+        let start = truth.place(&truth.run(fine));
         let aim = truth.impulse(fine, subject.scene.step_hz);
         for frame_hz in RATES {
             for (step, tick_hz) in [("frame", frame_hz), ("fixed", subject.scene.step_hz)] {
@@ -100,7 +101,7 @@ impl Second<'_> {
     /// Where the body ends that a force pushes in the first tick, m; `None` if it was frozen on the way.
     fn force(&self, setting: Setting, tick_hz: f64) -> Option<DVec3> {
         let mut run = self.run(setting);
-        let body = run.entity(self.body)?;
+        let body = self.entity(&run)?;
         run.world.resource_mut::<PushQueue>().push_once(body, DVec3::X * self.newtons);
         self.end(run, tick_hz)
     }
@@ -108,7 +109,7 @@ impl Second<'_> {
     /// The same of the impulse that the force is at [`EVEN`].
     fn impulse(&self, setting: Setting, tick_hz: f64) -> Option<DVec3> {
         let mut run = self.run(setting);
-        let body = run.entity(self.body)?;
+        let body = self.entity(&run)?;
         let impulse = DVec3::X * (self.newtons / EVEN);
         run.world.resource_mut::<Requests>().ask(Request::Impulse(body, impulse));
         self.end(run, tick_hz)
@@ -117,19 +118,15 @@ impl Second<'_> {
     fn end(&self, mut run: Run, tick_hz: f64) -> Option<DVec3> {
         run.world.insert_resource(TimeStep(1.0 / tick_hz));
         run.ticks(ticks(tick_hz));
-        let sound = run.world.resource::<motion::Quarantine>().records().is_empty();
-        run.place(self.body).filter(|_| sound)
-    }
-}
-
-impl Run {
-    fn entity(&mut self, id: u32) -> Option<bevy_ecs::entity::Entity> {
-        let mut bodies = self.world.query::<(bevy_ecs::entity::Entity, &StableId)>();
-        bodies.iter(&self.world).find(|(_, other)| other.0 == id).map(|(entity, _)| entity)
+        let sound = run.world.resource::<Quarantine>().records().is_empty();
+        self.place(&run).filter(|_| sound)
     }
 
-    fn place(&mut self, id: u32) -> Option<DVec3> {
-        let entity = self.entity(id)?;
-        self.world.get::<motion::Transform>(entity).map(|transform| transform.position)
+    fn entity(&self, run: &Run) -> Option<Entity> {
+        run.bodies().get(self.body as usize).copied()
+    }
+
+    fn place(&self, run: &Run) -> Option<DVec3> {
+        run.world.get::<Transform>(self.entity(run)?).map(|transform| transform.position)
     }
 }

@@ -158,6 +158,25 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// Nothing run yet.
+    pub(crate) const fn open(setting: Setting) -> Self {
+        Self {
+            setting,
+            outcome: Outcome::Failed(Failure::NotRun),
+            counts: Counts { accelerations: 0, solver: 0 },
+            time: None,
+            arrays_time: None,
+            bytes_per_body_step: None,
+            instructions_per_tick: None,
+        }
+    }
+
+    /// Whether it has been run.
+    #[must_use]
+    pub fn is_run(&self) -> bool {
+        self.outcome != Outcome::Failed(Failure::NotRun)
+    }
+
     /// The errors of a run that went through.
     #[must_use]
     pub const fn errors(&self) -> Option<Errors> {

@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use motion::{Evaluations, Laws, PhysicsBody, Quarantine};
-
+use motion::{Evaluations, Laws, Quarantine};
 use scene::Names;
 
 use super::record::{Counts, Failure, Setting};
@@ -102,10 +101,4 @@ impl Runner for WorldRunner {
         let steps = world.resource::<Evaluations>().unconverged_steps();
         (steps > 0).then_some(Failure::Unconverged { steps })
     }
-}
-
-/// How many bodies of `run` can move.
-pub(crate) fn movable(run: &mut Run) -> usize {
-    let mut bodies = run.world.query::<&PhysicsBody>();
-    bodies.iter(&run.world).filter(|body| body.inverse_mass > 0.0).count()
 }

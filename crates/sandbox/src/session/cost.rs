@@ -1,4 +1,5 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
+
 use lab::cost::{Bench, Plan, Setting, Study, Subject};
 use motion::{Damping, Effect, EffectState, FrameTime, Gravity, Substeps, TimeStep};
 
