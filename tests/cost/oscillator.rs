@@ -104,3 +104,27 @@ fn explicit_euler_is_never_on_the_front() {
         assert!(sound(Method::PositionVerlet) && sound(Method::RungeKutta4), "{accuracy:?}");
     }
 }
+
+#[test]
+fn energy_that_is_lost_and_energy_that_is_invented_have_opposite_signs() {
+    let plan = Plan {
+        methods: vec![Method::ExplicitEuler, Method::ImplicitEuler],
+        single: Vec::new(),
+        rungs: vec![32],
+        passes: 0,
+        longer: 1,
+        rates: false,
+        ..Plan::full()
+    };
+    let mut bench = Bench::new(Subject::oscillator(5), plan);
+    assert!(bench.work(f64::INFINITY), "everything is run");
+    let end = |method| {
+        let mut drifts = bench.study().drifts.iter().filter(|drift| drift.setting.method == method);
+        let drift = drifts.next().expect("its books were kept");
+        let (_, residual) = *drift.series.last().expect("it was sampled");
+        assert!(drift.largest.unwrap() >= residual.abs(), "{drift:?}");
+        residual
+    };
+    let (invented, lost) = (end(Method::ExplicitEuler), end(Method::ImplicitEuler));
+    assert!(invented > 0.5 && lost < -0.5, "{invented} {lost}");
+}

@@ -4,6 +4,7 @@ use motion::Ledger;
 
 use super::record::{Drift, Setting};
 use super::subject::Subject;
+use super::truth::larger;
 use crate::run::Run;
 
 /// Points of a series, about.
@@ -57,14 +58,13 @@ impl Drifting {
     pub fn tick(&mut self) -> bool {
         self.ledger.tick(&mut self.run.stepper, &mut self.run.world);
         self.tick += 1;
-        let residual = self.ledger.relative_residual();
+        let size = self.ledger.relative_residual();
         // Both energies are 0 where nothing moves.
-        let residual =
-            if residual.is_nan() && self.ledger.energies().total() == 0.0 { 0.0 } else { residual };
-        // NaN stays.
-        self.largest = if residual <= self.largest { self.largest } else { residual };
-        if self.tick.is_multiple_of(self.every) && residual.is_finite() {
-            self.series.push((self.time(), residual));
+        let size = if size.is_nan() && self.ledger.energies().total() == 0.0 { 0.0 } else { size };
+        self.largest = larger(self.largest, size);
+        if self.tick.is_multiple_of(self.every) && size.is_finite() {
+            let sign = self.ledger.since_opening().energy.residual;
+            self.series.push((self.time(), size.copysign(sign)));
         }
         if self.tick == self.short || self.tick == self.ticks {
             self.note();

@@ -121,6 +121,6 @@ impl Target {
 }
 
 /// The larger of the two; NaN stays.
-fn larger(a: f64, b: f64) -> f64 {
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }

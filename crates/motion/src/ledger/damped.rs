@@ -5,6 +5,7 @@ use crate::blocks::restrain;
 use crate::course::Piece;
 use crate::effects::{Damping, Decay, Factor};
 use crate::method::Method;
+use crate::real::Real;
 use crate::units::{Scalar, Vector};
 
 /// Energy, J, and momentum, N s, that a body was given.
@@ -49,9 +50,9 @@ fn exponential(q: Scalar) -> [Scalar; 2] {
         let even = 1.0 / 3.0 + square * (1.0 / 180.0 - square * (1.0 / 5_040.0 - square / 151_200.0));
         return [0.5 + q * odd, even + q * odd];
     }
-    let whole = -(-q).exp_m1();
+    let whole = -Real::exp_m1(-q);
     let mean = 1.0 / whole - 1.0 / q;
-    let of_square = (1.0 - 2.0 * whole / q - (-2.0 * q).exp_m1() / (2.0 * q)) / (whole * whole);
+    let of_square = (1.0 - 2.0 * whole / q - Real::exp_m1(-2.0 * q) / (2.0 * q)) / (whole * whole);
     [mean, of_square]
 }
 
