@@ -10,6 +10,7 @@ mod controls;
 mod cost;
 mod cost_report;
 mod damping;
+mod determinism;
 mod drive;
 mod effects;
 mod ghosts;

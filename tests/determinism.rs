@@ -1,0 +1,227 @@
+//! Equal bits: every shipped scene has one pinned hash, which every way of running it gives.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use bevy_ecs::prelude::*;
+use motion::{
+    FrameClock, Gravity, PhysicsBody, Request, Requests, StableId, Stepper, Threads, TimeStep, Transform,
+};
+use scene::{Scene, StepKind};
+use tempfile::TempDir;
+use xxhash_rust::xxh3::Xxh3;
+
+use crate::harness::{program, root};
+
+/// Ticks of a run; `scripts/hashes` has the same number.
+const TICKS: u64 = 240;
+
+/// Ticks before gravity is switched on, or off; `tests/determinism/script.ron` presses the key then.
+const BEFORE_SWITCH: u64 = 100;
+
+/// Frames a second at which every frame has one tick.
+fn fps(scene: &Scene) -> f64 {
+    if scene.step == StepKind::Frame { 60.0 } else { scene.step_hz }
+}
+
+fn pins() -> PathBuf {
+    root().join("tests/determinism/hashes.txt")
+}
+
+/// Every shipped scene with its frames a second and its pinned hash.
+fn pinned() -> Vec<(String, f64, u64)> {
+    let text = fs::read_to_string(pins()).unwrap();
+    let line = |line: &str| {
+        let [name, fps, hash] = line.split(' ').collect::<Vec<_>>()[..] else { panic!("{line}") };
+        (name.to_owned(), fps.parse().unwrap(), u64::from_str_radix(hash, 16).unwrap())
+    };
+    text.lines().filter(|line| !line.starts_with('#')).map(line).collect()
+}
+
+/// The state hash of the contract.
+fn hash(world: &mut World) -> u64 {
+    let mut bodies: Vec<_> = world.query::<(&StableId, &Transform, &PhysicsBody)>().iter(world).collect();
+    bodies.sort_by_key(|(id, ..)| **id);
+    let mut hash = Xxh3::new();
+    for (_, transform, body) in bodies {
+        for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
+            hash.update(&number.to_bits().to_le_bytes());
+        }
+    }
+    hash.digest()
+}
+
+/// A scene on its way.
+struct Run {
+    world: World,
+    stepper: Stepper,
+    clock: FrameClock,
+    follows_frames: bool,
+    fps: f64,
+}
+
+impl Run {
+    /// `arrange` changes the world that the scene was spawned into, before anything is compiled.
+    fn start(scene: &Scene, mut world: World, arrange: impl FnOnce(&mut World)) -> Self {
+        scene.spawn(&mut world);
+        arrange(&mut world);
+        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+        let follows_frames = scene.step == StepKind::Frame;
+        Self { world, stepper, clock: FrameClock::default(), follows_frames, fps: fps(scene) }
+    }
+
+    /// Simulates the ticks from number `from` on to number `to`.
+    fn ticks(&mut self, from: u64, to: u64) {
+        for tick in from..to {
+            if tick == BEFORE_SWITCH
+                && let Some(gravity) = self.world.get_resource::<Gravity>()
+            {
+                let request = Request::SwitchGravity(!gravity.on);
+                self.world.resource_mut::<Requests>().ask(request);
+            }
+            if self.follows_frames {
+                self.clock.advance_to(tick as f64 / self.fps).unwrap();
+                let length = self.clock.advance_to((tick + 1) as f64 / self.fps).unwrap().length();
+                self.world.insert_resource(TimeStep(length));
+            }
+            self.stepper.tick(&mut self.world);
+        }
+    }
+
+    fn hash(mut self) -> u64 {
+        self.ticks(0, TICKS);
+        hash(&mut self.world)
+    }
+}
+
+/// Fails unless `hashed` gives the pinned hash of every shipped scene.
+#[track_caller]
+fn all_are_pinned(hashed: impl Fn(&Scene) -> u64) {
+    let mut wrong = String::new();
+    for (name, _, pinned) in pinned() {
+        let found = hashed(&scene::load(&name).unwrap());
+        if found != pinned {
+            writeln!(wrong, "{name}: {found:016x}, pinned is {pinned:016x}").unwrap();
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+#[test]
+fn every_shipped_scene_has_its_pinned_hash() {
+    let names: Vec<_> = scene::shipped().iter().map(|scene| scene.name).collect();
+    if std::env::var_os("BLESS").is_some() {
+        let mut text = format!(
+            "# Scene, frames a second, state hash after {TICKS} ticks, gravity switched after {BEFORE_SWITCH}. BLESS=1 writes it.\n"
+        );
+        for name in &names {
+            let scene = scene::load(name).unwrap();
+            let (fps, found) = (fps(&scene), Run::start(&scene, World::new(), |_| {}).hash());
+            writeln!(text, "{name} {fps} {found:016x}").unwrap();
+        }
+        fs::write(pins(), text).unwrap();
+    }
+    assert_eq!(pinned().iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), names);
+    all_are_pinned(|scene| Run::start(scene, World::new(), |_| {}).hash());
+}
+
+#[test]
+fn the_program_gives_the_pinned_hashes() {
+    let folder = TempDir::new().unwrap();
+    let summary = folder.path().join("summary.json");
+    all_are_pinned(|scene| {
+        let output = Command::new(program())
+            .args([
+                "run",
+                &scene.name,
+                "--ticks",
+                &TICKS.to_string(),
+                "--fps",
+                &fps(scene).to_string(),
+                "--script",
+            ])
+            .arg(root().join("tests/determinism/script.ron"))
+            .arg("--summary")
+            .arg(&summary)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let summary: serde_json::Value = serde_json::from_slice(&fs::read(&summary).unwrap()).unwrap();
+        u64::from_str_radix(summary["state_hash"].as_str().unwrap(), 16).unwrap()
+    });
+}
+
+#[test]
+fn two_threads_give_the_pinned_hashes() {
+    all_are_pinned(|scene| {
+        Run::start(scene, World::new(), |world| world.insert_resource(Threads::new(2))).hash()
+    });
+}
+
+/// No shipped scene has so many bodies that threads share them.
+#[test]
+fn any_number_of_threads_hashes_a_crowd_alike() {
+    let count = Threads::FROM + 777;
+    let scene = Scene::parse(
+        "crowd",
+        &format!(
+            "(version: 1, gravity: (acceleration_m_s2: (0.0, -9.8, 0.0)), drag: (quadratic_per_m: 0.05), clouds: \
+             [(count: {count}, center_m: (0.0, 50.0, 0.0), half_extents_m: (10.0, 10.0, 10.0), speed_m_s: 1.0)])"
+        ),
+    )
+    .unwrap();
+    let hashes = [1, 2, 3].map(|threads| {
+        let mut run = Run::start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
+        run.ticks(0, 12);
+        hash(&mut run.world)
+    });
+    assert!(hashes.iter().all(|other| *other == hashes[0]), "{hashes:x?}");
+}
+
+/// Moves rows of tables.
+#[derive(Component)]
+struct Elsewhere;
+
+/// Numbers without a pattern (Knuth, MMIX).
+fn shuffled<T>(mut things: Vec<T>, seed: u64) -> Vec<T> {
+    let mut state = seed;
+    for last in (1..things.len()).rev() {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        things.swap(last, (state >> 33) as usize % (last + 1));
+    }
+    things
+}
+
+/// A world in which the next entities get numbers in no order.
+fn world_of_old_numbers() -> World {
+    let mut world = World::new();
+    let entities: Vec<_> = (0..3000).map(|_| world.spawn_empty().id()).collect();
+    for entity in shuffled(entities, 1) {
+        world.despawn(entity);
+    }
+    world
+}
+
+/// Takes everything out of its table and back again in another order: the last rows come first.
+fn mix_rows(world: &mut World) {
+    let all: Vec<_> = world.query::<Entity>().iter(world).collect();
+    for entity in shuffled(all.clone(), 2) {
+        world.entity_mut(entity).insert(Elsewhere);
+    }
+    for entity in shuffled(all, 3) {
+        world.entity_mut(entity).remove::<Elsewhere>();
+    }
+}
+
+#[test]
+fn entities_in_any_order_give_the_pinned_hashes() {
+    let rows = |world: &mut World| world.query::<&StableId>().iter(world).map(|id| id.0).collect::<Vec<_>>();
+    let mut world = world_of_old_numbers();
+    let entities = scene::load("rope").unwrap().spawn(&mut world);
+    assert!(!entities.is_sorted(), "the numbers are in order: this test tests nothing");
+    mix_rows(&mut world);
+    assert!(!rows(&mut world).is_sorted(), "the rows are in order: this test tests nothing");
+    all_are_pinned(|scene| Run::start(scene, world_of_old_numbers(), mix_rows).hash());
+}
