@@ -279,6 +279,27 @@ fn ratios(only: &[String]) {
     }
 }
 
+/// A step after 2,000 s of nothing but drag beside a fresh one, which does not grow old in the measurement.
+fn decayed() {
+    for claims in METHODS.iter() {
+        let n = 1_000;
+        let [mut fresh, mut old] = [0; 2].map(|_| {
+            let mut ecs = Ecs::new(claims.method, n);
+            ecs.world.remove_resource::<Gravity>();
+            ecs
+        });
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of ticks")]
+        let ticks = (2_000.0 / H) as u64;
+        (0..ticks).for_each(|_| old.tick());
+        compare(
+            n,
+            claims.name,
+            &[None, Some(1.1)],
+            vec![("fresh", Box::new(|| fresh.tick())), ("after 2,000 s of drag", Box::new(|| old.tick()))],
+        );
+    }
+}
+
 /// One thread against two, by the wall clock: the shortest of many rounds, because others use the machine too.
 fn threads() {
     println!("\none thread over two, shortest of 15 interleaved rounds of 10 ticks, wall clock");
@@ -316,6 +337,7 @@ fn main() {
     if !arguments.iter().any(|argument| argument == "--test") {
         let only: Vec<String> = arguments.into_iter().skip(1).filter(|word| !word.starts_with('-')).collect();
         ratios(&only);
+        decayed();
         threads();
     }
 }

@@ -15,6 +15,7 @@ use crate::effects::Damping;
 use crate::groups::Scratch;
 use crate::laws::{Gravity, Law};
 use crate::method::Method;
+use crate::range::Range;
 use crate::real::Real;
 use crate::units::{Scalar, Vector};
 use acting::Acting;
@@ -114,6 +115,14 @@ impl<T: Real> Bare<T> {
     #[must_use]
     pub const fn with_damping(mut self, damping: Damping) -> Self {
         self.acting.damping = Some(damping);
+        self
+    }
+
+    /// With a range that bodies have to stay in: the row of one that would leave it is refused. In f32 no bound is above
+    /// the largest number of f32.
+    #[must_use]
+    pub const fn with_range(mut self, range: Range) -> Self {
+        self.acting.range = Some(range);
         self
     }
 
@@ -250,7 +259,7 @@ impl<T: Real> Bare<T> {
         self.account.cg_iterations
     }
 
-    /// Rows that were left as they were in the last tick, because they would have turned non-finite. Of a group
+    /// Rows that were left as they were in the last tick, because they would have turned non-finite or left the range. Of a group
     /// it is the row that was first, and all of it stays as it was.
     #[must_use]
     pub fn refused(&self) -> &[usize] {

@@ -25,6 +25,7 @@ use crate::course::Course;
 use crate::effects::{Damping, Decay};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
+use crate::range::{Bounds, Breach};
 use crate::real::Real;
 
 pub(crate) use affine::LEVEL;
@@ -57,6 +58,8 @@ pub(crate) struct Terms<'a, T: Real> {
     pub epoch: u64,
     /// The times of the tick.
     pub course: Course,
+    /// What the state that is stored may be at most.
+    pub bounds: Bounds<T>,
 }
 
 impl<'a, T: Real> Terms<'a, T> {
@@ -71,8 +74,16 @@ impl<'a, T: Real> Terms<'a, T> {
     ) -> Self {
         let decay = Decay::none(course.substep());
         let Affine { constant: gravity, rate: drag } = affine;
-        let terms = Self { gravity, drag, rate: drag, damping: None, decay, laws, epoch, course };
+        let bounds = Bounds::FINITE;
+        let terms = Self { gravity, drag, rate: drag, damping: None, decay, laws, epoch, course, bounds };
         terms.damped::<M>(damping)
+    }
+
+    /// The same for states that stay within `bounds`.
+    #[must_use]
+    pub const fn within(mut self, bounds: Bounds<T>) -> Self {
+        self.bounds = bounds;
+        self
     }
 
     /// The same with other damping.
@@ -225,8 +236,8 @@ impl<'a> Applied<'a, f64> {
     }
 }
 
-/// What to tell about a row that was not updated.
-pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize);
+/// What to tell about a row that was not updated, and why it was not.
+pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 
 /// Integrates a tick of every body of a table.
 pub(crate) fn integrate<T: Real, M: Integrator>(
@@ -266,20 +277,18 @@ pub(crate) fn integrate_summed<T: Real, M: Integrator>(
     }
 }
 
-/// Integrates a tick of one body that asks for something; `false`: refused.
-#[must_use]
+/// Integrates a tick of one body that asks for something, or says why it was refused.
 pub(crate) fn integrate_one<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
     asks: &Asks<'_, T>,
     body: Table<'_, T>,
     force: [T; 3],
     account: &mut Account,
-) -> bool {
+) -> Result<(), Breach> {
     integrate_one_summed::<T, M>(terms, asks, body, &mut Plain, force, account)
 }
 
 /// The same, summed up as `sums` says.
-#[must_use]
 pub(crate) fn integrate_one_summed<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
     asks: &Asks<'_, T>,
@@ -287,14 +296,16 @@ pub(crate) fn integrate_one_summed<T: Real, M: Integrator>(
     sums: &mut impl Sums<T>,
     force: [T; 3],
     account: &mut Account,
-) -> bool {
-    let mut ok = true;
+) -> Result<(), Breach> {
+    let mut outcome = Ok(());
     let applied = Applied { forces: &[force], rows: &[(0, 0)], offset: 0 };
     let mut own = *terms;
     if let Some(substeps) = asks.substeps {
         own.course.substeps = substeps;
     }
     let own = own.damped::<M>(asks.damping.or(terms.damping));
-    calling::run::<T, M>(&own, asks, &mut body, sums, Some(applied), account, &mut |_| ok = false);
-    ok
+    calling::run::<T, M>(&own, asks, &mut body, sums, Some(applied), account, &mut |_, breach| {
+        outcome = Err(breach);
+    });
+    outcome
 }

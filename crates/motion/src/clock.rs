@@ -151,6 +151,40 @@ impl StepClock {
     }
 }
 
+/// What a [`StepClock`] counts from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClockState {
+    /// Ticks simulated since the start.
+    pub ticks: u64,
+    /// The tick at which the running count of equal steps began, at most `ticks`.
+    pub since_tick: u64,
+    /// Simulated time then, s.
+    pub since_time: Scalar,
+    /// Length of each of these steps, s.
+    pub step: Scalar,
+    /// Simulated time at which the scene began, s.
+    pub scene_began: Scalar,
+}
+
+impl From<StepClock> for ClockState {
+    fn from(clock: StepClock) -> Self {
+        let StepClock { ticks, since_tick, since_time, step, scene_began } = clock;
+        Self { ticks, since_tick, since_time, step, scene_began }
+    }
+}
+
+impl StepClock {
+    /// The clock that counts from there; `None` where no clock can have come to: times that are not finite, more
+    /// than 2^53 ticks, or a count that began after the last of them.
+    #[must_use]
+    pub fn from_state(state: ClockState) -> Option<Self> {
+        let ClockState { ticks, since_tick, since_time, step, scene_began } = state;
+        let finite = since_time.is_finite() && step.is_finite() && scene_began.is_finite();
+        let counted = since_tick <= ticks && ticks <= 1 << 53;
+        (finite && counted).then_some(Self { ticks, since_tick, since_time, step, scene_began })
+    }
+}
+
 /// Ticks that a frame is to simulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Due {

@@ -125,7 +125,7 @@ pub struct AxisLocks {
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GravityOff;
 
-/// A body that would have turned non-finite: frozen for good at its last finite state, ignored by every
-/// system. [`Quarantine`](crate::Quarantine) says when and why.
+/// A body that would have turned non-finite or left the [`Range`](crate::Range): frozen for good at its last finite
+/// state, ignored by every system. [`Quarantine`](crate::Quarantine) says when and why.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quarantined;

@@ -149,7 +149,7 @@ mod tests {
         for q in [1e-300, 1e-12, 1e-3, 0.5, 30.0, 800.0] {
             let decay = Damping { model: DampingModel::Exact, rate: q }.factors(1.0_f64);
             let keep = decay.keep.expect("the exact model always decays").whole;
-            assert!((keep - (-q).exp()).abs() <= 2e-16);
+            assert!((keep - Real::exp(-q)).abs() <= 2e-16);
             // The fixed point of v = v keep + a gain is the terminal speed a / c.
             assert!((decay.gain * q + keep - 1.0).abs() <= 4e-16, "q = {q}");
         }

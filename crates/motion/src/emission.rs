@@ -34,6 +34,19 @@ pub struct Emission {
     seen: Option<(u64, Scalar)>,
 }
 
+/// What an [`Emission`] goes on from, by slots of the pool.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EmissionState {
+    /// Number of the particle that is born next.
+    pub next: u64,
+    /// No particle below that number lives.
+    pub oldest: u64,
+    /// Number of the particle that lives in each slot; `None` is a free one.
+    pub slots: Vec<Option<u64>>,
+    /// Number and scene's time, s, of the tick in which it was looked at last.
+    pub seen: Option<(u64, Scalar)>,
+}
+
 /// Whether anything is left to do for [`emit_particles`].
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Emissions {
@@ -63,6 +76,23 @@ impl Emission {
     #[must_use]
     pub const fn living(&self) -> usize {
         self.living
+    }
+
+    /// What it goes on from.
+    #[must_use]
+    pub fn state(&self) -> EmissionState {
+        let Self { next, oldest, slots, seen, .. } = self;
+        let slots = slots.iter().map(|slot| (*slot != FREE).then_some(*slot)).collect();
+        EmissionState { next: *next, oldest: *oldest, slots, seen: *seen }
+    }
+
+    /// An emission that goes on from `state`.
+    #[must_use]
+    pub fn from_state(state: EmissionState) -> Self {
+        let EmissionState { next, oldest, slots, seen } = state;
+        let living = slots.iter().flatten().count();
+        let slots = slots.into_iter().map(|slot| slot.unwrap_or(FREE)).collect();
+        Self { next, oldest, slots, living, seen }
     }
 
     /// What there is to do at the start of tick number `tick` at the scene's time `now`, s; there are births only

@@ -16,7 +16,34 @@ pub struct Evaluations {
     unconverged_steps: u64,
 }
 
+/// Counts of iterations, and of steps in which they did not converge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Iterations {
+    /// Newton iterations of implicit steps.
+    pub newton: u64,
+    /// Iterations of conjugate gradients.
+    pub cg: u64,
+    /// Implicit steps that did not converge.
+    pub unconverged_steps: u64,
+}
+
 impl Evaluations {
+    /// Counts to go on from: accelerations, evaluations by law, and iterations.
+    #[must_use]
+    pub fn going_on(
+        accelerations: u64,
+        laws: impl IntoIterator<Item = (&'static str, u64)>,
+        iterations: Iterations,
+    ) -> Self {
+        Self {
+            accelerations,
+            laws: laws.into_iter().collect(),
+            newton_iterations: iterations.newton,
+            cg_iterations: iterations.cg,
+            unconverged_steps: iterations.unconverged_steps,
+        }
+    }
+
     /// Accelerations of one body by all laws together, evaluated once.
     #[must_use]
     pub const fn accelerations(&self) -> u64 {

@@ -75,6 +75,18 @@ impl PushQueue {
         self.edges.len()
     }
 
+    /// The edge pushes that wait for a tick.
+    #[must_use]
+    pub fn edges(&self) -> &[Push] {
+        &self.edges
+    }
+
+    /// The sustained pushes.
+    #[must_use]
+    pub fn sustained(&self) -> &[Push] {
+        &self.sustained
+    }
+
     /// What the next tick will apply.
     pub fn pending(&self) -> impl Iterator<Item = Push> + '_ {
         self.edges.iter().chain(&self.sustained).copied()

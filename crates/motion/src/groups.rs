@@ -8,11 +8,13 @@ mod combination;
 mod compile;
 mod coupling;
 mod field;
+mod linear;
 mod pull;
 mod rescue;
 mod rows;
 mod solver;
 mod split;
+mod suspects;
 mod system;
 
 use bevy_ecs::prelude::*;
@@ -21,6 +23,7 @@ pub use compile::compile_groups;
 pub(crate) use compile::{is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{Askers, GroupField, Kept, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
+pub(crate) use linear::{Holder, LinearGroup};
 pub(crate) use rows::{Row, RowArray};
 pub use solver::Solver;
 pub use split::Sets;
@@ -127,6 +130,17 @@ impl Groups {
             + arrays
             + (self.w.capacity() + self.last.capacity()) * size_of::<Scalar>()
             + self.scratch.bytes()
+    }
+
+    /// Bodies, number of those that move, and what is kept of each group; nothing where they are to be made anew.
+    pub(crate) fn kept(&self) -> impl Iterator<Item = (&[Entity], usize, &Kept<Scalar>)> {
+        let list = if self.outdated { &[][..] } else { &self.list };
+        list.iter().map(|group| (&group.bodies[..], group.coupling.movable, &group.kept))
+    }
+
+    /// Lets a group keep that.
+    pub(crate) fn keep(&mut self, number: usize, kept: Kept<Scalar>) {
+        self.list[number].kept = kept;
     }
 
     /// What acts in every group, its bodies, those that move first, and its number of substeps, if it has its own.

@@ -1,7 +1,6 @@
 //! The systems that integrate bodies, over the tables of the world.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use bevy_ecs::entity::Entities;
 use bevy_ecs::prelude::*;
@@ -14,16 +13,19 @@ use crate::blocks::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
 use crate::clock::StepClock;
 use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
 use crate::course::Course;
+use crate::diagnosis::{Evidence, Exposure, Suspect};
 use crate::effects::{Damping, DampingRate};
 use crate::emitter::Dormant;
+use crate::epoch::Epoch;
 use crate::evaluations::Evaluations;
 use crate::forces::PushedBodies;
 use crate::groups::Grouped;
-use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, Wells};
+use crate::laws::{Affine, BodyState, Declared, Drag, Gravity, Law, Laws, Wells};
 use crate::method::Method;
 use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
-use crate::quarantine::{Cause, Quarantine};
+use crate::quarantine::{Quarantine, Refused};
+use crate::range::{self, Bounds, Breach};
 use crate::real::Real as _;
 use crate::rest::Static;
 use crate::step::TimeStep;
@@ -61,6 +63,7 @@ pub struct Acting<'w, 's> {
     clock: Option<Res<'w, StepClock>>,
     gravity: Option<Res<'w, Gravity>>,
     damping: Option<Res<'w, Damping>>,
+    range: Option<Res<'w, range::Range>>,
     drag: Option<Res<'w, Drag>>,
     wells: Option<Res<'w, Wells>>,
     laws: Option<Res<'w, Laws>>,
@@ -69,9 +72,9 @@ pub struct Acting<'w, 's> {
     entities: &'w Entities,
     /// Table and row of the pushed bodies, ascending; kept, so that a tick allocates nothing.
     rows: Local<'s, Vec<(usize, usize)>>,
+    laws_epoch: ResMut<'w, Epoch>,
+    /// That of the running tick.
     epoch: Local<'s, u64>,
-    /// Which of the resources with laws there were in the last tick.
-    present: Local<'s, [bool; 3]>,
 }
 
 /// Where a system notes what happened.
@@ -84,17 +87,12 @@ pub struct Notes<'w> {
 impl Acting<'_, '_> {
     /// Looks up where the pushed bodies are, and whether laws have changed.
     pub(crate) fn prepare(&mut self) {
-        // Unlike any other number that a kept acceleration may have been noted with.
-        static EPOCHS: AtomicU64 = AtomicU64::new(1);
-        let changed = self.drag.as_ref().is_some_and(|drag| drag.is_changed())
-            || self.wells.as_ref().is_some_and(|wells| wells.is_changed())
-            || self.laws.as_ref().is_some_and(|laws| laws.is_changed());
-        // One that is gone is not changed.
-        let present = [self.drag.is_some(), self.wells.is_some(), self.laws.is_some()];
-        if changed || *self.present != present {
-            *self.present = present;
-            *self.epoch = EPOCHS.fetch_add(1, Ordering::Relaxed);
-        }
+        let changed = [
+            self.drag.as_ref().map(DetectChanges::last_changed),
+            self.wells.as_ref().map(DetectChanges::last_changed),
+            self.laws.as_ref().map(DetectChanges::last_changed),
+        ];
+        *self.epoch = self.laws_epoch.bypass_change_detection().look(changed);
         let Self { pushed, entities, rows, .. } = self;
         let place = |body: &Entity| {
             let place = entities.get_spawned(*body).ok()?;
@@ -127,6 +125,26 @@ impl Acting<'_, '_> {
     ) -> Terms<'a, Scalar> {
         let damping = self.damping.as_deref().copied();
         Terms::new::<M>(Affine::sum(summed.all()), damping, called, *self.epoch, self.course())
+            .within(self.bounds())
+    }
+
+    /// What a state that is stored may be at most.
+    pub(crate) fn bounds(&self) -> Bounds<Scalar> {
+        Bounds::of(self.range.as_deref())
+    }
+
+    pub(crate) fn range(&self) -> Option<&range::Range> {
+        self.range.as_deref()
+    }
+
+    pub(crate) fn damping(&self) -> Option<&Damping> {
+        self.damping.as_deref()
+    }
+
+    /// Start and end of the tick, s.
+    pub(crate) fn times(&self) -> [Scalar; 2] {
+        let Course { start, end, .. } = self.course();
+        [start, end]
     }
 
     pub(crate) fn gravity(&self) -> Option<Vector> {
@@ -187,14 +205,24 @@ struct Chunk<'a> {
     known: Option<&'a mut [LastAcceleration]>,
 }
 
-/// A body that was not updated, and the state to freeze it at.
-type Refused = (Entity, Transform, PhysicsBody, Cause);
+/// A row that was not updated.
+struct Missed {
+    body: Entity,
+    /// The state to freeze it at.
+    transform: Transform,
+    state: PhysicsBody,
+    system: &'static str,
+    breach: Breach,
+    /// What is at fault, if it is of this body alone.
+    evidence: Option<Evidence>,
+    own_rate: bool,
+}
 
 /// What became of a chunk.
 #[derive(Default)]
 struct Done {
     account: Account,
-    refused: Vec<Refused>,
+    missed: Vec<Missed>,
 }
 
 impl<'a> Chunk<'a> {
@@ -224,7 +252,7 @@ impl<'a> Chunk<'a> {
         start: usize,
     ) -> Done {
         let mut done = Done::default();
-        let mut refused = Vec::new();
+        let mut refused: Vec<(usize, Breach)> = Vec::new();
         let asks = self.limits.is_some()
             || self.locks.is_some()
             || self.own.is_some()
@@ -232,30 +260,30 @@ impl<'a> Chunk<'a> {
             || self.rates.is_some();
         if asks {
             for row in 0..self.bodies.len() {
-                if !self.integrate_row::<M>(terms, row, &mut done.account) {
-                    refused.push(row);
+                if let Err(breach) = self.integrate_row::<M>(terms, row, &mut done.account) {
+                    refused.push((row, breach));
                 }
             }
         } else {
             let applied = Applied::of(self.forces, pushed, start);
             let table = self.table(0..self.bodies.len());
-            blocks::integrate::<_, M>(terms, table, applied, &mut done.account, &mut |row| refused.push(row));
+            let refuse = &mut |row, breach| refused.push((row, breach));
+            blocks::integrate::<_, M>(terms, table, applied, &mut done.account, refuse);
         }
-        for row in refused {
-            let cause = self.diagnose::<M>(terms, row);
-            done.refused.push((self.entities[row], self.transforms[row], self.bodies[row], cause));
+        for (row, breach) in refused {
+            let missed = self.diagnose::<M>(terms, row, breach);
+            done.missed.push(missed);
         }
         done
     }
 
-    /// One row with everything that it asks for; `false`: refused.
-    #[must_use]
+    /// One row with everything that it asks for, or why it was refused.
     fn integrate_row<M: Integrator>(
         &mut self,
         terms: &Terms<'_, Scalar>,
         row: usize,
         account: &mut Account,
-    ) -> bool {
+    ) -> Result<(), Breach> {
         let own = self.own.map(|own| &own[row]);
         let rate = self.rates.as_ref().map(|rates| rates[row].rate());
         let asks = Asks {
@@ -288,23 +316,57 @@ impl<'a> Chunk<'a> {
     /// What went wrong in a row. Of the two updates of an Euler step the first is done if it can be: the row is
     /// left as it is where the two are systems of their own.
     #[cold]
-    fn diagnose<M: Integrator>(&mut self, terms: &Terms<'_, Scalar>, row: usize) -> Cause {
+    fn diagnose<M: Integrator>(&mut self, terms: &Terms<'_, Scalar>, row: usize, breach: Breach) -> Missed {
+        const KICK: &str = "integrate_acceleration";
+        const DRIFT: &str = "integrate_velocity";
         let account = &mut Account::default();
-        match M::METHOD {
-            _ if !M::DAMPS_INSIDE => Cause::State,
-            _ if !M::MOVES => Cause::Velocity,
-            _ if M::KICKS && M::METHOD == Method::SemiImplicitEuler => {
-                match self.integrate_row::<Kick>(terms, row, account) {
-                    true => Cause::Position,
-                    false => Cause::Velocity,
-                }
-            }
-            _ if M::KICKS => match self.integrate_row::<Drift>(terms, row, account) {
-                true => Cause::Velocity,
-                false => Cause::Position,
+        let (system, breach) = match M::METHOD {
+            _ if !M::DAMPS_INSIDE => ("integrate", breach),
+            _ if !M::MOVES => (KICK, breach),
+            _ if !M::KICKS => (DRIFT, breach),
+            Method::SemiImplicitEuler => match self.integrate_row::<Kick>(terms, row, account) {
+                Ok(()) => (DRIFT, breach),
+                Err(breach) => (KICK, breach),
             },
-            _ => Cause::Position,
+            _ => match self.integrate_row::<Drift>(terms, row, account) {
+                Ok(()) => (KICK, breach),
+                Err(breach) => (DRIFT, breach),
+            },
+        };
+        let damping_rate = self.rates.map(|rates| rates[row].rate()).filter(|_| terms.damping.is_some());
+        let suspect = Suspect {
+            position: self.transforms[row].position,
+            body: self.bodies[row],
+            force: if M::KICKS { self.forces[row].0 } else { Vector::ZERO },
+            damping_rate,
+            limit: self.limits.map(|limits| limits[row].0),
+            last_step: self.steps.as_ref().map(|steps| steps[row].0),
+            laws: self.own.filter(|_| M::KICKS).map_or(&[], |own| own[row].laws()),
+        };
+        let times = [terms.course.start, terms.course.end];
+        Missed {
+            body: self.entities[row],
+            transform: self.transforms[row],
+            state: self.bodies[row],
+            system,
+            breach,
+            evidence: suspect.found().or_else(|| suspect.own_law(times)),
+            own_rate: damping_rate.is_some(),
         }
+    }
+}
+
+impl Acting<'_, '_> {
+    /// Names the cause, from what was found in the row and what acts on every body.
+    #[cold]
+    fn judge(&self, missed: Missed, kicks: bool, gravity_off: bool) -> Refused {
+        let Missed { body, transform, state, system, breach, evidence, own_rate } = missed;
+        let PhysicsBody { velocity, inverse_mass } = state;
+        let at = BodyState { position: transform.position, velocity, inverse_mass };
+        let evidence = evidence
+            .or_else(|| self.found(Exposure { kicks, gravity_off, own_rate }))
+            .or_else(|| if kicks { self.law_at_fault(at) } else { None });
+        Refused { body, transform, state, cause: self.cause(system, breach, evidence) }
     }
 }
 
@@ -336,7 +398,7 @@ fn shared<M: Integrator>(
     let mut sum = Done::default();
     for (done, ..) in parts {
         sum.account.add(&done.account);
-        sum.refused.extend(done.refused);
+        sum.missed.extend(done.missed);
     }
     sum
 }
@@ -395,8 +457,8 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             _ => chunk.integrate::<M>(terms, pushed, 0),
         };
         notes.evaluations.add(&done.account, called, acting.affine(gravity_off));
-        for (body, transform, state, cause) in done.refused {
-            notes.quarantine.refuse(body, transform, state, cause);
+        for missed in done.missed {
+            notes.quarantine.refuse(acting.judge(missed, M::KICKS, gravity_off));
         }
     }
 }

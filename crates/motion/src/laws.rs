@@ -26,6 +26,10 @@ pub use wind::Wind;
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Scalar;
 
+/// Names of the laws of this crate, as [`Evaluations`](crate::Evaluations) counts them.
+pub const LAW_NAMES: [&str; 7] =
+    ["gravity", "drag", "wells", "thrusts", "damping", "springs", "mutual_gravity"];
+
 /// When a law is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment<T> {

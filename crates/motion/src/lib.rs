@@ -11,20 +11,25 @@ mod blocks;
 mod clock;
 mod components;
 mod course;
+mod diagnosis;
 mod effects;
 mod emission;
 mod emitter;
+mod epoch;
 mod evaluations;
 mod forces;
+mod forecast;
 mod groups;
 mod integrate;
 mod interpolate;
+mod kept;
 mod laws;
 mod ledger;
 mod method;
 pub mod methods;
 mod own;
 mod quarantine;
+mod range;
 pub mod real;
 mod requests;
 mod rest;
@@ -37,37 +42,40 @@ mod totals;
 pub mod units;
 
 pub use bare::{Bare, BareState, LawsOf, NotForArrays};
-pub use clock::{BadTime, Due, FrameClock, FrameTime, StepClock, TickClock};
+pub use clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock};
 pub use components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
 pub use effects::{Damping, DampingModel, DampingRate};
-pub use emission::{Emission, Particle, emit_particles};
+pub use emission::{Emission, EmissionState, Particle, emit_particles};
 pub use emitter::{Dormant, Emitter};
-pub use evaluations::Evaluations;
+pub use evaluations::{Evaluations, Iterations};
 pub use forces::{Forces, Push, PushQueue, PushedBodies};
+pub use forecast::{Cure, Forecast, Margin, Part, SpringMargin};
 pub use groups::{Grouped, Groups, Sets, Solver, compile_groups, integrate_groups};
 pub use integrate::{
     Acting, Bodies, Notes, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass,
     integrate_velocity,
 };
 pub use interpolate::{PreviousPosition, remember_positions};
+pub use kept::{KeptAcceleration, KeptAccelerations, KeptOfGroup};
 pub use laws::{
-    Affine, BodyState, Curve, Drag, Gravity, Jacobians, Law, Laws, Moment, MutualGravity, SourceMass, Thrust,
-    Well, Wells, Wind,
+    Affine, BodyState, Curve, Drag, Gravity, Jacobians, LAW_NAMES, Law, Laws, Moment, MutualGravity,
+    SourceMass, Thrust, Well, Wells, Wind,
 };
 pub use ledger::{Books, Energies, Ledger, Lines};
 pub use method::{Claims, METHODS, Method};
 pub use own::{
     LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps, mark_method, own_method,
 };
-pub use quarantine::{Cause, Quarantine, QuarantineRecord, quarantine_bodies};
+pub use quarantine::{Cause, Fault, Quarantine, QuarantineRecord, quarantine_bodies};
+pub use range::Range;
 pub use requests::{Request, Requests};
 pub use rest::Static;
 pub use springs::{Elastic, Link, SoftBody, Spring};
 pub use step::{
     Passes, Step, StepPlan, TimeStep, apply_forces, clear_forces, insert_step_resources,
-    remember_accelerations, remember_steps, step_schedule,
+    remember_accelerations, remember_steps, step_schedule, step_systems,
 };
 pub use stepper::Stepper;
 pub use switch::{Effect, EffectState, NeverDeclared, Off, OffResource, SpringsOff, state, switch};

@@ -160,6 +160,9 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     const KICKS: bool = true;
     /// Whether time passes: damping and substeps are for methods in which it does.
     const PASSES_TIME: bool = true;
+    /// Whether a state is looked at before it is stored. `false` is for measuring what that costs, and for nothing else.
+    #[doc(hidden)]
+    const CHECKED: bool = true;
 
     /// The state one step after (`x`, `v`).
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space);

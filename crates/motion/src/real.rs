@@ -39,6 +39,8 @@ pub trait Real:
     const ONE: Self;
     /// Larger than every number.
     const INFINITY: Self;
+    /// The largest number.
+    const MAX: Self;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
     /// Velocity components below this snap to zero where they decay, m/s. Damping would otherwise end in
@@ -141,6 +143,7 @@ macro_rules! real {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const INFINITY: Self = $t::INFINITY;
+            const MAX: Self = $t::MAX;
             const EPSILON: Self = $t::EPSILON;
             const SNAP: Self = $snap;
 

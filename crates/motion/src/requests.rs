@@ -11,7 +11,8 @@ use crate::interpolate::PreviousPosition;
 use crate::laws::Gravity;
 use crate::method::Method;
 use crate::own::LastStep;
-use crate::quarantine::{Cause, Quarantine, quarantine_bodies};
+use crate::quarantine::{Cause, Fault, Quarantine, Refused, place, quarantine_bodies};
+use crate::range::{Bounds, Range};
 use crate::rest::look_again;
 use crate::stepper::{set_body_method, start_anew};
 use crate::switch::{Effect, end_half_steps, switch};
@@ -174,8 +175,9 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
     effects_changed
 }
 
-/// Changes one body, or quarantines it at its present state where the change is not finite.
+/// Changes one body, or quarantines it at its present state where the change is not finite or out of range.
 fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &mut PhysicsBody)) {
+    let range = world.get_resource::<Range>().copied();
     let Ok((mut transform, mut body)) = world
         .query_filtered::<(&mut Transform, &mut PhysicsBody), Without<Quarantined>>()
         .get_mut(world, entity)
@@ -185,14 +187,37 @@ fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &
     let (old_transform, old_body) = (*transform, *body);
     let (mut new_transform, mut new_body) = (old_transform, old_body);
     edit(&mut new_transform, &mut new_body);
-    let finite = new_transform.position.is_finite()
-        && new_body.velocity.is_finite()
-        && new_body.inverse_mass.is_finite()
-        && new_body.inverse_mass >= 0.0;
-    if finite {
-        (*transform, *body) = (new_transform, new_body);
+    match fault_of(&new_transform, &new_body, range) {
+        None => (*transform, *body) = (new_transform, new_body),
+        Some((component, fault)) => {
+            let cause = Cause { system: Cause::REQUESTS, component, fault };
+            let refused = Refused { body: entity, transform: old_transform, state: old_body, cause };
+            world.resource_mut::<Quarantine>().refuse(refused);
+            world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
+        }
+    }
+}
+
+/// What is wrong with a state that is asked for.
+fn fault_of(
+    transform: &Transform,
+    body: &PhysicsBody,
+    range: Option<Range>,
+) -> Option<(&'static str, Fault)> {
+    let (x, v) = (transform.position, body.velocity);
+    let bounds = Bounds::<Scalar>::of(range.as_ref());
+    let Range { position, speed } = range.unwrap_or_default();
+    if !x.is_finite() {
+        Some((place::POSITION, Fault::Request))
+    } else if !v.is_finite() {
+        Some((place::VELOCITY, Fault::Request))
+    } else if !(body.inverse_mass.is_finite() && body.inverse_mass >= 0.0) {
+        Some((place::INVERSE_MASS, Fault::Request))
+    } else if !bounds.holds_position(&x.to_array()) {
+        Some((place::POSITION, Fault::Range(position)))
+    } else if !bounds.holds_velocity(&v.to_array()) {
+        Some((place::VELOCITY, Fault::Range(speed)))
     } else {
-        world.resource_mut::<Quarantine>().refuse(entity, old_transform, old_body, Cause::Request);
-        world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
+        None
     }
 }

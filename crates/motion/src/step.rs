@@ -13,6 +13,7 @@ use crate::components::{PhysicsBody, Quarantined};
 use crate::effects::Damping;
 use crate::emission::{self, emit_particles};
 use crate::emitter::Dormant;
+use crate::epoch::Epoch;
 use crate::evaluations::Evaluations;
 use crate::forces::{Forces, PushQueue, PushedBodies};
 use crate::groups::{Grouped, Groups, integrate_groups, update_groups};
@@ -145,8 +146,6 @@ fn is_marked<M: Integrator + Component>(world: &World, grouped: bool) -> bool {
     !grouped && may_exist::<M>(world)
 }
 
-type Systems = ScheduleConfigs<ScheduleSystem>;
-
 /// Compiles the schedule of one tick. Two systems that touch the same data without a stated order are an error
 /// when it is initialized, and it runs on one thread: a multi-threaded executor costs more per system than a
 /// thousand bodies do.
@@ -158,6 +157,16 @@ pub fn step_schedule(plan: &StepPlan) -> Schedule {
         ambiguity_detection: LogLevel::Error,
         ..Default::default()
     });
+    let mut systems = step_systems(plan).into_iter();
+    if let Some(first) = systems.next() {
+        schedule.add_systems(systems.fold(first, |before, system| (before, system).chain()));
+    }
+    schedule
+}
+
+/// The systems of one tick in the order in which they run, for a schedule that has others between them.
+#[must_use]
+pub fn step_systems(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let mut systems: Vec<_> = plan.emits.then(|| emit_particles.into_configs()).into_iter().collect();
     systems.push(apply_forces.into_configs());
     // Groups first: what they hang on is then where it was when the tick began.
@@ -175,35 +184,40 @@ pub fn step_schedule(plan: &StepPlan) -> Schedule {
     }
     if !plan.grouped_only {
         systems.extend(with_method!(plan.method, M => remember::<M, Unmarked>(plan)));
-        systems.push(match (plan.passes, plan.method) {
-            (Passes::Two, Method::SemiImplicitEuler) => (integrate_acceleration, integrate_velocity).chain(),
-            (Passes::Two, Method::ExplicitEuler) => (integrate_velocity, integrate_acceleration).chain(),
-            (Passes::One, Method::SemiImplicitEuler) => {
-                integrate_in_one_pass::<SemiImplicitEuler>.into_configs()
+        match (plan.passes, plan.method) {
+            (Passes::Two, Method::SemiImplicitEuler) => {
+                systems.extend([integrate_acceleration.into_configs(), integrate_velocity.into_configs()]);
             }
-            (Passes::One, Method::ExplicitEuler) => integrate_in_one_pass::<ExplicitEuler>.into_configs(),
-            (_, method) => with_method!(method, M => integrate::<M, Unmarked>.into_configs()),
-        });
+            (Passes::Two, Method::ExplicitEuler) => {
+                systems.extend([integrate_velocity.into_configs(), integrate_acceleration.into_configs()]);
+            }
+            (Passes::One, Method::SemiImplicitEuler) => {
+                systems.push(integrate_in_one_pass::<SemiImplicitEuler>.into_configs());
+            }
+            (Passes::One, Method::ExplicitEuler) => {
+                systems.push(integrate_in_one_pass::<ExplicitEuler>.into_configs());
+            }
+            (_, method) => systems.push(with_method!(method, M => integrate::<M, Unmarked>.into_configs())),
+        }
     }
     for method in &plan.own {
         systems.extend(with_method!(*method, M => remember::<M, With<M>>(plan)));
         systems.push(with_method!(*method, M => integrate::<M, With<M>>.into_configs()));
     }
     systems.extend([clear_forces.into_configs(), quarantine_bodies.into_configs()]);
-    let mut systems = systems.into_iter();
-    if let Some(first) = systems.next() {
-        schedule.add_systems(systems.fold(first, |before, system| (before, system).chain()));
-    }
-    schedule
+    systems
 }
 
 /// The system that gives new members of groups what `M` keeps of them; an acceleration is kept by the group.
-fn remember_in_groups<M: Integrator, Who: ArchetypeFilter + 'static>() -> Option<Systems> {
+fn remember_in_groups<M: Integrator, Who: ArchetypeFilter + 'static>()
+-> Option<ScheduleConfigs<ScheduleSystem>> {
     (M::MEMORY == Memory::LastStep).then(|| remember_steps::<(Who, With<Grouped>)>.into_configs())
 }
 
 /// The system that gives new bodies what `M` keeps of them.
-fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(plan: &StepPlan) -> Option<Systems> {
+fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
+    plan: &StepPlan,
+) -> Option<ScheduleConfigs<ScheduleSystem>> {
     match M::MEMORY {
         Memory::None => None,
         Memory::LastStep => Some(remember_steps::<(Who, Without<Grouped>)>.into_configs()),
@@ -248,6 +262,7 @@ pub fn insert_step_resources(world: &mut World, step: TimeStep) {
     world.init_resource::<PushQueue>();
     world.init_resource::<PushedBodies>();
     world.init_resource::<Quarantine>();
+    world.init_resource::<Epoch>();
 }
 
 /// Turns queued pushes into the forces of this tick.

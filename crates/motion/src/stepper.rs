@@ -312,10 +312,11 @@ fn forget_accelerations(world: &mut World, plan: &StepPlan) {
 /// Gives the bodies `Who` of position Verlet the velocities at the time of their positions, in groups and out of
 /// them; of a group, all members.
 pub(crate) fn synchronise_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
+    // First: who has left a group since the last tick is a single body now.
+    compile_groups(world);
     world
         .run_system_cached(leave_position_verlet::<(Who, With<LastStep>)>)
         .expect("its resources are inserted with the step's");
-    compile_groups(world);
     if world.contains_resource::<Groups>() {
         world
             .run_system_cached(integrate_groups::<Synchronise, (Who, With<LastStep>)>)

@@ -8,6 +8,7 @@ use crate::effects::Damping;
 use crate::groups::Solver;
 use crate::laws::{Affine, Declared, Drag, Gravity, Law, MutualGravity, Wells};
 use crate::methods::Integrator;
+use crate::range::{Bounds, Range};
 use crate::real::{Real, RealVector as _};
 
 /// Laws that are called for every body, in a list that allocates nothing.
@@ -23,6 +24,7 @@ pub(super) struct Acting<T: Real> {
     pub attraction: Option<MutualGravity>,
     pub damping: Option<Damping>,
     pub solver: Solver,
+    pub range: Option<Range>,
 }
 
 impl<T: Real> Default for Acting<T> {
@@ -35,6 +37,7 @@ impl<T: Real> Default for Acting<T> {
             attraction: None,
             damping: None,
             solver: Solver::default(),
+            range: None,
         }
     }
 }
@@ -63,5 +66,6 @@ impl<T: Real> Acting<T> {
         // Laws change only where everything that was kept is forgotten.
         let epoch = 0;
         Terms::new::<M>(Affine::sum(summed.all()), self.damping, called, epoch, course)
+            .within(Bounds::of(self.range.as_ref()))
     }
 }

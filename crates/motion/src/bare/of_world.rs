@@ -86,6 +86,7 @@ impl<T: Real> Bare<T> {
         acting.attraction = world.get_resource().copied();
         acting.damping = world.get_resource().copied();
         acting.solver = world.get_resource().copied().unwrap_or_default();
+        acting.range = world.get_resource().copied();
         let rows = bare.add_bodies(world, laws);
         if let Some(groups) = world.get_resource::<Groups>() {
             bare.join(groups, &rows);

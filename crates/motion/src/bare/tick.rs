@@ -95,7 +95,9 @@ impl<T: Real> Bare<T> {
                 };
                 let mut sums = W::sums(residues, row..row + 1);
                 let counts = &mut counted;
-                if !blocks::integrate_one_summed::<T, M>(&terms, &asks, table, &mut sums, forces[row], counts)
+                let force = forces[row];
+                if blocks::integrate_one_summed::<T, M>(&terms, &asks, table, &mut sums, force, counts)
+                    .is_err()
                 {
                     refused.push(row);
                 }
@@ -106,7 +108,7 @@ impl<T: Real> Bare<T> {
             let table =
                 Table { positions: &mut positions[rows.clone()], bodies: &mut bodies[rows.clone()], memory };
             let mut sums = W::sums(residues, rows.clone());
-            let refuse = &mut |row| refused.push(rows.start + row);
+            let refuse = &mut |row, _| refused.push(rows.start + row);
             blocks::integrate_summed::<T, M>(&terms, table, &mut sums, applied, &mut counted, refuse);
             if counted.accelerations == 0 {
                 // Where no law is called nothing is counted on the way.

@@ -10,6 +10,7 @@ use super::lanes::{Rows, each_row};
 use super::memory::MemoryRows;
 use super::{Applied, BLOCK, Refuse, Row, Table, Terms};
 use crate::methods::{Carry, Integrator, Memory};
+use crate::range::{Bounds, Breach};
 use crate::real::{Lanes as _, Real};
 
 /// What the machine offers; asking costs more than stepping one body.
@@ -37,18 +38,20 @@ pub(super) fn run<T: Real, M: Integrator>(
     }
     // Nothing here looks at the time, so that every substep is the same step. A row that one of them refuses
     // stays as it is, and the others refuse it as well.
-    let mut refused = Vec::new();
+    let mut refused: Vec<(usize, Breach)> = Vec::new();
     for start in (0..rows).step_by(STAY) {
         for _ in 0..substeps {
             let rows = start..rows.min(start + STAY);
-            if !step_all::<T, M>(terms, table, rows, applied, &mut |row| refused.push(row)) {
+            let refuse = &mut |row, breach| refused.push((row, breach));
+            if !step_all::<T, M>(terms, table, rows, applied, refuse) {
                 return false;
             }
         }
     }
-    refused.sort_unstable();
-    refused.dedup();
-    refused.into_iter().for_each(refuse);
+    // The first of a row is why; the sort keeps their order.
+    refused.sort_by_key(|(row, _)| *row);
+    refused.dedup_by_key(|(row, _)| *row);
+    refused.into_iter().for_each(|(row, breach)| refuse(row, breach));
     true
 }
 
@@ -70,7 +73,7 @@ fn step_all<T: Real, M: Integrator>(
         bodies: &mut table.bodies[rows.clone()],
         memory: table.memory.part(rows.clone()),
     };
-    if !step::<T, M>(terms, &mut whole, part, &mut |row| refuse(rows.start + row)) {
+    if !step::<T, M>(terms, &mut whole, part, &mut |row, breach| refuse(rows.start + row, breach)) {
         return false;
     }
     // A block is loaded one number beyond its last row: the last block is copied, with a row beyond.
@@ -97,7 +100,7 @@ fn step_all<T: Real, M: Integrator>(
     }
     let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
     let mut copy = Table { positions: &mut positions, bodies: &mut bodies, memory };
-    let done = step::<T, M>(terms, &mut copy, applied, &mut |row| refuse(last.start + row));
+    let done = step::<T, M>(terms, &mut copy, applied, &mut |row, breach| refuse(last.start + row, breach));
     table.positions[last.clone()].copy_from_slice(&positions[..rest]);
     table.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
     if let MemoryRows::LastStep(all) = &mut table.memory {
@@ -181,6 +184,7 @@ impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
         let step = StepOf { constants: Constants::new(simd, terms), terms };
         // A factor after the move may enlarge a velocity that the position has not seen.
         let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
+        let limits = Limits::new(simd, terms.bounds, M::MOVES_WITH_NEW_VELOCITY && !grows);
         let mut pushed = Pushed::new(applied, bodies.len());
         let positions: &mut [T] = positions.as_flattened_mut();
         let mut last: Option<&mut [T]> = match memory {
@@ -201,7 +205,7 @@ impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
             } else {
                 step.block::<M, PARTS, false>(simd, x, block, None, steps)
             };
-            commit::<T, M, S>(simd, &new, x, block, grows, start, refuse);
+            commit::<T, M, S>(&limits, &new, x, block, start, refuse);
             start += BLOCK;
         }
     }
@@ -268,7 +272,11 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
             let (x, v) = (Rows([x.0[k]]), Rows::of(simd, &body));
             let mut step = [last[k]];
             let (x, v) = self.run::<M, PARTS, true, 1>(field, x, v, Some(&mut step));
-            (new_x.0[k], new_v.0[k], last[k]) = (x.0[0], v.0[0], step[0]);
+            (new_x.0[k], new_v.0[k]) = (x.0[0], v.0[0]);
+            // One that was not a number stays: it tells why its row was refused.
+            if last[k].is_finite() {
+                last[k] = step[0];
+            }
         });
         (new_x, new_v)
     }
@@ -358,19 +366,38 @@ fn load_triples<T: Real, S: Simd>(simd: S, numbers: &Triples<T>) -> Rows<T, S, B
     rows
 }
 
-/// Stores the positions and rows that stayed finite and refuses the others.
+/// What the lanes of new rows may be at most.
+struct Limits<T: Real, S: Simd> {
+    bounds: Bounds<T>,
+    /// Of positions; the last lane is of no row.
+    x: T::Lanes<S>,
+    /// Of velocities and inverse masses.
+    v: T::Lanes<S>,
+    /// Whether a step whose positions hold has velocities that hold.
+    by_position: bool,
+}
+
+impl<T: Real, S: Simd> Limits<T, S> {
+    #[inline(always)]
+    fn new(simd: S, bounds: Bounds<T>, moves_with_new_velocity: bool) -> Self {
+        let three = |bound: T| T::Lanes::of(simd, [bound, bound, bound, T::MAX]);
+        let by_position = moves_with_new_velocity && bounds.leaves_speeds_free();
+        Self { bounds, x: three(bounds.position), v: three(bounds.speed), by_position }
+    }
+}
+
+/// Stores the positions and rows that stayed within bounds and refuses the others.
 #[inline(always)]
 fn commit<T: Real, M: Integrator, S: Simd>(
-    simd: S,
+    limits: &Limits<T, S>,
     (new_x, new_v): &Block<T, S>,
     x: &mut Triples<T>,
     bodies: &mut [Row<T>; BLOCK],
-    grows: bool,
     start: usize,
     refuse: Refuse<'_>,
 ) {
     // A step that moves with its own new velocity has a finite position only if that is finite as well.
-    if all_finite(simd, new_x) && (M::MOVES_WITH_NEW_VELOCITY && !grows || all_finite(simd, new_v)) {
+    if !M::CHECKED || all_within(new_x, limits.x) && (limits.by_position || all_within(new_v, limits.v)) {
         if M::MOVES {
             // In this order: the last lane of a row is the first number of the next, which is stored after it.
             each_row!(k in BLOCK - 1 {
@@ -384,14 +411,14 @@ fn commit<T: Real, M: Integrator, S: Simd>(
         });
         return;
     }
-    commit_finite(&new_x.rows(), &new_v.rows(), x, bodies, start, refuse);
+    commit_each(&limits.bounds, (&new_x.rows(), &new_v.rows()), x, bodies, start, refuse);
 }
 
 /// Row by row.
 #[cold]
-fn commit_finite<T: Real>(
-    new_x: &[Row<T>; BLOCK],
-    new_v: &[Row<T>; BLOCK],
+fn commit_each<T: Real>(
+    bounds: &Bounds<T>,
+    (new_x, new_v): (&[Row<T>; BLOCK], &[Row<T>; BLOCK]),
     x: &mut Triples<T>,
     bodies: &mut [Row<T>; BLOCK],
     start: usize,
@@ -399,28 +426,37 @@ fn commit_finite<T: Real>(
 ) {
     for k in 0..BLOCK {
         let [a, b, c, _] = new_x[k];
-        if [a, b, c].into_iter().chain(new_v[k]).all(T::is_finite) {
-            x[3 * k..3 * k + 3].copy_from_slice(&[a, b, c]);
-            bodies[k] = new_v[k];
-        } else if is_movable(&bodies[k]) {
-            refuse(start + k);
+        let old = &mut x[3 * k..3 * k + 3];
+        match bounds.breach(&[a, b, c], &new_v[k]) {
+            None => {
+                old.copy_from_slice(&[a, b, c]);
+                bodies[k] = new_v[k];
+            }
+            Some(breach) if is_missed(bounds, old, &bodies[k]) => refuse(start + k, breach),
+            Some(_) => {}
         }
     }
 }
 
-/// An immovable row that an update would spoil (damping that is not a number) is left alone, not refused; so
-/// are the rows of inverse mass 0 that fill the last block up and belong to nobody.
+/// Whether a row, (velocity, inverse mass), can be accelerated.
 pub(super) fn is_movable<T: Real>(row: &Row<T>) -> bool {
     row[3] > T::ZERO
 }
 
-/// `true` proves that every number is finite. Sums of numbers near the largest one may deny it: the rows are
-/// then looked at one by one.
+/// Whether a row at `x` that is not updated has to be told of. Not one that is immovable and at rest, which an update
+/// would spoil (damping that is not a number): it is left alone. So are the rows that fill the last block up and
+/// belong to nobody.
+pub(super) fn is_missed<T: Real>(bounds: &Bounds<T>, x: &[T], row: &Row<T>) -> bool {
+    *row != [T::ZERO; 4] || x.iter().any(|part| !part.is_finite() || part.abs() > bounds.position)
+}
+
+/// `true` proves that every number is at most the bound of its lane; NaN is not. Sums of numbers near the bound may deny
+/// it: the rows are then looked at one by one.
 #[inline(always)]
-fn all_finite<T: Real, S: Simd>(simd: S, rows: &Rows<T, S, BLOCK>) -> bool {
+fn all_within<T: Real, S: Simd>(rows: &Rows<T, S, BLOCK>, bound: T::Lanes<S>) -> bool {
     let [a, b, c, d] = rows.0;
-    let sum = (a + b) + (c + d);
-    T::Lanes::all(sum.abs().simd_lt(T::Lanes::splat(simd, T::INFINITY)))
+    let sum = (a.abs() + b.abs()) + (c.abs() + d.abs());
+    T::Lanes::all(sum.simd_le(bound))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use fearless_simd::Fallback;
 
-use super::affine::is_movable;
+use super::affine::{is_missed, is_movable};
 use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
 use super::memory::{Known, MemoryRows};
@@ -112,12 +112,16 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
         for k in 0..rows.len() {
             let row = start + k;
             let [a, b, c, _] = x[k];
-            if [a, b, c].into_iter().chain(v[k]).all(T::is_finite) {
-                table.positions[row] = [a, b, c];
-                table.bodies[row] = v[k];
-                sums.commit(row, k, &left);
-            } else if is_movable(&table.bodies[row]) {
-                refuse(row);
+            match terms.bounds.breach(&[a, b, c], &v[k]) {
+                None => {
+                    table.positions[row] = [a, b, c];
+                    table.bodies[row] = v[k];
+                    sums.commit(row, k, &left);
+                }
+                Some(breach) if is_missed(&terms.bounds, &table.positions[row], &table.bodies[row]) => {
+                    refuse(row, breach);
+                }
+                Some(_) => {}
             }
         }
         start = rows.end;
@@ -207,7 +211,10 @@ impl<T: Real> Kernel<'_, '_, T> {
         v: &[Row<T>; N],
     ) {
         match (memory, called) {
-            (MemoryRows::LastStep(steps), _) => steps.fill(last_step),
+            // One that was not a number stays: it tells why its row was refused.
+            (MemoryRows::LastStep(steps), _) => {
+                steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
+            }
             (MemoryRows::Known(known), Some(called)) => {
                 let time = T::of(self.terms.course.end);
                 let laws = (self.terms.epoch, self.asks.version);

@@ -40,6 +40,7 @@ pub(crate) struct Constants<T: Real, S: Simd> {
     least: T::Lanes<S>,
     gain: T,
     h: T,
+    /// Whether a law takes velocities away.
     drags: bool,
 }
 
@@ -129,7 +130,8 @@ pub(crate) fn restrain<T: Real>([x, y, z, _]: &mut [T; 4], limit: Option<T>, loc
     if let Some(limit) = limit {
         // Not by the sum of squares: it overflows for speeds that are still finite.
         let speed = x.hypot(*y).hypot(*z);
-        if speed > limit {
+        // Not "above it": a limit that is not a number is to be found, not passed over.
+        if !speed.is_at_most(limit) {
             let factor = limit / speed;
             (*x, *y, *z) = (*x * factor, *y * factor, *z * factor);
         }
@@ -162,7 +164,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     /// The field of `bodies`, (velocity, inverse mass) each, and of `forces` if they were pushed.
     #[inline(always)]
     pub fn new(
-        constants: Constants<T, S>,
+        mut constants: Constants<T, S>,
         terms: &Terms<'_, T>,
         bodies: &[[T; 4]; N],
         forces: Option<&Rows<T, S, N>>,
@@ -195,6 +197,8 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
             && let Some(calls) = &calls
         {
             depends_on_velocity = terms.depends_on_velocity(calls.own);
+            // Snapping follows from it in every piece that is entered.
+            constants.drags |= depends_on_velocity;
             linear = (terms.laws.is_empty() && calls.own.is_empty()).then_some(terms.rate);
         }
         Self { constants, movable, applied, depends_on_velocity, linear, calls, piece: None, called: zero }
@@ -334,7 +338,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
             let kept = if Self::has(KEEP) { v.0[k] * keep } else { v.0[k] };
             kicked.0[k] = kept + a.0[k] * gain;
         });
-        if Self::has(KEEP) { self.constants.snap(kicked) } else { kicked }
+        if Self::has(KEEP | DRAG) { self.constants.snap(kicked) } else { kicked }
     }
 
     #[inline(always)]

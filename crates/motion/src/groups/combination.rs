@@ -84,8 +84,10 @@ impl<T: Real> Mul<T> for Combination<T> {
     type Output = Self;
 
     fn mul(mut self, by: T) -> Self {
+        // An array that is no part of it stays none, by whatever it is multiplied.
+        let finite = by.is_finite();
         for factor in &mut self.factors {
-            *factor = *factor * by;
+            *factor = if finite || *factor != T::ZERO { *factor * by } else { T::ZERO };
         }
         self
     }

@@ -191,7 +191,9 @@ impl Graph {
     /// The connected parts, each with its bodies.
     fn groups(self, attracts: bool) -> Vec<(Coupling<Scalar>, Vec<Entity>)> {
         let Self { nodes, springs, sheets } = self;
-        let joined = |node: usize, used: &[bool]| used[node] || attracts && nodes[node].source > 0.0;
+        // One that is not a number attracts as well, so that it is found.
+        let pulls = |source: Scalar| source > 0.0 || source.is_nan();
+        let joined = |node: usize, used: &[bool]| used[node] || attracts && pulls(nodes[node].source);
         let mut used = vec![attracts; nodes.len()];
         for (node, used) in nodes.iter().zip(&mut used) {
             *used &= node.inverse_mass > 0.0;

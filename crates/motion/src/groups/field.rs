@@ -22,6 +22,7 @@ use crate::course::{Piece, Pieces};
 use crate::effects::{Damping, Decay, Factor};
 use crate::laws::{Affine, Drag, Law, Moment, MutualGravity};
 use crate::methods::{Carry, Field, Integrator, Memory};
+use crate::range::Bounds;
 use crate::real::{Real, RealVector as _};
 
 /// What acts on every body of a world, for groups.
@@ -110,7 +111,7 @@ pub(crate) enum Watch {
 /// What a tick of a group came to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// Every row is finite.
+    /// Every row is finite and in range.
     Finite,
     /// Some are not; the row that was first, if it was looked for.
     Broken(Option<usize>),
@@ -198,16 +199,24 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     fn outcome(&self) -> Outcome {
         let movable = self.coupling.movable;
-        let finite = |row: &Row<T>| row[0].is_finite() & row[1].is_finite() & row[2].is_finite();
+        let Bounds { position, speed } = self.around.terms.bounds;
+        let within = |row: &Row<T>, bound: T| {
+            row[0].abs().is_at_most(bound) & row[1].abs().is_at_most(bound) & row[2].abs().is_at_most(bound)
+        };
+        // A mass that is not a number spoils nothing: it is not above 0, so that nothing would act.
+        let holds = |x: &Row<T>, v: &Row<T>, w: T| {
+            within(x, position) & within(v, speed) & w.abs().is_at_most(T::MAX)
+        };
         // Not "any": without a way out of the loop it is done in registers.
         let mut all = true;
-        for (x, v) in self.rows.x[..movable].iter().zip(&self.rows.v[..movable]) {
-            all &= finite(x) & finite(v);
+        let Rows { x, v, w, .. } = &self.rows;
+        for ((x, v), w) in x[..movable].iter().zip(&v[..movable]).zip(&w[..movable]) {
+            all &= holds(x, v, *w);
         }
         if all {
             return Outcome::Finite;
         }
-        let broken = |row: &usize| !(finite(&self.rows.x[*row]) && finite(&self.rows.v[*row]));
+        let broken = |row: &usize| !holds(&x[*row], &v[*row], w[*row]);
         Outcome::Broken(match self.watch {
             Watch::Found(row) => Some(row),
             Watch::On => (0..movable).find(broken),

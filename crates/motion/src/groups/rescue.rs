@@ -1,34 +1,37 @@
-//! What becomes of a group in which a row turns non-finite.
+//! What becomes of a group in which a row turns non-finite or leaves the range.
 
 use bevy_ecs::query::ArchetypeFilter;
 
 use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
 use super::rows::Row;
 use super::split::Part;
+use super::suspects::Suspects;
 use super::system::{ByRow, Members, Wishes};
 use super::{Group, Groups};
 use crate::blocks::{self, Account, Asks, MemoryRows, Table, Terms};
 use crate::components::{PhysicsBody, Transform};
 use crate::effects::Damping;
-use crate::integrate::Notes;
+use crate::integrate::{Acting, Notes};
 use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Memory};
-use crate::quarantine::Cause;
+use crate::quarantine::{Cause, Refused};
+use crate::range::{Breach, Part as StatePart};
 use crate::units::{Scalar, Vector};
 
-/// Redoes the tick of a group in which a row turned non-finite, without it.
+/// Redoes the tick of a group in which a row broke, without it.
 pub(super) struct Rescue<'a, 'w, 's, 'n> {
+    pub acting: &'a Acting<'w, 's>,
     pub around: &'a Surroundings<'a, Scalar>,
     pub wishes: &'a Wishes<'w, 's>,
     pub notes: &'a mut Notes<'n>,
 }
 
 /// The rows of a group before the tick.
-struct Before {
-    x: Vec<Row<Scalar>>,
-    v: Vec<Row<Scalar>>,
-    w: Vec<Scalar>,
-    last: Vec<Scalar>,
+pub(super) struct Before {
+    pub x: Vec<Row<Scalar>>,
+    pub v: Vec<Row<Scalar>>,
+    pub w: Vec<Scalar>,
+    pub last: Vec<Scalar>,
 }
 
 /// Looks wishes up by the row of a part.
@@ -77,7 +80,24 @@ impl Rescue<'_, '_, '_, '_> {
                 before.last[row] = last.map_or(0.0, |last| last.0);
             }
         }
+        let whole = ByRow { bodies: &group.bodies, wishes: self.wishes };
+        let suspects = Suspects {
+            acting: self.acting,
+            around: self.around,
+            group,
+            whole,
+            pushes: &pushes,
+            before: &before,
+        };
         let mut dead = vec![false; coupling.rows];
+        // Whoever is lost whatever the others do goes at once: one after the other would take a tick of the group for
+        // each.
+        for (row, dead) in dead.iter_mut().enumerate() {
+            if let Some(cause) = suspects.lost(row) {
+                *dead = true;
+                self.notes.quarantine.refuse(refused(group, &before, row, cause));
+            }
+        }
         let after = loop {
             let parts = coupling.parts(&dead);
             let mut after =
@@ -87,13 +107,10 @@ impl Rescue<'_, '_, '_, '_> {
                 .iter()
                 .find_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut account));
             match culprit {
-                Some(row) => {
+                Some((row, breach)) => {
+                    let cause = suspects.cause(row, breach, &dead);
                     dead[row] = true;
-                    let [x, y, z, _] = before.x[row];
-                    let [a, b, c, _] = before.v[row];
-                    let state = PhysicsBody { velocity: Vector::new(a, b, c), inverse_mass: before.w[row] };
-                    let transform = Transform::at(Vector::new(x, y, z));
-                    self.notes.quarantine.refuse(group.bodies[row], transform, state, Cause::Group);
+                    self.notes.quarantine.refuse(refused(group, &before, row, cause));
                 }
                 None => {
                     self.notes.evaluations.add(&account, &[], std::iter::empty());
@@ -107,7 +124,7 @@ impl Rescue<'_, '_, '_, '_> {
         *outdated = true;
     }
 
-    /// A tick of a part; gives the row that was first to turn non-finite, if one did.
+    /// A tick of a part; gives the row that was first to break, if one did, and what was wrong with it.
     fn part<M: Integrator>(
         &self,
         group: &Group,
@@ -116,16 +133,13 @@ impl Rescue<'_, '_, '_, '_> {
         before: &Before,
         after: &mut Before,
         account: &mut Account,
-    ) -> Option<usize> {
+    ) -> Option<(usize, Breach)> {
         let pick = |rows: &[Row<Scalar>]| part.rows.iter().map(|row| rows[*row]).collect::<Vec<_>>();
         let numbers = |from: &[Scalar]| part.rows.iter().map(|row| from[*row]).collect::<Vec<_>>();
         let pushes: Vec<_> = pushes
             .iter()
             .filter_map(|(row, force)| Some((part.rows.iter().position(|own| own == row)?, *force)))
             .collect();
-        if let Some((row, _)) = pushes.iter().find(|(_, force)| !force.iter().all(|part| part.is_finite())) {
-            return Some(part.rows[*row]);
-        }
         let whole = ByRow { bodies: &group.bodies, wishes: self.wishes };
         let (coupling, movable) = (&part.coupling, part.coupling.movable);
         let mut state = (pick(&before.x), pick(&before.v), numbers(&before.last));
@@ -134,8 +148,9 @@ impl Rescue<'_, '_, '_, '_> {
             let row = part.rows[0];
             let force =
                 pushes.iter().fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
-            if !self.alone::<M>(&whole, row, force, before.w[row], &mut state, account) {
-                return Some(row);
+            let alone = self.alone::<M>(&whole, row, force, before.w[row], &mut state, account);
+            if let Err(breach) = alone {
+                return Some((row, breach));
             }
         } else {
             let listed = |rows: &[u32]| {
@@ -160,7 +175,13 @@ impl Rescue<'_, '_, '_, '_> {
                         account.add(&own);
                         break;
                     }
-                    Outcome::Broken(Some(row)) => return Some(part.rows[row]),
+                    Outcome::Broken(Some(row)) => {
+                        let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
+                        let breach = self.around.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
+                        // One that broke inside the tick may be out of the way at its end.
+                        let inside = Breach { of: StatePart::Velocity, finite: false };
+                        return Some((part.rows[row], breach.unwrap_or(inside)));
+                    }
                     Outcome::Broken(None) => {}
                 }
             }
@@ -180,7 +201,7 @@ impl Rescue<'_, '_, '_, '_> {
         w: Scalar,
         (x, v, last): &mut (Vec<Row<Scalar>>, Vec<Row<Scalar>>, Vec<Scalar>),
         account: &mut Account,
-    ) -> bool {
+    ) -> Result<(), Breach> {
         let Surroundings { terms, gravity, drag, .. } = self.around;
         let RowAsks { gravity_off, damping_rate, limit, locks } = askers.asks(row);
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
@@ -199,9 +220,16 @@ impl Rescue<'_, '_, '_, '_> {
             _ => MemoryRows::None,
         };
         let table = Table { positions: &mut positions, bodies: &mut bodies, memory };
-        let finite = blocks::integrate_one::<Scalar, M>(&terms, &asks, table, force, account);
+        let outcome = blocks::integrate_one::<Scalar, M>(&terms, &asks, table, force, account);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
-        finite
+        outcome
     }
+}
+
+/// A row that is left as it was before the tick.
+fn refused(group: &Group, before: &Before, row: usize, cause: Cause) -> Refused {
+    let ([x, y, z, _], [a, b, c, _]) = (before.x[row], before.v[row]);
+    let state = PhysicsBody { velocity: Vector::new(a, b, c), inverse_mass: before.w[row] };
+    Refused { body: group.bodies[row], transform: Transform::at(Vector::new(x, y, z)), state, cause }
 }

@@ -15,6 +15,7 @@ use crate::integrate::{Acting, Called, Notes};
 use crate::laws::{Declared, Law, MutualGravity};
 use crate::methods::{Integrator, Memory};
 use crate::own::{LastStep, OwnLaws};
+use crate::range::Bounds;
 use crate::units::{Scalar, Vector};
 
 /// The bodies of a system that move in groups.
@@ -112,13 +113,14 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
             around.terms.course.substeps = own;
             around.terms = around.terms.damped::<M>(around.terms.damping);
         }
-        groups.hold(number, &anchors);
+        let holds = groups.hold(number, &anchors, around.terms.bounds);
         let mut account = Account::default();
-        let outcome = groups.tick::<M>(number, &around, &wishes, &mut account);
-        if outcome == Outcome::Finite {
+        if holds && groups.tick::<M>(number, &around, &wishes, &mut account) == Outcome::Finite {
             notes.evaluations.add(&account, &[], std::iter::empty());
         } else {
-            let mut rescue = Rescue { around: &around, wishes: &wishes, notes: &mut notes };
+            // A tick that broke may have spoilt what the group hangs on as well.
+            let _ = groups.hold(number, &anchors, around.terms.bounds);
+            let mut rescue = Rescue { acting: &acting, around: &around, wishes: &wishes, notes: &mut notes };
             rescue.run::<M, Who>(groups, number, &mut members);
         }
     }
@@ -216,18 +218,22 @@ impl Groups {
         self.runs.sort_unstable();
     }
 
-    /// Looks at where the group hangs.
-    fn hold(&mut self, number: usize, anchors: &Anchors) {
+    /// Looks at where the group hangs; `false`: some of that is no state to hang on.
+    #[must_use]
+    fn hold(&mut self, number: usize, anchors: &Anchors, bounds: Bounds<Scalar>) -> bool {
+        let mut holds = true;
         let Group { first, coupling, bodies, .. } = &self.list[number];
         for (row, body) in bodies.iter().enumerate().skip(coupling.movable) {
             let row = first + row;
             if let Ok((transform, body)) = anchors.get(*body) {
                 let ([x, y, z], [a, b, c]) = (transform.position.to_array(), body.velocity.to_array());
                 (self.x[row], self.v[row], self.w[row]) = ([x, y, z, 0.0], [a, b, c, 0.0], 0.0);
+                holds &= bounds.holds_position(&[x, y, z]) && bounds.holds_velocity(&[a, b, c]);
             } else {
                 self.outdated = true;
             }
         }
+        holds && coupling.sources.iter().all(|source| source.is_finite())
     }
 
     fn tick<M: Integrator>(

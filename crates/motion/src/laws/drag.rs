@@ -34,7 +34,7 @@ impl Drag {
     }
 
     /// Velocity against the fluid, m/s.
-    fn against<T: Real>(&self, time: T, body: BodyState<T>) -> T::Vector {
+    pub(crate) fn against<T: Real>(&self, time: T, body: BodyState<T>) -> T::Vector {
         match &self.wind {
             Some(wind) => body.velocity - wind.at(time, body.position),
             None => body.velocity,

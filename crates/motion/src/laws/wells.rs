@@ -25,6 +25,12 @@ impl Well {
         let s = T::of(self.softening);
         (r, T::ONE / (r.dot(r) + s * s).sqrt())
     }
+
+    /// `mu / (r² + s²)^(3/2)` at `position`, 1/s²: the square of the frequency of a circular orbit there.
+    pub(crate) fn squared_frequency(&self, position: Vector) -> Scalar {
+        let squared = position.distance_squared(self.position) + self.softening * self.softening;
+        self.strength / (squared * squared.sqrt())
+    }
 }
 
 /// Every well of the scene.

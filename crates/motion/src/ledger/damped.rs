@@ -268,7 +268,7 @@ mod tests {
     fn both_forms_of_the_integrals_agree_with_a_sum_of_many_parts() {
         for q in [1e-9, 1e-3, 0.05, 0.0999, 0.1001, 0.7, 5.0, 60.0] {
             let parts = 200_000;
-            let f = |s: Scalar| (-q * s).exp_m1() / (-q).exp_m1();
+            let f = |s: Scalar| Real::exp_m1(-q * s) / Real::exp_m1(-q);
             let at = |i: i32| f((f64::from(i) + 0.5) / f64::from(parts));
             let sum =
                 |g: fn(Scalar) -> Scalar| (0..parts).map(|i| g(at(i))).sum::<Scalar>() / f64::from(parts);

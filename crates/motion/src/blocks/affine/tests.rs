@@ -66,7 +66,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
         assert!(state.bodies.iter().flatten().all(|number| number.is_finite()));
         states.push(state);
     };
-    let refuse = &mut |row| panic!("row {row} refused");
+    let refuse = &mut |row, breach| panic!("row {row} refused: {breach:?}");
     let account = &mut Account::default();
     run(&mut |state| integrate::<T, M>(&terms, state.table::<M>(0..ROWS), Some(applied), account, refuse));
     run(&mut |state| {
@@ -76,7 +76,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     run(&mut |state| {
         for (row, force) in forces.iter().enumerate() {
             let body = state.table::<M>(row..row + 1);
-            assert!(integrate_one::<T, M>(&terms, &Asks::NOTHING, body, *force, account));
+            assert_eq!(integrate_one::<T, M>(&terms, &Asks::NOTHING, body, *force, account), Ok(()));
         }
     });
     states

@@ -45,7 +45,12 @@ impl<T: Real> GroupField<'_, T> {
 
     /// Works the state at the end of a step out, as the start of the next one.
     pub(super) fn finish(&mut self, x: Combination<T>, v: Combination<T>) {
-        debug_assert!(v.factors[POSITION] == T::ZERO, "a velocity is not made of positions");
+        // Not a number where a factor of the step is infinite: 0 times that.
+        let of_position = v.factors[POSITION];
+        debug_assert!(
+            of_position == T::ZERO || !of_position.is_finite(),
+            "a velocity is not made of positions"
+        );
         let mut parts: [(&[Row<T>], T, T); SLOTS] = [(&[], T::ZERO, T::ZERO); SLOTS];
         let mut count = 0;
         for slot in (APPLIED..SLOTS).rev() {

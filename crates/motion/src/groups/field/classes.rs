@@ -95,10 +95,11 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     pub(super) fn decays(&self) -> bool {
-        self.scratch.classes.iter().any(|class| {
+        let multiplied = |class: &Class<T>| {
             let Decay { keep, before_move, after_move, .. } = class.decay;
-            class.rate > T::ZERO || keep.is_some() || before_move.is_some() || after_move.is_some()
-        })
+            keep.is_some() || before_move.is_some() || after_move.is_some()
+        };
+        self.looks_at_velocity() || self.scratch.classes.iter().any(multiplied)
     }
 
     /// Goes on to the next piece of the tick.

@@ -16,6 +16,70 @@ pub(crate) struct Kept<T: Real> {
     attraction: Option<MutualGravity>,
     classes: Vec<Class<T>>,
     class_of: Vec<u32>,
+    /// In place of the kinds of rows, where it comes from another world.
+    kinds: Option<u64>,
+}
+
+impl<T: Real> Kept<T> {
+    /// What is kept of rows at `x` of inverse masses `w`.
+    pub fn of(x: &[Row<T>], w: Vec<T>, a: &[Row<T>], time: Scalar, kinds: u64) -> Self {
+        let mut kept = Self { w, time: Some(time), kinds: Some(kinds), ..Self::default() };
+        kept.x.copy(x);
+        kept.a.copy(a);
+        kept
+    }
+
+    /// One number for the versions of the laws of single rows.
+    pub fn versions(laws: impl Iterator<Item = u64>) -> u64 {
+        laws.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3))
+    }
+
+    /// Lets it be of those laws, of every body and of single rows.
+    pub fn under(&mut self, epoch: u64, own: u64, attraction: Option<MutualGravity>) {
+        (self.epoch, self.own, self.attraction) = (epoch, own, attraction);
+    }
+
+    /// Whether it is of those laws.
+    pub fn is_under(&self, epoch: u64, own: u64, attraction: Option<&MutualGravity>) -> bool {
+        (self.epoch, self.own) == (epoch, own) && self.attraction.as_ref() == attraction
+    }
+
+    /// Whether it is of rows at `x` of inverse masses `w`.
+    pub fn is_of(&self, x: &[Row<T>], w: &[T]) -> bool {
+        self.w == w && *self.x == *x
+    }
+
+    /// Time that the accelerations are of, s; `None`: nothing is kept.
+    pub const fn time(&self) -> Option<Scalar> {
+        self.time
+    }
+
+    /// The accelerations, m/s².
+    pub fn accelerations(&self) -> &[Row<T>] {
+        &self.a
+    }
+
+    /// A number for the kinds of rows, the same in every world.
+    pub fn kinds(&self) -> u64 {
+        self.kinds.unwrap_or_else(|| kinds(&self.classes, &self.class_of))
+    }
+}
+
+/// A number that differs, but for a chance of 2^-64, where kinds of rows do: FNV-1a of how they are written.
+fn kinds<T: Real>(classes: &[Class<T>], class_of: &[u32]) -> u64 {
+    struct Fnv(u64);
+    impl std::fmt::Write for Fnv {
+        fn write_str(&mut self, text: &str) -> std::fmt::Result {
+            for byte in text.bytes() {
+                self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+            }
+            Ok(())
+        }
+    }
+    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+    // Every finite number is written so that no other one is.
+    let _ = std::fmt::write(&mut hash, format_args!("{classes:?}{class_of:?}"));
+    hash.0
 }
 
 impl<T: Real> GroupField<'_, T> {
@@ -47,9 +111,7 @@ impl<T: Real> GroupField<'_, T> {
 
     /// A number that is another one whenever laws of single rows are.
     pub(super) fn versions(&self) -> u64 {
-        self.rows.lawful.iter().fold(0, |sum, row| {
-            u64::wrapping_add(sum, self.askers.laws(*row as usize).1).wrapping_mul(0x100_0000_01b3)
-        })
+        Kept::<T>::versions(self.rows.lawful.iter().map(|row| self.askers.laws(*row as usize).1))
     }
 
     pub(super) fn recall(&mut self, kept: &Kept<T>, own: u64) -> Option<Combination<T>> {
@@ -57,8 +119,10 @@ impl<T: Real> GroupField<'_, T> {
         let fits = kept.time == Some(terms.course.start)
             && (kept.epoch, kept.own) == (terms.epoch, own)
             && kept.attraction.as_ref() == self.around.attraction
-            && kept.classes == self.scratch.classes
-            && kept.class_of == self.scratch.class_of
+            && match kept.kinds {
+                None => kept.classes == self.scratch.classes && kept.class_of == self.scratch.class_of,
+                Some(given) => given == kinds(&self.scratch.classes, &self.scratch.class_of),
+            }
             && kept.w == self.rows.w
             && *kept.x == *self.rows.x;
         fits.then(|| {
@@ -71,6 +135,7 @@ impl<T: Real> GroupField<'_, T> {
         let terms = &self.around.terms;
         kept.time = is_kept.then_some(terms.course.end);
         if is_kept {
+            kept.kinds = None;
             (kept.epoch, kept.own) = (terms.epoch, own);
             kept.attraction = self.around.attraction.copied();
             kept.classes.clone_from(&self.scratch.classes);

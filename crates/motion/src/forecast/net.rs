@@ -1,0 +1,136 @@
+//! Groups: the fastest modes of springs and dampers.
+
+use bevy_ecs::prelude::*;
+
+use super::cure::System;
+use super::lanczos::largest;
+use super::matrix::Matrix;
+use super::modes::{MOST, Modes, Pace};
+use super::{Margin, Part, SpringMargin};
+use crate::effects::Damping;
+use crate::groups::{Coupling, Holder, LinearGroup};
+use crate::method::Method;
+use crate::units::Scalar;
+
+/// The margin of a group, if anything acts in it, and of each of its springs.
+pub(super) fn look(
+    world: &World,
+    coupling: &Coupling<Scalar>,
+    bodies: &[Entity],
+    pace: Pace,
+    solvable: &dyn Fn(Method) -> bool,
+) -> (Option<Margin>, Vec<SpringMargin>) {
+    let group = LinearGroup::of(world, coupling, bodies);
+    let h = pace.tick / f64::from(pace.substeps);
+    let bounds: Vec<_> = group.bounds().collect();
+    let [stiffest, rate] = bounds
+        .iter()
+        .fold([0.0, 0.0], |most: [Scalar; 2], bound| [most[0].max(bound[0]), most[1].max(bound[1])]);
+    let rate = rate + group.largest_rate();
+    let over = times_over([stiffest, rate], h);
+    if !(over > 0.0 && over.is_finite()) {
+        return (None, Vec::new());
+    }
+    let (system, y) = modes_of(&group, world.get_resource::<Damping>().copied(), h / over);
+    let [stiffness, damping] = quotients(&group, &y);
+    let at_limit = [h * h / over / over, 2.0 * h / over];
+    let (part, values) = match group.holder(at_limit, &y) {
+        Some(Holder::Spring(ends)) => {
+            (Part::Spring(ends.map(|end| bodies[end])), [h * stiffness.sqrt(), h * stiffest.sqrt()])
+        }
+        Some(Holder::Damper(ends)) => (Part::Damper(ends.map(|end| bodies[end])), [h * damping, h * rate]),
+        Some(Holder::Drag(row)) => (Part::Drag(bodies[row]), [h * damping, h * rate]),
+        Some(Holder::Damping(row)) => (Part::Damping(bodies[row]), [h * damping, h * rate]),
+        None => return (None, Vec::new()),
+    };
+    let margin = system.margin(part, coupling.movable, values, pace, solvable);
+    let shares = bounds.iter().map(|bound| times_over(*bound, h));
+    let most = shares.clone().fold(0.0, f64::max);
+    let springs = group.springs().iter().zip(shares).map(|(spring, share)| SpringMargin {
+        ends: spring.ends.map(|end| bodies[end]),
+        ratio: if share > 0.0 { margin.ratio() * share / most } else { 0.0 },
+    });
+    (Some(margin), springs.collect())
+}
+
+/// How many times too long a step of `h` seconds is for semi-implicit Euler: where `h² stiffness + 2 h rate` is 4 it is
+/// just stable. Other methods differ by a factor of about 1, and find out.
+fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
+    // 1 / t of t² p + 2 t q = 4.
+    let (p, q) = (h * h * stiffness, h * rate);
+    (q + (q * q + 4.0 * p).sqrt()) / 4.0
+}
+
+/// `y·A y` and `y·C y`, the scene's damping in it.
+fn quotients(group: &LinearGroup, y: &[Scalar]) -> [Scalar; 2] {
+    let mut product = vec![0.0; y.len()];
+    [[1.0, 0.0], [0.0, 1.0]].map(|factors| {
+        group.apply(factors, true, y, &mut product);
+        dot(y, &product).max(0.0)
+    })
+}
+
+fn dot(a: &[Scalar], b: &[Scalar]) -> Scalar {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// What decides whether a group is stable at steps of about `h` seconds, and its fastest mode.
+fn modes_of(group: &LinearGroup, damping: Option<Damping>, h: Scalar) -> (System, Vec<Scalar>) {
+    let n = group.coordinates();
+    let alike = group.uniform_rate().zip(group.uniform_damping());
+    let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
+    let factors = match alike {
+        Some(_) => [1.0, 0.0],
+        None => [h * h, 2.0 * h],
+    };
+    let count = if alike.is_some() { 1 } else { MOST };
+    let pairs = largest(n, count, |y, out| group.apply(factors, alike.is_none(), y, out));
+    let fastest = pairs.first().map_or_else(Vec::new, |(_, y)| y.clone());
+    if let Some((rate, own)) = alike {
+        let stiffness = quotients(group, &fastest)[0];
+        let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, rate, scenes(own)));
+        return (System::apart(parts.to_vec()), fastest);
+    }
+    let basis: Vec<Vec<Scalar>> = if n <= MOST {
+        (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
+    } else {
+        pairs.into_iter().map(|(_, y)| y).collect()
+    };
+    let modes = reduced(group, damping, &basis);
+    let [stiffness, all] = quotients(group, &fastest);
+    // What of it is the scene's damping has its own formula; the guess need not be exact.
+    let own =
+        group.rates().iter().zip(fastest.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y)).sum::<Scalar>();
+    let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(group.rates().first().map(|_| own)));
+    (System::joined(modes, guess), fastest)
+}
+
+/// The group in an orthonormal basis.
+fn reduced(group: &LinearGroup, damping: Option<Damping>, basis: &[Vec<Scalar>]) -> Modes {
+    let project = |apply: &dyn Fn(&[Scalar], &mut [Scalar])| {
+        let mut matrix = Matrix::zero(basis.len());
+        let mut product = vec![0.0; group.coordinates()];
+        for (j, y) in basis.iter().enumerate() {
+            apply(y, &mut product);
+            basis.iter().enumerate().for_each(|(i, other)| matrix.set(i, j, dot(other, &product)));
+        }
+        matrix
+    };
+    let mut rates = group.rates().to_vec();
+    rates.sort_by(Scalar::total_cmp);
+    rates.dedup();
+    let part = |rate: Scalar| {
+        project(&|y, out| {
+            for ((own, y), out) in group.rates().iter().zip(y.chunks_exact(3)).zip(out.chunks_exact_mut(3)) {
+                let share = if *own == rate { 1.0 } else { 0.0 };
+                (0..3).for_each(|axis| out[axis] = share * y[axis]);
+            }
+        })
+    };
+    let decays = damping.into_iter().flat_map(|damping| rates.iter().map(move |rate| (damping, *rate)));
+    Modes {
+        stiffness: project(&|y, out| group.apply([1.0, 0.0], false, y, out)),
+        damping: project(&|y, out| group.apply([0.0, 1.0], false, y, out)),
+        decays: decays.map(|(damping, rate)| (Damping { rate, ..damping }, part(rate))).collect(),
+    }
+}

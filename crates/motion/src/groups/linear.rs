@@ -1,0 +1,277 @@
+//! A group as a linear system: its springs and dampers where they are now.
+
+use bevy_ecs::prelude::*;
+use glam::{DMat3, DVec3};
+
+use super::coupling::{Coupling, SheetRow, in_air};
+use super::field::is_open;
+use super::pull::SpringRow;
+use super::rows::Row;
+use crate::clock::StepClock;
+use crate::components::{AxisLocks, PhysicsBody, Transform};
+use crate::effects::{Damping, DampingRate};
+use crate::laws::{BodyState, Drag, Law, Moment};
+use crate::units::Scalar;
+
+/// A spring as it is now; see [`Solver`](super::Solver) for what a compressed one is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stiff {
+    pub ends: [usize; 2],
+    n: DVec3,
+    /// Stiffness along the axis, N/m.
+    along: Scalar,
+    /// Stiffness across the axis, N/m.
+    across: Scalar,
+    /// Damping along the axis, N s/m.
+    damping: Scalar,
+}
+
+/// The bodies of a group that move, as `y'' = -A y - C y'` with `y = W^-½ x`: three numbers a row.
+#[derive(Clone, Debug)]
+pub(crate) struct LinearGroup {
+    /// Square roots of inverse masses by row and axis, 0 where it cannot move.
+    root: Vec<DVec3>,
+    springs: Vec<Stiff>,
+    /// Of triangles in air: corners, normal and `m (c + k |u| + k (u·n)² / |u|) / 9`, kg/s.
+    sheets: Vec<([usize; 3], DVec3, Scalar)>,
+    /// Drag of single rows, 1/s, where there is any: what it takes by velocity.
+    drag: Vec<DMat3>,
+    /// Rates of the scene's damping by row, 1/s, where it has damping.
+    rates: Vec<Scalar>,
+}
+
+/// What a mode is held by most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Holder {
+    Spring([usize; 2]),
+    Damper([usize; 2]),
+    Drag(usize),
+    Damping(usize),
+}
+
+impl LinearGroup {
+    /// Of the bodies by row.
+    pub fn of(world: &World, coupling: &Coupling<Scalar>, bodies: &[Entity]) -> Self {
+        let state = |body: &Entity| {
+            let at = world.get::<Transform>(*body).copied().unwrap_or_default().position;
+            let body = world.get::<PhysicsBody>(*body);
+            body.map_or((at, DVec3::ZERO, 0.0), |body| (at, body.velocity, body.inverse_mass))
+        };
+        let states: Vec<_> = bodies.iter().map(state).collect();
+        let movable = coupling.movable;
+        let root = states[..movable].iter().zip(bodies).map(|((.., w), body)| {
+            let locks = world.get::<AxisLocks>(*body).copied();
+            let root = w.max(0.0).sqrt();
+            DVec3::from_array([0, 1, 2].map(|axis| if is_open(locks, axis) { root } else { 0.0 }))
+        });
+        let mut group = Self {
+            root: root.collect(),
+            springs: coupling.springs.iter().map(|spring| Stiff::of(&spring, |row| states[row].0)).collect(),
+            sheets: Vec::new(),
+            drag: Vec::new(),
+            rates: Vec::new(),
+        };
+        if let Some(drag) = world.get_resource::<Drag>() {
+            let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
+            group.add_drag(drag, time, coupling, &states);
+        }
+        if let Some(damping) = world.get_resource::<Damping>() {
+            let rate =
+                |body: &Entity| world.get::<DampingRate>(*body).map_or(damping.rate, DampingRate::rate);
+            group.rates = bodies[..movable].iter().map(rate).collect();
+        }
+        group
+    }
+
+    fn add_drag(
+        &mut self,
+        drag: &Drag,
+        time: Scalar,
+        coupling: &Coupling<Scalar>,
+        states: &[(DVec3, DVec3, Scalar)],
+    ) {
+        let row = |v: DVec3| -> Row<Scalar> { [v.x, v.y, v.z, 0.0] };
+        let (x, v): (Vec<_>, Vec<_>) = states.iter().map(|(x, v, _)| (row(*x), row(*v))).unzip();
+        let air = drag.wind.map(|wind| wind.air(time));
+        for SheetRow { corners, mass } in &coupling.sheets {
+            if let Some((u, n)) = in_air(air.as_ref(), *corners, &x, &v) {
+                let (across, speed) = (u.dot(n), u.length());
+                let across = if speed > 0.0 { across * across / speed } else { 0.0 };
+                let strength = mass * (drag.rate::<Scalar>(u) + drag.quadratic * across) / 9.0;
+                self.sheets.push((corners.map(|corner| corner as usize), n, strength));
+            }
+        }
+        let at = Moment { time, inside: time };
+        let single = |(row, (position, velocity, w)): (usize, &(DVec3, DVec3, Scalar))| {
+            let in_sheet = u32::try_from(row).is_ok_and(|row| coupling.in_sheets.binary_search(&row).is_ok());
+            if in_sheet || *w <= 0.0 {
+                return DMat3::ZERO;
+            }
+            let state = BodyState { position: *position, velocity: *velocity, inverse_mass: *w };
+            -Law::<Scalar>::jacobians(drag, at, state).velocity
+        };
+        self.drag = states[..coupling.movable].iter().enumerate().map(single).collect();
+    }
+
+    /// Numbers of its state: three a row.
+    pub fn coordinates(&self) -> usize {
+        3 * self.root.len()
+    }
+
+    pub fn springs(&self) -> &[Stiff] {
+        &self.springs
+    }
+
+    /// Rates of the scene's damping by row, 1/s; none where it has no damping.
+    pub fn rates(&self) -> &[Scalar] {
+        &self.rates
+    }
+
+    /// The rate c of all laws if they are `-c v` on every row, 1/s.
+    pub fn uniform_rate(&self) -> Option<Scalar> {
+        // Not the default, which is the unit matrix.
+        let rate = self.drag.first().map_or(0.0, |first| first.x_axis.x);
+        let damped = self.springs.iter().any(|spring| spring.damping != 0.0);
+        let uniform = self.drag.iter().all(|drag| *drag == DMat3::from_diagonal(DVec3::splat(rate)));
+        (!damped && self.sheets.is_empty() && uniform).then_some(rate)
+    }
+
+    /// The rate of the scene's damping if it is the same on every row; the inner `None` is no damping.
+    pub fn uniform_damping(&self) -> Option<Option<Scalar>> {
+        let first = self.rates.first().copied();
+        self.rates.iter().all(|rate| Some(*rate) == first).then_some(first)
+    }
+
+    /// `out = stiffness A y + rate C y`, the scene's damping counted in C where `decays`.
+    pub fn apply(&self, [stiffness, rate]: [Scalar; 2], decays: bool, y: &[Scalar], out: &mut [Scalar]) {
+        let vector = |row: usize| self.root[row] * DVec3::from_slice(&y[3 * row..]);
+        let movable = self.root.len();
+        let of = |row: usize| if row < movable { vector(row) } else { DVec3::ZERO };
+        out.fill(0.0);
+        let mut add = |row: usize, force: DVec3| {
+            if let Some(root) = self.root.get(row) {
+                let force = (*root * force).to_array();
+                (0..3).for_each(|axis| out[3 * row + axis] += force[axis]);
+            }
+        };
+        for spring in &self.springs {
+            let [a, b] = spring.ends;
+            let d = of(b) - of(a);
+            let along = stiffness * spring.along + rate * spring.damping;
+            let across = stiffness * spring.across;
+            let force = d * across + spring.n * (spring.n.dot(d) * (along - across));
+            add(a, -force);
+            add(b, force);
+        }
+        for (corners, n, strength) in &self.sheets {
+            let sum = corners.iter().map(|corner| of(*corner)).sum::<DVec3>();
+            let force = *n * (rate * strength * n.dot(sum));
+            corners.iter().for_each(|corner| add(*corner, force));
+        }
+        for (row, drag) in self.drag.iter().enumerate() {
+            let open = self.root[row].cmpgt(DVec3::ZERO);
+            let y = DVec3::select(open, DVec3::from_slice(&y[3 * row..]), DVec3::ZERO);
+            let part = DVec3::select(open, *drag * y * rate, DVec3::ZERO).to_array();
+            (0..3).for_each(|axis| out[3 * row + axis] += part[axis]);
+        }
+        if decays {
+            for (row, own) in self.rates.iter().enumerate() {
+                (0..3).for_each(|axis| out[3 * row + axis] += rate * own * y[3 * row + axis]);
+            }
+        }
+    }
+
+    /// Bounds of each spring's part in the largest eigenvalue of A, 1/s², and of C, 1/s: the sums of what pulls at its
+    /// ends over their masses (Gershgorin 1931, on springs instead of bodies). The largest bound the eigenvalue.
+    pub fn bounds(&self) -> impl Iterator<Item = [Scalar; 2]> + '_ {
+        let mut sums = vec![[0.0; 2]; self.root.len()];
+        for Stiff { ends, along, damping, .. } in &self.springs {
+            for end in ends {
+                if let Some([stiffness, rate]) = sums.get_mut(*end) {
+                    let w = square(self.root[*end].max_element());
+                    (*stiffness, *rate) = (*stiffness + w * along, *rate + w * damping);
+                }
+            }
+        }
+        self.springs.iter().map(move |spring| {
+            let at = |end: usize| sums.get(end).copied().unwrap_or_default();
+            let [a, b] = spring.ends.map(at);
+            [a[0] + b[0], a[1] + b[1]]
+        })
+    }
+
+    /// Largest rate of drag and of the scene's damping on a row, 1/s.
+    pub fn largest_rate(&self) -> Scalar {
+        let of_row =
+            |drag: &DMat3| drag.to_cols_array_2d().map(|column| DVec3::from(column).abs().element_sum());
+        let drag = self.drag.iter().flat_map(of_row).fold(0.0, f64::max);
+        // A triangle's normal forces push on at most all three corners.
+        let mut sheets = vec![0.0; self.root.len()];
+        for (corners, _, strength) in &self.sheets {
+            for corner in corners {
+                if let Some(sum) = sheets.get_mut(*corner) {
+                    *sum += 3.0 * strength * square(self.root[*corner].max_element());
+                }
+            }
+        }
+        let air = sheets.into_iter().fold(drag, f64::max);
+        air + self.rates.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// What gives most to `stiffness y·A y + rate y·C y`.
+    pub fn holder(&self, [stiffness, rate]: [Scalar; 2], y: &[Scalar]) -> Option<Holder> {
+        let of = |row: usize| match self.root.get(row) {
+            Some(root) => *root * DVec3::from_slice(&y[3 * row..]),
+            None => DVec3::ZERO,
+        };
+        let by_springs = self.springs.iter().flat_map(|spring| {
+            let [a, b] = spring.ends;
+            let d = of(b) - of(a);
+            let along = square(spring.n.dot(d));
+            let held = spring.along * along + spring.across * (d.length_squared() - along);
+            [
+                (stiffness * held, Holder::Spring(spring.ends)),
+                (rate * spring.damping * along, Holder::Damper(spring.ends)),
+            ]
+        });
+        let by_sheets = self.sheets.iter().map(|(corners, n, strength)| {
+            let sum = corners.iter().map(|corner| of(*corner)).sum::<DVec3>();
+            (rate * strength * square(n.dot(sum)), Holder::Drag(corners[0]))
+        });
+        let own = |row: usize| DVec3::from_slice(&y[3 * row..]);
+        let by_drag = self
+            .drag
+            .iter()
+            .enumerate()
+            .map(|(row, drag)| (rate * own(row).dot(*drag * own(row)), Holder::Drag(row)));
+        let by_damping = self
+            .rates
+            .iter()
+            .enumerate()
+            .map(|(row, damping)| (rate * damping * own(row).length_squared(), Holder::Damping(row)));
+        let all = by_springs.chain(by_sheets).chain(by_drag).chain(by_damping);
+        all.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, holder)| holder)
+    }
+}
+
+impl Stiff {
+    fn of(SpringRow { ends, elastic }: &SpringRow<Scalar>, x: impl Fn(usize) -> DVec3) -> Self {
+        let ends = ends.map(|end| end as usize);
+        let d = x(ends[1]) - x(ends[0]);
+        let length = d.length();
+        let along = elastic.stiffness;
+        let slack = (1.0 - elastic.rest_length / length).max(0.0);
+        let (n, along, across) = if length > 0.0 {
+            (d / length, along, along * slack)
+        } else if elastic.rest_length == 0.0 {
+            (DVec3::ZERO, along, along)
+        } else {
+            (DVec3::ZERO, 0.0, 0.0)
+        };
+        Self { ends, n, along, across, damping: elastic.damping }
+    }
+}
+
+fn square(x: Scalar) -> Scalar {
+    x * x
+}

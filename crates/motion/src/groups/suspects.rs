@@ -1,0 +1,146 @@
+//! Why a member of a group was left behind.
+
+use super::coupling::vector;
+use super::field::{Askers, RowAsks, Surroundings};
+use super::pull::SpringRow;
+use super::rescue::Before;
+use super::rows::Row;
+use super::system::ByRow;
+use super::{Group, Groups};
+use crate::diagnosis::{Evidence, Exposure, Suspect};
+use crate::integrate::Acting;
+use crate::laws::MutualGravity;
+use crate::quarantine::{Cause, Fault, place};
+use crate::range::{Breach, Part};
+use crate::springs::Elastic;
+use crate::units::{Scalar, Vector};
+
+/// The rows of a group before the tick, with everything that acts on them.
+pub(super) struct Suspects<'a, 'w, 's> {
+    pub acting: &'a Acting<'w, 's>,
+    pub around: &'a Surroundings<'a, Scalar>,
+    pub group: &'a Group,
+    pub whole: ByRow<'a, 'w, 's>,
+    /// Forces applied to rows, N.
+    pub pushes: &'a [(usize, Row<Scalar>)],
+    pub before: &'a Before,
+}
+
+impl Groups {
+    /// The system that integrates them.
+    const SYSTEM: &'static str = "integrate_groups";
+}
+
+impl Suspects<'_, '_, '_> {
+    /// Why a row cannot take part in a tick, whatever the other rows do: its state is none, or it is given something
+    /// that leaves no state finite.
+    pub fn lost(&self, row: usize) -> Option<Cause> {
+        let Before { x, v, w, .. } = self.before;
+        let Group { coupling, .. } = self.group;
+        let broken = Breach { of: Part::Velocity, finite: false };
+        let cause = |evidence| Some(self.acting.cause(Groups::SYSTEM, broken, Some(evidence)));
+        if let Some(anchor) = row.checked_sub(coupling.movable)
+            && !coupling.sources.get(anchor).is_none_or(|source| source.is_finite())
+        {
+            return cause((place::SOURCE_MASS, Fault::Found));
+        }
+        if let Some(evidence) = self.state_of(row).found() {
+            return cause(evidence);
+        }
+        let ([a, b, c, _], [d, e, f, _]) = (x[row], v[row]);
+        if let Some(breach) = self.around.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]) {
+            let no_range = self.acting.found(Exposure { kicks: false, gravity_off: true, own_rate: true });
+            return Some(self.acting.cause(Groups::SYSTEM, breach, no_range));
+        }
+        let RowAsks { gravity_off, damping_rate, locks, .. } = self.whole.asks(row);
+        // What is locked may be passed by.
+        if row >= coupling.movable || locks.is_some() {
+            return None;
+        }
+        if coupling.rows > 1 && self.attracts_by_no_number() {
+            return cause((place::MUTUAL_GRAVITY, Fault::Found));
+        }
+        // Damping without end leaves some methods at rest.
+        let stops = self.around.terms.damping.is_some_and(|damping| damping.rate.is_infinite());
+        let own_rate = damping_rate.is_some() || stops;
+        self.acting.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
+    }
+
+    /// Why a row broke in a tick without those that are `dead`.
+    pub fn cause(&self, row: usize, breach: Breach, dead: &[bool]) -> Cause {
+        let RowAsks { gravity_off, damping_rate, limit, .. } = self.whole.asks(row);
+        let own_rate = damping_rate.is_some();
+        let exposure = Exposure { kicks: true, gravity_off, own_rate };
+        let last = self.before.last[row];
+        let (laws, _) = self.whole.laws(row);
+        let damping_rate = damping_rate.filter(|_| self.around.terms.damping.is_some());
+        let suspect = Suspect { damping_rate, limit, last_step: Some(last), laws, ..self.state_of(row) };
+        let evidence = suspect
+            .found()
+            .or_else(|| self.acting.found(exposure))
+            .or_else(|| self.attracts_by_no_number().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
+            .or_else(|| self.spring_at_fault(row, dead))
+            .or_else(|| suspect.own_law(self.acting.times()))
+            .or_else(|| self.acting.law_at_fault(suspect.state()))
+            .or_else(|| self.attraction_at_fault(row, dead));
+        self.acting.cause(Groups::SYSTEM, breach, evidence)
+    }
+
+    /// The state of a row and the force on it.
+    fn state_of(&self, row: usize) -> Suspect<'static> {
+        let Before { x, v, w, .. } = self.before;
+        let ([a, b, c, _], [d, e, f, _]) = (x[row], v[row]);
+        let body = crate::PhysicsBody { velocity: Vector::new(d, e, f), inverse_mass: w[row] };
+        let pushes = self.pushes.iter().filter(|(pushed, _)| *pushed == row);
+        let force = pushes.fold(Vector::ZERO, |sum, (_, [x, y, z, _])| sum + Vector::new(*x, *y, *z));
+        let position = Vector::new(a, b, c);
+        Suspect { position, body, force, damping_rate: None, limit: None, last_step: None, laws: &[] }
+    }
+
+    /// The first spring of a row that is not finite, or pulls with a force that is not.
+    fn spring_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
+        let Group { coupling, bodies, .. } = self.group;
+        let springs = coupling.springs.iter().filter_map(|SpringRow { ends, elastic }| {
+            let [a, b] = ends.map(|end| end as usize);
+            let other = if a == row { b } else { a };
+            ((a == row || b == row) && !dead[other]).then_some((other, elastic))
+        });
+        let mut broken = springs.filter(|(other, elastic)| !self.tension(row, *other, elastic).is_finite());
+        broken.next().map(|(other, Elastic { stiffness, damping, rest_length })| {
+            let finite = [stiffness, damping, rest_length].iter().all(|number| number.is_finite());
+            (place::SPRING, if finite { Fault::Spring(bodies[other]) } else { Fault::Found })
+        })
+    }
+
+    /// Force of a spring between two rows, N.
+    fn tension(&self, row: usize, other: usize, elastic: &Elastic<Scalar>) -> Scalar {
+        let Before { x, v, .. } = self.before;
+        let d = vector(&x[other]) - vector(&x[row]);
+        let u = vector(&v[other]) - vector(&v[row]);
+        let length = d.length();
+        let rate = if length > 0.0 { u.dot(d / length) } else { 0.0 };
+        elastic.stiffness * (length - elastic.rest_length) + elastic.damping * rate
+    }
+
+    fn attracts_by_no_number(&self) -> bool {
+        self.group.coupling.attracts && self.around.attraction.is_some_and(is_no_attraction)
+    }
+
+    /// Whether mutual gravity pulls a row with a force that is not finite.
+    fn attraction_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
+        let (Group { coupling, .. }, Before { x, w, .. }) = (self.group, self.before);
+        let law = self.around.attraction.filter(|_| coupling.attracts)?;
+        let pull = |other: usize| {
+            let masses = [row, other].map(|row| coupling.mass(row, w));
+            coupling.attraction(law, masses, [row, other].map(|row| vector(&x[row])))
+        };
+        let mut others = (0..coupling.rows).filter(|other| *other != row && !dead[*other]);
+        others
+            .any(|other| pull(other).is_some_and(|pull| !pull.is_finite()))
+            .then_some((place::MUTUAL_GRAVITY, Fault::Law("mutual_gravity")))
+    }
+}
+
+fn is_no_attraction(law: &MutualGravity) -> bool {
+    !law.constant.is_finite() || law.softening.is_nan()
+}
