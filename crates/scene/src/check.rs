@@ -141,12 +141,17 @@ impl Faults {
 
     /// A number of substeps, where one is given.
     pub fn substeps(&mut self, scope: Scope, value: Option<u32>) -> Option<u32> {
+        self.parts((scope, "substeps"), value)
+    }
+
+    /// A number of parts of a tick under any key, where one is given.
+    pub fn parts(&mut self, (scope, key): (Scope, &str), value: Option<u32>) -> Option<u32> {
         let substeps = value?;
         if (1..=SUBSTEP_LIMIT).contains(&substeps) {
             return value;
         }
         let cure = format!("give a whole number from 1 to {SUBSTEP_LIMIT}");
-        self.add(scope.key("substeps"), format!("{substeps} is not a number of substeps"), cure);
+        self.add(scope.key(key), format!("{substeps} is not a number of substeps"), cure);
         None
     }
 

@@ -24,6 +24,7 @@ use crate::raw::RawScene;
 use crate::resolve_body::{self, Defaults};
 use crate::scene::BodySpec;
 use crate::syntax::Word;
+pub(crate) use random::symmetric;
 pub(crate) use soft::elastic;
 
 /// Most bodies that a scene may have; four times what the documentation promises to be able to watch.

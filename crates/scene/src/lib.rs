@@ -13,6 +13,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod action;
+mod bundle;
 mod check;
 mod coupled;
 mod declared;
@@ -27,17 +28,24 @@ mod nearest;
 mod parts;
 mod raw;
 mod raw_coupled;
+mod raw_survival;
 mod resolve;
 mod resolve_body;
 mod resolve_laws;
 mod resolve_springs;
+mod resolve_survival;
 mod scene;
 mod script;
 mod shipped;
+mod snapshot;
 mod spawn;
+mod survival;
 mod syntax;
 
 pub use action::{Action, MouseButton};
+pub use bundle::{
+    BUNDLE_FORMAT, BadBundle, Bundle, Event, FaultEntry, Happening, Keyframe, Manifest, Settings,
+};
 pub use coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
 pub use edit::{Change, changes, edit};
 pub use entries::Entry;
@@ -48,9 +56,11 @@ pub use names::Names;
 pub use parts::Part;
 pub use resolve_springs::unsolvable;
 pub use scene::{
-    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, Source,
-    StepKind,
+    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, SceneText,
+    Source, StepKind,
 };
 pub use script::{Recording, SCRIPT_VERSION, Script, Step, When};
-pub use shipped::{FILE_LIMIT, ShippedScene, find, load, read_text, shipped};
+pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};
+pub use snapshot::{BadSnapshot, EffectsState, Snapshot, hash_of_states};
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
+pub use survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};

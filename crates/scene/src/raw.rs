@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde::de::{self, MapAccess, VariantAccess, Visitor};
 
 use crate::raw_coupled::{RawEmitter, RawSoftBody, RawSpring};
+use crate::raw_survival::{RawMoment, RawSurvival};
 use crate::syntax::{Name, Word, keys_of};
 
 /// Three numbers in round brackets.
@@ -31,6 +32,7 @@ pub(crate) struct RawScene {
     #[serde(default)]
     pub wells: Vec<RawWell>,
     pub mutual_gravity: Option<RawMutualGravity>,
+    pub range: Option<RawRange>,
     #[serde(default)]
     pub thrusts: Vec<RawThrust>,
     pub push: Option<RawPush>,
@@ -102,6 +104,13 @@ pub(crate) struct RawWell {
 pub(crate) struct RawMutualGravity {
     pub constant_m3_kg_s2: Option<f64>,
     pub softening_m: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename = "Range")]
+pub(crate) struct RawRange {
+    pub position_m: Option<f64>,
+    pub speed_m_s: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -196,6 +205,7 @@ pub(crate) struct RawCloud {
 pub(crate) struct RawExpect {
     pub energy_drift_below: Option<f64>,
     pub finite: Option<bool>,
+    pub survival: Option<RawSurvival>,
 }
 
 /// `word(key: value, ...)` with any word, so that an unknown shape is reported beside all other faults.
@@ -312,12 +322,15 @@ pub(crate) fn keys_at(raw: &RawScene, path: &str) -> Option<Vec<&'static str>> {
         ("wind", "") => keys_of::<RawWind>(),
         ("wells", "") => keys_of::<RawWell>(),
         ("mutual_gravity", "") => keys_of::<RawMutualGravity>(),
+        ("range", "") => keys_of::<RawRange>(),
         ("thrusts", "") => keys_of::<RawThrust>(),
         ("thrusts", ".curve") => keys_of::<RawSine>(),
         ("push", "") => keys_of::<RawPush>(),
         ("camera", "") => keys_of::<RawCamera>(),
         ("light", "") => keys_of::<RawLight>(),
         ("expect", "") => keys_of::<RawExpect>(),
+        ("expect.survival" | "expect.survival.rows", "") => keys_of::<RawSurvival>(),
+        ("expect.survival.script", "") => keys_of::<RawMoment>(),
         ("bodies", "") => keys_of::<RawBody>(),
         ("bodies", ".shape") => keys_of::<RawSizes>(),
         ("grids", "") => keys_of::<RawGrid>(),

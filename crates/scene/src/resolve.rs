@@ -1,7 +1,7 @@
 //! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Gravity};
+use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::check::{Scope, not_negative, positive};
 use crate::declared;
@@ -9,11 +9,14 @@ use crate::faults::{Faults, SceneError};
 use crate::generate::{self, Bodies};
 use crate::locate;
 use crate::nearest::suggest;
-use crate::raw::{self, RawCamera, RawDamping, RawExpect, RawLight, RawScene, RawVersion};
+use crate::raw::{self, RawCamera, RawDamping, RawExpect, RawLight, RawRange, RawScene, RawVersion};
 use crate::resolve_body::Defaults;
 use crate::resolve_laws::{self, OwnLaws};
 use crate::resolve_springs;
-use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
+use crate::resolve_survival;
+use crate::scene::{
+    CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, SceneText, Source, StepKind,
+};
 use crate::syntax;
 
 impl Scene {
@@ -40,6 +43,7 @@ impl Scene {
 
 /// Reads a scene that came from `source`.
 pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, SceneError> {
+    let read = SceneText(text.into());
     let text = locate::spell_nan(text);
     let text = text.as_str();
     let later = || match syntax::read::<RawVersion>(text, "") {
@@ -67,6 +71,7 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
     if !faults.is_empty() {
         return Err(faults.into_error(name, text, ""));
     }
+    scene.text = read;
     scene.declared = declared::located(declared, text);
     Ok(scene)
 }
@@ -116,6 +121,7 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
     let damping = raw.damping.as_ref().map(|raw| damping(raw, faults));
     let drag = resolve_laws::drag(raw.drag.as_ref(), raw.wind.as_ref(), faults);
     let mutual_gravity = raw.mutual_gravity.as_ref().map(|raw| resolve_laws::mutual_gravity(raw, faults));
+    let range = raw.range.as_ref().map(|raw| range(raw, faults));
     let push = raw.push.as_ref().map(|raw| {
         let scope = Scope::section("push");
         let words = ("a force", "give a finite number of newtons");
@@ -144,12 +150,25 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
     if mutual_gravity.is_some() {
         resolve_springs::check_methods(defaults.method, &bodies.sections, &bodies.emitters, faults);
     }
+    let survival = raw.expect.as_ref().and_then(|expect| expect.survival.as_ref()).map(|raw_survival| {
+        let around = resolve_survival::Around {
+            step_hz,
+            substeps,
+            damping,
+            falls: gravity.is_some(),
+            emits: !raw.emitters.is_empty(),
+            stretches: !(raw.springs.is_empty() && raw.soft_bodies.is_empty()),
+            names: bodies.names.as_ref(),
+        };
+        resolve_survival::survival(raw_survival, &around, faults)
+    });
     let Bodies { bodies, names, labels, emitters, soft_bodies, .. } = bodies;
     // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
     let own_rates = bodies.iter().any(|body| body.damping_rate.is_some());
     let damping = damping.or(own_rates.then_some(Damping { model: DampingModel::Exact, rate: 0.0 }));
 
     Scene {
+        text: SceneText::default(),
         name: raw.name.unwrap_or_else(|| name.to_owned()),
         description: raw.description.unwrap_or_default(),
         source,
@@ -163,6 +182,7 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
         drag,
         wells,
         mutual_gravity,
+        range,
         own_laws,
         push,
         camera,
@@ -176,6 +196,7 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
         soft_bodies,
         declared: Vec::new(),
         expect,
+        survival,
     }
 }
 
@@ -192,6 +213,21 @@ fn damping(raw: &RawDamping, faults: &mut Faults) -> Damping {
 
 /// The words for a bad rate of the scene or of a body.
 pub(crate) const DAMPING_RATE: (&str, &str) = ("a damping rate", "give a rate per second from 0 up");
+
+fn range(raw: &RawRange, faults: &mut Faults) -> Range {
+    let scope = Scope::section("range");
+    if raw.position_m.is_none() && raw.speed_m_s.is_none() {
+        let cure = "add `position_m`, `speed_m_s` or both";
+        faults.add(scope.path(), "a range without a bound is nothing", cure);
+    }
+    let position = ("a largest distance from the origin", "give a positive number of meters");
+    let speed = ("a largest speed", "give a positive number of meters per second");
+    let Range { position: any_position, speed: any_speed } = Range::FINITE;
+    Range {
+        position: faults.number((scope, "position_m"), raw.position_m, any_position, positive, position),
+        speed: faults.number((scope, "speed_m_s"), raw.speed_m_s, any_speed, positive, speed),
+    }
+}
 
 fn camera(raw: &RawCamera, faults: &mut Faults) -> CameraSpec {
     let scope = Scope::section("camera");

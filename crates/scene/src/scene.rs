@@ -1,15 +1,18 @@
 //! A scene as the program uses it: plain data, SI units, no absent numbers.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use motion::real::Real;
-use motion::{AxisLocks, Damping, Drag, Gravity, Law, Method, MutualGravity, Thrust, Well, Wells};
+use motion::{AxisLocks, Damping, Drag, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells};
 use pick::Shape;
 
 use crate::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::names::Names;
+use crate::survival::SurvivalRow;
 
 /// Version of the scene format that this program reads.
 pub const SCENE_VERSION: u32 = 1;
@@ -17,6 +20,8 @@ pub const SCENE_VERSION: u32 = 1;
 /// A scene, resolved: what a world is spawned from, as often as one likes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
+    /// The text that it was read from.
+    pub text: SceneText,
     /// What the scene is called; the name of its file where it does not say.
     pub name: String,
     /// One line for the scene list; may be empty.
@@ -43,6 +48,8 @@ pub struct Scene {
     pub wells: Vec<Well>,
     /// Gravity between bodies, if the scene declares it.
     pub mutual_gravity: Option<MutualGravity>,
+    /// The range that bodies have to stay in, if the scene declares one.
+    pub range: Option<Range>,
     /// Laws of single bodies, by stable id.
     pub own_laws: BTreeMap<u32, OwnLawsSpec>,
     /// Pushes by pointer, if the scene declares them.
@@ -70,6 +77,24 @@ pub struct Scene {
     pub declared: Vec<Declaration>,
     /// What `run --assert` checks, if the scene says so.
     pub expect: Option<ExpectSpec>,
+    /// Rows of the survival matrix, at least one, if the scene is a hard case.
+    pub survival: Option<Vec<SurvivalRow>>,
+}
+
+/// The text of a scene file. No part of what the scene is: any two are equal.
+#[derive(Clone, Default)]
+pub struct SceneText(pub Arc<str>);
+
+impl PartialEq for SceneText {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl fmt::Debug for SceneText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes", self.0.len())
+    }
 }
 
 /// Where a scene came from.

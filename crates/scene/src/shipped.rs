@@ -32,11 +32,11 @@ impl ShippedScene {
     }
 }
 
-macro_rules! shipped {
-    ($($name:literal),+ $(,)?) => {
+macro_rules! files_of {
+    ($folder:literal: $($name:literal),+ $(,)?) => {
         &[$(ShippedScene {
             name: $name,
-            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/scenes/", $name, ".ron")),
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/", $folder, "/", $name, ".ron")),
         }),+]
     };
 }
@@ -44,7 +44,8 @@ macro_rules! shipped {
 /// Every shipped scene, the default one first.
 #[must_use]
 pub const fn shipped() -> &'static [ShippedScene] {
-    shipped![
+    files_of![
+        "scenes":
         "tutorial",
         "tutorial_large",
         "empty",
@@ -73,6 +74,39 @@ pub const fn shipped() -> &'static [ShippedScene] {
     ]
 }
 
+/// The hard cases of the survival matrix: scenes too, each with what it is held to.
+#[must_use]
+pub const fn cases() -> &'static [ShippedScene] {
+    files_of![
+        "cases":
+        "stiff_spring",
+        "heavy_light_chain",
+        "compressed_spring",
+        "over_damping",
+        "dashpot",
+        "close_passage",
+        "coincident_points",
+        "zero_length_spring",
+        "far_from_origin",
+        "tiny_steps",
+        "huge_steps",
+        "jittered_fall",
+        "jittered_spring",
+        "hitch",
+        "at_rest",
+        "subnormals",
+        "enormous_forces",
+        "gravity_toggled",
+        "come_and_go",
+    ]
+}
+
+/// The scene or hard case of that name that is embedded in the program.
+#[must_use]
+pub fn embedded(name: &str) -> Option<&'static ShippedScene> {
+    shipped().iter().chain(cases()).find(|scene| scene.name == name)
+}
+
 /// The shipped scenes whose name contains the letters of `query` in order, best match first: an unbroken run
 /// and an early start count most. An empty query finds all.
 #[must_use]
@@ -99,24 +133,51 @@ fn spread(name: &str, query: &str) -> Option<(usize, usize)> {
     (0..=name.len()).filter_map(from).min()
 }
 
-/// Loads a shipped scene by its name, or a scene file by its path.
+/// Loads a shipped scene or a hard case by its name, or a scene file by its path.
 ///
 /// # Errors
 ///
 /// If there is neither, naming what there is; if the file cannot be read; if it has faults, all of them.
 pub fn load(name_or_path: &str) -> Result<Scene, SceneError> {
-    if let Some(scene) = shipped().iter().find(|scene| scene.name == name_or_path) {
-        return scene.load();
+    match embedded(name_or_path) {
+        Some(scene) => scene.load(),
+        None => load_file(name_or_path, shipped(), ("there is no such scene", "shipped scenes are")),
     }
+}
+
+/// Loads a hard case by its name, or any scene file with `expect: (survival: (...))` by its path.
+///
+/// # Errors
+///
+/// As [`load`]; if the scene says nothing of survival.
+pub fn load_case(name_or_path: &str) -> Result<Scene, SceneError> {
+    let scene = match embedded(name_or_path) {
+        Some(scene) => scene.load()?,
+        None => load_file(name_or_path, cases(), ("there is no such case", "the cases are"))?,
+    };
+    if scene.survival.is_some() {
+        return Ok(scene);
+    }
+    let cure = "add `expect: (survival: (measure: energy, seconds: 10, bounded_below: 0.1))`, or name a case of \
+                `sandbox list cases`";
+    Err(SceneError::of_file(name_or_path, "the scene is no hard case", cure))
+}
+
+/// Loads a file; `known` are the names that a word without a path may have been meant to be.
+fn load_file(
+    name_or_path: &str,
+    known: &[ShippedScene],
+    (what, names_are): (&str, &str),
+) -> Result<Scene, SceneError> {
     let path = Path::new(name_or_path);
     let looks_like_path = path.extension().is_some() || path.components().count() > 1;
     if !looks_like_path && !path.exists() {
-        let names: Vec<&str> = shipped().iter().map(|scene| scene.name).collect();
-        let guess = nearest(name_or_path, names.iter().copied())
-            .map(|near| format!("did you mean {near}? "))
-            .unwrap_or_default();
-        let cure = format!("{guess}shipped scenes are {}; a file needs its path", names.join(", "));
-        return Err(SceneError::of_file(name_or_path, "there is no such scene", cure));
+        let names: Vec<&str> = known.iter().map(|scene| scene.name).collect();
+        let all = shipped().iter().chain(cases()).map(|scene| scene.name);
+        let guess = nearest(name_or_path, names.iter().copied()).or_else(|| nearest(name_or_path, all));
+        let guess = guess.map(|near| format!("did you mean {near}? ")).unwrap_or_default();
+        let cure = format!("{guess}{names_are} {}; a file needs its path", names.join(", "));
+        return Err(SceneError::of_file(name_or_path, what, cure));
     }
     let text = read_text(path)?;
     let mut scene = parse_as(name_or_path, &text, Source::File(path.to_owned()))?;

@@ -67,6 +67,9 @@ impl Scene {
         if let Some(mutual_gravity) = self.mutual_gravity {
             world.insert_resource(mutual_gravity);
         }
+        if let Some(range) = self.range {
+            world.insert_resource(range);
+        }
         let entities: Vec<_> = (0..)
             .map(StableId)
             .zip(&self.bodies)
@@ -114,7 +117,7 @@ impl Scene {
 
     /// Velocity of a body that starts as position Verlet remembers it, m/s, and the length of that step, s. Another
     /// method, asked for in place of the scene's, remembers nothing.
-    fn verlet_start(&self, body: &BodySpec) -> Option<(DVec3, LastStep)> {
+    pub(crate) fn verlet_start(&self, body: &BodySpec) -> Option<(DVec3, LastStep)> {
         let previous = body.verlet_previous?;
         let h = 1.0 / (self.step_hz * f64::from(body.substeps.unwrap_or(self.substeps)));
         let uses_it = body.method.unwrap_or(self.method) == Method::PositionVerlet;

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64;
 
 /// A number from -1 up to 1.
-pub(super) fn symmetric(random: &mut Pcg64) -> f64 {
+pub(crate) fn symmetric(random: &mut Pcg64) -> f64 {
     2.0 * random.random::<f64>() - 1.0
 }
 

@@ -48,7 +48,7 @@ fn launches_fill_their_cone_evenly() {
             "rate_per_s: 1, life_s: 1, speed_m_s: 8, capacity: {n}, direction: ({x}, {y}, {z}), spread_deg: {spread}"
         ));
         let along = direction.normalize();
-        let edge = f64::to_radians(spread).cos();
+        let edge = libm::cos(f64::to_radians(spread));
         let (mut sum, mut across) = (0.0, DVec3::ZERO);
         for launch in &emitter.launches {
             assert!((launch.length() - 8.0).abs() < 1e-14 * 8.0);

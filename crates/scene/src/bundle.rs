@@ -1,0 +1,161 @@
+//! A black box: one file that holds a run, to be attached to a report.
+//!
+//! A ZIP archive of `scene.ron`, the text of the scene as it was read; `manifest.json`, what the run was and what
+//! went wrong; `state.cbor`, the snapshot that the run is repeated from and what came from outside after it, in
+//! CBOR (RFC 8949), whose numbers are exact; and `picture.png`, if there was an adapter. The archive's comment ends
+//! with the XXH3-64 of all bytes before it.
+
+mod archive;
+mod manifest;
+
+use std::fmt;
+
+use motion::units::Vector;
+use motion::{Method, Request};
+use serde::{Deserialize, Serialize};
+
+pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
+
+use crate::faults::SceneError;
+use crate::scene::Scene;
+use crate::snapshot::{Name, RequestEntry, Snapshot};
+
+/// A run that can be repeated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bundle {
+    /// Text of the scene file.
+    pub scene: String,
+    /// What the run was.
+    pub manifest: Manifest,
+    /// Where it is repeated from.
+    pub snapshot: Snapshot,
+    /// What came from outside after the snapshot, in its order.
+    pub events: Vec<Event>,
+    /// The largest energy of the run until the snapshot, J, if books were kept.
+    pub energy_scale_j: Option<f64>,
+    /// A PNG of the last good tick.
+    pub picture: Option<Vec<u8>>,
+}
+
+/// Something that acted on a run from outside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// Ticks that had been simulated.
+    pub tick: u64,
+    /// What it was.
+    pub what: Happening,
+}
+
+/// What can act on a run from outside. Bodies are stable ids.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Happening {
+    /// Changes that were carried out together, between two ticks.
+    Requests(Vec<Request<u32>>),
+    /// Another method of the scene.
+    Method(Method),
+    /// Another number of parts of a tick.
+    Substeps(u32),
+    /// Another length of ticks, s.
+    Step(f64),
+    /// A force on a body in the next tick, N.
+    Push(u32, Vector),
+}
+
+impl Event {
+    /// Bytes of memory that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let list = match &self.what {
+            Happening::Requests(requests) => requests.capacity() * size_of::<Request<u32>>(),
+            _ => 0,
+        };
+        size_of::<Self>() + list
+    }
+}
+
+/// Why bytes are no bundle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BadBundle {
+    what: String,
+    cure: &'static str,
+}
+
+impl BadBundle {
+    pub(crate) fn new(what: impl Into<String>, cure: &'static str) -> Self {
+        Self { what: what.into(), cure }
+    }
+}
+
+impl fmt::Display for BadBundle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; {}", self.what, self.cure)
+    }
+}
+
+impl std::error::Error for BadBundle {}
+
+impl Bundle {
+    /// The scene, with the settings of the run, known in messages as `name`.
+    ///
+    /// # Errors
+    /// A text that this program does not read as a scene.
+    pub fn scene(&self, name: &str) -> Result<Scene, SceneError> {
+        let mut scene = Scene::parse(name, &self.scene)?;
+        self.manifest.settings.apply(&mut scene);
+        scene.name.clone_from(&self.manifest.scene);
+        Ok(scene)
+    }
+}
+
+/// What stands in `state.cbor`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct State {
+    snapshot: Snapshot,
+    events: Vec<SavedEvent>,
+    energy_scale_j: Option<f64>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct SavedEvent {
+    tick: u64,
+    what: SavedHappening,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum SavedHappening {
+    Requests(Vec<RequestEntry>),
+    Method(Name<Method>),
+    Substeps(u32),
+    Step(f64),
+    Push(u32, [f64; 3]),
+}
+
+impl From<Event> for SavedEvent {
+    fn from(event: Event) -> Self {
+        let what = match event.what {
+            Happening::Requests(all) => SavedHappening::Requests(all.into_iter().map(RequestEntry).collect()),
+            Happening::Method(method) => SavedHappening::Method(Name(method)),
+            Happening::Substeps(substeps) => SavedHappening::Substeps(substeps),
+            Happening::Step(step) => SavedHappening::Step(step),
+            Happening::Push(body, newtons) => SavedHappening::Push(body, newtons.to_array()),
+        };
+        Self { tick: event.tick, what }
+    }
+}
+
+impl From<SavedEvent> for Event {
+    fn from(saved: SavedEvent) -> Self {
+        let what = match saved.what {
+            SavedHappening::Requests(all) => {
+                Happening::Requests(all.into_iter().map(|entry| entry.0).collect())
+            }
+            SavedHappening::Method(Name(method)) => Happening::Method(method),
+            SavedHappening::Substeps(substeps) => Happening::Substeps(substeps),
+            SavedHappening::Step(step) => Happening::Step(step),
+            SavedHappening::Push(body, newtons) => Happening::Push(body, Vector::from_array(newtons)),
+        };
+        Self { tick: saved.tick, what }
+    }
+}

@@ -1,0 +1,160 @@
+//! The whole dynamic state of a running world as plain data, by stable id: taken out between two ticks, put into a
+//! new world of the same scene, and written into files.
+//!
+//! What is in it decides every later bit and every later count of evaluations. What the scene says is not in it.
+
+mod entries;
+mod hash;
+mod restore;
+mod take;
+mod words;
+
+use motion::Method;
+use serde::{Deserialize, Serialize};
+
+pub use hash::hash_of_states;
+pub use restore::BadSnapshot;
+pub use take::EffectsState;
+
+pub(crate) use entries::RequestEntry;
+use entries::{
+    ClockEntry, CountsEntry, EmissionEntry, KeptEntry, KeptGroupEntry, PushEntry, RecordEntry, SavedFault,
+};
+pub(crate) use words::Name;
+
+use crate::scene::Scene;
+
+/// The state of a world of a scene between two ticks.
+///
+/// Numbers are those of the world, bit for bit, also in a file. A key that a file has beside these is passed over,
+/// one that it has not is empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Snapshot {
+    pub(crate) clock: ClockEntry,
+    /// Length of a tick, s.
+    pub(crate) step_s: f64,
+    pub(crate) method: Name<Method>,
+    /// Parts of a tick of bodies without a number of their own.
+    pub(crate) substeps: u32,
+    pub(crate) effects: EffectsState,
+    pub(crate) counts: CountsEntry,
+    /// Things that are there, scenery too: runs of stable ids, ascending, each its first one and its length.
+    pub(crate) things: Vec<[u32; 2]>,
+    /// Bodies with physics, in the order of the tables that they stand in: laws are called for several rows at once,
+    /// so that counts of evaluations depend on which ones are neighbors. Runs as above.
+    pub(crate) bodies: Vec<[u32; 2]>,
+    /// Positions of the bodies in that order, m.
+    pub(crate) positions: Vec<[f64; 3]>,
+    /// Their velocities, m/s, and inverse masses, 1/kg.
+    pub(crate) velocities: Vec<[f64; 4]>,
+    /// Where bodies were before the last tick, m, in runs that draw between ticks.
+    pub(crate) drawn_from: Vec<(u32, [f64; 3])>,
+    pub(crate) quarantined: Vec<u32>,
+    /// Particles that do not live.
+    pub(crate) dormant: Vec<u32>,
+    pub(crate) own_methods: Vec<(u32, Name<Method>)>,
+    pub(crate) own_substeps: Vec<(u32, u32)>,
+    /// Lengths of the last steps of position Verlet, s.
+    pub(crate) last_steps: Vec<(u32, f64)>,
+    pub(crate) kept: Vec<(u32, Option<KeptEntry>)>,
+    pub(crate) kept_groups: Vec<KeptGroupEntry>,
+    pub(crate) records: Vec<RecordEntry>,
+    /// What each emitter has thrown out so far, by its place in the scene file.
+    pub(crate) emissions: Vec<(u32, EmissionEntry)>,
+    /// Pushes that wait for a tick.
+    pub(crate) pushes: Vec<PushEntry>,
+    /// Pushes that act in every tick.
+    pub(crate) sustained: Vec<PushEntry>,
+    /// What is asked for.
+    pub(crate) requests: Vec<RequestEntry>,
+}
+
+impl Snapshot {
+    /// Ticks simulated until then.
+    #[must_use]
+    pub const fn ticks(&self) -> u64 {
+        self.clock.0.ticks
+    }
+
+    /// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id
+    /// order, as summaries have it.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        let ids = self.bodies.iter().flat_map(|[first, count]| *first..first.saturating_add(*count));
+        let mut rows: Vec<_> = ids.zip(self.positions.iter().zip(&self.velocities)).collect();
+        rows.sort_unstable_by_key(|(id, _)| *id);
+        hash_of_states(rows.into_iter().map(|(_, (position, [x, y, z, _]))| (*position, [*x, *y, *z])))
+    }
+
+    /// Bytes of memory that it takes, lists as they are allocated.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        fn list<T>(list: &Vec<T>) -> usize {
+            list.capacity() * size_of::<T>()
+        }
+        let groups = |group: &KeptGroupEntry| list(&group.bodies) + list(&group.accelerations);
+        size_of::<Self>()
+            + [&self.things, &self.bodies].map(list).iter().sum::<usize>()
+            + list(&self.positions)
+            + list(&self.velocities)
+            + list(&self.drawn_from)
+            + [&self.quarantined, &self.dormant].map(list).iter().sum::<usize>()
+            + list(&self.own_methods)
+            + list(&self.own_substeps)
+            + list(&self.last_steps)
+            + list(&self.kept)
+            + list(&self.kept_groups)
+            + self.kept_groups.iter().map(groups).sum::<usize>()
+            + list(&self.records)
+            + self.emissions.iter().map(|(_, emission)| list(&emission.0.slots)).sum::<usize>()
+            + [&self.pushes, &self.sustained].map(list).iter().sum::<usize>()
+            + list(&self.requests)
+    }
+
+    /// Takes off what waits for the next tick: pushes and requests.
+    #[must_use]
+    pub fn without_inputs(mut self) -> Self {
+        self.pushes.clear();
+        self.sustained.clear();
+        self.requests.clear();
+        self
+    }
+
+    /// Takes off what was counted and noted so far: evaluations, quarantined bodies' records, accelerations that are
+    /// kept.
+    #[must_use]
+    pub fn without_history(mut self) -> Self {
+        self.counts = CountsEntry::default();
+        self.records.clear();
+        self.kept.clear();
+        self.kept_groups.clear();
+        self
+    }
+
+    /// Lets it be the start of `scene`, whose methods are others: every body has the method of the scene, and those
+    /// that start as position Verlet remembers do so only by it.
+    pub fn begin_by_method_of(&mut self, scene: &Scene) {
+        self.method = Name(scene.method);
+        self.own_methods.clear();
+        self.last_steps.clear();
+        let ids = self.bodies.iter().flat_map(|[first, count]| *first..first.saturating_add(*count));
+        for (id, row) in ids.zip(&mut self.velocities) {
+            let Some(body) = scene.bodies.get(id as usize).filter(|body| body.verlet_previous.is_some())
+            else {
+                continue;
+            };
+            let start = scene.verlet_start(body);
+            let [x, y, z] = start.map_or(body.velocity, |(velocity, _)| velocity).to_array();
+            *row = [x, y, z, body.inverse_mass.unwrap_or(0.0)];
+            self.last_steps.extend(start.map(|(_, last)| (id, last.0)));
+        }
+    }
+
+    /// Takes off where bodies are drawn between two ticks.
+    #[must_use]
+    pub fn without_poses(mut self) -> Self {
+        self.drawn_from = Vec::new();
+        self
+    }
+}

@@ -1,0 +1,268 @@
+//! Into a new world.
+
+use std::fmt;
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{
+    Cause, Dormant, Emission, Evaluations, Fault, Iterations, KeptAcceleration, KeptAccelerations,
+    KeptOfGroup, LastStep, OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine,
+    QuarantineRecord, Quarantined, Requests, StableId, StepClock, Stepper, Substeps, TimeStep, Transform,
+    mark_method, own_method,
+};
+
+use super::{KeptEntry, Name, PushEntry, SavedFault, Snapshot};
+use crate::resolve_springs::unsolvable;
+use crate::scene::Scene;
+use crate::spawn::FileIndex;
+
+/// Parts of a tick, at most: more would hang.
+const MOST_SUBSTEPS: u32 = 100_000;
+
+/// Why a snapshot is none of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadSnapshot(pub(crate) &'static str);
+
+impl fmt::Display for BadSnapshot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0)
+    }
+}
+
+impl std::error::Error for BadSnapshot {}
+
+fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
+    if holds { Ok(()) } else { Err(BadSnapshot(what)) }
+}
+
+/// A component of a body for as long as its row is moved to the end of its table.
+#[derive(Component)]
+struct Moved;
+
+impl Snapshot {
+    /// A new world of `scene` in this state, its stepper, and its bodies by stable id. It goes on, bit for bit and
+    /// evaluation for evaluation, as the one that the snapshot was taken of. `scene` is what that one was spawned
+    /// from, options that change scenes included.
+    ///
+    /// # Errors
+    /// A snapshot that cannot have been taken of a world of that scene.
+    pub fn restore(&self, scene: &Scene) -> Result<(World, Stepper, Vec<Entity>), BadSnapshot> {
+        let ids = self.check(scene)?;
+        let clock = StepClock::from_state(self.clock.0).ok_or(BadSnapshot("its clock is none"))?;
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        world.insert_resource(Substeps(self.substeps));
+        world.insert_resource(clock);
+        self.remove_absent(&mut world, &bodies);
+        self.put_bodies(&mut world, &bodies, &ids);
+        self.effects.put(&mut world);
+        self.put_emissions(&mut world);
+        let mut stepper = Stepper::new(&mut world, self.method.0, TimeStep(self.step_s));
+        self.put_counts(&mut world, &bodies);
+        self.put_kept(&mut world, &bodies);
+        put_in_order(&mut world, &ids);
+        self.put_inputs(&mut world, &bodies);
+        stepper.recompile(&mut world);
+        Ok((world, stepper, bodies))
+    }
+
+    /// Whether it can be of `scene`; the ids of its bodies in their order.
+    fn check(&self, scene: &Scene) -> Result<Vec<u32>, BadSnapshot> {
+        let count = scene.bodies.len();
+        ensure(self.step_s > 0.0 && self.step_s.is_finite(), "its tick has no length")?;
+        ensure(self.substeps <= MOST_SUBSTEPS, "a tick has too many parts")?;
+        let methods = self.own_methods.iter().map(|(_, Name(method))| *method).chain([self.method.0]);
+        let solved = |method| unsolvable(method, scene.mutual_gravity.is_some()).is_none();
+        ensure({ methods }.all(solved), "its method cannot solve the scene")?;
+        let things =
+            expand(&self.things, count).ok_or(BadSnapshot("it has things that the scene has not"))?;
+        ensure(things.is_sorted_by(|a, b| a < b), "its things are not in order")?;
+        let ids = expand(&self.bodies, count).ok_or(BadSnapshot("it has bodies that the scene has not"))?;
+        let mut sorted = ids.clone();
+        sorted.sort_unstable();
+        let has_physics = |id: &u32| scene.bodies[*id as usize].inverse_mass.is_some();
+        let expected = things.iter().copied().filter(has_physics);
+        ensure(expected.eq(sorted), "its bodies are not those of the scene")?;
+        ensure(ids.len() == self.positions.len(), "it has another number of positions than of bodies")?;
+        ensure(ids.len() == self.velocities.len(), "it has another number of velocities than of bodies")?;
+        let numbers = self.positions.iter().flatten().chain(self.velocities.iter().flatten());
+        ensure({ numbers }.all(|number| number.is_finite()), "its state is not finite")?;
+        ensure(self.velocities.iter().all(|[.., w]| *w >= 0.0), "a mass is negative")?;
+        let late = |(_, emission): &(u32, super::EmissionEntry)| {
+            emission.0.seen.is_some_and(|(tick, _)| tick > self.ticks())
+        };
+        ensure(!self.emissions.iter().any(late), "an emitter is ahead of its clock")?;
+        Ok(ids)
+    }
+
+    fn remove_absent(&self, world: &mut World, bodies: &[Entity]) {
+        let mut next = 0;
+        let mut remove = |absent: std::ops::Range<usize>| {
+            bodies[absent].iter().for_each(|body| {
+                world.despawn(*body);
+            });
+        };
+        for [first, count] in &self.things {
+            remove(next..*first as usize);
+            next = (first + count) as usize;
+        }
+        remove(next..bodies.len());
+    }
+
+    fn put_bodies(&self, world: &mut World, bodies: &[Entity], ids: &[u32]) {
+        for (id, (position, [x, y, z, inverse_mass])) in
+            ids.iter().zip(self.positions.iter().zip(&self.velocities))
+        {
+            let mut body = world.entity_mut(bodies[*id as usize]);
+            body.insert((
+                Transform::at(Vector::from_array(*position)),
+                PhysicsBody { velocity: Vector::new(*x, *y, *z), inverse_mass: *inverse_mass },
+            ));
+            // Those that have some are given them below.
+            body.remove::<(LastStep, OwnSubsteps, Dormant)>();
+            if own_method(body.as_readonly()).is_some() {
+                mark_method(&mut body, None);
+            }
+        }
+        for (id, Name(method)) in &self.own_methods {
+            if let Some(mut body) = with_physics(world, bodies, *id) {
+                mark_method(&mut body, Some(*method));
+            }
+        }
+        let substeps = |(id, substeps): &(u32, u32)| (*id, OwnSubsteps((*substeps).min(MOST_SUBSTEPS)));
+        give(world, bodies, self.own_substeps.iter().map(substeps));
+        give(world, bodies, self.last_steps.iter().map(|(id, step)| (*id, LastStep(*step))));
+        let before = |(id, place): &(u32, [f64; 3])| (*id, PreviousPosition(Vector::from_array(*place)));
+        give(world, bodies, self.drawn_from.iter().map(before));
+        give(world, bodies, self.dormant.iter().map(|id| (*id, Dormant)));
+        give(world, bodies, self.quarantined.iter().map(|id| (*id, Quarantined)));
+    }
+
+    fn put_emissions(&self, world: &mut World) {
+        for (index, mut emission) in world.query::<(&FileIndex, &mut Emission)>().iter_mut(world) {
+            if let Some((_, saved)) = self.emissions.iter().find(|(saved, _)| *saved == index.0) {
+                *emission = Emission::from_state(saved.0.clone());
+            }
+        }
+    }
+
+    fn put_counts(&self, world: &mut World, bodies: &[Entity]) {
+        let counts = &self.counts;
+        let iterations = Iterations {
+            newton: counts.newton_iterations,
+            cg: counts.cg_iterations,
+            unconverged_steps: counts.unconverged_steps,
+        };
+        let laws = counts.laws.iter().map(|(Name(law), count)| (*law, *count));
+        world.insert_resource(Evaluations::going_on(counts.accelerations, laws, iterations));
+        let records = self.records.iter().filter_map(|record| {
+            let body = *bodies.get(record.body as usize)?;
+            let fault = match record.fault {
+                SavedFault::Found => Fault::Found,
+                SavedFault::Law(Name(name)) => Fault::Law(name),
+                // An end that is gone has no name any more, and needs none.
+                SavedFault::Spring(end) => {
+                    Fault::Spring(bodies.get(end as usize).copied().unwrap_or(Entity::PLACEHOLDER))
+                }
+                SavedFault::Overflow => Fault::Overflow,
+                SavedFault::Range(bound) => Fault::Range(bound),
+                SavedFault::Request => Fault::Request,
+            };
+            let cause = Cause { system: record.system.0, component: record.component.0, fault };
+            Some(QuarantineRecord { body, tick: record.tick, cause })
+        });
+        world.insert_resource(Quarantine::going_on(records.collect()));
+    }
+
+    fn put_kept(&self, world: &mut World, bodies: &[Entity]) {
+        let entity = |id: u32| bodies.get(id as usize).copied();
+        let with_physics = |body: &Entity| world.get::<PhysicsBody>(*body).is_some();
+        let kept = |KeptEntry { at, time_s, called }| KeptAcceleration { at, time: time_s, called };
+        let of_bodies = self
+            .kept
+            .iter()
+            .filter_map(|(id, entry)| Some((entity(*id).filter(with_physics)?, entry.map(kept))));
+        let of_groups = self.kept_groups.iter().filter_map(|group| {
+            Some(KeptOfGroup {
+                bodies: group.bodies.iter().map(|id| entity(*id)).collect::<Option<_>>()?,
+                accelerations: group.accelerations.clone(),
+                time: group.time_s,
+                kinds: group.kinds,
+            })
+        });
+        let kept = KeptAccelerations { bodies: of_bodies.collect(), groups: of_groups.collect() };
+        kept.put(world);
+    }
+
+    fn put_inputs(&self, world: &mut World, bodies: &[Entity]) {
+        let there = |id: u32| bodies.get(id as usize).copied().filter(|body| world.get_entity(*body).is_ok());
+        let push = |(id, newtons): &PushEntry| {
+            Some(Push { body: there(*id)?, newtons: Vector::from_array(*newtons) })
+        };
+        let mut queue = PushQueue::default();
+        for Push { body, newtons } in self.pushes.iter().filter_map(push) {
+            queue.push_once(body, newtons);
+        }
+        queue.sustain(self.sustained.iter().filter_map(push));
+        let mut requests = Requests::default();
+        self.requests
+            .iter()
+            .filter_map(|entry| entry.0.rename(there))
+            .for_each(|request| requests.ask(request));
+        world.insert_resource(queue);
+        world.insert_resource(requests);
+    }
+}
+
+/// The body of that id, if it is there and has physics.
+fn with_physics<'w>(world: &'w mut World, bodies: &[Entity], id: u32) -> Option<EntityWorldMut<'w>> {
+    let body = world.get_entity_mut(*bodies.get(id as usize)?).ok()?;
+    body.contains::<PhysicsBody>().then_some(body)
+}
+
+/// Gives each of those bodies its component.
+fn give<C: Component>(world: &mut World, bodies: &[Entity], all: impl Iterator<Item = (u32, C)>) {
+    for (id, component) in all {
+        if let Some(mut body) = with_physics(world, bodies, id) {
+            body.insert(component);
+        }
+    }
+}
+
+/// The numbers of runs; `None` where there are more than `count`, or one is not below it.
+fn expand(runs: &[[u32; 2]], count: usize) -> Option<Vec<u32>> {
+    let mut all = Vec::new();
+    for [first, length] in runs {
+        let end = first.checked_add(*length).filter(|end| *end as usize <= count)?;
+        if all.len() + *length as usize > count {
+            return None;
+        }
+        all.extend(*first..end);
+    }
+    Some(all)
+}
+
+/// Brings the rows of every table into the order of `ids`.
+fn put_in_order(world: &mut World, ids: &[u32]) {
+    let mut place = vec![u32::MAX; ids.iter().max().map_or(0, |most| *most as usize + 1)];
+    for (number, id) in (0..).zip(ids) {
+        place[*id as usize] = number;
+    }
+    let mut bodies = world.query_filtered::<(Entity, &StableId), With<PhysicsBody>>();
+    let tables: Vec<Vec<_>> = bodies
+        .contiguous_iter(world)
+        .expect("every component of a body is stored in tables")
+        .map(|(bodies, ids)| bodies.iter().copied().zip(ids.iter().map(|id| place[id.0 as usize])).collect())
+        .collect();
+    for mut table in tables {
+        if !table.is_sorted_by_key(|(_, place)| *place) {
+            table.sort_unstable_by_key(|(_, place)| *place);
+            for (body, _) in &table {
+                world.entity_mut(*body).insert(Moved);
+            }
+            for (body, _) in &table {
+                world.entity_mut(*body).remove::<Moved>();
+            }
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! Out of a world.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{
+    Cause, Damping, DampingModel, Dormant, Effect, EffectState, Emission, Evaluations, Fault, Gravity,
+    KeptAcceleration, KeptAccelerations, LastStep, Method, OffResource, OwnMethod, OwnSubsteps, PhysicsBody,
+    PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId, StepClock, Substeps,
+    TimeStep, Transform, own_method,
+};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    ClockEntry, CountsEntry, EmissionEntry, KeptEntry, KeptGroupEntry, Name, PushEntry, RecordEntry,
+    RequestEntry, SavedFault, Snapshot,
+};
+use crate::spawn::FileIndex;
+
+/// Gravity and damping of a world, and what is switched off in it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EffectsState {
+    /// Acceleration of gravity, m/s², and whether it acts.
+    gravity: Option<([f64; 3], bool)>,
+    /// Rate of damping, 1/s.
+    damping: Option<(Name<DampingModel>, f64)>,
+    off: Vec<Name<Effect>>,
+}
+
+impl EffectsState {
+    /// Those of `world`.
+    pub fn of(world: &mut World) -> Self {
+        let gravity = world.get_resource::<Gravity>().map(|g| (g.acceleration.to_array(), g.on));
+        let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| damping);
+        let damping = world.get_resource::<Damping>().or(off);
+        let damping = damping.map(|Damping { model, rate }| (Name(*model), *rate));
+        let off = Effect::ALL.into_iter().filter(|effect| motion::state(world, *effect) == EffectState::Off);
+        Self { gravity, damping, off: off.map(Name).collect() }
+    }
+
+    /// Gives them to `world`, a new one of the same scene.
+    pub fn put(&self, world: &mut World) {
+        if let Some((acceleration, on)) = self.gravity {
+            world.insert_resource(Gravity { acceleration: Vector::from_array(acceleration), on });
+        }
+        if let Some((Name(model), rate)) = self.damping {
+            world.insert_resource(Damping { model, rate });
+        }
+        for Name(effect) in &self.off {
+            // What only an edit declared is not there.
+            let _ = motion::switch(world, *effect, false);
+        }
+    }
+}
+
+impl Snapshot {
+    /// The state of `world`, which was spawned from a scene and is between two ticks; `method` is that of its
+    /// [`Stepper`](motion::Stepper).
+    ///
+    /// # Panics
+    /// In a world that no stepper has prepared.
+    pub fn of(world: &mut World, method: Method) -> Self {
+        let kept = KeptAccelerations::of(world);
+        let mut snapshot = Self {
+            clock: ClockEntry((*world.resource::<StepClock>()).into()),
+            step_s: world.resource::<TimeStep>().0,
+            method: Name(method),
+            substeps: world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
+            effects: EffectsState::of(world),
+            counts: counts(world.resource::<Evaluations>()),
+            ..Self::default()
+        };
+        snapshot.take_bodies(world);
+        snapshot.take_emissions(world);
+        snapshot.take_kept(world, kept);
+        snapshot.take_inputs(world);
+        snapshot
+    }
+
+    fn take_bodies(&mut self, world: &mut World) {
+        let mut things: Vec<_> = world.query::<&StableId>().iter(world).map(|id| id.0).collect();
+        things.sort_unstable();
+        self.things = runs(things);
+        let mut bodies = world.query::<(
+            &StableId,
+            &Transform,
+            &PhysicsBody,
+            Has<Quarantined>,
+            Has<Dormant>,
+            Option<&OwnSubsteps>,
+            Option<&LastStep>,
+            Option<&PreviousPosition>,
+        )>();
+        let bodies = bodies.iter(world);
+        let count = bodies.len();
+        let mut ids = Vec::with_capacity(count);
+        self.positions.reserve_exact(count);
+        self.velocities.reserve_exact(count);
+        for (StableId(id), at, body, quarantined, dormant, substeps, last, before) in bodies {
+            ids.push(*id);
+            self.positions.push(at.position.to_array());
+            let [x, y, z] = body.velocity.to_array();
+            self.velocities.push([x, y, z, body.inverse_mass]);
+            self.quarantined.extend(quarantined.then_some(*id));
+            self.dormant.extend(dormant.then_some(*id));
+            self.own_substeps.extend(substeps.map(|substeps| (*id, substeps.0)));
+            self.last_steps.extend(last.map(|last| (*id, last.0)));
+            self.drawn_from.extend(before.map(|before| (*id, before.0.to_array())));
+        }
+        self.bodies = runs(ids);
+        let mut marked = world.query_filtered::<(EntityRef, &StableId), With<OwnMethod>>();
+        self.own_methods =
+            marked.iter(world).filter_map(|(body, id)| Some((id.0, Name(own_method(body)?)))).collect();
+    }
+
+    fn take_emissions(&mut self, world: &mut World) {
+        let mut emissions = world.query::<(&FileIndex, &Emission)>();
+        self.emissions = emissions
+            .iter(world)
+            .map(|(index, emission)| (index.0, EmissionEntry(emission.state())))
+            .collect();
+    }
+
+    fn take_kept(&mut self, world: &World, kept: KeptAccelerations) {
+        let entry = |KeptAcceleration { at, time, called }| KeptEntry { at, time_s: time, called };
+        let bodies = kept.bodies.into_iter();
+        self.kept = bodies.filter_map(|(body, kept)| Some((id(world, body)?, kept.map(entry)))).collect();
+        let groups = kept.groups.into_iter().filter_map(|group| {
+            let bodies = group.bodies.iter().map(|body| id(world, *body)).collect::<Option<_>>()?;
+            let (accelerations, time_s, kinds) = (group.accelerations, group.time, group.kinds);
+            Some(KeptGroupEntry { bodies, accelerations, time_s, kinds })
+        });
+        self.kept_groups = groups.collect();
+    }
+
+    fn take_inputs(&mut self, world: &World) {
+        let records = world.resource::<Quarantine>().records().iter();
+        self.records = records
+            .filter_map(|record| {
+                // The body may be gone since; its place in the file is not.
+                let body = id(world, record.body)?;
+                let Cause { system, component, fault } = record.cause;
+                let fault = match fault {
+                    Fault::Found => SavedFault::Found,
+                    Fault::Law(name) => SavedFault::Law(Name(name)),
+                    Fault::Spring(end) => SavedFault::Spring(id(world, end).unwrap_or(u32::MAX)),
+                    Fault::Overflow => SavedFault::Overflow,
+                    Fault::Range(bound) => SavedFault::Range(bound),
+                    Fault::Request => SavedFault::Request,
+                };
+                let (system, component) = (Name(system), Name(component));
+                Some(RecordEntry { body, tick: record.tick, system, component, fault })
+            })
+            .collect();
+        let push =
+            |push: &Push| -> Option<PushEntry> { Some((id(world, push.body)?, push.newtons.to_array())) };
+        let queue = world.resource::<PushQueue>();
+        self.pushes = queue.edges().iter().filter_map(push).collect();
+        self.sustained = queue.sustained().iter().filter_map(push).collect();
+        let requests = world.get_resource::<Requests>().into_iter().flat_map(Requests::pending);
+        let requests = requests.filter_map(|request| request.rename(|body| id(world, body)));
+        self.requests = requests.map(RequestEntry).collect();
+    }
+}
+
+fn id(world: &World, body: Entity) -> Option<u32> {
+    world.get::<StableId>(body).map(|id| id.0)
+}
+
+fn counts(evaluations: &Evaluations) -> CountsEntry {
+    CountsEntry {
+        accelerations: evaluations.accelerations(),
+        laws: evaluations.laws().iter().map(|(law, count)| (Name(*law), *count)).collect(),
+        newton_iterations: evaluations.newton_iterations(),
+        cg_iterations: evaluations.cg_iterations(),
+        unconverged_steps: evaluations.unconverged_steps(),
+    }
+}
+
+/// Consecutive numbers as runs.
+fn runs(ids: impl IntoIterator<Item = u32>) -> Vec<[u32; 2]> {
+    let mut runs: Vec<[u32; 2]> = Vec::new();
+    for id in ids {
+        match runs.last_mut() {
+            Some([first, count]) if first.checked_add(*count) == Some(id) => *count += 1,
+            _ => runs.push([id, 1]),
+        }
+    }
+    runs
+}

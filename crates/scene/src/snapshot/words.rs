@@ -1,0 +1,71 @@
+//! Methods, effects and other choices as words in files.
+
+use motion::{Cause, DampingModel, Effect, LAW_NAMES, Method};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+/// A choice that has a word.
+pub(crate) trait Worded: Copy {
+    /// The word for it.
+    fn word(self) -> &'static str;
+    /// The choice of that word.
+    fn of_word(word: &str) -> Option<Self>;
+}
+
+/// A choice that is written as its word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Name<T>(pub T);
+
+impl<T: Worded> Serialize for Name<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0.word())
+    }
+}
+
+impl<'de, T: Worded> Deserialize<'de> for Name<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let word = String::deserialize(deserializer)?;
+        let unknown = || de::Error::custom(format_args!("this program knows no `{word}`"));
+        T::of_word(&word).map(Self).ok_or_else(unknown)
+    }
+}
+
+impl Worded for Method {
+    fn word(self) -> &'static str {
+        self.name()
+    }
+
+    fn of_word(word: &str) -> Option<Self> {
+        Self::from_name(word)
+    }
+}
+
+impl Worded for Effect {
+    fn word(self) -> &'static str {
+        self.name()
+    }
+
+    fn of_word(word: &str) -> Option<Self> {
+        Self::from_name(word)
+    }
+}
+
+impl Worded for DampingModel {
+    fn word(self) -> &'static str {
+        self.name()
+    }
+
+    fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|model| model.name() == word)
+    }
+}
+
+/// A law, a system or a component of this program.
+impl Worded for &'static str {
+    fn word(self) -> &'static str {
+        self
+    }
+
+    fn of_word(word: &str) -> Option<Self> {
+        LAW_NAMES.into_iter().chain(Cause::NAMES).find(|name| *name == word)
+    }
+}

@@ -1,0 +1,214 @@
+//! Hard cases: how a scene is run in the survival matrix, and what its numbers are held to.
+
+use glam::DVec3;
+use motion::{Damping, DampingModel};
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+
+use crate::generate::symmetric;
+use crate::scene::Scene;
+use crate::script::Step;
+
+/// One row of the survival matrix: a run of the scene that every method makes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurvivalRow {
+    /// What tells it from the other rows of the scene; empty where there is one alone.
+    pub label: String,
+    /// What is followed.
+    pub measure: Measure,
+    /// Length of the run, ticks, at least 1.
+    pub ticks: u64,
+    /// Whether it is run in single precision.
+    pub single: bool,
+    /// What the number is held to.
+    pub bounds: Bounds,
+    /// Energy that [`Measure::Energy`] and [`Measure::Rest`] are relative to, J, above 0, where the scene says so.
+    pub scale: Option<f64>,
+    /// Substeps of the fine run that [`Measure::Reference`] compares with.
+    pub reference_substeps: u32,
+    /// How long ticks are.
+    pub steps: Steps,
+    /// Ticks a second in place of the scene's.
+    pub step_hz: f64,
+    /// Parts of a tick in place of the scene's.
+    pub substeps: u32,
+    /// Damping in place of the scene's.
+    pub damping: Option<Damping>,
+    /// How far everything is moved away from the origin, m.
+    pub offset: DVec3,
+    /// What happens on the way: experiments alone, at seconds or ticks.
+    pub script: Vec<Step>,
+}
+
+/// What the number of a row says. Every one of them is relative, without a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Measure {
+    /// Energy that the method invented (positive) or lost (negative) since the start, by the books, relative to the
+    /// larger of energy and kinetic energy at the start, or to a stated one.
+    Energy,
+    /// Farthest that a body is from where a fine run has it, relative to the way of the body that goes farthest.
+    Reference,
+    /// Farthest that a body is from where the same method has it in double precision at the origin, relative as above.
+    Origin,
+    /// Kinetic energy of what should be at rest, relative to a stated energy.
+    Rest,
+    /// Largest strain of a spring, `|L / L0 - 1|`; springs of no rest length have none.
+    Stretch,
+    /// Velocity along gravity at the end of the run, relative to the terminal one g / c, minus 1: -1 for a body that
+    /// stands, below -1 for one that rises. Of several bodies, that of the largest magnitude.
+    TerminalSpeed,
+}
+
+impl Measure {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Energy, Self::Reference, Self::Origin, Self::Rest, Self::Stretch, Self::TerminalSpeed];
+
+    /// The word for it in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Energy => "energy",
+            Self::Reference => "reference",
+            Self::Origin => "origin",
+            Self::Rest => "rest",
+            Self::Stretch => "stretch",
+            Self::TerminalSpeed => "terminal_speed",
+        }
+    }
+}
+
+/// What the magnitude of a number is held to: `exact <= bounded < explodes`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Up to here a run is as exact as rounding lets it be.
+    pub exact: f64,
+    /// Up to here it is of use.
+    pub bounded: f64,
+    /// From here on nothing is left of it.
+    pub explodes: f64,
+}
+
+/// How long the ticks of a row are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Steps {
+    /// `1 / step_hz` seconds each.
+    #[default]
+    Constant,
+    /// Each of its own length, drawn evenly from `1 - spread` to `1 + spread` times the constant one.
+    Jittered {
+        /// Above 0, below 1.
+        spread: f64,
+        /// What the draws start from.
+        seed: u64,
+    },
+    /// One tick, the first that begins at that time or later, lasts longer.
+    Hitch {
+        /// When, s.
+        at: f64,
+        /// Its length, s, above 0.
+        length: f64,
+    },
+}
+
+/// The lengths of the ticks of a row, one after the other.
+#[derive(Clone, Debug)]
+pub struct Lengths {
+    steps: Steps,
+    step: f64,
+    random: Pcg64,
+    ticks: u32,
+    done: bool,
+}
+
+impl Iterator for Lengths {
+    type Item = f64;
+
+    fn next(&mut self) -> Option<f64> {
+        let begins = f64::from(self.ticks) * self.step;
+        self.ticks = self.ticks.saturating_add(1);
+        Some(match self.steps {
+            Steps::Constant => self.step,
+            Steps::Jittered { spread, .. } => self.step * (1.0 + spread * symmetric(&mut self.random)),
+            // Ticks before it are constant: rounding must not move it by one.
+            Steps::Hitch { at, length } if !self.done && begins >= at - 1e-9 * self.step => {
+                self.done = true;
+                length
+            }
+            Steps::Hitch { .. } => self.step,
+        })
+    }
+}
+
+impl SurvivalRow {
+    /// Lengths of its ticks, s; without an end.
+    #[must_use]
+    pub fn lengths(&self) -> Lengths {
+        let seed = if let Steps::Jittered { seed, .. } = self.steps { seed } else { 0 };
+        let random = Pcg64::seed_from_u64(seed);
+        Lengths { steps: self.steps, step: 1.0 / self.step_hz, random, ticks: 0, done: false }
+    }
+
+    /// The scene as this row has it: its step, substeps, damping and place, and no method or substeps of single bodies.
+    #[must_use]
+    pub fn scene(&self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        (scene.step_hz, scene.substeps, scene.damping) = (self.step_hz, self.substeps, self.damping);
+        for body in &mut scene.bodies {
+            body.position += self.offset;
+            // One method alone knows a previous position: it would run another problem than the others.
+            (body.method, body.substeps, body.verlet_previous) = (None, None, None);
+        }
+        let own = scene.own_laws.values_mut().flat_map(|laws| &mut laws.wells);
+        scene.wells.iter_mut().chain(own).for_each(|well| well.position += self.offset);
+        scene.emitters.iter_mut().for_each(|emitter| emitter.position += self.offset);
+        scene
+    }
+}
+
+impl Scene {
+    /// The scene with the damping that its methods go for: that of the law, whatever the model does with a tick.
+    #[must_use]
+    pub fn damped_by_law(mut self) -> Self {
+        if let Some(damping) = &mut self.damping {
+            damping.model = DampingModel::Exact;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(steps: Steps) -> SurvivalRow {
+        let text = "(version: 1, step_hz: 10, bodies: [(mass_kg: 1)], wells: [(strength_m3_s2: 1)],
+            expect: (survival: (measure: reference, ticks: 5, bounded_below: 1, offset_m: (0, 7, 0))))";
+        SurvivalRow { steps, ..Scene::parse("t", text).unwrap().survival.unwrap().remove(0) }
+    }
+
+    #[test]
+    fn ticks_have_the_lengths_that_are_asked_for() {
+        let lengths = |steps| row(steps).lengths().take(1000).collect::<Vec<_>>();
+        assert!(lengths(Steps::Constant).iter().all(|length| *length == 0.1));
+        let hitch = lengths(Steps::Hitch { at: 0.3, length: 1.0 });
+        assert_eq!(hitch[..5], [0.1, 0.1, 0.1, 1.0, 0.1]);
+        let jittered = |seed| lengths(Steps::Jittered { spread: 0.5, seed });
+        assert!(jittered(1).iter().all(|length| (0.05..0.15).contains(length)));
+        assert!(jittered(1).iter().any(|length| *length < 0.06) && jittered(1).iter().any(|l| *l > 0.14));
+        assert_eq!(jittered(1), jittered(1));
+        assert_ne!(jittered(1), jittered(2));
+    }
+
+    #[test]
+    fn an_offset_moves_everything() {
+        let row = row(Steps::Constant);
+        let text = "(version: 1, bodies: [(position_m: (1, 0, 0), method: runge_kutta_4)], wells: [(strength_m3_s2: 1)],
+            emitters: [(rate_per_s: 1, life_s: 1, speed_m_s: 1)])";
+        let moved = row.scene(&Scene::parse("t", text).unwrap());
+        assert_eq!(moved.bodies[0].position, DVec3::new(1.0, 7.0, 0.0));
+        assert_eq!(moved.wells[0].position, DVec3::new(0.0, 7.0, 0.0));
+        assert_eq!(moved.emitters[0].position, DVec3::new(0.0, 7.0, 0.0));
+        assert_eq!((moved.step_hz, moved.bodies[0].method), (10.0, None));
+    }
+}
