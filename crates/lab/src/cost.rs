@@ -19,6 +19,9 @@ mod subject;
 mod timing;
 mod truth;
 
+pub(crate) use arrays::laws_of_bodies;
+pub(crate) use record::method_name;
+
 pub use bench::Bench;
 pub use fit::{Accuracy, Cost};
 pub use plan::Plan;

@@ -11,6 +11,7 @@ mod numbers;
 mod page;
 mod picture;
 mod reading;
+pub mod stability;
 mod summary;
 mod tables;
 mod words;

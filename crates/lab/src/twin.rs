@@ -2,11 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use motion::{
-    Cause, Damping, Dormant, Effect, EffectState, Emission, Gravity, LastStep, Method, OffResource,
-    OwnMethod, OwnSubsteps, PhysicsBody, PreviousPosition, Quarantine, Quarantined, Request, Requests,
-    StableId, StepClock, Stepper, Substeps, TimeStep, Transform, mark_method, own_method, remember_positions,
+    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Requests, StableId, StepClock, Stepper,
+    Substeps, TimeStep, remember_positions,
 };
-use scene::{FileIndex, Scene};
+use scene::{Scene, Snapshot};
 
 use crate::distances::Bodies;
 use crate::input::{Input, give};
@@ -54,7 +53,7 @@ pub struct Leader<'a> {
 
 impl Twin {
     /// A twin that starts from the present state of `leader`, between two ticks, with `substeps` parts of a tick
-    /// for every body or, where `None`, as the scene has them.
+    /// for every body or, where `None`, as the leader has them.
     ///
     /// Before the first tick it has the bits of a scene whose method this is. Later it takes over what the
     /// leader's methods keep, and changes the method as [`Stepper::set_method`] does: the velocities of position
@@ -69,19 +68,12 @@ impl Twin {
         let mut scene = leader.scene.clone();
         scene.bodies.iter_mut().for_each(|body| body.method = None);
         scene.method = if begins { method } else { leader.method };
-        let mut world = World::new();
-        let bodies = scene.spawn(&mut world);
-        copy_effects(leader.world, &mut world);
-        copy_bodies(leader.world, &mut world, &bodies, |id| {
-            begins && scene.bodies[id].verlet_previous.is_some()
-        });
-        copy_emissions(leader.world, &mut world);
-        if !begins {
-            copy_memory(leader.world, &mut world, &bodies);
+        let mut start = Snapshot::of(leader.world, leader.method).without_inputs().without_history();
+        if begins {
+            start.begin_by_method_of(&scene);
         }
-        world.insert_resource(*leader.world.resource::<StepClock>());
-        let step = *leader.world.resource::<TimeStep>();
-        let mut stepper = Stepper::new(&mut world, scene.method, step);
+        let restored = start.restore(&scene);
+        let (mut world, mut stepper, bodies) = restored.expect("it was taken of a world of that scene");
         unify_methods(&mut world, &mut stepper, method);
         if let Some(substeps) = substeps {
             world.insert_resource(Substeps(substeps));
@@ -167,94 +159,8 @@ impl Twin {
     }
 }
 
-/// Gives `to`, a new world of the same scene, the gravity and damping of `from`, and switches off in it what is
-/// off there.
-pub fn copy_effects(from: &mut World, to: &mut World) {
-    if let Some(gravity) = from.get_resource::<Gravity>() {
-        to.insert_resource(*gravity);
-    }
-    if let Some(damping) = from.get_resource::<Damping>() {
-        to.insert_resource(*damping);
-    }
-    if let Some(OffResource(damping)) = from.get_resource::<OffResource<Damping>>() {
-        to.insert_resource(*damping);
-    }
-    for effect in Effect::ALL {
-        if motion::state(from, effect) == EffectState::Off {
-            // What only an edit declared is not there.
-            let _ = motion::switch(to, effect, false);
-        }
-    }
-}
-
 fn entities<Who: bevy_ecs::query::QueryFilter>(world: &mut World) -> Vec<Entity> {
     world.query_filtered::<Entity, Who>().iter(world).collect()
-}
-
-/// The body of `leader` for each stable id below `count`.
-fn bodies_of(leader: &mut World, count: usize) -> Vec<Option<Entity>> {
-    let mut bodies = vec![None; count];
-    for (body, id) in leader.query::<(Entity, &StableId)>().iter(leader) {
-        if let Some(place) = bodies.get_mut(id.0 as usize) {
-            *place = Some(body);
-        }
-    }
-    bodies
-}
-
-/// States of all bodies; of those that keep their own start, the place alone.
-fn copy_bodies(leader: &mut World, world: &mut World, bodies: &[Entity], own_start: impl Fn(usize) -> bool) {
-    for (id, (body, original)) in bodies.iter().zip(bodies_of(leader, bodies.len())).enumerate() {
-        let Some(original) = original.map(|original| leader.entity(original)) else {
-            world.despawn(*body);
-            continue;
-        };
-        let mut body = world.entity_mut(*body);
-        if let Some(transform) = original.get::<Transform>() {
-            body.insert(*transform);
-        }
-        if let Some(state) = original.get::<PhysicsBody>().filter(|_| !own_start(id)) {
-            body.insert(*state);
-        }
-        if let Some(before) = original.get::<PreviousPosition>() {
-            body.insert(*before);
-        }
-        if original.contains::<Quarantined>() {
-            body.insert(Quarantined);
-        }
-        if body.contains::<Dormant>() && !original.contains::<Dormant>() {
-            body.remove::<Dormant>();
-        }
-    }
-}
-
-/// What emitters have thrown out so far.
-fn copy_emissions(leader: &mut World, world: &mut World) {
-    let originals: Vec<_> = leader
-        .query::<(&FileIndex, &Emission)>()
-        .iter(leader)
-        .map(|(index, emission)| (*index, emission.clone()))
-        .collect();
-    for (index, mut emission) in world.query::<(&FileIndex, &mut Emission)>().iter_mut(world) {
-        if let Some((_, original)) = originals.iter().find(|(other, _)| other == index) {
-            emission.clone_from(original);
-        }
-    }
-}
-
-/// The methods of single bodies, and what position Verlet keeps of them. Accelerations that others keep are not
-/// copied: they are evaluated again.
-fn copy_memory(leader: &mut World, world: &mut World, bodies: &[Entity]) {
-    for (body, original) in bodies.iter().zip(bodies_of(leader, bodies.len())) {
-        let Some(original) = original.map(|original| leader.entity(original)) else { continue };
-        let mut body = world.entity_mut(*body);
-        if let Some(method) = own_method(original) {
-            mark_method(&mut body, Some(method));
-        }
-        if let Some(last) = original.get::<LastStep>() {
-            body.insert(*last);
-        }
-    }
 }
 
 /// Lets every body go on with `method`.

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use motion::real::Real;
 use motion::{Bare, Groups, Law, NotForArrays};
+use scene::Scene;
 
 use super::record::{Counts, Failure, Precision, Setting};
 use super::runner::{Runner, Sample};
@@ -37,6 +38,18 @@ pub(super) fn mean_group(run: &Run) -> u64 {
     run.world.get_resource::<Groups>().map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
 }
 
+/// Laws of single bodies of a run of `scene`, in the precision of the arrays.
+pub(crate) fn laws_of_bodies<'a, T: Real>(
+    scene: &'a Scene,
+    run: &Run,
+) -> impl Fn(Entity) -> Vec<Box<dyn Law<T>>> + use<'a, T> {
+    let ids: HashMap<_, u32> = run.bodies().iter().copied().zip(0..).collect();
+    move |body| {
+        let spec = ids.get(&body).and_then(|id| scene.own_laws.get(id));
+        spec.map_or_else(Vec::new, scene::OwnLawsSpec::laws)
+    }
+}
+
 struct ArraysRunner<T: Real> {
     bare: Bare<T>,
     solves: u64,
@@ -52,11 +65,7 @@ macro_rules! arithmetic {
     ($($t:ty)*) => {$(
         impl Arithmetic for $t {
             fn arrays(subject: &Subject, setting: Setting, run: &mut Run) -> Result<Bare<Self>, NotForArrays> {
-                let ids: HashMap<_, u32> = run.bodies().iter().copied().zip(0..).collect();
-                let own = |body: Entity| -> Vec<Box<dyn Law<Self>>> {
-                    let spec = ids.get(&body).and_then(|id| subject.scene.own_laws.get(id));
-                    spec.map_or_else(Vec::new, scene::OwnLawsSpec::laws)
-                };
+                let own = laws_of_bodies::<$t>(&subject.scene, run);
                 let shared = subject.law.map(|extra| extra.law::<Self>());
                 Bare::<Self>::of_world(&mut run.world, setting.method, &own, shared.into_iter().collect())
             }

@@ -333,7 +333,7 @@ pub struct Report {
 /// [`Report::format`] of this program.
 pub const FORMAT: u32 = 1;
 
-mod method_name {
+pub(crate) mod method_name {
     use motion::Method;
     use serde::{Deserialize, Deserializer, Serializer, de};
 

@@ -2,6 +2,7 @@
 
 mod parts;
 
+pub(crate) use parts::table;
 use parts::{details, duel, failures, machine, notes, precision_table, rates, words};
 
 use super::chart::escaped;
@@ -11,7 +12,7 @@ use super::words::{Topic, headline};
 use super::{marks, numbers};
 use crate::cost::{Accuracy, Cost, Report, Study};
 
-const STYLE: &str = include_str!("page.css");
+pub(crate) const STYLE: &str = include_str!("page.css");
 
 /// The page.
 pub(crate) fn page(report: &Report) -> String {

@@ -46,6 +46,11 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
+    /// Elements of SVG, in a picture of the width of all figures and so many pixels high.
+    pub(crate) const fn new(inner: String, height: u32, title: String) -> Self {
+        Self { inner, height, title }
+    }
+
     fn tag(&self, more: &str) -> String {
         format!(
             "<svg {more}viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" \

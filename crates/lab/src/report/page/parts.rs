@@ -9,7 +9,8 @@ use crate::report::reading::{SEEN, failures as failed_runs};
 use crate::report::tables::{ARRAYS, COLUMNS, listed, on_front, row};
 use crate::report::words::{Topic, evaluations, setting, title, topics, tutorial_rounds};
 
-fn table(class: &str, header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
+/// A table with a row of headings.
+pub(crate) fn table(class: &str, header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let cells = |tag: &str, row: &[String]| -> String {
         row.iter().map(|value| format!("<{tag}>{}</{tag}>", escaped(value))).collect()
     };

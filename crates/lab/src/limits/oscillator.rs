@@ -1,0 +1,169 @@
+//! One oscillator, `x'' = -x - 2 zeta x'`, run by the real methods.
+
+use motion::real::{Real, RealMatrix as _};
+use motion::{Bare, BodyState, Damping, DampingModel, Jacobians, Law, Method, Moment};
+
+use super::theory::oscillator_limit;
+use super::{Criterion, Limit, largest_stable};
+
+/// How an oscillator is damped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damped {
+    /// Damping ratio zeta, at least 0: a rate of `2 zeta` for a frequency of 1.
+    pub ratio: f64,
+    /// By a model of damping, or else by a law of linear drag.
+    pub model: Option<DampingModel>,
+}
+
+impl Damped {
+    /// By a law of drag.
+    #[must_use]
+    pub const fn by_drag(ratio: f64) -> Self {
+        Self { ratio, model: None }
+    }
+}
+
+/// An oscillator of frequency 1 and its method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oscillator {
+    /// How it is stepped.
+    pub method: Method,
+    /// How it is damped.
+    pub damped: Damped,
+}
+
+/// `a = -k x - rate v`.
+#[derive(Debug)]
+struct Spring {
+    k: f64,
+    rate: f64,
+}
+
+impl<T: Real> Law<T> for Spring {
+    fn name(&self) -> &'static str {
+        "spring"
+    }
+
+    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+        body.position * T::of(-self.k) + body.velocity * T::of(-self.rate)
+    }
+
+    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+        let identity = T::Matrix::IDENTITY;
+        Jacobians { position: identity * T::of(-self.k), velocity: identity * T::of(-self.rate) }
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        self.rate != 0.0
+    }
+}
+
+/// A run that exceeds this times its start has failed.
+const MOST: f64 = 1e3;
+
+/// Ticks of a run: what is 0.1 % beyond the limit has failed by then.
+const TICKS: u32 = 6_000;
+/// The same of Runge-Kutta 2, which grows slowest where damping is weak.
+const TICKS_OF_RK2: u32 = 40_000;
+
+impl Oscillator {
+    /// Of stiffness `k` in ticks of `h` seconds.
+    fn bare(&self, k: f64, h: f64) -> Bare<f64> {
+        let rate = 2.0 * self.damped.ratio * k.sqrt();
+        match self.damped.model {
+            None => Bare::new(self.method, h).with_law(Spring { k, rate }),
+            Some(model) => Bare::new(self.method, h)
+                .with_law(Spring { k, rate: 0.0 })
+                .with_damping(Damping { model, rate }),
+        }
+    }
+
+    /// One tick of `h` seconds of an oscillator of stiffness `k`, as rows and columns of (w x, v). Of position Verlet it is
+    /// a tick after another.
+    #[must_use]
+    pub fn tick(&self, k: f64, h: f64) -> [[f64; 2]; 2] {
+        let w = k.sqrt();
+        let run = |[x, v]: [f64; 2], ticks: u32| {
+            let mut bare = self.bare(k, h);
+            bare.add([x / w, 0.0, 0.0], [v, 0.0, 0.0], 1.0);
+            (0..ticks).for_each(|_| bare.tick());
+            [bare.positions[0][0] * w, bare.bodies[0][0]]
+        };
+        let by_column = if self.method == Method::PositionVerlet {
+            // Its first tick has a Taylor start: what leads from there to the next state.
+            let [first, second] = [[1.0, 0.0], [0.0, 1.0]].map(|start| [run(start, 1), run(start, 2)]);
+            let [[a, c], [b, d]] = [first[0], second[0]];
+            let scale = a * d - b * c;
+            let inverse = [[d / scale, -b / scale], [-c / scale, a / scale]];
+            let [[e, g], [f, i]] = [first[1], second[1]];
+            [0, 1].map(|column| {
+                let [p, q] = [inverse[0][column], inverse[1][column]];
+                [e * p + f * q, g * p + i * q]
+            })
+        } else {
+            [[1.0, 0.0], [0.0, 1.0]].map(|start| run(start, 1))
+        };
+        let [[a, c], [b, d]] = by_column;
+        [[a, b], [c, d]]
+    }
+
+    /// Whether a run of ticks of `h` seconds stays in sight of its start.
+    fn stays(&self, h: f64) -> bool {
+        let mut bare = self.bare(1.0, h);
+        bare.add([1.0, 0.0, 0.0], [0.3, 0.0, 0.0], 1.0);
+        let slow = matches!(self.method, Method::RungeKutta2Midpoint | Method::RungeKutta2Heun);
+        (0..if slow { TICKS_OF_RK2 } else { TICKS }).all(|_| {
+            bare.tick();
+            let (x, v) = (bare.positions[0][0], bare.bodies[0][0]);
+            !bare.has_failed() && x.hypot(v) <= MOST
+        })
+    }
+
+    /// Its largest stable step.
+    #[must_use]
+    pub fn limit(&self) -> Limit {
+        // Runge-Kutta 2 at w h = 0.01 grows by 1.25e-9 a tick.
+        let by_radius = |h: f64| radius(self.tick(1.0, h)) <= 1.0 + 1e-11;
+        let (criterion, measured) = if self.method == Method::ExplicitEuler || !by_radius(0.01) {
+            (Criterion::SpectralRadius, largest_stable(0.01, 1.02, by_radius))
+        } else {
+            (Criterion::Amplitude, largest_stable(0.1, 1.3, |h| self.stays(h)))
+        };
+        let damping = match (self.damped.ratio, self.damped.model) {
+            (0.0, _) => String::new(),
+            (ratio, None) => format!(", drag, zeta {ratio}"),
+            (ratio, Some(model)) => format!(", {} damping, zeta {ratio}", model.name()),
+        };
+        Limit {
+            system: format!("oscillator{damping}"),
+            method: self.method.name(),
+            criterion,
+            measured,
+            theory: oscillator_limit(self.method, self.damped),
+        }
+    }
+}
+
+/// Eigenvalues of two rows: both real, or real and imaginary part of a pair.
+pub(super) enum Eigenvalues {
+    Real(f64, f64),
+    Pair(f64, f64),
+}
+
+pub(super) fn eigenvalues([[a, b], [c, d]]: [[f64; 2]; 2]) -> Eigenvalues {
+    let (middle, apart) = ((a + d) / 2.0, (a - d) / 2.0);
+    let discriminant = apart * apart + b * c;
+    if discriminant < 0.0 {
+        Eigenvalues::Pair(middle, (-discriminant).sqrt())
+    } else {
+        Eigenvalues::Real(middle - discriminant.sqrt(), middle + discriminant.sqrt())
+    }
+}
+
+/// Largest magnitude of an eigenvalue.
+pub(super) fn radius(tick: [[f64; 2]; 2]) -> f64 {
+    match eigenvalues(tick) {
+        Eigenvalues::Real(a, b) => a.abs().max(b.abs()),
+        Eigenvalues::Pair(re, im) => re.hypot(im),
+    }
+}

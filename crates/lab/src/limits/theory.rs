@@ -1,0 +1,183 @@
+//! Closed forms of the largest stable steps.
+
+use motion::{DampingModel, Method};
+
+use super::oscillator::{Damped, radius};
+
+type Matrix = [[f64; 2]; 2];
+
+const IDENTITY: Matrix = [[1.0, 0.0], [0.0, 1.0]];
+
+fn product(a: Matrix, b: Matrix) -> Matrix {
+    [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
+}
+
+/// The first terms of the exponential of `h L`, with L of `x' = v, v' = -x - c v`.
+fn taylor(h: f64, c: f64, terms: u32) -> Matrix {
+    let l = [[0.0, h], [-h, -h * c]];
+    let (mut sum, mut term) = (IDENTITY, IDENTITY);
+    for order in 1..=terms {
+        term = product(term, l).map(|row| row.map(|entry| entry / f64::from(order)));
+        sum = [0, 1].map(|i| [0, 1].map(|j| sum[i][j] + term[i][j]));
+    }
+    sum
+}
+
+/// Velocity Verlet with the end evaluated at `v + a h`.
+fn velocity_verlet(h: f64, c: f64) -> Matrix {
+    let image = |x: f64, v: f64| {
+        let a = -x - c * v;
+        let x1 = x + h * v + h * h / 2.0 * a;
+        let b = -x1 - c * (v + h * a);
+        [x1, v + h / 2.0 * (a + b)]
+    };
+    let ([a, c], [b, d]) = (image(1.0, 0.0), image(0.0, 1.0));
+    [[a, b], [c, d]]
+}
+
+/// The two Eulers with damping inside: `keep` and `gain` of the kick, factors before and after the move.
+fn euler(method: Method, h: f64, [keep, gain, before, after]: [f64; 4]) -> Matrix {
+    let image = |x: f64, v: f64| {
+        let a = -x;
+        if method == Method::ExplicitEuler {
+            let moved = before * v;
+            [x + h * moved, keep * after * moved + gain * a]
+        } else {
+            let moved = before * (keep * v + gain * a);
+            [x + h * moved, after * moved]
+        }
+    };
+    let ([a, c], [b, d]) = (image(1.0, 0.0), image(0.0, 1.0));
+    [[a, b], [c, d]]
+}
+
+/// One step of `h` seconds of `x'' = -x - c x'`.
+fn step(method: Method, h: f64, c: f64) -> Matrix {
+    match method {
+        Method::ExplicitEuler => taylor(h, c, 1),
+        // Position Verlet's velocity is half a step behind, and it evaluates drag at that one.
+        Method::SemiImplicitEuler | Method::PositionVerlet => {
+            let (by_x, by_v) = (-h, 1.0 - h * c);
+            [[1.0 + h * by_x, h * by_v], [by_x, by_v]]
+        }
+        Method::ImplicitEuler => {
+            let whole = 1.0 + h * c + h * h;
+            [[(1.0 + h * c) / whole, h / whole], [-h / whole, 1.0 / whole]]
+        }
+        Method::VelocityVerlet => velocity_verlet(h, c),
+        Method::RungeKutta2Midpoint | Method::RungeKutta2Heun => taylor(h, c, 2),
+        Method::RungeKutta4 => taylor(h, c, 4),
+        Method::Yoshida4 => {
+            let outer = 1.0 / (2.0 - 2.0_f64.cbrt());
+            let last = velocity_verlet(outer * h, c);
+            product(last, product(velocity_verlet((1.0 - 2.0 * outer) * h, c), last))
+        }
+    }
+}
+
+/// One step with a model of damping inside it, of the two Eulers that have one inside.
+fn damped_step(method: Method, model: DampingModel, h: f64, c: f64) -> Matrix {
+    let q = c * h;
+    let factors = match model {
+        DampingModel::Tutorial => [1.0, h, 1.0, 1.0 - q],
+        DampingModel::Clamped => [1.0, h, (1.0 - q).max(0.0), 1.0],
+        DampingModel::Exact => [(-q).exp(), -(-q).exp_m1() / c, 1.0, 1.0],
+    };
+    euler(method, h, factors)
+}
+
+/// The largest stable w h of one oscillator, where the characteristic polynomial of its step first leaves the unit circle;
+/// 0 for none, infinite for no limit. Of the two Eulers with a model of damping, and of every method with drag.
+#[must_use]
+pub fn oscillator_limit(method: Method, damped: Damped) -> f64 {
+    let c = 2.0 * damped.ratio;
+    let z = damped.ratio;
+    match (method, damped.model) {
+        (Method::ImplicitEuler, _) => f64::INFINITY,
+        (Method::ExplicitEuler, None | Some(DampingModel::Tutorial)) if z <= 1.0 => 2.0 * z,
+        (Method::ExplicitEuler, None | Some(DampingModel::Tutorial)) => 2.0 / (z + (z * z - 1.0).sqrt()),
+        (Method::ExplicitEuler, Some(DampingModel::Exact)) => 2.0 * z,
+        (Method::ExplicitEuler, Some(DampingModel::Clamped)) if z >= 0.25 => f64::INFINITY,
+        (Method::ExplicitEuler, Some(DampingModel::Clamped)) => {
+            (1.0 - (1.0 - 16.0 * z * z).sqrt()) / (4.0 * z)
+        }
+        (Method::SemiImplicitEuler, None | Some(DampingModel::Tutorial)) | (Method::PositionVerlet, None) => {
+            2.0 * ((1.0 + z * z).sqrt() - z)
+        }
+        (method, Some(model)) => first_unstable(|h| damped_step(method, model, h, c)),
+        (method, None) if c == 0.0 => method.claims().stability_limit,
+        (method, None) => first_unstable(|h| step(method, h, c)),
+    }
+}
+
+/// Where the spectral radius of a formula first exceeds 1.
+fn first_unstable(step: impl Fn(f64) -> Matrix) -> f64 {
+    let stable = |h: f64| radius(step(h)) <= 1.0 + 1e-12;
+    let (mut low, mut high) = (0.0, 0.01);
+    while stable(high) {
+        (low, high) = (high, high * 1.002);
+        if high > 1e3 {
+            return f64::INFINITY;
+        }
+    }
+    for _ in 0..50 {
+        let middle = f64::midpoint(low, high);
+        if stable(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// The largest frequency of a chain of `n` equal bodies of 1 kg on springs of `k` N/m that begins at a post, 1/s.
+#[must_use]
+pub fn chain_frequency(n: u32, k: f64) -> f64 {
+    2.0 * k.sqrt() * (std::f64::consts::PI / f64::from(2 * n + 1)).cos()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Damped limits as they were measured elsewhere, to 5 digits.
+    #[test]
+    fn closed_forms_have_the_known_values() {
+        let ratios = [0.05, 0.2, 0.5, 1.0, 2.0];
+        let known = [
+            (Method::RungeKutta2Heun, [0.8000, 1.3939, 2.0, 2.0, 0.5359]),
+            (Method::RungeKutta4, [2.9098, 2.9401, 2.6225, 2.7853, 0.7463]),
+            (Method::ExplicitEuler, [0.1, 0.4, 1.0, 2.0, 0.5359]),
+        ];
+        for (method, limits) in known {
+            for (ratio, limit) in ratios.into_iter().zip(limits) {
+                let found = oscillator_limit(method, Damped::by_drag(ratio));
+                assert!((found - limit).abs() <= 6e-5, "{method:?} {ratio}: {found} for {limit}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_formulas_agree_with_the_polynomials() {
+        for ratio in [0.0, 0.05, 0.2, 0.5, 1.0, 2.0] {
+            let damped = Damped::by_drag(ratio);
+            let found = first_unstable(|h| step(Method::SemiImplicitEuler, h, 2.0 * ratio));
+            let closed = oscillator_limit(Method::SemiImplicitEuler, damped);
+            assert!((found / closed - 1.0).abs() <= 1e-6, "{ratio}: {found} {closed}");
+        }
+        for ratio in [0.05, 0.2] {
+            for model in DampingModel::ALL {
+                let damped = Damped { ratio, model: Some(model) };
+                for method in [Method::ExplicitEuler, Method::SemiImplicitEuler] {
+                    let found = first_unstable(|h| damped_step(method, model, h, 2.0 * ratio));
+                    let closed = oscillator_limit(method, damped);
+                    let equal = found == closed || (found / closed - 1.0).abs() <= 1e-6;
+                    assert!(equal, "{method:?} {damped:?}: {found} {closed}");
+                }
+            }
+        }
+        // z tanh(zeta z) = 4 zeta.
+        let exact = oscillator_limit(
+            Method::SemiImplicitEuler,
+            Damped { ratio: 0.5, model: Some(DampingModel::Exact) },
+        );
+        assert!((exact * (0.5 * exact).tanh() - 2.0).abs() <= 1e-6);
+    }
+}

@@ -1,0 +1,164 @@
+//! The number of a run at a moment of it.
+
+use motion::units::{Scalar, Vector};
+use scene::{Measure, Scene, SurvivalRow};
+
+use super::host::Host;
+use super::record::PREFIX;
+use crate::cost::Sample;
+
+/// Looks at a run, about, unless they would be more than [`EVERY`] ticks apart.
+const LOOKS: u64 = 256;
+
+/// Ticks between two looks at most.
+const EVERY: u64 = 64;
+
+/// What positions are compared with: those of another run at the same looks.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Target {
+    looks: Vec<Vec<Sample>>,
+    start: Vec<Sample>,
+}
+
+impl Target {
+    /// Of a run that begins now.
+    pub fn new(host: &mut Host) -> Self {
+        Self { looks: Vec::new(), start: host.states() }
+    }
+
+    pub fn look(&mut self, host: &mut Host) {
+        self.looks.push(host.states());
+    }
+
+    /// The longest way from the start to a look, m; 1 where nothing moves.
+    fn way(&self) -> Scalar {
+        let ways = self.looks.iter().flat_map(|look| distances(look, &self.start, Vector::ZERO));
+        let longest = ways.fold(0.0, Scalar::max);
+        if longest > 0.0 && longest.is_finite() { longest } else { 1.0 }
+    }
+}
+
+/// Distances of bodies from where others have them, `offset` apart. What is gone in one of both has none.
+fn distances<'a>(
+    states: &'a [Sample],
+    others: &'a [Sample],
+    offset: Vector,
+) -> impl Iterator<Item = Scalar> + 'a {
+    let mut rest = others.iter().peekable();
+    states.iter().filter_map(move |(id, x, _)| {
+        while rest.next_if(|(other, ..)| other < id).is_some() {}
+        let (_, y, _) = rest.next_if(|(other, ..)| other == id)?;
+        Some((*x - offset).distance(*y))
+    })
+}
+
+/// Takes the number of a row.
+pub(super) struct Gauge {
+    measure: Measure,
+    every: u64,
+    ticks: u64,
+    scale: Option<Scalar>,
+    /// Stable id and mass, kg, of what moves.
+    masses: Vec<(u32, Scalar)>,
+    /// Ends and rest length, m, of springs that have one.
+    springs: Vec<([u32; 2], Scalar)>,
+    /// Direction of gravity and terminal speed, m/s.
+    terminal: (Vector, Scalar),
+    offset: Vector,
+    way: Scalar,
+}
+
+impl Gauge {
+    /// For `scene`, which is that of `row`, and a target where the measure has one.
+    pub fn new(scene: &Scene, row: &SurvivalRow, target: Option<&Target>) -> Self {
+        let bodies = (0..).zip(&scene.bodies);
+        let masses = bodies.filter_map(|(id, body)| {
+            let w = body.inverse_mass.filter(|w| *w > 0.0)?;
+            Some((id, 1.0 / w))
+        });
+        let single = scene.springs.iter().map(|spring| (spring.ends, spring.elastic.rest_length));
+        let soft = scene.soft_bodies.iter().flat_map(|body| {
+            let ends = move |ends: [u32; 2]| ends.map(|end| end + body.points.start);
+            body.links.iter().map(move |link| (ends(link.ends), link.elastic.rest_length))
+        });
+        let gravity = scene.gravity.map_or(Vector::ZERO, |gravity| gravity.acceleration);
+        let rate = scene.damping.map_or(0.0, |damping| damping.rate);
+        Self {
+            measure: row.measure,
+            every: if row.measure == Measure::Energy { 1 } else { (row.ticks / LOOKS).clamp(1, EVERY) },
+            ticks: row.ticks,
+            scale: row.scale,
+            masses: masses.collect(),
+            springs: single.chain(soft).filter(|(_, rest)| *rest > 0.0).collect(),
+            terminal: (gravity.normalize_or_zero(), gravity.length() / rate),
+            offset: if row.measure == Measure::Origin { row.offset } else { Vector::ZERO },
+            way: target.map_or(1.0, Target::way),
+        }
+    }
+
+    /// Whether a run that has so many ticks is looked at.
+    pub fn is_look(&self, ticks: u64) -> bool {
+        match self.measure {
+            // What is asked for is the end.
+            Measure::TerminalSpeed => ticks == self.ticks,
+            // A run that ends with the prefix has a look there, and a longer one must have the same.
+            _ => ticks.is_multiple_of(self.every) || ticks == PREFIX || ticks == self.ticks,
+        }
+    }
+
+    /// The number of a run that is at its look of that number, from 0.
+    pub fn number(&self, host: &mut Host, target: Option<&Target>, look: usize) -> Scalar {
+        match self.measure {
+            Measure::Energy => self.energy(host),
+            Measure::Reference | Measure::Origin => {
+                let states = host.states();
+                let there = target.and_then(|target| target.looks.get(look)).map_or(&[][..], Vec::as_slice);
+                distances(&states, there, self.offset).fold(0.0, larger) / self.way
+            }
+            Measure::Rest => {
+                let states = host.states();
+                let energy = self.moving(&states).map(|(mass, v)| 0.5 * mass * v.length_squared());
+                energy.sum::<Scalar>() / self.scale.unwrap_or(1.0)
+            }
+            Measure::Stretch => self.stretch(&host.states()),
+            Measure::TerminalSpeed => {
+                let (down, speed) = self.terminal;
+                let states = host.states();
+                self.moving(&states).map(|(_, v)| v.dot(down) / speed - 1.0).fold(0.0, larger)
+            }
+        }
+    }
+
+    fn energy(&self, host: &Host) -> Scalar {
+        let Some(ledger) = host.ledger() else { return Scalar::NAN };
+        let start = ledger.energies_at_opening();
+        let scale = self.scale.unwrap_or_else(|| start.total().abs().max(start.kinetic));
+        let residual = ledger.since_opening().energy.residual;
+        // What has no energy and invents none is exact.
+        if residual == 0.0 { 0.0 } else { residual / scale }
+    }
+
+    /// Mass, kg, and velocity, m/s, of everything that moves and is there.
+    fn moving<'a>(&'a self, states: &'a [Sample]) -> impl Iterator<Item = (Scalar, Vector)> + 'a {
+        self.masses.iter().filter_map(|(id, mass)| {
+            let at = states.binary_search_by_key(id, |(id, ..)| *id).ok()?;
+            Some((*mass, states[at].2))
+        })
+    }
+
+    fn stretch(&self, states: &[Sample]) -> Scalar {
+        let place = |id: u32| {
+            let at = states.binary_search_by_key(&id, |(id, ..)| *id).ok()?;
+            Some(states[at].1)
+        };
+        let strains = self.springs.iter().filter_map(|([one, other], rest)| {
+            Some((place(*one)?.distance(place(*other)?) / rest - 1.0).abs())
+        });
+        strains.fold(0.0, larger)
+    }
+}
+
+/// The one of the larger magnitude; not a number stays.
+fn larger(a: Scalar, b: Scalar) -> Scalar {
+    if a.is_nan() || b.abs() <= a.abs() { a } else { b }
+}

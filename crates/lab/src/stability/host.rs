@@ -1,0 +1,198 @@
+//! What a row is run in: a world of entities, or plain arrays of single precision.
+
+use std::collections::VecDeque;
+
+use motion::{
+    Bare, Damping, DampingModel, Evaluations, Gravity, Ledger, Quarantine, Request, StableId, TimeStep,
+};
+use scene::{Action, Names, Scene, Step, SurvivalRow, When};
+
+use crate::cost::{Sample, laws_of_bodies};
+use crate::input::{Input, give};
+use crate::run::Run;
+
+/// A run on its way.
+pub(super) struct Host {
+    engine: Engine,
+    script: VecDeque<(When, Input)>,
+    lengths: scene::Lengths,
+    names: Names,
+    /// Ticks and seconds that are over, and the length of the last tick, s.
+    ticks: u64,
+    seconds: f64,
+    length: f64,
+}
+
+enum Engine {
+    World { run: Box<Run>, ledger: Option<Box<Ledger>> },
+    Single(Box<Bare<f32>>),
+}
+
+impl Host {
+    /// The start of `scene`, which is that of `row`; in single precision where the row says so.
+    ///
+    /// # Errors
+    /// What keeps a world out of plain arrays.
+    pub fn new(scene: &Scene, row: &SurvivalRow, with_ledger: bool) -> Result<Self, String> {
+        let mut run = Run::of(scene, &[]);
+        let engine = if row.single {
+            let laws = laws_of_bodies::<f32>(scene, &run);
+            let bare = Bare::<f32>::of_world(&mut run.world, scene.method, &laws, Vec::new());
+            Engine::Single(Box::new(bare.map_err(|error| error.to_string())?))
+        } else {
+            let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut run.world)));
+            Engine::World { run: Box::new(run), ledger }
+        };
+        let script = row.script.iter().filter_map(|step| Some((step.when, input(step, scene)?))).collect();
+        Ok(Self {
+            engine,
+            script,
+            lengths: row.lengths(),
+            names: scene.names.clone(),
+            ticks: 0,
+            seconds: 0.0,
+            length: 1.0 / scene.step_hz,
+        })
+    }
+
+    /// Ticks so far.
+    pub const fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// Simulates one tick of the row's own length with what its script does in it.
+    pub fn tick(&mut self) {
+        let mut inputs = Vec::new();
+        while let Some((_, input)) = self.script.pop_front_if(|(when, _)| match *when {
+            When::Seconds(at) => at <= self.seconds + 1e-9,
+            When::Tick(at) => at <= self.ticks,
+            When::Frame(_) => true,
+        }) {
+            inputs.push(input);
+        }
+        let length = self.lengths.next().unwrap_or(self.length);
+        let changed = length.to_bits() != self.length.to_bits();
+        match &mut self.engine {
+            Engine::World { run, ledger } => {
+                if changed {
+                    run.world.insert_resource(TimeStep(length));
+                }
+                if !inputs.is_empty() {
+                    let bodies = run.bodies().to_vec();
+                    give(inputs, &mut run.world, &bodies);
+                }
+                match ledger {
+                    Some(ledger) => ledger.tick(&mut run.stepper, &mut run.world),
+                    None => run.ticks(1),
+                }
+            }
+            Engine::Single(bare) => {
+                if changed {
+                    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is looked at")]
+                    bare.set_step(length as f32);
+                }
+                inputs.into_iter().for_each(|input| act(bare, input));
+                bare.tick();
+            }
+        }
+        (self.length, self.ticks, self.seconds) = (length, self.ticks + 1, self.seconds + length);
+    }
+
+    /// Stable id, position and velocity of every body with physics.
+    pub fn states(&mut self) -> Vec<Sample> {
+        match &mut self.engine {
+            Engine::World { run, .. } => run.states(),
+            Engine::Single(bare) => bare.states().map(|(id, x, v)| (id.0, x, v)).collect(),
+        }
+    }
+
+    /// The books, where they are kept.
+    pub fn ledger(&self) -> Option<&Ledger> {
+        match &self.engine {
+            Engine::World { ledger, .. } => ledger.as_deref(),
+            Engine::Single(_) => None,
+        }
+    }
+
+    /// What turned non-finite, if something did.
+    pub fn failure(&self) -> Option<String> {
+        match &self.engine {
+            Engine::World { run, .. } => {
+                let record = run.world.resource::<Quarantine>().records().first()?;
+                let id = run.world.get::<StableId>(record.body).map_or(u32::MAX, |id| id.0);
+                Some(format!("{}: {} in tick {}", self.name(id), record.cause.what(), record.tick))
+            }
+            Engine::Single(bare) => bare.has_failed().then(|| {
+                let row = bare.refused().first().copied().unwrap_or_default();
+                let id = bare.states().nth(row).map_or(u32::MAX, |(id, ..)| id.0);
+                format!(
+                    "{}: position or velocity would turn non-finite in tick {}",
+                    self.name(id),
+                    self.ticks
+                )
+            }),
+        }
+    }
+
+    /// Implicit steps that were taken as the last iteration left them.
+    pub fn unconverged(&self) -> u64 {
+        match &self.engine {
+            Engine::World { run, .. } => run.world.resource::<Evaluations>().unconverged_steps(),
+            Engine::Single(bare) => bare.newton().1,
+        }
+    }
+
+    fn name(&self, id: u32) -> String {
+        self.names.get(id).map_or_else(|| "a body".to_owned(), std::borrow::Cow::into_owned)
+    }
+}
+
+/// A step of a script as what it asks for; `None` for what is no experiment, which no row has.
+fn input(step: &Step, scene: &Scene) -> Option<Input> {
+    let id = |name: &str| scene.names.find(name);
+    Some(Input::Request(match &step.action {
+        Action::Push(body, newtons) => return Some(Input::Push(id(body)?, *newtons)),
+        Action::Impulse(body, impulse) => Request::Impulse(id(body)?, *impulse),
+        Action::SetVelocity(body, velocity) => Request::SetVelocity(id(body)?, *velocity),
+        Action::SetPosition(body, position) => Request::SetPosition(id(body)?, *position),
+        Action::Remove(body) => Request::Remove(id(body)?),
+        Action::SetGravity(acceleration) => Request::SetGravity(*acceleration),
+        Action::SetDamping(rate) => {
+            let model = scene.damping.map_or(DampingModel::Exact, |damping| damping.model);
+            Request::SetDamping(Damping { model, rate: *rate })
+        }
+        Action::ReverseVelocities => Request::ReverseVelocities,
+        Action::SwitchEffect(effect, on) => Request::Switch(*effect, *on),
+        _ => return None,
+    }))
+}
+
+/// Does to arrays what an input does to a world; rows in single precision ask for nothing else.
+fn act(bare: &mut Bare<f32>, input: Input) {
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is looked at")]
+    let rounded = |v: motion::units::Vector| v.to_array().map(|part| part as f32);
+    match input {
+        Input::Push(body, newtons) => {
+            if let Some(row) = bare.row_of(StableId(body)) {
+                bare.push(row, rounded(newtons));
+            }
+        }
+        Input::Request(Request::Impulse(body, impulse)) => {
+            if let Some(row) = bare.row_of(StableId(body)) {
+                bare.give_impulse(row, rounded(impulse));
+            }
+        }
+        Input::Request(Request::SetVelocity(body, velocity)) => {
+            if let Some(row) = bare.row_of(StableId(body)) {
+                bare.set_velocity(row, rounded(velocity));
+            }
+        }
+        Input::Request(Request::SetGravity(acceleration)) => {
+            let on = bare.gravity().is_none_or(|gravity| gravity.on);
+            bare.set_gravity(Some(Gravity { acceleration, on }));
+        }
+        Input::Request(Request::SetDamping(damping)) => bare.set_damping(Some(damping)),
+        Input::Request(Request::ReverseVelocities) => bare.reverse_velocities(),
+        Input::Request(_) => {}
+    }
+}

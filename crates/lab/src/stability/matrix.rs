@@ -1,0 +1,211 @@
+//! The matrix on its way: cells one after the other, a little at a time.
+
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use cpu_time::ThreadTime;
+use motion::Method;
+use scene::{Measure, Scene, SurvivalRow};
+
+use super::gauge::Target;
+use super::record::{FORMAT, Matrix, Row};
+use super::run::{Running, Targeting};
+use crate::cost::Precision;
+
+/// Ticks between two looks at the clock.
+const PIECE: u32 = 64;
+
+/// A matrix that is being made. [`Survey::work`] goes on with it.
+pub struct Survey {
+    scenes: Vec<Scene>,
+    /// Each with the place of its scene.
+    rows: Vec<(usize, SurvivalRow)>,
+    matrix: Matrix,
+    jobs: VecDeque<Job>,
+    current: Option<(Job, Going)>,
+    /// What the row, or the cell, that is being run is compared with.
+    target: Option<Rc<Target>>,
+    done: f64,
+    total: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Job {
+    /// The fine run of a row.
+    Reference { row: usize },
+    /// The run of a method at the origin.
+    Origin { row: usize, method: Method },
+    /// A cell.
+    Cell { row: usize, method: Method },
+}
+
+impl Job {
+    const fn row(self) -> usize {
+        match self {
+            Self::Reference { row } | Self::Origin { row, .. } | Self::Cell { row, .. } => row,
+        }
+    }
+}
+
+enum Going {
+    Target(Box<Targeting>),
+    Cell(Box<Running>),
+}
+
+impl Survey {
+    /// The rows of `scenes` by `methods`, each of at most `ticks`, nothing run yet. A scene that is no hard case has
+    /// no rows.
+    #[must_use]
+    pub fn new(scenes: Vec<Scene>, methods: &[Method], ticks: Option<u64>) -> Self {
+        let mut rows = Vec::new();
+        for (at, scene) in scenes.iter().enumerate() {
+            for row in scene.survival.iter().flatten() {
+                let ticks = ticks.map_or(row.ticks, |ticks| ticks.clamp(1, row.ticks));
+                rows.push((at, SurvivalRow { ticks, ..row.clone() }));
+            }
+        }
+        let mut jobs = VecDeque::new();
+        for (at, (_, row)) in rows.iter().enumerate() {
+            if row.measure == Measure::Reference {
+                jobs.push_back(Job::Reference { row: at });
+            }
+            for &method in methods {
+                if row.measure == Measure::Origin {
+                    jobs.push_back(Job::Origin { row: at, method });
+                }
+                jobs.push_back(Job::Cell { row: at, method });
+            }
+        }
+        let open = rows.iter().map(|(at, row)| open(&scenes[*at], row)).collect();
+        let mut survey = Self {
+            scenes,
+            rows,
+            matrix: Matrix { format: FORMAT, rows: open },
+            jobs,
+            current: None,
+            target: None,
+            done: 0.0,
+            total: 0.0,
+        };
+        survey.total = survey.jobs.iter().map(|job| survey.weight(*job)).sum();
+        survey
+    }
+
+    /// Goes on for about `seconds` of thread CPU time; `true`: it is done.
+    pub fn work(&mut self, seconds: f64) -> bool {
+        let start = ThreadTime::now();
+        while self.piece() {
+            if start.elapsed().as_secs_f64() >= seconds {
+                break;
+            }
+        }
+        self.is_done()
+    }
+
+    /// Whether every cell is run.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.jobs.is_empty() && self.current.is_none()
+    }
+
+    /// What is done of all, in [0, 1].
+    #[must_use]
+    pub fn progress(&self) -> f64 {
+        if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
+    }
+
+    /// The row that is being run, as people call it.
+    #[must_use]
+    pub fn now(&self) -> Option<String> {
+        let job = self.current.as_ref().map(|(job, _)| *job).or(self.jobs.front().copied())?;
+        Some(self.matrix.rows[job.row()].title())
+    }
+
+    /// What is known so far: cells that were run.
+    #[must_use]
+    pub const fn matrix(&self) -> &Matrix {
+        &self.matrix
+    }
+
+    /// Evaluations of a run of the job, about.
+    #[expect(clippy::cast_precision_loss, reason = "a weight")]
+    fn weight(&self, job: Job) -> f64 {
+        let row = &self.rows[job.row()].1;
+        let (substeps, method) = match job {
+            Job::Reference { .. } => (row.reference_substeps, Method::RungeKutta4),
+            Job::Origin { method, .. } | Job::Cell { method, .. } => (row.substeps, method),
+        };
+        row.ticks as f64 * f64::from(substeps) * f64::from(method.claims().evaluations)
+    }
+
+    /// Some ticks; `false`: there is nothing left.
+    fn piece(&mut self) -> bool {
+        if let Some((job, going)) = &mut self.current {
+            let over = (0..PIECE).any(|_| match going {
+                Going::Target(run) => run.tick(),
+                Going::Cell(run) => run.tick(),
+            });
+            let job = *job;
+            if over && let Some((_, going)) = self.current.take() {
+                self.finish(job, going);
+            }
+            return true;
+        }
+        let Some(job) = self.jobs.pop_front() else { return false };
+        let (at, row) = &self.rows[job.row()];
+        let scene = &self.scenes[*at];
+        let going = match job {
+            Job::Reference { .. } => {
+                Targeting::reference(scene, row).ok().map(|run| Going::Target(Box::new(run)))
+            }
+            Job::Origin { method, .. } => {
+                Targeting::origin(scene, row, method).ok().map(|run| Going::Target(Box::new(run)))
+            }
+            Job::Cell { row: at, method } => {
+                let target = self.target.clone().filter(|_| is_compared(row));
+                match Running::new(scene, row, method, target) {
+                    Ok(run) => Some(Going::Cell(Box::new(run))),
+                    Err(cell) => {
+                        self.matrix.rows[at].cells.push(cell);
+                        None
+                    }
+                }
+            }
+        };
+        match going {
+            Some(going) => self.current = Some((job, going)),
+            None => {
+                if !matches!(job, Job::Cell { .. }) {
+                    self.target = None;
+                }
+                self.done += self.weight(job);
+            }
+        }
+        true
+    }
+
+    fn finish(&mut self, job: Job, going: Going) {
+        match going {
+            Going::Target(run) => self.target = Some(Rc::new(run.finish())),
+            Going::Cell(run) => self.matrix.rows[job.row()].cells.push(run.finish()),
+        }
+        self.done += self.weight(job);
+    }
+}
+
+const fn is_compared(row: &SurvivalRow) -> bool {
+    matches!(row.measure, Measure::Reference | Measure::Origin)
+}
+
+/// A row without cells.
+fn open(scene: &Scene, row: &SurvivalRow) -> Row {
+    Row {
+        case: scene.name.clone(),
+        description: scene.description.clone(),
+        label: row.label.clone(),
+        precision: if row.single { Precision::F32 } else { Precision::F64 },
+        measure: row.measure.name().to_owned(),
+        ticks: row.ticks,
+        cells: Vec::new(),
+    }
+}

@@ -1,0 +1,171 @@
+//! The matrix as plain data, written as JSON and read again.
+
+use motion::Method;
+use serde::{Deserialize, Serialize};
+
+use super::class::{Class, Verdict};
+use crate::cost::{Precision, method_name};
+
+/// [`Matrix::format`] of this program.
+pub const FORMAT: u32 = 1;
+
+/// Of runs that are longer, what they are after so many ticks is kept too: tests repeat that much of them.
+pub const PREFIX: u64 = 20_000;
+
+/// Every method on every case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Matrix {
+    /// Version of this format.
+    pub format: u32,
+    /// In the order of cases, of their rows, and of precisions.
+    pub rows: Vec<Row>,
+}
+
+/// What every method makes of one row of a case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Name of the scene.
+    pub case: String,
+    /// One line about it.
+    pub description: String,
+    /// What tells the row from others of the scene; empty where there is one alone.
+    pub label: String,
+    /// What it was reckoned in.
+    pub precision: Precision,
+    /// What the numbers say: a word of [`scene::Measure`].
+    pub measure: String,
+    /// Length of a run, ticks.
+    pub ticks: u64,
+    /// One for each method, in their order.
+    pub cells: Vec<Cell>,
+}
+
+impl Row {
+    /// The case, the label and the precision where it is not f64, as one title.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let single = if self.precision == Precision::F64 { "" } else { self.precision.name() };
+        let parts = [self.label.as_str(), single];
+        let parts: Vec<_> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        let rest = parts.join(", ");
+        if rest.is_empty() { self.case.clone() } else { format!("{}: {rest}", self.case) }
+    }
+
+    /// The cell of `method`.
+    #[must_use]
+    pub fn cell(&self, method: Method) -> Option<&Cell> {
+        self.cells.iter().find(|cell| cell.method == method)
+    }
+}
+
+/// What one method makes of one row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// The method.
+    #[serde(with = "method_name")]
+    pub method: Method,
+    /// What became of the run.
+    pub class: Class,
+    /// The number that says so, with its sign; not a number where the method was refused.
+    #[serde(with = "number")]
+    pub number: f64,
+    /// What its magnitude was held to; not a number where the method was refused.
+    #[serde(with = "number")]
+    pub bound: f64,
+    /// Why it ended early, was refused, or what else a reader has to know; may be empty.
+    pub why: String,
+    /// What it was after [`PREFIX`] ticks, of runs that are longer.
+    pub prefix: Option<Prefix>,
+}
+
+/// What a run was on its way.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prefix {
+    /// Its class.
+    pub class: Class,
+    /// The number that says so.
+    #[serde(with = "number")]
+    pub number: f64,
+}
+
+impl From<Verdict> for Prefix {
+    fn from(verdict: Verdict) -> Self {
+        Self { class: verdict.class, number: verdict.number }
+    }
+}
+
+impl Matrix {
+    /// As JSON; numbers that are not finite are the strings `"nan"`, `"inf"` and `"-inf"`.
+    ///
+    /// # Panics
+    /// Never: it is plain data.
+    #[must_use]
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a matrix is plain data") + "\n"
+    }
+}
+
+mod number {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Written {
+        Number(f64),
+        Word(String),
+    }
+
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+    pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
+        match number {
+            number if number.is_finite() => to.serialize_f64(*number),
+            number if number.is_nan() => to.serialize_str("nan"),
+            number if *number > 0.0 => to.serialize_str("inf"),
+            _ => to.serialize_str("-inf"),
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+        match Written::deserialize(from)? {
+            Written::Number(number) => Ok(number),
+            Written::Word(word) => match word.as_str() {
+                "nan" => Ok(f64::NAN),
+                "inf" => Ok(f64::INFINITY),
+                "-inf" => Ok(f64::NEG_INFINITY),
+                _ => Err(de::Error::custom(format!("`{word}` is no number"))),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_is_read_as_it_was_written() {
+        let cell = |number, prefix| Cell {
+            method: Method::Yoshida4,
+            class: Class::Explodes,
+            number,
+            bound: 1e3,
+            why: "because".to_owned(),
+            prefix,
+        };
+        let prefix = Some(Prefix { class: Class::Exact, number: 1.5e-30 });
+        let row = Row {
+            case: "case".to_owned(),
+            description: String::new(),
+            label: "label".to_owned(),
+            precision: Precision::F32,
+            measure: "rest".to_owned(),
+            ticks: 7,
+            cells: vec![cell(f64::INFINITY, prefix), cell(f64::NEG_INFINITY, None), cell(-0.25, None)],
+        };
+        assert_eq!(row.title(), "case: label, f32");
+        let matrix = Matrix { format: FORMAT, rows: vec![row] };
+        assert_eq!(serde_json::from_str::<Matrix>(&matrix.json()).unwrap(), matrix);
+        let nan = matrix.json().replace("-0.25", "\"nan\"");
+        assert!(serde_json::from_str::<Matrix>(&nan).unwrap().rows[0].cells[2].number.is_nan());
+    }
+}

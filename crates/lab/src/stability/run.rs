@@ -1,0 +1,153 @@
+//! One cell on its way.
+
+use std::rc::Rc;
+
+use motion::Method;
+use scene::{Measure, Scene, SurvivalRow, unsolvable};
+
+use super::class::{Class, Extremes};
+use super::gauge::{Gauge, Target};
+use super::host::Host;
+use super::record::{Cell, PREFIX, Prefix};
+
+/// The method of references: of those that take every law, the one of the highest order.
+const REFERENCE: Method = crate::twin::REFERENCE_METHOD;
+
+/// A run whose positions others are compared with.
+pub(super) struct Targeting {
+    host: Host,
+    gauge: Gauge,
+    target: Target,
+    ticks: u64,
+}
+
+impl Targeting {
+    /// The fine run of a row.
+    pub fn reference(scene: &Scene, row: &SurvivalRow) -> Result<Self, String> {
+        let mut fine = row.scene(scene).damped_by_law();
+        (fine.method, fine.substeps) = (REFERENCE, row.reference_substeps);
+        Self::new(&fine, row)
+    }
+
+    /// The same method at the origin.
+    pub fn origin(scene: &Scene, row: &SurvivalRow, method: Method) -> Result<Self, String> {
+        let row = SurvivalRow { offset: motion::units::Vector::ZERO, ..row.clone() };
+        let mut there = row.scene(scene);
+        there.method = method;
+        Self::new(&there, &row)
+    }
+
+    fn new(scene: &Scene, row: &SurvivalRow) -> Result<Self, String> {
+        let row = SurvivalRow { single: false, ..row.clone() };
+        let mut host = Host::new(scene, &row, false)?;
+        let gauge = Gauge::new(scene, &row, None);
+        let target = Target::new(&mut host);
+        Ok(Self { host, gauge, target, ticks: row.ticks })
+    }
+
+    /// Simulates one tick; whether it was the last.
+    pub fn tick(&mut self) -> bool {
+        self.host.tick();
+        if self.gauge.is_look(self.host.ticks()) {
+            self.target.look(&mut self.host);
+        }
+        self.host.ticks() == self.ticks
+    }
+
+    pub fn finish(self) -> Target {
+        self.target
+    }
+}
+
+/// A run of one method.
+pub(super) struct Running {
+    row: SurvivalRow,
+    method: Method,
+    host: Host,
+    gauge: Gauge,
+    target: Option<Rc<Target>>,
+    looks: usize,
+    extremes: Extremes,
+    prefix: Option<Prefix>,
+    why: String,
+}
+
+impl Running {
+    /// The start of `row` of `scene` by `method`.
+    ///
+    /// # Errors
+    /// Why the method is refused, as the cell that it is then.
+    pub fn new(
+        scene: &Scene,
+        row: &SurvivalRow,
+        method: Method,
+        target: Option<Rc<Target>>,
+    ) -> Result<Self, Cell> {
+        let refused = |why: String| Cell {
+            method,
+            class: Class::Refused,
+            number: f64::NAN,
+            bound: f64::NAN,
+            why,
+            prefix: None,
+        };
+        if let Some(why) = unsolvable(method, scene.mutual_gravity.is_some()) {
+            return Err(refused(why.to_string()));
+        }
+        let mut own = row.scene(scene);
+        own.method = method;
+        let host = Host::new(&own, row, row.measure == Measure::Energy).map_err(refused)?;
+        Ok(Self {
+            row: row.clone(),
+            method,
+            host,
+            gauge: Gauge::new(&own, row, target.as_deref()),
+            target,
+            looks: 0,
+            extremes: Extremes::default(),
+            prefix: None,
+            why: String::new(),
+        })
+    }
+
+    /// Simulates one tick; whether it was the last: of a run that has exploded nothing more is to be learned.
+    pub fn tick(&mut self) -> bool {
+        self.host.tick();
+        let ticks = self.host.ticks();
+        let last = ticks == self.row.ticks;
+        let mut over = false;
+        if let Some(why) = self.host.failure() {
+            self.extremes.look(f64::INFINITY);
+            (self.why, over) = (why, true);
+        } else if self.gauge.is_look(ticks) {
+            self.extremes.look(self.gauge.number(&mut self.host, self.target.as_deref(), self.looks));
+            self.looks += 1;
+            over = self.extremes.verdict(&self.row.bounds).class == Class::Explodes;
+            if over && !last {
+                self.why = format!("given up after tick {ticks} of {}", self.row.ticks);
+            }
+        }
+        if (ticks == PREFIX && !last) || (over && ticks < PREFIX && self.row.ticks > PREFIX) {
+            self.prefix = Some(self.extremes.verdict(&self.row.bounds).into());
+        }
+        over || last
+    }
+
+    pub fn finish(self) -> Cell {
+        let verdict = self.extremes.verdict(&self.row.bounds);
+        let mut why = self.why;
+        let steps = self.host.unconverged();
+        if steps > 0 {
+            let separator = if why.is_empty() { "" } else { "; " };
+            why += &format!("{separator}{steps} implicit steps did not converge");
+        }
+        Cell {
+            method: self.method,
+            class: verdict.class,
+            number: verdict.number,
+            bound: verdict.bound,
+            why,
+            prefix: self.prefix,
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! The last minute of a run: snapshots at some ticks, and what came from outside between them.
+//!
+//! A state at any tick is that of the nearest snapshot before it, with the ticks from there simulated again.
+
+mod replay;
+mod watch;
+
+use std::collections::VecDeque;
+use std::iter::Peekable;
+use std::ops::RangeInclusive;
+
+use bevy_ecs::prelude::*;
+use motion::{Method, Request, StepClock, TimeStep};
+use scene::{Event, Happening, Scene, Snapshot};
+
+use crate::input::{Input, asked, pending};
+
+pub use replay::{Broken, Replay};
+pub use watch::{ENERGY_JUMP, Fault, Watch};
+
+/// Bytes that a timeline takes at most.
+pub const TIMELINE_BYTES: usize = 64 << 20;
+
+/// Simulated time that stays within reach as long as the bytes allow, s.
+pub const TIMELINE_SECONDS: f64 = 60.0;
+
+/// Ticks from one snapshot to the next, at first: at most so many are simulated again.
+const FIRST_SPACING: u64 = 32;
+
+/// A snapshot and what belongs to it.
+#[derive(Clone, Debug)]
+struct Keyframe {
+    snapshot: Snapshot,
+    state_hash: u64,
+    bytes: usize,
+    /// Simulated time, s.
+    seconds: f64,
+    /// Number of the first event that came after it.
+    next_event: u64,
+    /// What energies were measured by, J.
+    energy_scale: f64,
+}
+
+/// Snapshots and events of a run.
+///
+/// As it comes to its bytes, every second snapshot goes and as many fewer are taken from then on; where that would
+/// leave less than two, the oldest go. Those of more than a minute ago go in any case.
+#[derive(Clone, Debug)]
+pub struct Timeline {
+    cap: usize,
+    keyframes: VecDeque<Keyframe>,
+    events: VecDeque<Event>,
+    /// Number of the first event that is left.
+    first_event: u64,
+    spacing: u64,
+    head: u64,
+    step: f64,
+    keyframe_bytes: usize,
+    event_bytes: usize,
+}
+
+impl Timeline {
+    /// A timeline of `world` that begins now, between two ticks, and takes at most `cap` bytes. `None` where that
+    /// is less than two snapshots take.
+    ///
+    /// # Panics
+    /// In a world that no [`Stepper`](motion::Stepper) has prepared.
+    pub fn new(world: &mut World, method: Method, cap: usize) -> Option<Self> {
+        let mut timeline = Self {
+            cap,
+            keyframes: VecDeque::new(),
+            events: VecDeque::new(),
+            first_event: 0,
+            spacing: FIRST_SPACING,
+            head: world.resource::<StepClock>().ticks(),
+            step: world.resource::<TimeStep>().0,
+            keyframe_bytes: 0,
+            event_bytes: 0,
+        };
+        timeline.take_keyframe(world, method, 0.0);
+        (timeline.bytes() * 2 <= cap).then_some(timeline)
+    }
+
+    /// Ticks that can be gone to.
+    #[must_use]
+    pub fn range(&self) -> RangeInclusive<u64> {
+        self.keyframes.front().map_or(self.head, |first| first.snapshot.ticks())..=self.head
+    }
+
+    /// Ticks of the snapshots with their state hashes, ascending.
+    pub fn keyframes(&self) -> impl Iterator<Item = (u64, u64)> + '_ {
+        self.keyframes.iter().map(|keyframe| (keyframe.snapshot.ticks(), keyframe.state_hash))
+    }
+
+    /// Bytes that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.keyframe_bytes + self.event_bytes
+    }
+
+    /// Bytes that it takes at most.
+    #[must_use]
+    pub const fn cap(&self) -> usize {
+        self.cap
+    }
+
+    /// Notes what is done to `world` at once, between two ticks. What was recorded of ticks after the present one,
+    /// if the run went back, is forgotten.
+    pub fn note(&mut self, world: &World, what: Happening) {
+        let tick = world.resource::<StepClock>().ticks();
+        self.forget_after(tick);
+        let event = Event { tick, what };
+        self.event_bytes += event.bytes();
+        self.events.push_back(event);
+    }
+
+    /// Notes the requests that `world` carries out now.
+    pub fn note_requests(&mut self, world: &World) {
+        let requests: Vec<Request<u32>> = asked(world).filter_map(request).collect();
+        if !requests.is_empty() {
+            self.note(world, Happening::Requests(requests));
+        }
+    }
+
+    /// Notes what the coming tick takes in.
+    pub fn before_tick(&mut self, world: &World) {
+        self.forget_after(world.resource::<StepClock>().ticks());
+        self.note_requests(world);
+        let TimeStep(step) = *world.resource::<TimeStep>();
+        if step.to_bits() != self.step.to_bits() {
+            self.step = step;
+            self.note(world, Happening::Step(step));
+        }
+        for input in pending(world) {
+            if let Input::Push(body, newtons) = input {
+                self.note(world, Happening::Push(body, newtons));
+            }
+        }
+    }
+
+    /// Notes that the tick is over. `energy_scale` is [`Watch::scale`].
+    pub fn after_tick(&mut self, world: &mut World, method: Method, energy_scale: f64) {
+        self.head = world.resource::<StepClock>().ticks();
+        let last = self.keyframes.back().map_or(0, |keyframe| keyframe.snapshot.ticks());
+        if self.head >= last + self.spacing {
+            self.take_keyframe(world, method, energy_scale);
+        }
+        self.keep_within_cap();
+    }
+
+    /// The world at the end of tick number `tick`, out of the range the nearest that there is, simulated again. At
+    /// the last tick it is the present one, with everything that was done to it since.
+    ///
+    /// # Errors
+    /// A snapshot that gives another state than it was taken of, which is a fault of this program.
+    pub fn seek(&self, scene: &Scene, tick: u64) -> Result<Replay, Broken> {
+        let (mut replay, mut events) = self.end_of(scene, tick)?;
+        if tick >= self.head {
+            replay.carry_out(&mut events);
+        }
+        Ok(replay)
+    }
+
+    /// State hash at the end of the last tick, simulated again.
+    ///
+    /// # Errors
+    /// As [`Timeline::seek`].
+    pub fn end_hash(&self, scene: &Scene) -> Result<u64, Broken> {
+        Ok(self.end_of(scene, self.head)?.0.state_hash())
+    }
+
+    fn end_of(
+        &self,
+        scene: &Scene,
+        tick: u64,
+    ) -> Result<(Replay, Peekable<impl Iterator<Item = &Event>>), Broken> {
+        let tick = tick.clamp(*self.range().start(), self.head);
+        let Some(keyframe) = self.keyframes.iter().rfind(|keyframe| keyframe.snapshot.ticks() <= tick) else {
+            return Err(Broken { tick });
+        };
+        let mut replay = Replay::of(scene, &keyframe.snapshot).map_err(|_| Broken { tick })?;
+        if replay.state_hash() != keyframe.state_hash {
+            return Err(Broken { tick: keyframe.snapshot.ticks() });
+        }
+        let mut events = self.events_from(keyframe.next_event).peekable();
+        while replay.ticks() < tick {
+            replay.tick(&mut events, None);
+        }
+        Ok((replay, events))
+    }
+
+    /// Where a run that is written into a file is repeated from, the events after it, and what energies were
+    /// measured by then, J.
+    #[must_use]
+    pub fn origin(&self) -> Option<(&Snapshot, Vec<Event>, f64)> {
+        let first = self.keyframes.front()?;
+        let events = self.events_from(first.next_event).cloned().collect();
+        Some((&first.snapshot, events, first.energy_scale))
+    }
+
+    fn events_from(&self, number: u64) -> impl Iterator<Item = &Event> {
+        let skipped = usize::try_from(number.saturating_sub(self.first_event)).unwrap_or(usize::MAX);
+        self.events.iter().skip(skipped)
+    }
+
+    fn take_keyframe(&mut self, world: &mut World, method: Method, energy_scale: f64) {
+        // What waits is noted as an event when the tick takes it.
+        let snapshot = Snapshot::of(world, method).without_inputs();
+        let bytes = size_of::<Keyframe>() + snapshot.bytes();
+        self.keyframe_bytes += bytes;
+        self.keyframes.push_back(Keyframe {
+            state_hash: snapshot.state_hash(),
+            snapshot,
+            bytes,
+            seconds: world.resource::<StepClock>().seconds(),
+            next_event: self.first_event + self.events.len() as u64,
+            energy_scale,
+        });
+    }
+
+    /// Forgets what came after the end of tick number `now`, if the run went back to it.
+    fn forget_after(&mut self, now: u64) {
+        if now >= self.head {
+            return;
+        }
+        while let Some(keyframe) = self.keyframes.pop_back_if(|last| last.snapshot.ticks() > now) {
+            self.keyframe_bytes -= keyframe.bytes;
+        }
+        while let Some(event) = self.events.pop_back_if(|event| event.tick >= now) {
+            self.event_bytes -= event.bytes();
+        }
+        self.head = now;
+        // The length of ticks may have been changed in what is forgotten.
+        self.step = f64::NAN;
+    }
+
+    fn keep_within_cap(&mut self) {
+        let now = self.keyframes.back().map_or(0.0, |last| last.seconds);
+        while self.keyframes.get(1).is_some_and(|second| now - second.seconds >= TIMELINE_SECONDS) {
+            self.drop_oldest();
+        }
+        while self.bytes() > self.cap && self.keyframes.len() > 1 {
+            if self.keyframes.len() > 3 && self.event_bytes * 2 < self.cap {
+                self.thin_out();
+            } else {
+                self.drop_oldest();
+            }
+        }
+    }
+
+    /// Every second snapshot goes; the oldest and the newest stay.
+    fn thin_out(&mut self) {
+        self.spacing = self.spacing.saturating_mul(2);
+        let last = self.keyframes.len() - 1;
+        let mut number = 0;
+        self.keyframes.retain(|_| {
+            number += 1;
+            number % 2 == 1 || number > last
+        });
+        self.keyframe_bytes = self.keyframes.iter().map(|keyframe| keyframe.bytes).sum();
+    }
+
+    fn drop_oldest(&mut self) {
+        if let Some(oldest) = self.keyframes.pop_front() {
+            self.keyframe_bytes -= oldest.bytes;
+        }
+        let needed = self.keyframes.front().map_or(u64::MAX, |first| first.next_event);
+        while self.first_event < needed
+            && let Some(event) = self.events.pop_front()
+        {
+            self.event_bytes -= event.bytes();
+            self.first_event += 1;
+        }
+    }
+}
+
+fn request(input: Input) -> Option<Request<u32>> {
+    match input {
+        Input::Request(request) => Some(request),
+        Input::Push(..) => None,
+    }
+}
