@@ -14,7 +14,7 @@ use crate::list::{Format, Listed, listed};
 use crate::recommend::RecommendArgs;
 use crate::session::Overrides;
 use crate::window;
-use crate::{ablate, cost, effects, headless, recommend};
+use crate::{ablate, cost, effects, headless, recommend, replay, stability};
 
 /// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
 #[derive(Debug, Parser)]
@@ -71,7 +71,7 @@ pub(crate) struct WindowArgs {
 enum Command {
     /// Run a scene without a window
     Run(Box<RunArgs>),
-    /// List scenes, methods, laws or keys
+    /// List scenes, hard cases, methods, laws or keys
     List {
         /// What to list
         #[arg(value_enum, default_value_t)]
@@ -106,6 +106,33 @@ enum Command {
     /// Measure which method and substeps suit each part of a scene: the cheapest below an error, or the most
     /// accurate within a time
     Recommend(RecommendArgs),
+    /// Run every method on every hard case: what survives what
+    Stability(StabilityArgs),
+    /// Run a bundle again: to the same state and the same fault, or not
+    Replay {
+        /// What `run --black-box` or Ctrl+S has written
+        bundle: PathBuf,
+    },
+}
+
+/// Runs the survival matrix.
+#[derive(Args, Debug)]
+pub(crate) struct StabilityArgs {
+    /// Hard cases, or scene files that say what survival is [default: all of `sandbox list cases`]
+    #[arg(value_name = "CASE")]
+    pub cases: Vec<String>,
+    /// This method alone; may be given several times
+    #[arg(long = "method", value_name = "M", value_parser = method)]
+    pub methods: Vec<Method>,
+    /// Ticks of a run at most
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = above_0)]
+    pub ticks: Option<u64>,
+    /// Write stability.html, matrix.svg, matrix.csv, matrix.md and matrix.json into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
 }
 
 /// Measures accuracy against cost.
@@ -193,12 +220,18 @@ pub(crate) struct RunArgs {
     /// Keep books of energy and momentum, for the summary
     #[arg(long)]
     pub ledger: bool,
+    /// Exit with code 1 before the first tick if something would grow without bound
+    #[arg(long)]
+    pub refuse_unstable: bool,
     /// Write the state of every body as CSV
     #[arg(long, value_name = "FILE.csv")]
     pub state: Option<PathBuf>,
     /// Ticks between two states
     #[arg(long, value_name = "K", default_value_t = 1, requires = "state", allow_negative_numbers = true, value_parser = above_0)]
     pub every: u64,
+    /// Stop at the first fault, a quarantined body or a jump of energy, and write a bundle for `sandbox replay`
+    #[arg(long, value_name = "FILE")]
+    pub black_box: Option<PathBuf>,
     /// Write the summary as JSON
     #[arg(long, value_name = "FILE.json")]
     pub summary: Option<PathBuf>,
@@ -240,6 +273,8 @@ pub fn run() -> Result<(), Failure> {
         Some(Command::Ablate(args)) => ablate::ablate(&args),
         Some(Command::Cost(args)) => cost::cost(&args),
         Some(Command::Recommend(args)) => recommend::run(&args),
+        Some(Command::Stability(args)) => stability::run(&args),
+        Some(Command::Replay { bundle }) => replay::replay(&bundle),
     }
 }
 

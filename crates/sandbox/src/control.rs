@@ -181,6 +181,7 @@ impl Session {
                 self.control.paused = true;
                 self.control.steps_asked += 1;
             }
+            Action::StepBack => self.step_back(),
             Action::Slower => self.set_pace(0.5),
             Action::Faster => self.set_pace(2.0),
             Action::PreviousScene => self.open_neighbor(-1),
@@ -194,6 +195,9 @@ impl Session {
             Action::Ghosts => self.toggle_ghosts(),
             Action::NextSolid => self.next_solid(),
             Action::Ledger => self.ui.toggle_ledger(),
+            Action::Forecast => self.ui.toggle_forecast(),
+            Action::Timeline => self.ui.toggle_timeline(),
+            Action::SaveBundle => self.ask_for_bundle(),
             Action::Help => self.ui.toggle_help(),
             Action::VelocityArrows => self.control.velocity_arrows ^= true,
             Action::ForceArrows => self.control.force_arrows ^= true,

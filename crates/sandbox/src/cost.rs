@@ -1,14 +1,13 @@
 //! `sandbox cost`: every method at every step, its error beside its cost.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::Path;
 
 use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
 
 use crate::cli::{CostArgs, show};
 use crate::failure::Failure;
-use crate::files::Output;
+use crate::files::write;
 use crate::instructions;
 use crate::list::Format;
 use crate::progress::Progress;
@@ -146,12 +145,6 @@ fn command(args: &CostArgs) -> String {
 
 fn save(report: &Report, folder: Option<&Path>) -> Result<(), Failure> {
     folder.map_or(Ok(()), |folder| write(&folder.join(FILE), lab::report::json(report).as_bytes()))
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let written =
-        Output::create(path).and_then(|mut file| file.write_all(bytes).and_then(|()| file.finish()));
-    written.map_err(|error| Failure::file("write", path, &error))
 }
 
 fn text(study: &Study) -> String {

@@ -3,6 +3,8 @@
 mod ghosts;
 mod soft;
 
+pub(crate) use soft::margin_color;
+
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
 use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::failure::Failure;
+
 /// A file that appears under its name when it is finished.
 pub struct Output {
     writer: Writer,
@@ -58,6 +60,16 @@ impl Output {
         file.persist(path).map_err(|error| error.error)?;
         Ok(())
     }
+}
+
+/// Writes a whole file.
+///
+/// # Errors
+/// As [`Output`].
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let written =
+        Output::create(path).and_then(|mut file| file.write_all(bytes).and_then(|()| file.finish()));
+    written.map_err(|error| Failure::file("write", path, &error))
 }
 
 impl Write for Output {

@@ -2,14 +2,16 @@
 
 use std::fs;
 use std::io::Write as _;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use lab::Fault;
 use motion::{FrameClock, FrameTime, Ledger};
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 use scene::{Action, Recording, Scene, Script, Source};
 
-use crate::actions;
+use crate::actions::{self, Action as Key};
 use crate::cli::{RunArgs, follows_frames, show};
 use crate::failure::Failure;
 use crate::files::Output;
@@ -59,12 +61,18 @@ struct Camera {
 
 impl Camera {
     fn new(size: [u32; 2], folder: PathBuf) -> Result<Self, Failure> {
+        let camera = Self::without_folder(size)?;
+        // Last, so that a run that cannot draw leaves no folder.
+        fs::create_dir_all(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
+        Ok(Self { folder, ..camera })
+    }
+
+    /// One that draws, and writes nothing.
+    fn without_folder(size: [u32; 2]) -> Result<Self, Failure> {
         let gpu = Gpu::headless()?;
         let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED);
         let target = Offscreen::new(&gpu, size)?;
-        // Last, so that a run that cannot draw leaves no folder.
-        fs::create_dir_all(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
-        Ok(Self { gpu, renderer, target, folder, pictures: 0 })
+        Ok(Self { gpu, renderer, target, folder: PathBuf::new(), pictures: 0 })
     }
 
     fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
@@ -95,6 +103,29 @@ pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Re
     ];
     let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();
     image.write_png(path, &text).map_err(|error| Failure::file("write", path, &error))
+}
+
+/// Whether a script presses a key that needs the last minute.
+fn goes_back(script: &Script) -> bool {
+    let keys = script.steps.iter().filter_map(|step| step.action.key());
+    let mut bound = keys.filter_map(|word| actions::binding(&actions::key_of_word(word).ok()?));
+    bound.any(|row| matches!(row.action, Key::StepBack | Key::Timeline | Key::SaveBundle))
+}
+
+/// Writes everything that `session` has recorded, with a picture of it.
+pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>) -> Result<(), Failure> {
+    let cannot = |error: &std::io::Error| Failure::file("write", path, error);
+    let picture = image.map(|image| -> Result<_, Failure> {
+        let file = tempfile::NamedTempFile::new().map_err(|error| cannot(&error))?;
+        write_picture(image, file.path(), session)?;
+        fs::read(file.path()).map_err(|error| cannot(&error))
+    });
+    let Some(bundle) = session.bundle(picture.transpose()?) else {
+        return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
+    };
+    let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    let mut file = output_file(path)?;
+    file.write_all(&bytes).and_then(|()| file.finish()).map_err(|error| cannot(&error))
 }
 
 /// Reads a script or a recording and checks its keys, and its bodies against those of a scene.
@@ -160,6 +191,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let takes_pictures =
         |script: &Script| script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)));
     let wants_pictures = args.frames.is_some() || script.as_ref().is_some_and(takes_pictures);
+    // As the window does, whose recording it is.
+    let goes_back = recording.is_some() || script.as_ref().is_some_and(goes_back);
     let size_px = recording.map_or(args.size, |recording| recording.size_px.into());
     let options = Options {
         size_px,
@@ -177,6 +210,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     if args.state.is_some() && args.state == args.summary {
         return Err(Failure::Usage("--state and --summary name the same file; give two".to_owned()));
     }
+    let mut session = Session::new(scene, options);
+    for effect in &args.without {
+        session.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
+            Failure::Usage(format!("{}: {error}; leave --without {effect} out", args.scene))
+        })?;
+    }
+    // Before anything is written.
+    foretell(args, &mut session)?;
     let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
     let mut camera = if wants_pictures { Some(Camera::new(size_px, folder)?) } else { None };
     // Opened before the run: a place that cannot be written is found out now, and not after an hour.
@@ -186,14 +227,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         eprintln!("drawing with {}", camera.gpu.info);
     }
 
-    let mut session = Session::new(scene, options);
-    for effect in &args.without {
-        session.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
-            Failure::Usage(format!("{}: {error}; leave --without {effect} out", args.scene))
-        })?;
-    }
     let start = Summary::start(&mut session);
     keep_books(args, &mut session);
+    if args.black_box.is_some() {
+        session.keep_black_box();
+    } else if goes_back {
+        session.keep_timeline();
+    }
     let mut watch = Watch { state, every: args.every, last: None, error: None };
     watch.look(&session);
     let progress = progress_bar(ticks);
@@ -206,7 +246,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let Some(time) = ends.next(&mut clock, frame_number) else { break };
         let input =
             player.as_mut().map_or_else(Default::default, |player| player.input(&session, time.total()));
-        session.advance_watched(&input, time, &mut |session| watch.after_tick(session));
+        session.advance_watched(&input, time, &mut |session| {
+            watch.after_tick(session);
+            ControlFlow::Continue(())
+        });
         let orders = session.take_orders();
         if let Some(camera) = &mut camera {
             let every = args.frames.is_some() && frame_number.is_multiple_of(args.frame_every);
@@ -225,16 +268,21 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 }
             }
         }
+        if orders.contains(&Order::Bundle) {
+            let folder = args.frames.as_deref().unwrap_or(Path::new("."));
+            write_bundle(&folder.join(format!("bundle_{frame_number:06}.zip")), &session, None)?;
+        }
         if let Some(error) = watch.error.take() {
             let path = args.state.clone().unwrap_or_default();
             return Err(Failure::file("write", &path, &error));
         }
-        if orders.contains(&Order::Quit) {
+        if orders.contains(&Order::Quit) || args.black_box.is_some() && session.fault().is_some() {
             break;
         }
         for order in orders {
             if let Order::Open(name) = order {
                 session.open(scene::load(&name)?);
+                foretell(args, &mut session)?;
                 keep_books(args, &mut session);
             }
         }
@@ -261,7 +309,65 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
         written.map_err(|error| Failure::file("write", path, &error))?;
     }
-    verdict(args, &session)
+    match (&args.black_box, session.fault().cloned()) {
+        (Some(path), Some(fault)) => write_black_box(path, &mut session, &fault, camera),
+        _ => verdict(args, &session),
+    }
+}
+
+/// Goes back to the last good tick of a run that went wrong, and writes it down.
+fn write_black_box(
+    path: &Path,
+    session: &mut Session,
+    fault: &Fault,
+    camera: Option<Camera>,
+) -> Result<(), Failure> {
+    session.rewind_before(fault);
+    let size = session.size_px();
+    let camera = camera.map_or_else(|| Camera::without_folder(size), Ok);
+    let image = camera.and_then(|mut camera| {
+        camera.draw(&session.picture())?;
+        Ok(camera.target.read(&camera.gpu)?)
+    });
+    if let Err(failure) = &image {
+        eprintln!("the bundle has no picture: {failure}");
+    }
+    write_bundle(path, session, image.ok().as_ref())?;
+    let body = fault.body.and_then(|id| session.scene().names.get(id)).map(|name| format!("{name}, "));
+    let body = body.unwrap_or_default();
+    let what = format!(
+        "{body}tick {}: {}; tick {} is the last good one; {} holds the run, for `sandbox replay`",
+        fault.tick,
+        fault.what,
+        session.ticks(),
+        path.display()
+    );
+    Err(if fault.body.is_some() { Failure::Quarantined(what) } else { Failure::Expectation(what) })
+}
+
+/// Lines about what would grow: more of them say the same.
+const MOST_WARNINGS: usize = 3;
+
+/// Says what would grow without bound, and refuses it where that was asked for.
+fn foretell(args: &RunArgs, session: &mut Session) -> Result<(), Failure> {
+    let scene = session.scene().name.clone();
+    let rows = session.foretell();
+    let Some((worst, others)) = rows.split_first() else { return Ok(()) };
+    let worst = format!("{scene} is unstable: {}", worst.line());
+    if args.refuse_unstable {
+        return Err(Failure::Expectation(worst));
+    }
+    eprintln!("{worst}");
+    for row in others.iter().take(MOST_WARNINGS - 1) {
+        eprintln!("{scene} is unstable: {}", row.line());
+    }
+    if rows.len() > MOST_WARNINGS {
+        eprintln!(
+            "{scene}: {} more are unstable; key V in the window lists them",
+            rows.len() - MOST_WARNINGS
+        );
+    }
+    Ok(())
 }
 
 /// Keeps the books that were asked for, or that a bound of the energy is checked by.

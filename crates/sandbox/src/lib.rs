@@ -22,8 +22,10 @@ pub mod plan;
 pub mod player;
 mod progress;
 mod recommend;
+mod replay;
 pub mod report;
 mod session;
+mod stability;
 mod trails;
 mod ui;
 mod window;
@@ -31,5 +33,6 @@ mod window;
 pub use camera::Camera;
 pub use control::Mode;
 pub use session::{
-    GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Session, SwitchedBy,
+    ForecastRow, GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Session,
+    SwitchedBy,
 };

@@ -1,7 +1,8 @@
-//! What `sandbox list` prints: scenes, methods, laws and keys.
+//! What `sandbox list` prints: scenes, hard cases, methods, laws and keys.
 
 use clap::ValueEnum;
 use motion::METHODS;
+use scene::ShippedScene;
 use serde_json::{Value, json};
 
 use crate::actions::{BINDINGS, MOUSE};
@@ -12,6 +13,7 @@ use crate::methods::COLUMNS;
 pub(crate) enum Listed {
     #[default]
     Scenes,
+    Cases,
     Methods,
     Laws,
     Keys,
@@ -54,14 +56,8 @@ fn text(name: &'static str, text: impl Into<String>) -> Cell {
 
 fn rows(what: Listed) -> Vec<Vec<Cell>> {
     match what {
-        Listed::Scenes => scene::shipped()
-            .iter()
-            .map(|shipped| {
-                let description =
-                    shipped.load().map_or_else(|error| error.to_string(), |scene| scene.description);
-                vec![text("scene", shipped.name), text("description", description)]
-            })
-            .collect(),
+        Listed::Scenes => scenes("scene", scene::shipped()),
+        Listed::Cases => scenes("case", scene::cases()),
         Listed::Methods => METHODS
             .iter()
             .map(|claims| {
@@ -92,12 +88,20 @@ fn rows(what: Listed) -> Vec<Vec<Cell>> {
     }
 }
 
+fn scenes(what: &'static str, embedded: &[ShippedScene]) -> Vec<Vec<Cell>> {
+    let row = |shipped: &ShippedScene| {
+        let description = shipped.load().map_or_else(|error| error.to_string(), |scene| scene.description);
+        vec![text(what, shipped.name), text("description", description)]
+    };
+    embedded.iter().map(row).collect()
+}
+
 /// Headings of the tables that would be numbers without a name.
 fn headings(what: Listed) -> Option<Vec<&'static str>> {
     match what {
         Listed::Methods => Some(COLUMNS.iter().map(|column| column.heading).collect()),
         Listed::Laws => Some(vec!["law", "key of the scene file", "what it is"]),
-        Listed::Scenes | Listed::Keys => None,
+        Listed::Scenes | Listed::Cases | Listed::Keys => None,
     }
 }
 

@@ -4,6 +4,7 @@ mod card;
 mod cost;
 mod effects;
 mod finder;
+mod forecast;
 mod ghosts;
 mod help;
 mod hud;
@@ -11,6 +12,7 @@ mod labels;
 mod ledger;
 mod method;
 mod settings;
+mod timeline;
 
 use bevy_ecs::prelude::*;
 use egui::{Align2, LayerId, Order};
@@ -22,7 +24,7 @@ use motion::{
 
 use crate::control::Mode;
 use crate::input::Experiment;
-use crate::session::{GhostLabel, GhostRow, Label, Measured, Session, SoftSum};
+use crate::session::{ForecastRow, GhostLabel, GhostRow, Label, Measured, Session, SoftSum, Within};
 use crate::ui::Ui;
 
 pub(crate) use cost::Axes;
@@ -40,6 +42,9 @@ pub(crate) enum Edit {
     /// Draws the ghost of a method, or of the reference, or leaves it out.
     ShowGhost(Option<Method>, bool),
     StepHz(f64),
+    /// Goes to the end of that tick.
+    Seek(u64),
+    SaveBundle,
     Open(String),
 }
 
@@ -77,6 +82,10 @@ pub(crate) struct Model {
     pub ghost_labels: Vec<GhostLabel>,
     /// The books, while their panel is open.
     pub ledger: Option<ledger::View>,
+    /// How far everything is from instability, while that panel is open.
+    pub forecast: Option<Vec<ForecastRow>>,
+    /// Where in the last minute it is, while that panel is open.
+    pub within: Option<Within>,
 }
 
 /// The selected thing in the tutorial's terms.
@@ -130,6 +139,8 @@ impl Model {
             ghost_subject: session.ghost_subject(),
             ghost_labels: session.ghost_labels(),
             ledger: session.ui.ledger.then(|| ledger::View::of(session)).flatten(),
+            forecast: session.shown_forecast().map(<[_]>::to_vec),
+            within: if session.ui.timeline { session.within() } else { None },
             labels: session.visible_labels(),
             selection: session.control.selection.and_then(|thing| Selected::of(session, thing, gravity)),
         }
@@ -220,6 +231,12 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
             (true, true) => Align2::CENTER_BOTTOM,
         };
         ledger::show(context, model, view, place);
+    }
+    if let Some(rows) = &model.forecast {
+        forecast::show(context, rows);
+    }
+    if ui.timeline {
+        timeline::show(context, model, &mut edits);
     }
     if let Some(mut finder) = ui.finder.take()
         && finder.show(context, &mut edits)

@@ -10,7 +10,7 @@ use lab::cost::Bench;
 const STEPS: f64 = 1000.0;
 
 /// Thread CPU time between two looks at a study, s.
-const PIECE: f64 = 0.1;
+pub(crate) const PIECE: f64 = 0.1;
 
 /// A bar with the time left; nothing where nobody looks.
 pub(crate) struct Progress(ProgressBar);
@@ -31,6 +31,11 @@ impl Progress {
     /// What is done now.
     pub fn say(&self, what: impl Into<String>) {
         self.0.set_message(what.into());
+    }
+
+    /// What part of all is done, in [0, 1].
+    pub fn show(&self, part: f64) {
+        self.0.set_position(steps(0, part));
     }
 
     /// Makes study `number` to its end and looks in every now and then.

@@ -103,8 +103,7 @@ impl<'a> Target<'a> {
         let (text, own) = match &scene.source {
             Source::File(file) => (scene::read_text(file)?, file.canonicalize().ok()),
             Source::Shipped(name) => {
-                let shipped = scene::shipped().iter().find(|shipped| shipped.name == *name);
-                (shipped.map(|shipped| shipped.text.to_owned()).unwrap_or_default(), None)
+                (scene::embedded(name).map(|shipped| shipped.text.to_owned()).unwrap_or_default(), None)
             }
             Source::Text => (String::new(), None),
         };

@@ -5,10 +5,9 @@ use std::io::{self, Write};
 
 use motion::{Ledger, Lines, Method, PhysicsBody, Totals, Transform, totals};
 use serde_json::{Map, Value, json};
-use xxhash_rust::xxh3::Xxh3;
 
 use crate::list::LAWS;
-use crate::session::Session;
+use crate::session::{QuarantinedBody, Session};
 
 /// Header of the state file.
 pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,position_z_m,\
@@ -34,13 +33,8 @@ pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
 /// order.
 #[must_use]
 pub fn state_hash(session: &Session) -> u64 {
-    let mut hash = Xxh3::new();
-    for (_, transform, body) in bodies(session) {
-        for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
-            hash.update(&number.to_bits().to_le_bytes());
-        }
-    }
-    hash.digest()
+    let states = bodies(session).map(|(_, at, body)| (at.position.to_array(), body.velocity.to_array()));
+    scene::hash_of_states(states)
 }
 
 fn bodies(session: &Session) -> impl Iterator<Item = (String, Transform, PhysicsBody)> + '_ {
@@ -81,7 +75,27 @@ impl Summary {
         let quarantined: Vec<_> = session
             .quarantined()
             .iter()
-            .map(|frozen| json!({"body": frozen.body, "tick": frozen.tick, "what": frozen.what}))
+            .map(|QuarantinedBody { body, tick, what, system, component, cause }| {
+                json!({
+                    "body": body, "tick": tick, "what": what,
+                    "system": system, "component": component, "cause": cause,
+                })
+            })
+            .collect();
+        let forecast: Vec<_> = session
+            .foretold()
+            .iter()
+            .map(|row| {
+                json!({
+                    "element": row.element,
+                    "method": row.margin.method.name(),
+                    "substeps": row.margin.substeps,
+                    "value": number(row.margin.value),
+                    "limit": number(row.margin.limit),
+                    "growth_per_s": number(row.margin.growth_per_s),
+                    "cure": row.cure,
+                })
+            })
             .collect();
         let methods: Map<_, _> = session
             .methods()
@@ -106,6 +120,7 @@ impl Summary {
             ("momentum_kg_m_s", vector(now.momentum)),
             ("angular_momentum_kg_m2_s", vector(now.angular_momentum)),
             ("energy_at_start_j", number(start.kinetic_energy + start.potential_energy)),
+            ("forecast", Value::Array(forecast)),
             ("quarantined", Value::Array(quarantined)),
             ("state_hash", json!(format!("{:016x}", state_hash(session)))),
             ("frames", json!(pictures)),
@@ -135,7 +150,7 @@ impl Summary {
                     .map_or_else(|| name.clone(), |method| format!("{name} ({})", method.claims().title)),
                 Value::String(text) => text.clone(),
                 Value::Null => "none".to_owned(),
-                Value::Array(items) if field == "quarantined" => {
+                Value::Array(items) if field == "quarantined" || field == "forecast" => {
                     let _ = writeln!(table, "{field:<26} {}", items.len());
                     for item in items.iter().take(10) {
                         let _ = writeln!(table, "  {item}");

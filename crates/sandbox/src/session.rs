@@ -4,6 +4,7 @@
 
 mod cost;
 mod effects;
+mod forecast;
 mod ghosts;
 mod labels;
 mod ledger;
@@ -11,9 +12,12 @@ mod options;
 mod pose;
 mod read;
 mod soft;
+mod timeline;
 
 pub(crate) use cost::SHARE as COST_SHARE;
 pub use effects::SwitchedBy;
+pub use forecast::ForecastRow;
+pub(crate) use forecast::digits;
 pub(crate) use ghosts::{GhostLabel, Track, place};
 pub use ghosts::{GhostRow, GhostState};
 pub(crate) use labels::Label;
@@ -21,19 +25,21 @@ pub(crate) use ledger::Point;
 pub use options::{Options, Overrides};
 pub(crate) use pose::drawn;
 pub(crate) use soft::SoftSum;
+pub(crate) use timeline::Within;
 
 use std::collections::HashMap;
 use std::num::NonZero;
+use std::ops::ControlFlow;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Evaluations, FrameTime, Method, MutualGravity, PhysicsBody, PreviousPosition, Push, PushQueue,
-    Quarantine, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
-    remember_positions,
+    Cause, Evaluations, Fault, FrameTime, Method, MutualGravity, PhysicsBody, PreviousPosition, Push,
+    PushQueue, Quarantine, QuarantineRecord, Request, Requests, StepClock, Stepper, Threads, TickClock,
+    TimeStep, Transform, remember_positions,
 };
 use pick::{SoftTargets, Targets};
-use scene::{PushSpec, Scene, StepKind, unsolvable};
+use scene::{EffectsState, Happening, PushSpec, Scene, StepKind, unsolvable};
 
 use crate::camera::Camera;
 use crate::control::Control;
@@ -64,8 +70,14 @@ pub struct QuarantinedBody {
     pub body: String,
     /// The tick that it did not survive.
     pub tick: u64,
-    /// What happened.
-    pub what: &'static str,
+    /// What happened, as a sentence.
+    pub what: String,
+    /// The system that noticed.
+    pub system: &'static str,
+    /// The component or resource at fault.
+    pub component: &'static str,
+    /// What had happened to it: a word, with the name of the law or of the body at the other end of the spring.
+    pub cause: String,
 }
 
 /// What the program outside has to do after a frame.
@@ -73,6 +85,8 @@ pub struct QuarantinedBody {
 pub enum Order {
     /// Write the picture of this frame; a name if a script gave one.
     Screenshot(Option<String>),
+    /// Write the run into a file: a black box.
+    Bundle,
     /// Load the scene of that name and go on with it.
     Open(String),
     /// Leave.
@@ -103,6 +117,14 @@ pub struct Session {
     ledger: Option<Box<ledger::Kept>>,
     /// Whether they are kept while their panel is closed, too.
     ledger_asked: bool,
+    /// The forecast, while its panel is open.
+    shown_forecast: Option<forecast::Shown>,
+    /// What would grow, as it was at the start of the scene.
+    foretold: Vec<ForecastRow>,
+    /// The last minute, if it is to be gone back to.
+    recorded: Option<Box<timeline::Recorded>>,
+    /// Whether it is, in this scene and the next, and what a fault does.
+    recording: Option<timeline::OnFault>,
     targets: Targets,
     soft: SoftTargets,
     targets_current: bool,
@@ -143,6 +165,10 @@ impl Session {
             cost: None,
             ledger: None,
             ledger_asked: false,
+            shown_forecast: None,
+            foretold: Vec::new(),
+            recorded: None,
+            recording: None,
             targets: Targets::default(),
             soft: SoftTargets::default(),
             targets_current: false,
@@ -211,15 +237,16 @@ impl Session {
 
     /// One frame without the picture: input, ticks, camera, panels.
     pub fn advance(&mut self, input: &crate::input::InputFrame, time: FrameTime) {
-        self.advance_watched(input, time, &mut |_| {});
+        self.advance_watched(input, time, &mut |_| ControlFlow::Continue(()));
     }
 
-    /// [`Session::advance`] with a look at the state after every tick.
+    /// [`Session::advance`] with a look at the state after every tick. A look that breaks drops the frame's other ticks,
+    /// which are counted as dropped time: who waits for them too long would never catch up.
     pub fn advance_watched(
         &mut self,
         input: &crate::input::InputFrame,
         time: FrameTime,
-        after_tick: &mut dyn FnMut(&Self),
+        after_tick: &mut dyn FnMut(&Self) -> ControlFlow<()>,
     ) {
         for event in &input.events {
             self.handle(event);
@@ -228,6 +255,7 @@ impl Session {
         self.simulate(time, after_tick);
         self.follow_locked();
         self.work_on_cost(time);
+        self.look_ahead(time);
         if self.options.pictures || self.ui.any_open() || self.ui.closing() {
             self.lay_out_panels(time);
         } else {
@@ -236,7 +264,7 @@ impl Session {
         self.frames += 1;
     }
 
-    fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self)) {
+    fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self) -> ControlFlow<()>) {
         // Before the requests: what they change is an intervention.
         self.open_or_close_ledger();
         self.carry_out_requests();
@@ -271,20 +299,40 @@ impl Session {
                 *self.acting.entry(body).or_default() += newtons;
             }
         }
+        let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
             let last = tick == ticks && self.options.interpolate;
             if last {
                 self.world.run_system_cached(remember_positions).expect("a query and nothing else");
             }
             self.tick_ghosts(last);
+            self.record_before_tick();
             self.tick();
-            after_tick(self);
+            late = after_tick(self).is_break();
+            if self.record_after_tick() || late {
+                undone = ticks - tick;
+                break;
+            }
         }
-        let between = self.options.interpolate && !self.control.paused && self.scene.step == StepKind::Fixed;
+        if let Some(left) = &mut self.ticks_left {
+            *left += undone;
+        }
+        if late {
+            #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+            let dropped = undone as f64 / self.clock.rate();
+            self.dropped_lately += dropped;
+            self.dropped += dropped;
+        }
+        let between = self.options.interpolate
+            && !self.control.paused
+            && self.scene.step == StepKind::Fixed
+            // Positions are remembered before the last tick, which was not reached.
+            && undone == 0;
         self.alpha = if between { self.clock.fraction() } else { 1.0 };
         self.targets_current = false;
         self.note_quarantined();
         self.note_unconverged();
+        self.meet_fault();
         if self.control.trails {
             let time = self.simulated();
             self.trails.record(&mut self.world, self.alpha, time);
@@ -293,15 +341,19 @@ impl Session {
 
     fn note_quarantined(&mut self) {
         let records = &self.world.resource::<Quarantine>().records()[self.records_seen..];
-        let named: Vec<_> =
-            records.iter().map(|record| (record.body, record.tick, record.cause.what())).collect();
-        self.records_seen += named.len();
-        for (body, tick, what) in named {
-            let body = self.name(body);
+        let records = records.to_vec();
+        self.records_seen += records.len();
+        for QuarantineRecord { body, tick, cause } in records {
+            let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
             if self.quarantined.len() < 3 {
                 self.ui.notice(format!("{body} was quarantined in tick {tick}: {what}"));
             }
-            self.quarantined.push(QuarantinedBody { body, tick, what });
+            let cause = match fault {
+                Fault::Law(law) => format!("law {law}"),
+                Fault::Spring(other) => format!("spring to {}", self.name(other)),
+                fault => fault.name().to_owned(),
+            };
+            self.quarantined.push(QuarantinedBody { body, tick, what, system, component, cause });
         }
     }
 
@@ -357,12 +409,16 @@ impl Session {
         if self.refuses([method], gravity) {
             return;
         }
+        if method != self.stepper.method() {
+            self.record(Happening::Method(method));
+        }
         self.stepper.set_method(&mut self.world, method);
     }
 
     /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
     pub(crate) fn carry_out_requests(&mut self) {
         self.carry_out_in_ghosts();
+        self.record_requests();
         self.stepper.carry_out_requests(&mut self.world);
         self.targets_current = false;
         for thing in [&mut self.control.selection, &mut self.control.locked] {
@@ -380,7 +436,7 @@ impl Session {
         let (mut world, stepper, entities) = build(&self.scene, self.options);
         self.hand_over(&mut world);
         world.insert_resource(step);
-        lab::copy_effects(&mut self.world, &mut world);
+        EffectsState::of(&mut self.world).put(&mut world);
         (self.world, self.stepper, self.entities) = (world, stepper, entities);
         self.ids = ids_of(&self.entities);
         self.stepper.recompile(&mut self.world);
@@ -395,7 +451,9 @@ impl Session {
         self.targets_current = false;
         self.trails = Trails::default();
         self.acting.clear();
+        self.shown_forecast = None;
         self.restart_ghosts();
+        self.restart_recording();
     }
 
     /// Goes on with another scene; window size and panels stay.
@@ -414,6 +472,8 @@ impl Session {
         next.dropped = self.dropped;
         next.ledger_asked = self.ledger_asked;
         next.open_or_close_ledger();
+        next.recording = self.recording;
+        next.restart_recording();
         *self = next;
     }
 }
@@ -432,13 +492,18 @@ fn ids_of(entities: &[Entity]) -> HashMap<Entity, u32> {
     (0..).zip(entities).map(|(id, entity)| (*entity, id)).collect()
 }
 
-fn build(scene: &Scene, options: Options) -> (World, Stepper, Vec<Entity>) {
-    let mut world = World::new();
-    let entities = scene.spawn(&mut world);
-    if entities.len() >= Threads::FROM {
+/// Lets threads share a large world.
+fn share_among_threads(world: &mut World, bodies: usize, options: Options) {
+    if bodies >= Threads::FROM {
         let usual = || std::thread::available_parallelism().map_or(1, NonZero::get);
         world.insert_resource(Threads::new(options.threads.unwrap_or_else(usual)));
     }
+}
+
+fn build(scene: &Scene, options: Options) -> (World, Stepper, Vec<Entity>) {
+    let mut world = World::new();
+    let entities = scene.spawn(&mut world);
+    share_among_threads(&mut world, entities.len(), options);
     if options.interpolate {
         let movable: Vec<_> = world
             .query::<(Entity, &Transform, &PhysicsBody)>()

@@ -36,6 +36,8 @@ pub(crate) struct Ui {
     /// The list of ghosts, which it leaves alone when it is closed.
     pub ghosts: bool,
     pub ledger: bool,
+    pub forecast: bool,
+    pub timeline: bool,
     pub finder: Option<Finder>,
     was_open: bool,
     notices: Vec<(String, Option<f64>)>,
@@ -65,6 +67,8 @@ impl Ui {
             axes: panels::Axes::default(),
             ghosts: false,
             ledger: false,
+            forecast: false,
+            timeline: false,
             finder: None,
             was_open: false,
             notices: Vec::new(),
@@ -91,6 +95,14 @@ impl Ui {
         self.ledger ^= true;
     }
 
+    pub fn toggle_forecast(&mut self) {
+        self.forecast ^= true;
+    }
+
+    pub fn toggle_timeline(&mut self) {
+        self.timeline ^= true;
+    }
+
     pub fn toggle_finder(&mut self) {
         self.finder = if self.finder.is_none() { Some(Finder::default()) } else { None };
     }
@@ -112,7 +124,8 @@ impl Ui {
 
     /// Whether a panel is open.
     pub fn any_open(&self) -> bool {
-        let panels = [self.help, self.settings, self.effects, self.cost, self.ghosts, self.ledger];
+        let Self { help, settings, effects, cost, ghosts, ledger, forecast, timeline, .. } = self;
+        let panels = [help, settings, effects, cost, ghosts, ledger, forecast, timeline].map(|open| *open);
         panels.contains(&true) || self.finder.is_some()
     }
 
@@ -126,8 +139,8 @@ impl Ui {
         if self.finder.take().is_some() {
             return true;
         }
-        let Self { help, settings, effects, cost, ghosts, ledger, .. } = self;
-        for open in [help, settings, effects, cost, ghosts, ledger] {
+        let Self { help, settings, effects, cost, ghosts, ledger, forecast, timeline, .. } = self;
+        for open in [help, settings, effects, cost, ghosts, ledger, forecast, timeline] {
             if std::mem::take(open) {
                 return true;
             }
@@ -286,6 +299,8 @@ impl Session {
                         self.world.insert_resource(motion::TimeStep(1.0 / rate));
                     }
                 }
+                Edit::Seek(tick) => self.seek(tick),
+                Edit::SaveBundle => self.ask_for_bundle(),
                 Edit::Open(scene) => self.orders.push(Order::Open(scene)),
             }
         }

@@ -6,12 +6,13 @@ mod pointer;
 mod recorder;
 
 use std::collections::HashMap;
+use std::ops;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use motion::FrameClock;
-use render::{Gpu, Offscreen, Quality, Renderer, WindowTarget};
+use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{
@@ -26,13 +27,17 @@ use self::recorder::Recorder;
 use crate::actions::{Action, Key, binding};
 use crate::cli::WindowArgs;
 use crate::failure::Failure;
-use crate::headless::{load_script, player_of, write_picture};
+use crate::headless::{load_script, player_of, write_bundle, write_picture};
 use crate::input::{Button, Input, InputFrame};
 use crate::player::Player;
 use crate::session::{Measured, Options, Order, Overrides, Session};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
+
+/// Longest time that the ticks of a frame may take; the others are dropped, and reported like those of a hitch. Scenes of more
+/// ticks a second than there is time for run slower, and never stop the window.
+const PATIENCE: Duration = Duration::from_millis(250);
 
 /// Pixels of a touch pad that make a notch of the wheel.
 const PIXELS_A_NOTCH: f64 = 40.0;
@@ -60,8 +65,10 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         threads: args.step.threads,
         ..Options::default()
     };
+    let mut session = Session::new(scene, options);
+    session.keep_timeline();
     let mut shell = Shell {
-        session: Session::new(scene, options),
+        session,
         player,
         recorder,
         screen: None,
@@ -77,6 +84,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         measured: Measured::default(),
         failure: None,
     };
+    shell.session.foretell();
     event_loop.run_app(&mut shell).map_err(|error| {
         Failure::NoDisplay(format!(
             "the window system failed: {}",
@@ -268,8 +276,17 @@ impl Shell {
         let simulated_before = self.session.simulated();
         // To the end of the last tick: the panels, which come after it, take longer than all ticks.
         let mut after = before;
-        self.session.advance_watched(&InputFrame { events }, time, &mut |_| after = Instant::now());
-        self.measure_ticks(after - before, self.session.ticks() - ticks_before);
+        // What is recorded is played back without a wall clock.
+        let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
+        self.session.advance_watched(&InputFrame { events }, time, &mut |_| {
+            after = Instant::now();
+            if after - before > patience {
+                ops::ControlFlow::Break(())
+            } else {
+                ops::ControlFlow::Continue(())
+            }
+        });
+        self.measure_ticks(after - before, self.session.ticks().saturating_sub(ticks_before));
         if time.length() > 0.0 && !self.session.paused() {
             // A reset sets the simulated time back: that frame counts as nothing.
             let factor = (self.session.simulated() - simulated_before).max(0.0) / time.length();
@@ -288,8 +305,8 @@ impl Shell {
                 Order::Quit => event_loop.exit(),
                 Order::Open(name) => self.open_scene(&name),
                 // Written with the picture, in `draw`, if there was one.
-                Order::Screenshot(_) if drawn => {}
-                Order::Screenshot(_) => self.session.postpone(order),
+                Order::Screenshot(_) | Order::Bundle if drawn => {}
+                Order::Screenshot(_) | Order::Bundle => self.session.postpone(order),
             }
         }
     }
@@ -309,11 +326,10 @@ impl Shell {
         screen.renderer.draw(&screen.gpu, &frame, target.view());
         screen.window.pre_present_notify();
         target.present(&screen.gpu);
-        let shots = self.session.orders().iter().filter_map(|order| match order {
-            Order::Screenshot(name) => Some(name.clone()),
-            _ => None,
-        });
-        for shot in shots.collect::<Vec<_>>() {
+        for order in self.session.orders().to_vec() {
+            if !matches!(order, Order::Screenshot(_) | Order::Bundle) {
+                continue;
+            }
             if let Some(panels) = &mut frame.panels {
                 // The first drawing took the textures.
                 panels.textures_delta.clear();
@@ -321,8 +337,17 @@ impl Shell {
             let copy = Offscreen::with_format(&screen.gpu, frame.size_px, screen.target.format())?;
             screen.renderer.draw(&screen.gpu, &frame, copy.view());
             let image = copy.read(&screen.gpu)?;
-            let path = shot.map_or_else(free_name, PathBuf::from);
-            let written = write_picture(&image, &path, &self.session);
+            let (path, written) = match order {
+                Order::Screenshot(Some(name)) => save_picture(&image, PathBuf::from(name), &self.session),
+                Order::Screenshot(None) => {
+                    save_picture(&image, free_name("screenshot", "png"), &self.session)
+                }
+                _ => {
+                    let path = free_name("bundle", "zip");
+                    let written = write_bundle(&path, &self.session, Some(&image));
+                    (path, written)
+                }
+            };
             self.session.notice(match written {
                 Ok(()) => format!("wrote {}", path.display()),
                 Err(failure) => failure.to_string(),
@@ -333,7 +358,10 @@ impl Shell {
 
     fn open_scene(&mut self, name: &str) {
         match scene::load(name) {
-            Ok(scene) => self.session.open(scene),
+            Ok(scene) => {
+                self.session.open(scene);
+                self.session.foretell();
+            }
             Err(error) => self.session.notice(error.to_string()),
         }
     }
@@ -359,8 +387,13 @@ fn blend(average: f64, value: f64) -> f64 {
     if average == 0.0 { value } else { average + (value - average) * SMOOTHING }
 }
 
-/// The first screenshot name that no file has.
-fn free_name() -> PathBuf {
-    let name = |i: u32| PathBuf::from(format!("screenshot_{i:03}.png"));
+fn save_picture(image: &Image, path: PathBuf, session: &Session) -> (PathBuf, Result<(), Failure>) {
+    let written = write_picture(image, &path, session);
+    (path, written)
+}
+
+/// The first name of that kind that no file has.
+fn free_name(what: &str, extension: &str) -> PathBuf {
+    let name = |i: u32| PathBuf::from(format!("{what}_{i:03}.{extension}"));
     (1..).map(name).find(|path| !path.exists()).expect("there is always another number")
 }

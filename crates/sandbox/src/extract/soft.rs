@@ -45,6 +45,29 @@ fn strain_color(strain: f64) -> [f32; 4] {
     rest.lerp(if share < 0.0 { short } else { long }, share.abs()).extend(1.0).to_array()
 }
 
+/// How much of a spring's limit is taken at which it has which color: it is red before it grows.
+const MARGIN_COLORS: [(f64, Vec3); 4] = [
+    (0.0, Vec3::new(0.0, 0.55, 0.25)),
+    (0.5, Vec3::new(0.35, 0.75, 0.2)),
+    (0.8, Vec3::new(1.0, 0.8, 0.1)),
+    (0.98, Vec3::new(1.0, 0.08, 0.04)),
+];
+
+/// Green far from the limit, yellow near it, red at it and beyond; linear between.
+pub(crate) fn margin_color(ratio: f64) -> [f32; 4] {
+    let [first, .., last] = MARGIN_COLORS;
+    let between = |pair: &[(f64, Vec3)]| {
+        let [(low, from), (high, to)] = [pair[0], pair[1]];
+        #[expect(clippy::cast_possible_truncation, reason = "a color")]
+        let share = ((ratio - low) / (high - low)) as f32;
+        (low..high).contains(&ratio).then(|| from.lerp(to, share))
+    };
+    let inside = MARGIN_COLORS.windows(2).find_map(between);
+    // What is not a number has no margin.
+    let outside = if ratio < first.0 { first.1 } else { last.1 };
+    inside.unwrap_or(outside).extend(1.0).to_array()
+}
+
 /// How one soft body is drawn.
 struct Drawing<'a> {
     pose: &'a SoftPose,
@@ -107,14 +130,21 @@ impl Drawing<'_> {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    fn add(&self, frame: &mut Frame, body: &SoftBody, springs_alone: bool) {
+    fn add(
+        &self,
+        frame: &mut Frame,
+        body: &SoftBody,
+        springs_alone: Option<&dyn Fn([Entity; 2]) -> Option<f64>>,
+    ) {
         let pose = self.pose;
         let (radius, link_radius) = (pose.point_radius() as f32, pose.link_radius() as f32);
-        if springs_alone {
+        if let Some(ratio) = springs_alone {
             for link in &body.springs {
                 if let Some([from, to]) = pose.corners(link.ends) {
                     let length = from.as_dvec3().distance(to.as_dvec3());
-                    let color = strain_color(strain(length, link.elastic.rest_length));
+                    let by_strain = || strain_color(strain(length, link.elastic.rest_length));
+                    let ends = link.ends.map(|end| body.points[end as usize]);
+                    let color = ratio(ends).map_or_else(by_strain, margin_color);
                     frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
                 }
             }
@@ -131,7 +161,7 @@ impl Drawing<'_> {
             frame.surfaces.push(Surface::smooth(pose.points(), triangles, self.color, self.selected));
         }
         // On the line of a thin rope points would be dark beads; where springs are drawn they show the selection.
-        let shown = |point: Vec3| match (springs_alone, body.triangles.is_empty()) {
+        let shown = |point: Vec3| match (springs_alone.is_some(), body.triangles.is_empty()) {
             (true, _) => self.selected,
             (false, rope) => rope && (body.springs.is_empty() || self.shows_body(point, link_radius)),
         };
@@ -179,7 +209,10 @@ impl Session {
             let selected = self.control.selection == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let color = if selected { SELECTED } else { [r, g, b, 1.0] };
-            Drawing { pose, color, selected, thinnest }.add(frame, body, self.control.springs);
+            let alone = self.control.springs || self.shown_forecast().is_some();
+            let ratio = |ends| self.spring_ratio(ends);
+            let alone = alone.then_some(&ratio as &dyn Fn([Entity; 2]) -> Option<f64>);
+            Drawing { pose, color, selected, thinnest }.add(frame, body, alone);
         }
     }
 
@@ -192,7 +225,9 @@ impl Session {
         for spring in springs.iter(&self.world) {
             let place = |end| self.drawn_position(end).filter(|_| ends.contains(end));
             if let [Some(from), Some(to)] = spring.ends.map(place) {
-                let color = if self.control.springs {
+                let color = if let Some(ratio) = self.spring_ratio(spring.ends) {
+                    margin_color(ratio)
+                } else if self.control.springs {
                     strain_color(strain(from.distance(to), spring.elastic.rest_length))
                 } else {
                     SPRING_COLOR
@@ -225,6 +260,20 @@ mod tests {
         }
         let half = strain_color(strain(2.1, 2.0));
         assert!(half[0] > rest[0].min(long[0]) && half[1] < rest[1] && half[1] > long[1]);
+    }
+
+    #[test]
+    fn margins_go_from_green_by_yellow_to_red_before_the_limit() {
+        for (ratio, green_over_red) in
+            [(0.0, true), (0.5, true), (0.98, false), (1.0, false), (f64::INFINITY, false)]
+        {
+            let [red, green, ..] = margin_color(ratio);
+            assert_eq!(green > red, green_over_red, "{ratio}");
+        }
+        let [red, green, ..] = margin_color(0.8);
+        assert!(red > 0.9 && green > 0.7);
+        assert_eq!(margin_color(0.98), margin_color(f64::NAN));
+        assert!(margin_color(0.9)[1] < margin_color(0.8)[1]);
     }
 
     #[test]

@@ -46,6 +46,9 @@ const KINETIC: Color32 = Color32::from_rgb(130, 210, 130);
 const ROUNDING: f64 = 1e-12;
 
 const WIDTH: f32 = 436.0;
+/// Largest value in a plot; of larger ones, and of what is not finite, its margins would be infinite.
+const LARGEST_DRAWN: f64 = 1e200;
+
 const PLOT_HEIGHT: f32 = 72.0;
 
 /// Small: a scene with everything in it has 26 lines.
@@ -185,16 +188,32 @@ fn emphasised<const N: usize>(ui: &mut Ui, cells: [String; N]) {
 
 fn plots(ui: &mut Ui, view: &View) {
     let line = |name: &str, color: Color32, of: fn(&Point) -> f64| {
-        let points: Vec<_> = view.points.iter().map(|point| [point.time, of(point)]).collect();
-        Line::new(name, points).color(color)
+        let points = view.points.iter().map(|point| [point.time, of(point)]);
+        let drawable = points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN));
+        Line::new(name, drawable.collect::<Vec<_>>()).color(color)
     };
-    plot("ledger energies").show(ui, |plot| {
+    let around = |plot: Plot<'static>, of: fn(&Point) -> [f64; 2]| {
+        let values = view.points.iter().flat_map(of).filter(|value| value.abs() <= LARGEST_DRAWN);
+        let times = view.points.iter().map(|point| point.time).filter(|time| *time <= LARGEST_DRAWN);
+        let plot = apart(times).into_iter().flatten().fold(plot, Plot::include_x);
+        apart(values).into_iter().flatten().fold(plot, Plot::include_y)
+    };
+    around(plot("ledger energies"), |point| [point.energy, point.kinetic]).show(ui, |plot| {
         plot.line(line("energy, J", ENERGY, |point| point.energy));
         plot.line(line("kinetic, J", KINETIC, |point| point.kinetic));
     });
-    plot("ledger residual").show(ui, |plot| {
+    around(plot("ledger residual"), |point| [point.residual; 2]).show(ui, |plot| {
         plot.line(line("residual, J", RESIDUAL, |point| point.residual));
     });
+}
+
+/// Two ends a little beyond all values, where these are nearly one: the margin of a plot around a single large number is
+/// lost to rounding.
+fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let (low, high) = values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let margin = 1e-6 * low.abs().max(high.abs());
+    (high - low < margin).then_some([low - margin, high + margin])
 }
 
 fn plot(name: &'static str) -> Plot<'static> {

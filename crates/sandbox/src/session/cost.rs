@@ -2,6 +2,7 @@
 
 use lab::cost::{Bench, Plan, Setting, Study, Subject};
 use motion::{Damping, Effect, EffectState, FrameTime, Gravity, Substeps, TimeStep};
+use scene::Happening;
 
 use super::Session;
 
@@ -52,6 +53,7 @@ impl Session {
     /// Goes on with another method and number of substeps of the scene.
     pub fn apply_setting(&mut self, setting: Setting) {
         self.scene.substeps = setting.substeps;
+        self.record(Happening::Substeps(setting.substeps));
         self.world.insert_resource(Substeps(setting.substeps));
         self.set_method(setting.method);
         self.restart_ghosts();

@@ -113,7 +113,7 @@ impl Session {
     }
 
     /// What a session with pictures has beside the step.
-    pub fn picture_rows(&mut self) -> [Row; 4] {
+    pub fn picture_rows(&mut self) -> [Row; 5] {
         let row = |name, on: bool, bodies, bytes, why: &str| Row {
             because: on.then(|| why.to_owned()),
             bodies: if on { bodies } else { 0 },
@@ -126,6 +126,7 @@ impl Session {
         let picked = size_of_val(targets.entities()) + size_of_val(xs) + size_of_val(ys) + size_of_val(zs);
         let movable = self.methods().into_iter().map(|(_, bodies)| bodies).sum();
         let arrows = self.control.velocity_arrows || self.control.force_arrows;
+        let timeline = self.timeline_bytes();
         let shadows = self.scene.light.is_some_and(|light| light.shadows);
         [
             row(
@@ -141,6 +142,7 @@ impl Session {
                 false => Row::of("shadows", EffectState::NotDeclared),
             },
             row("arrows", arrows, movable, 0, "keys 1 and 2"),
+            row("timeline", self.records(), 0, timeline, "going back: the window, --black-box"),
         ]
     }
 

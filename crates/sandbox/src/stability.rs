@@ -1,0 +1,86 @@
+//! `sandbox stability`: what survives what.
+
+use std::fs;
+
+use lab::limits;
+use lab::report::stability as report;
+use lab::stability::Survey;
+use motion::Method;
+use scene::{Scene, SceneError, cases, load_case};
+
+use crate::cli::{StabilityArgs, show};
+use crate::failure::Failure;
+use crate::files::write;
+use crate::list::{Format, aligned};
+use crate::progress::{PIECE, Progress};
+
+/// Random nets whose largest stable step is measured.
+const NETS: u64 = 20;
+
+/// Cells along a side of a map.
+const MAP_SIDE: u32 = 96;
+
+/// Does what `sandbox stability` says.
+pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
+    let methods = methods(&args.methods);
+    let scenes = scenes(&args.cases)?;
+    if let Some(folder) = &args.out {
+        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+    }
+    let mut survey = Survey::new(scenes, &methods, args.ticks);
+    let progress = Progress::new(1);
+    loop {
+        progress.say(survey.now().unwrap_or_default());
+        if survey.work(PIECE) {
+            break;
+        }
+        progress.show(survey.progress());
+    }
+    drop(progress);
+    let matrix = survey.matrix();
+    if let Some(folder) = &args.out {
+        let (sections, files) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
+        for (name, bytes) in report::files(matrix, &sections).into_iter().chain(files) {
+            write(&folder.join(name), &bytes)?;
+        }
+    }
+    match args.format {
+        Format::Table => show(&aligned(&report::table(matrix))),
+        Format::Json => show(&matrix.json()),
+    }
+    Ok(())
+}
+
+/// The largest stable steps and the maps, for the page and as files of their own.
+fn largest_steps() -> (Vec<report::Section>, Vec<(&'static str, Vec<u8>)>) {
+    let progress = Progress::new(1);
+    progress.say("largest stable steps");
+    let limits: Vec<_> = limits::oscillator_limits().into_iter().chain(limits::net_limits(NETS)).collect();
+    let maps = [limits::stiffness_map(MAP_SIDE), limits::damping_map(MAP_SIDE)];
+    let [stiffness, damping] = maps.each_ref().map(|map| map.svg().into_bytes());
+    let files = vec![
+        ("limits.csv", report::limits_csv(&limits).into_bytes()),
+        ("stiffness-map.svg", stiffness),
+        ("damping-map.svg", damping),
+    ];
+    (report::sections(&limits, &maps), files)
+}
+
+/// Those that are asked for, each once and in the order of the table; all if none is.
+fn methods(asked: &[Method]) -> Vec<Method> {
+    Method::ALL.into_iter().filter(|method| asked.is_empty() || asked.contains(method)).collect()
+}
+
+/// The cases that are asked for, each once; all if none is.
+fn scenes(asked: &[String]) -> Result<Vec<Scene>, SceneError> {
+    if asked.is_empty() {
+        return cases().iter().map(scene::ShippedScene::load).collect();
+    }
+    let mut once: Vec<&String> = Vec::new();
+    for name in asked {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once.into_iter().map(|name| load_case(name)).collect()
+}
