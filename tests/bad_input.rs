@@ -87,7 +87,7 @@ soon
 ];
 
 /// A command line in that folder and what has to come of it: the exit code, nothing on standard output, nothing
-/// left behind, and on standard error this text. `{SCENES}` and `{METHODS}` stand for the names that there are.
+/// left behind, and on standard error this text. `{SCENES}`, `{CASES}` and `{METHODS}` stand for the names that there are.
 struct Case {
     name: &'static str,
     line: &'static str,
@@ -105,7 +105,7 @@ const CASES: &[Case] = &[
 Usage: sandbox run <SCENE>
 
 For more information, try '--help'." },
-    Case { name: "a misspelled subcommand", line: "runn tutorial", code: 2, message: "error: 'tutorial' is one argument too many; the commands are run, list, plan, effects, ablate, cost, recommend
+    Case { name: "a misspelled subcommand", line: "runn tutorial", code: 2, message: "error: 'tutorial' is one argument too many; the commands are run, list, plan, effects, ablate, cost, recommend, stability, replay
 
 Usage: sandbox [OPTIONS] [SCENE]
        sandbox <COMMAND>
@@ -245,8 +245,13 @@ For more information, try '--help'." },
     Case { name: "negative threads", line: "run fine.ron --threads -2", code: 2, message: "error: invalid value '-2' for '--threads <N>': give a whole number from 1 up
 
 For more information, try '--help'." },
+    Case { name: "a case that is misspelled", line: "stability stif_spring --out out", code: 2, message: "sandbox: stif_spring: there is no such case; did you mean stiff_spring? the cases are {CASES}; a file needs its path" },
+    Case { name: "a scene that is no case", line: "stability hitch fine.ron --out out", code: 2, message: "sandbox: fine.ron: the scene is no hard case; add `expect: (survival: (measure: energy, seconds: 10, bounded_below: 0.1))`, or name a case of `sandbox list cases`" },
+    Case { name: "an unknown method for the matrix", line: "stability --method euler --out out", code: 2, message: "error: invalid value 'euler' for '--method <M>': the methods are {METHODS}
+
+For more information, try '--help'." },
     Case { name: "an unknown list", line: "list bodies", code: 2, message: "error: invalid value 'bodies' for '[WHAT]'
-  [possible values: scenes, methods, laws, keys]
+  [possible values: scenes, cases, methods, laws, keys]
 
 For more information, try '--help'." },
     Case { name: "an unknown format", line: "list keys --format xml", code: 2, message: "error: invalid value 'xml' for '--format <FORMAT>'
@@ -371,11 +376,13 @@ fn refused(line: &str, variables: &[(&str, &str)]) -> Said {
 
 #[test]
 fn bad_input_is_refused_with_a_message_that_names_the_cure() {
-    let scenes: Vec<_> = scene::shipped().iter().map(|scene| scene.name).collect();
+    let names = |scenes: &[scene::ShippedScene]| scenes.iter().map(|scene| scene.name).collect::<Vec<_>>();
+    let (scenes, cases) = (names(scene::shipped()), names(scene::cases()));
     let mut wrong = String::new();
     for Case { name, line, code, message } in CASES {
         let expected = message
             .replace("{SCENES}", &scenes.join(", "))
+            .replace("{CASES}", &cases.join(", "))
             .replace("{METHODS}", &motion::Method::ALL.map(motion::Method::name).join(", "));
         let said = refused(line, &[]);
         if (said.code, said.err.trim_end_matches('\n')) != (*code, expected.as_str()) {
@@ -536,11 +543,14 @@ fn a_quarantined_body_is_exit_code_3_named_in_message_and_summary_and_wins_over_
     let said =
         run(folder.path(), "run strict.ron --assert --script nan.script --ticks 120 --summary out.json");
     assert_eq!(said.code, 3);
-    let what = "velocity would turn non-finite in integrate_acceleration";
+    let what = "Force was not finite when integrate_acceleration looked";
     assert_eq!(said.err, format!("sandbox: ball quarantined in tick 61: {what}\n"));
     let summary: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.path().join("out.json")).unwrap()).unwrap();
-    let expected = serde_json::json!([{"body": "ball", "tick": 61, "what": what}]);
+    let expected = serde_json::json!([{
+        "body": "ball", "tick": 61, "what": what,
+        "system": "integrate_acceleration", "component": "Force", "cause": "found",
+    }]);
     assert_eq!(summary["quarantined"], expected);
     assert!(said.out.contains("quarantined                1\n"), "{}", said.out);
 }

@@ -81,7 +81,7 @@ fn parsed(line: &str) -> Vec<serde_json::Map<String, Value>> {
 
 #[test]
 fn every_list_has_the_same_rows_as_a_table_and_as_json() {
-    for (what, headings) in [("scenes", 0), ("methods", 1), ("laws", 1), ("keys", 0)] {
+    for (what, headings) in [("scenes", 0), ("cases", 0), ("methods", 1), ("laws", 1), ("keys", 0)] {
         let table = run(&format!("list {what}"));
         let rows = parsed(&format!("list {what} --format json"));
         assert_eq!(table.lines().count(), headings + rows.len(), "{what}");
@@ -280,6 +280,7 @@ fn a_summary_has_the_keys_of_the_contract_in_order() {
         "momentum_kg_m_s",
         "angular_momentum_kg_m2_s",
         "energy_at_start_j",
+        "forecast",
         "quarantined",
         "state_hash",
         "frames",

@@ -9,7 +9,7 @@ use bevy_ecs::prelude::*;
 use motion::{
     FrameClock, Gravity, PhysicsBody, Request, Requests, StableId, Stepper, Threads, TimeStep, Transform,
 };
-use scene::{Scene, StepKind};
+use scene::{Scene, Snapshot, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -178,6 +178,20 @@ fn any_number_of_threads_hashes_a_crowd_alike() {
         hash(&mut run.world)
     });
     assert!(hashes.iter().all(|other| *other == hashes[0]), "{hashes:x?}");
+}
+
+#[test]
+fn runs_that_are_saved_and_loaded_give_the_pinned_hashes() {
+    for at in [1, BEFORE_SWITCH - 1, BEFORE_SWITCH, 177] {
+        all_are_pinned(|scene| {
+            let mut run = Run::start(scene, World::new(), |_| {});
+            run.ticks(0, at);
+            let snapshot = Snapshot::of(&mut run.world, scene.method);
+            (run.world, run.stepper, _) = snapshot.restore(scene).unwrap();
+            run.ticks(at, TICKS);
+            hash(&mut run.world)
+        });
+    }
 }
 
 /// Moves rows of tables.

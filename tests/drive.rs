@@ -116,6 +116,7 @@ impl Drive {
         let mut hashes = Vec::new();
         self.session.advance_watched(&input, time, &mut |session| {
             hashes.push(sandbox::report::state_hash(session));
+            std::ops::ControlFlow::Continue(())
         });
         hashes
     }

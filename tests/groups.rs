@@ -4,7 +4,7 @@ mod conserved;
 mod exact;
 mod hostile;
 mod implicit;
-mod lab;
+pub(crate) mod lab;
 mod manufactured;
 mod members;
 mod orders;

@@ -1,1 +1,4 @@
-//! The acceptance tests are the modules of `main.rs`; this crate has nothing else.
+//! What the acceptance tests, which are the modules of `main.rs`, share with the fuzz targets of `fuzz/` and the list of mutants.
+
+pub mod mutants;
+pub mod targets;

@@ -1,7 +1,12 @@
 //! Frame times, ticks due, hitches and pushes at any frame rate.
 
+use std::ops::ControlFlow;
+
 use motion::units::Vector;
 use motion::{BadTime, FrameClock, StepClock, TickClock};
+
+use sandbox::input::InputFrame;
+use sandbox::{Options, Session};
 
 use crate::harness::Lab;
 
@@ -137,5 +142,40 @@ fn the_same_clicks_push_alike_at_every_frame_rate() {
         // Five clicks, each for one tick: neither lost in a frame without a tick nor doubled in one with four.
         let expected = 5.0 * 10.0 * 10.0 / 120.0;
         assert!((lab.v(body).x - expected).abs() <= 1e-14, "{name} frames a second: {}", lab.v(body).x);
+    }
+}
+
+#[test]
+fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_spiral() {
+    const STEP: f64 = 1.0 / 120.0;
+    // What a tick takes, s of a clock that only this test has; the last is a scene of far too many ticks a second.
+    for (hz, cost, patience) in
+        [(120.0, 1.5 * STEP, f64::INFINITY), (120.0, 1.5 * STEP, 0.25), (1e9, 1e-3, 0.25)]
+    {
+        let text = format!("(version: 1, step_hz: {hz:?}, bodies: [(velocity_m_s: (1.0, 0.0, 0.0))])");
+        let scene = scene::Scene::parse("slow", &text).unwrap();
+        let options = Options { pictures: false, ..Options::default() };
+        let mut session = Session::new(scene, options);
+        let (mut frames, mut length, mut lengths) = (FrameClock::default(), 1.0 / 60.0, Vec::new());
+        for _ in 0..40 {
+            let mut spent = 0.0;
+            let (before, dropped) = (session.ticks(), session.dropped());
+            let time = frames.advance_by(length).unwrap();
+            session.advance_watched(&InputFrame::NOTHING, time, &mut |_| {
+                spent += cost;
+                if spent > patience { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            // Nothing is lost in silence.
+            let simulated = (session.ticks() - before) as f64 / hz;
+            let told = session.dropped() - dropped;
+            assert!((simulated + told - length).abs() <= 2.0 / hz + 1e-9, "{simulated} {told} {length}");
+            length = spent.max(1.0 / 60.0);
+            lengths.push(length);
+        }
+        // What a frame catches up with is limited, by the time that it owes or by the patience.
+        let most = (0.25 * hz * cost).min(patience + cost).max(1.0 / 60.0);
+        assert!(lengths.iter().all(|length| *length <= most + 1e-9), "{hz}: {lengths:?}");
+        assert_eq!(lengths[38], lengths[39], "{hz}: not steady");
+        assert!(session.ticks() >= 40, "{hz}: it stands still");
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Cause, Damping, DampingModel, Gravity, Method, Quarantine, Quarantined, Request};
+use motion::{Damping, DampingModel, Fault, Gravity, Method, Quarantine, Quarantined, Request};
 
 use super::{H, Scene, Start, engines, starts, wells};
 use crate::harness::Lab;
@@ -133,6 +133,6 @@ fn a_request_that_is_not_finite_freezes_its_body() {
         lab.run(5);
         assert_eq!(lab.bits(bodies[3]), before, "{method:?}");
         let records = lab.world.resource::<Quarantine>().records();
-        assert_eq!((records[0].cause, records[0].tick), (Cause::Request, 6), "{method:?}");
+        assert_eq!((records[0].cause.fault, records[0].tick), (Fault::Request, 6), "{method:?}");
     }
 }

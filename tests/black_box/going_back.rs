@@ -1,0 +1,144 @@
+//! Sessions that go back in time.
+
+use glam::DVec3;
+use motion::Gravity;
+use sandbox::input::{Experiment, Input};
+use sandbox::report::state_hash;
+use scene::Bundle;
+
+use crate::drive::Drive;
+use crate::ghosts::mixed;
+
+fn recording() -> Drive {
+    let mut drive = Drive::of(mixed());
+    drive.session.keep_timeline();
+    drive
+}
+
+fn push(name: &str, newtons: [f64; 3]) -> Input {
+    Input::Experiment(Experiment::Push(name.to_owned(), newtons))
+}
+
+/// A tick a frame, with pushes and gravity now and then.
+fn go(drive: &mut Drive, ticks: std::ops::Range<u32>) -> Vec<u64> {
+    let tick = |tick: u32| {
+        let mut inputs = Vec::new();
+        if tick % 9 == 3 {
+            inputs.push(push("ball", [2.0, 0.0, 1.0]));
+        }
+        if tick % 25 == 11 {
+            inputs.extend(crate::drive::tap("G"));
+        }
+        drive.frame(1.0 / 60.0, inputs);
+        state_hash(&drive.session)
+    };
+    ticks.map(tick).collect()
+}
+
+#[test]
+fn a_comma_goes_one_tick_back_and_a_dot_forward_again() {
+    let mut drive = recording();
+    let hashes = go(&mut drive, 0..60);
+    for tick in (40..60).rev() {
+        drive.press(",");
+        assert!(drive.session.paused());
+        assert_eq!(drive.session.ticks(), tick);
+        assert_eq!(drive.hash(), hashes[usize::try_from(tick).unwrap() - 1]);
+    }
+    drive.press(".").press(".");
+    assert_eq!((drive.session.ticks(), drive.hash()), (42, hashes[41]));
+    // That dropped what came after: there is nothing to go forward to.
+    drive.session.seek(60);
+    assert_eq!((drive.session.ticks(), drive.hash()), (42, hashes[41]));
+}
+
+#[test]
+fn going_on_from_the_past_is_going_on_as_if_the_future_had_never_been() {
+    let mut never = Drive::of(mixed());
+    let expected = go(&mut never, 0..50);
+    let mut drive = recording();
+    go(&mut drive, 0..30);
+    drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]);
+    drive.run(20, 1.0 / 60.0);
+    drive.session.seek(30);
+    assert_eq!(drive.hash(), expected[29]);
+    drive.press("P");
+    assert_eq!(go(&mut drive, 30..50), expected[30..]);
+    assert_eq!(drive.session.evaluations(), never.session.evaluations());
+}
+
+#[test]
+fn selection_and_ledger_go_along_and_a_reset_or_another_scene_begins_anew() {
+    let mut drive = recording();
+    drive.session.keep_ledger();
+    drive.press("Q");
+    let ball = drive.pixel(drive.x("ball"));
+    assert_eq!(drive.select(ball).as_deref(), Some("ball"));
+    go(&mut drive, 0..20);
+    drive.session.seek(12);
+    assert_eq!(drive.selected().as_deref(), Some("ball"));
+    assert_eq!(drive.session.ledger().unwrap().seconds(), 0.0);
+    drive.press("P");
+    go(&mut drive, 12..20);
+    assert!(drive.session.ledger().unwrap().seconds() > 0.1);
+    drive.press("F1");
+    let began = drive.session.ticks();
+    drive.press(",");
+    assert_eq!(drive.session.ticks(), began, "nothing is before a reset");
+    drive.session.open(scene::load("oscillator").unwrap());
+    drive.run(3, 1.0 / 60.0);
+    let (ticks, hash) = (drive.session.ticks(), drive.hash());
+    drive.run(3, 1.0 / 60.0);
+    drive.session.seek(ticks);
+    assert_eq!(drive.hash(), hash);
+}
+
+#[test]
+fn ghosts_start_where_the_run_has_gone_back_to() {
+    let mut drive = recording();
+    go(&mut drive, 0..20);
+    drive.press("T");
+    go(&mut drive, 20..30);
+    drive.session.seek(15);
+    assert!(drive.session.ghosts().iter().all(|row| row.rms.is_none_or(|rms| rms < 1e-12)));
+}
+
+#[test]
+fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_through() {
+    let mut drive = recording();
+    go(&mut drive, 0..20);
+    let good = drive.hash();
+    drive.frame(1.0 / 60.0, [push("second", [f64::NAN, 0.0, 0.0])]);
+    assert!(drive.session.paused());
+    assert_eq!((drive.session.ticks(), drive.hash()), (20, good));
+    assert_eq!(drive.selected().as_deref(), Some("second"));
+    assert_eq!(drive.session.quarantined(), []);
+    let fault = drive.session.fault().unwrap().clone();
+    assert_eq!(fault.tick, 21);
+    // Looking ahead shows it; the bundle holds it.
+    let bundle = drive.session.bundle(None).unwrap();
+    assert_eq!(bundle.manifest.fault.as_ref().unwrap().body.as_deref(), Some("second"));
+    assert_eq!((bundle.manifest.snapshot_tick, bundle.manifest.end_tick), (0, 21));
+    assert_eq!(Bundle::read(&bundle.write().unwrap()).unwrap().manifest, bundle.manifest);
+    drive.session.seek(21);
+    assert!(drive.session.world().get::<motion::Quarantined>(drive.entity("second")).is_some());
+    drive.session.seek(20);
+    // Going on drops the push, and with it the fault.
+    drive.press("P").run(5, 1.0 / 60.0);
+    assert!(drive.session.fault().is_none() && drive.session.quarantined().is_empty());
+    assert_eq!(drive.session.ticks(), 25);
+}
+
+#[test]
+fn a_session_that_records_is_the_same_session() {
+    let (mut plain, mut recorded) = (Drive::of(mixed()), recording());
+    assert_eq!(go(&mut plain, 0..40), go(&mut recorded, 0..40));
+    assert_eq!(plain.session.evaluations(), recorded.session.evaluations());
+    let gravity = |drive: &Drive| drive.session.world().resource::<Gravity>().on;
+    assert_eq!(gravity(&plain), gravity(&recorded));
+    assert_eq!(plain.x("ball") - recorded.x("ball"), DVec3::ZERO);
+    // Without a timeline there is nothing to go back to.
+    let hash = plain.hash();
+    plain.press(",");
+    assert_eq!((plain.hash(), plain.session.fault()), (hash, None));
+}

@@ -1,0 +1,144 @@
+//! `run --black-box` and `replay`.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use scene::Bundle;
+use tempfile::TempDir;
+
+use crate::harness::program;
+
+/// Exit code, standard output and standard error.
+fn run(folder: &Path, line: &str) -> (i32, String, String) {
+    let output = Command::new(program()).args(line.split_whitespace()).current_dir(folder).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+const CLOTH: &str = "(version: 1, name: \"sheet\", gravity: (), soft_bodies: [
+    cloth(name: \"cloth\", rows: 5, columns: 5, along_m: (2, 0, 0), down_m: (0, -2, 0), stiffness_n_m: 50,
+          damping_n_s_m: 0.2, pinned: [top_left, top_right])])";
+
+/// w h is 12.6: a semi-implicit step grows by a factor of 157.
+const STIFF: &str = "(version: 1, step_hz: 100, bodies: [
+    (name: \"wall\", immovable: true), (name: \"ball\", position_m: (1.1, 0, 0))],
+    springs: [(between: (\"wall\", \"ball\"), stiffness_n_m: 1.6e6, rest_length_m: 1)])";
+
+fn folder() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("sheet.ron"), CLOTH).unwrap();
+    fs::write(folder.path().join("stiff.ron"), STIFF).unwrap();
+    let script = "[(at_tick: 10, do: press(\"G\")), (at_tick: 70, do: push(\"cloth.r2.c2\", (nan, 0, 0)))]";
+    fs::write(folder.path().join("nan.script"), script).unwrap();
+    folder
+}
+
+fn bundle(folder: &Path, name: &str) -> Bundle {
+    Bundle::read(&fs::read(folder.join(name)).unwrap()).unwrap()
+}
+
+#[test]
+fn a_nan_push_in_the_middle_of_a_cloth_is_repeated_by_its_bundle() {
+    let folder = folder();
+    let line = "run sheet.ron --script nan.script --seconds 2 --black-box box.zip";
+    let (code, out, err) = run(folder.path(), line);
+    assert_eq!(code, 3, "{out}{err}");
+    assert!(err.contains("cloth.r2.c2") && err.contains("is the last good one; box.zip holds"), "{err}");
+    let saved = bundle(folder.path(), "box.zip");
+    let fault = saved.manifest.fault.clone().unwrap();
+    assert_eq!(fault.body.as_deref(), Some("cloth.r2.c2"));
+    assert_eq!((saved.manifest.end_tick, saved.manifest.scene.as_str()), (fault.tick, "sheet"));
+    assert_eq!(saved.scene, CLOTH);
+    assert!(saved.picture.is_some_and(|picture| picture.starts_with(b"\x89PNG")));
+    let (code, out, err) = run(folder.path(), "replay box.zip");
+    assert_eq!(code, 0, "{out}{err}");
+    let hash = &saved.manifest.end_state_hash;
+    assert!(out.contains(&format!("hash {hash}; the same fault, cloth.r2.c2, tick {}", fault.tick)), "{out}");
+}
+
+#[test]
+fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
+    let folder = folder();
+    let (code, out, err) = run(folder.path(), "run stiff.ron --seconds 5 --black-box box.zip");
+    assert_eq!(code, 1, "{out}{err}");
+    assert!(err.contains("energy jumped"), "{err}");
+    let (code, out, err) = run(folder.path(), "replay box.zip");
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(out.contains("the same fault, tick"), "{out}");
+}
+
+#[test]
+fn a_run_without_fault_writes_nothing_and_ends_as_it_would() {
+    let folder = folder();
+    let (code, out, err) = run(folder.path(), "run sheet.ron --ticks 60 --black-box box.zip");
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    assert!(!folder.path().join("box.zip").exists());
+}
+
+#[test]
+fn a_script_goes_back_and_saves_as_a_person_does() {
+    let folder = folder();
+    let script = "[(at_tick: 40, do: press(\",\")), (at_frame: 30, do: press(\"save_bundle\")),
+        (at_frame: 31, do: press(\"P\"))]";
+    fs::write(folder.path().join("back.script"), script).unwrap();
+    let line = "run sheet.ron --script back.script --ticks 70 --summary back.json";
+    let (code, out, err) = run(folder.path(), line);
+    assert_eq!(code, 0, "{out}{err}");
+    let written = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    let name = written.map(|name| name.into_string().unwrap()).find(|name| name.starts_with("bundle_"));
+    let (code, out, err) = run(folder.path(), &format!("replay {}", name.unwrap()));
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(out.contains("no fault, as then"), "{out}");
+    run(folder.path(), "run sheet.ron --ticks 70 --summary straight.json");
+    let hash = |file: &str| {
+        let text = fs::read(folder.path().join(file)).unwrap();
+        let summary: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        summary["state_hash"].clone()
+    };
+    assert_eq!(hash("back.json"), hash("straight.json"));
+}
+
+#[test]
+fn what_differs_is_named_and_what_is_damaged_is_refused() {
+    let folder = folder();
+    run(folder.path(), "run sheet.ron --script nan.script --seconds 2 --black-box box.zip");
+    let write =
+        |bundle: &Bundle| fs::write(folder.path().join("other.zip"), bundle.write().unwrap()).unwrap();
+
+    let mut other = bundle(folder.path(), "box.zip");
+    other.manifest.keyframes[1].state_hash = "0".repeat(16);
+    other.manifest.program = "sandbox 0.0.1".to_owned();
+    write(&other);
+    let (code, _, err) = run(folder.path(), "replay other.zip");
+    let tick = other.manifest.keyframes[1].tick;
+    let version = "it was written by sandbox 0.0.1, this is sandbox 0.1.0";
+    assert_eq!(
+        (code, err),
+        (1, format!("sandbox: other.zip: the state differs from tick {tick} on; {version}\n"))
+    );
+
+    let mut other = bundle(folder.path(), "box.zip");
+    other.events.clear();
+    write(&other);
+    let (code, _, err) = run(folder.path(), "replay other.zip");
+    assert!(code == 1 && err.contains("no fault instead of cloth.r2.c2, tick"), "{err}");
+
+    let mut other = bundle(folder.path(), "box.zip");
+    other.scene = STIFF.to_owned();
+    write(&other);
+    let (code, _, err) = run(folder.path(), "replay other.zip");
+    assert!(code == 2 && err.contains("the snapshot in the bundle is none of its scene"), "{err}");
+
+    let good = fs::read(folder.path().join("box.zip")).unwrap();
+    for bad in [&good[..good.len() / 2], &[&good[..], b"x"].concat(), b"", b"PK\x03\x04", b"(version: 1)"] {
+        fs::write(folder.path().join("bad.zip"), bad).unwrap();
+        let (code, out, err) = run(folder.path(), "replay bad.zip");
+        assert_eq!((code, out.as_str(), err.lines().count()), (2, "", 1), "{err}");
+    }
+    let (code, _, err) = run(folder.path(), "replay none.zip");
+    assert_eq!(
+        (code, err.as_str()),
+        (2, "sandbox: cannot read none.zip: there is no such place; check the path\n")
+    );
+}

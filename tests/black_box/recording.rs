@@ -1,0 +1,122 @@
+//! Timelines of worlds: what they can go back to, and what they take.
+
+use glam::DVec3;
+use lab::{ENERGY_JUMP, Timeline, Watch};
+use motion::{Effect, Ledger, Method, PushQueue, Request, Requests};
+
+use crate::ghosts::mixed;
+use crate::snapshot::Run;
+
+/// What acts before tick number `tick`.
+fn act(run: &mut Run, tick: u64) {
+    let body = |name: &str| run.bodies[run.scene.names.find(name).unwrap() as usize];
+    let (ball, second, spare) = (body("ball"), body("second"), body("spare"));
+    let requests = match tick % 40 {
+        5 => vec![Request::Switch(Effect::Gravity, true)],
+        9 => vec![Request::Impulse(second, DVec3::X), Request::Switch(Effect::Drag, false)],
+        20 => vec![Request::Switch(Effect::Gravity, false), Request::Switch(Effect::Drag, true)],
+        33 if tick > 40 => vec![Request::Remove(spare)],
+        _ => Vec::new(),
+    };
+    requests.into_iter().for_each(|request| run.world.resource_mut::<Requests>().ask(request));
+    let mut queue = run.world.resource_mut::<PushQueue>();
+    if tick.is_multiple_of(7) {
+        queue.push_once(ball, DVec3::new(1.0, 2.0, -1.0));
+    }
+    let held = (tick % 50 < 10).then_some(motion::Push { body: second, newtons: DVec3::Y });
+    queue.sustain(held);
+}
+
+/// Ticks of a run with a timeline of at most so many bytes, and its outcomes after every tick.
+fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::snapshot::Outcome>) {
+    let mut timeline = Timeline::new(&mut run.world, run.stepper.method(), cap).unwrap();
+    let mut outcomes = vec![run.outcome()];
+    for tick in 0..ticks {
+        act(run, tick);
+        if tick == 60 {
+            timeline.note_requests(&run.world);
+            run.stepper.carry_out_requests(&mut run.world);
+            timeline.note(&run.world, scene::Happening::Method(Method::VelocityVerlet));
+            run.stepper.set_method(&mut run.world, Method::VelocityVerlet);
+        }
+        timeline.before_tick(&run.world);
+        run.ticks(1);
+        timeline.after_tick(&mut run.world, run.stepper.method(), 0.0);
+        assert!(timeline.bytes() <= cap, "{} bytes", timeline.bytes());
+        outcomes.push(run.outcome());
+    }
+    (timeline, outcomes)
+}
+
+fn outcome_at(timeline: &Timeline, run: &Run, tick: u64) -> crate::snapshot::Outcome {
+    let replay = timeline.seek(&run.scene, tick).unwrap();
+    let lab::Replay { world, stepper, bodies } = replay;
+    Run { scene: run.scene.clone(), world, stepper, bodies }.outcome()
+}
+
+#[test]
+fn each_of_the_last_200_ticks_is_what_it_was_bit_for_bit_and_evaluation_for_evaluation() {
+    let mut run = Run::of(mixed());
+    let (timeline, outcomes) = recorded(&mut run, lab::TIMELINE_BYTES, 240);
+    assert_eq!(timeline.range(), 0..=240);
+    for tick in 41..=240 {
+        assert_eq!(outcome_at(&timeline, &run, tick), outcomes[usize::try_from(tick).unwrap()], "{tick}");
+    }
+    let keyframes: Vec<_> = timeline.keyframes().collect();
+    assert!(keyframes.len() > 5);
+    for (tick, hash) in keyframes {
+        assert_eq!(hash, outcomes[usize::try_from(tick).unwrap()].hash);
+    }
+}
+
+#[test]
+fn at_its_bytes_snapshots_get_sparser_then_the_oldest_go_and_what_is_left_is_exact() {
+    let mut whole = Run::of(mixed());
+    let (timeline, _) = recorded(&mut whole, usize::MAX, 300);
+    let all = timeline.bytes();
+    let mut run = Run::of(mixed());
+    let (sparser, outcomes) = recorded(&mut run, all / 2, 300);
+    let count = |timeline: &Timeline| timeline.keyframes().count();
+    assert!(count(&sparser) < count(&timeline) && *sparser.range().start() == 0);
+    let mut run = Run::of(mixed());
+    let (shorter, _) = recorded(&mut run, all / 4, 300);
+    assert!(*shorter.range().start() > 0, "{:?}", shorter.range());
+    for timeline in [&sparser, &shorter] {
+        for tick in [*timeline.range().start(), 299, 300] {
+            assert_eq!(outcome_at(timeline, &run, tick), outcomes[usize::try_from(tick).unwrap()], "{tick}");
+        }
+    }
+    let mut run = Run::of(mixed());
+    assert!(Timeline::new(&mut run.world, run.stepper.method(), 1000).is_none());
+}
+
+#[test]
+fn more_than_a_minute_is_not_kept() {
+    let mut run = Run::of(scene::load("oscillator").unwrap());
+    let mut timeline = Timeline::new(&mut run.world, run.stepper.method(), lab::TIMELINE_BYTES).unwrap();
+    let minute = (60.0 * run.scene.step_hz) as u64;
+    for _ in 0..minute + 500 {
+        timeline.before_tick(&run.world);
+        run.ticks(1);
+        timeline.after_tick(&mut run.world, run.stepper.method(), 0.0);
+    }
+    let first = *timeline.range().start();
+    assert!((400..=500).contains(&first), "{first}");
+}
+
+#[test]
+fn no_shipped_scene_is_at_fault_by_its_own_methods() {
+    for shipped in scene::shipped() {
+        let scene = shipped.load().unwrap();
+        if scene.bodies.len() > 2_000 {
+            continue;
+        }
+        let mut run = Run::of(scene);
+        let mut ledger = Ledger::open(&mut run.world);
+        let mut watch = Watch::new(&run.world, Some(&ledger), None, ENERGY_JUMP);
+        for _ in 0..150 {
+            ledger.tick(&mut run.stepper, &mut run.world);
+            assert_eq!(watch.look(&run.world, Some(&ledger)), None, "{}", shipped.name);
+        }
+    }
+}

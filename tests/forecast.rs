@@ -1,0 +1,6 @@
+//! Largest stable steps: measured, against closed forms, and foretold.
+
+mod limits;
+mod nets;
+mod panel;
+mod program;

@@ -1,0 +1,78 @@
+//! Limits that were measured by running methods, and maps of them.
+
+use lab::limits::{
+    Class, Criterion, Limit, Net, chain_frequency, damping_map, net_limits, oscillator_limits, stiffness_map,
+    table,
+};
+use motion::Method;
+
+/// All that are farther from theory than `bound`.
+fn far(limits: &[Limit], bound: f64) -> Vec<String> {
+    // Not "above": a difference that is no number is far as well.
+    let near = |limit: &Limit| limit.relative_difference().abs() <= bound;
+    let far = limits.iter().filter(|limit| !near(limit));
+    far.map(|limit| format!("{} {}: {} {}", limit.system, limit.method, limit.measured, limit.theory))
+        .collect()
+}
+
+#[test]
+fn limits_of_oscillators_are_their_closed_forms() {
+    let limits = oscillator_limits();
+    assert_eq!(limits.len(), 6 * Method::ALL.len() + 2 * 3 * 5);
+    let far = far(&limits, 0.002);
+    assert!(far.is_empty(), "{far:#?}");
+    let judged = |criterion| limits.iter().filter(|limit| limit.criterion == criterion).count();
+    assert!(judged(Criterion::Amplitude) > 30 && judged(Criterion::SpectralRadius) > 10);
+    let text = table(&limits);
+    assert_eq!(text.lines().count(), limits.len() + 2);
+    assert!(text.contains("| oscillator | runge_kutta_2_heun | never | never |"), "{text}");
+}
+
+#[test]
+fn limits_of_nets_are_those_of_their_fastest_mode() {
+    let limits = net_limits(20);
+    assert_eq!(limits.len(), 24 * 5);
+    let far = far(&limits, 0.002);
+    assert!(far.is_empty(), "{far:#?}");
+}
+
+#[test]
+fn the_fastest_mode_of_a_chain_has_a_closed_form() {
+    let (found, closed) = (Net::chain(1.0).largest_frequency(), chain_frequency(10, 100.0));
+    assert!((found / closed - 1.0).abs() <= 1e-9, "{found} for {closed}");
+}
+
+#[test]
+fn maps_show_where_the_closed_forms_say_that_it_grows() {
+    for map in [stiffness_map(24), damping_map(24)] {
+        let [steps, others] = &map.places;
+        let cell = steps[1] / steps[0] * (1.0 + 1e-9);
+        for panel in &map.panels {
+            for (other, row) in others.iter().zip(panel.classes.chunks(steps.len())) {
+                let near = |(_, at): &&(f64, f64)| (at / other - 1.0).abs() <= 0.06;
+                let Some((limit, _)) = panel.theory.iter().find(near) else { continue };
+                for (h, class) in steps.iter().zip(row) {
+                    let grows = *class == Class::Grows;
+                    if *h < limit / cell {
+                        assert!(!grows, "{:?} {h} {other}", panel.method);
+                    } else if *h > limit * cell && panel.method != Method::Yoshida4 {
+                        // Yoshida's middle step goes back in time; damped, it has stable windows beyond its limit.
+                        assert!(grows, "{:?} {h} {other}", panel.method);
+                    }
+                }
+            }
+        }
+        let seen = |method: Method, class| {
+            map.panels.iter().any(|panel| panel.method == method && panel.classes.contains(&class))
+        };
+        assert!(!seen(Method::ImplicitEuler, Class::Grows));
+        assert!(
+            Method::ALL.iter().all(|method| *method == Method::ImplicitEuler || seen(*method, Class::Grows))
+        );
+        let svg = map.svg();
+        assert!(svg.starts_with("<svg") && svg.contains("Runge-Kutta 4"), "{}", svg.len());
+        if let Ok(folder) = std::env::var("FORECAST_PICTURES") {
+            std::fs::write(format!("{folder}/{}.svg", map.title.replace(' ', "-")), svg).unwrap();
+        }
+    }
+}

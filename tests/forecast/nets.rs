@@ -1,0 +1,299 @@
+//! What is foretold of nets, against runs.
+
+use glam::DVec3;
+use lab::limits::Net;
+use motion::{
+    Damping, DampingModel, Drag, Elastic, Forecast, Margin, Method, OwnLaws, Part, Substeps, Well, Wells,
+};
+
+use crate::groups::lab::{Around, Dice, Net as Springs, Rig, Start, elastic};
+
+/// What is foretold of the world of a rig.
+fn forecast(rig: &mut Rig) -> Forecast {
+    Forecast::of(&mut rig.lab.world, rig.lab.stepper.method())
+}
+
+fn worst(forecast: &Forecast) -> Margin {
+    *forecast.margins().first().expect("something is looked at")
+}
+
+/// Two bodies on a spring of that stiffness over mass, one of them held.
+fn stiff_spring(k: f64) -> Springs {
+    Springs {
+        bodies: vec![Start::held(DVec3::ZERO), Start::of(1.0, DVec3::X, DVec3::ZERO)],
+        springs: vec![([0, 1], elastic(k, 1.0))],
+    }
+}
+
+#[test]
+fn a_net_breaks_where_it_was_foretold() {
+    let limited = [
+        Method::SemiImplicitEuler,
+        Method::PositionVerlet,
+        Method::VelocityVerlet,
+        Method::RungeKutta4,
+        Method::Yoshida4,
+    ];
+    for number in 0..50 {
+        let net = Net::random(100 + number);
+        let method = limited[usize::try_from(number).unwrap() % limited.len()];
+        let h = 1e-3;
+        let margin = worst(&net.stepped(method, h).forecast());
+        assert!(margin.bound >= margin.value * (1.0 - 1e-9), "{} {margin:?}", net.name);
+        let longest = h / margin.ratio();
+        assert!(net.stepped(method, 0.99 * longest).stays(1500), "{} {method:?} breaks below", net.name);
+        assert!(!net.stepped(method, 1.01 * longest).stays(1500), "{} {method:?} holds above", net.name);
+    }
+}
+
+#[test]
+fn a_net_in_drag_breaks_where_it_was_foretold() {
+    for number in 0..18_u32 {
+        let method = Method::ALL[number as usize % Method::ALL.len()];
+        let net = Net::random(200 + u64::from(number));
+        let w = net.largest_frequency();
+        let net = net.with_drag([0.4, 1.2][number as usize / 9] * w);
+        let margin = worst(&net.stepped(method, 0.01 / w).forecast());
+        if method == Method::ImplicitEuler {
+            assert_eq!(margin.limit, f64::INFINITY);
+            assert!(net.stepped(method, 100.0 / w).stays(200));
+            continue;
+        }
+        let longest = 0.01 / w / margin.ratio();
+        assert!(net.stepped(method, 0.99 * longest).stays(20_000), "{} {method:?} breaks below", net.name);
+        assert!(!net.stepped(method, 1.01 * longest).stays(20_000), "{} {method:?} holds above", net.name);
+    }
+}
+
+/// A net at rest of springs and dampers, each with its own damping, moved next to nothing.
+fn dampers(seed: u64) -> Springs {
+    let mut dice = Dice(seed);
+    let n = 4 + dice.below(8);
+    let mass = |dice: &mut Dice| 10.0_f64.powf(1.5 * dice.number());
+    let place = |dice: &mut Dice, i: usize| DVec3::X * i as f64 + dice.vector() * 0.3;
+    let mut bodies = vec![Start::held(DVec3::ZERO)];
+    for i in 1..=n {
+        let (mass, place) = (mass(&mut dice), place(&mut dice, i));
+        bodies.push(Start::of(mass, place, DVec3::ZERO));
+    }
+    let mut ends: Vec<_> = (1..=n).map(|i| [i - 1, i]).collect();
+    ends.extend((2..=n).map(|i| [i - 2, i]));
+    ends.extend((3..=n).map(|i| [i - 3, i]));
+    let spring = |ends: [usize; 2], dice: &mut Dice| {
+        let stiffness = 10.0_f64.powf(3.0 + dice.number());
+        let length = bodies[ends[0]].x.distance(bodies[ends[1]].x);
+        (
+            ends,
+            Elastic {
+                stiffness,
+                damping: 0.02 * stiffness.sqrt() * 10.0_f64.powf(dice.number()),
+                rest_length: length,
+            },
+        )
+    };
+    let springs = ends.into_iter().map(|ends| spring(ends, &mut dice)).collect();
+    for body in &mut bodies[1..] {
+        body.x += dice.vector() * 1e-9;
+    }
+    Springs { bodies, springs }
+}
+
+/// Whether it stays within a thousand times what it was moved by.
+fn stays_at_rest(net: &Springs, method: Method, h: f64) -> bool {
+    let mut rig = net.rig(&Around::default(), method, h);
+    let start = net.start();
+    (0..1500).all(|_| {
+        rig.run(1);
+        (0..start.len()).all(|body| rig.x(body).distance(start[body].0) <= 3e-6)
+    })
+}
+
+#[test]
+fn a_net_of_dampers_breaks_where_it_was_foretold() {
+    let limited = [
+        Method::SemiImplicitEuler,
+        Method::PositionVerlet,
+        Method::VelocityVerlet,
+        Method::RungeKutta4,
+        Method::Yoshida4,
+    ];
+    for seed in 0..35 {
+        let method = limited[usize::try_from(seed).unwrap() % limited.len()];
+        let net = dampers(seed);
+        let h = 1e-3;
+        let margin = worst(&forecast(&mut net.rig(&Around::default(), method, h)));
+        let longest = h / margin.ratio();
+        assert!(stays_at_rest(&net, method, 0.99 * longest), "{seed} {method:?} breaks below {margin:?}");
+        assert!(!stays_at_rest(&net, method, 1.01 * longest), "{seed} {method:?} holds above {margin:?}");
+    }
+}
+
+#[test]
+fn a_stiff_spring_needs_84_substeps_or_an_implicit_method() {
+    let net = stiff_spring(1e8);
+    let margin = worst(&forecast(&mut net.rig(&Around::default(), Method::SemiImplicitEuler, 1.0 / 60.0)));
+    assert!((margin.value - 1e4 / 60.0).abs() <= 1e-6 * margin.value, "{margin:?}");
+    assert!((margin.limit - 2.0).abs() <= 1e-4, "{margin:?}");
+    assert!(margin.is_unstable && matches!(margin.part, Part::Spring(_)));
+    assert_eq!((margin.cure.substeps, margin.cure.method), (Some(84), Some(Method::ImplicitEuler)));
+    for (substeps, unstable) in [(83, true), (84, false)] {
+        let around = Around { substeps: Some(substeps), ..Around::default() };
+        let margin = worst(&forecast(&mut net.rig(&around, Method::SemiImplicitEuler, 1.0 / 60.0)));
+        assert_eq!((margin.is_unstable, margin.substeps), (unstable, substeps));
+    }
+}
+
+#[test]
+fn limits_are_exact_to_a_hundredth_on_both_sides() {
+    for method in Method::ALL {
+        let limit = method.claims().stability_limit;
+        if limit == 0.0 || limit.is_infinite() {
+            continue;
+        }
+        for (part, unstable) in [(0.99, false), (1.01, true)] {
+            let mut rig = stiff_spring(100.0).rig(&Around::default(), method, part * limit / 10.0);
+            let forecast = forecast(&mut rig);
+            assert_eq!(forecast.unstable().count(), usize::from(unstable), "{method:?} {part}");
+            assert!((worst(&forecast).ratio() - part).abs() <= 1e-4, "{method:?} {part}");
+        }
+    }
+}
+
+#[test]
+fn methods_that_are_never_stable_are_named_with_their_growth_and_another_method() {
+    // |R|² = 1 + z² and 1 + z⁴/4.
+    for (method, z, squared, other) in [
+        (Method::ExplicitEuler, 0.1, 1.01, Method::SemiImplicitEuler),
+        (Method::RungeKutta2Midpoint, 0.5, 1.0 + 0.5_f64.powi(4) / 4.0, Method::VelocityVerlet),
+        (Method::RungeKutta2Heun, 0.1, 1.0 + 1e-4 / 4.0, Method::VelocityVerlet),
+    ] {
+        let margin = worst(&forecast(&mut stiff_spring(100.0).rig(&Around::default(), method, z / 10.0)));
+        assert!(margin.is_unstable && margin.limit == 0.0 && margin.ratio().is_infinite(), "{margin:?}");
+        let growth = f64::powf(squared, 0.5 * 10.0 / z);
+        assert!((margin.growth_per_s / growth - 1.0).abs() <= 1e-6, "{margin:?} {growth}");
+        assert_eq!((margin.cure.substeps, margin.cure.method), (None, Some(other)));
+    }
+    let net = stiff_spring(1e8);
+    let margin = worst(&forecast(&mut net.rig(&Around::default(), Method::ImplicitEuler, 1.0)));
+    assert!(!margin.is_unstable && margin.limit.is_infinite() && margin.ratio() == 0.0, "{margin:?}");
+}
+
+#[test]
+fn damping_and_drag_of_single_bodies_have_their_own_limits() {
+    let body = |rate: f64, model: DampingModel, method: Method| {
+        let around = Around { damping: Some(Damping { model, rate }), ..Around::default() };
+        let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::X)], springs: Vec::new() }
+            .rig(&around, method, 0.1);
+        worst(&forecast(&mut rig))
+    };
+    for (model, method, limit) in [
+        (DampingModel::Tutorial, Method::SemiImplicitEuler, 2.0),
+        (DampingModel::Tutorial, Method::RungeKutta4, 2.0),
+        (DampingModel::Clamped, Method::SemiImplicitEuler, f64::INFINITY),
+        (DampingModel::Exact, Method::SemiImplicitEuler, f64::INFINITY),
+        (DampingModel::Exact, Method::RungeKutta2Heun, 2.0),
+        (DampingModel::Exact, Method::RungeKutta4, 2.785_293_563),
+        (DampingModel::Exact, Method::ImplicitEuler, f64::INFINITY),
+    ] {
+        let margin = body(5.0, model, method);
+        assert!(matches!(margin.part, Part::Damping(_)) && (margin.value - 0.5).abs() < 1e-12, "{margin:?}");
+        assert!(margin.limit == limit || (margin.limit / limit - 1.0).abs() <= 1e-4, "{margin:?} {limit}");
+        assert!(!margin.is_unstable);
+    }
+    assert!(body(20.1, DampingModel::Tutorial, Method::SemiImplicitEuler).is_unstable);
+
+    // Quadratic drag by its slope at the present speed: c + 2 k |v|.
+    let around = Around { drag: Some(Drag::new(1.0, 0.5)), ..Around::default() };
+    let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::Y * 30.0)], springs: Vec::new() }
+        .rig(&around, Method::ExplicitEuler, 0.1);
+    let margin = worst(&forecast(&mut rig));
+    assert!(margin.is_unstable && (margin.value - 3.1).abs() < 1e-12, "{margin:?}");
+    assert_eq!((margin.part, margin.cure.substeps), (Part::Drag(rig.bodies[0]), Some(2)));
+}
+
+#[test]
+fn a_well_is_looked_at_from_where_bodies_are() {
+    let wells = Wells(vec![Well { position: DVec3::ZERO, strength: 8.0, softening: 0.0 }]);
+    let around = Around { wells: Some(wells), ..Around::default() };
+    let bodies = [4.0, 2.0, 3.0].map(|r| Start::of(1.0, DVec3::Z * r, DVec3::ZERO));
+    let mut rig =
+        Springs { bodies: bodies.to_vec(), springs: Vec::new() }.rig(&around, Method::VelocityVerlet, 0.5);
+    let margin = worst(&forecast(&mut rig));
+    // w² = 8 / 2³.
+    assert_eq!(margin.part, Part::Well(0, rig.bodies[1]));
+    assert!((margin.value - 0.5).abs() < 1e-12 && (margin.limit - 2.0).abs() < 1e-4, "{margin:?}");
+}
+
+#[test]
+fn the_limiting_spring_is_named_and_its_margin_is_that_of_the_group() {
+    let mut net = crate::groups::lab::chain(6, 100.0, 1.0, 1.0);
+    net.springs[3].1.stiffness = 5e4;
+    let mut rig = net.rig(&Around::default(), Method::VelocityVerlet, 1.0 / 60.0);
+    let forecast = forecast(&mut rig);
+    let margin = worst(&forecast);
+    assert_eq!(margin.part, Part::Spring([rig.bodies[3], rig.bodies[4]]));
+    let ratios: Vec<_> = forecast.springs().iter().map(|spring| spring.ratio).collect();
+    assert_eq!(ratios.len(), 6);
+    let worst = forecast.springs().iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)).unwrap();
+    assert_eq!((worst.ends, worst.ratio), ([rig.bodies[3], rig.bodies[4]], margin.ratio()));
+}
+
+#[test]
+fn a_large_cloth_of_dampers_is_judged_like_its_run() {
+    let (columns, rows) = (12, 9);
+    let at = |i: usize, j: usize| i * columns + j;
+    let mut net = Springs::default();
+    for (i, j) in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
+        let place = DVec3::new(j as f64, -(i as f64), 0.0);
+        net.bodies.push(if i == 0 { Start::held(place) } else { Start::of(0.05, place, DVec3::ZERO) });
+    }
+    for (i, j) in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
+        let mut join = |other: usize, length: f64| {
+            let elastic = Elastic { stiffness: 200.0, damping: 0.3 + 0.02 * j as f64, rest_length: length };
+            net.springs.push(([at(i, j), other], elastic));
+        };
+        if j + 1 < columns {
+            join(at(i, j + 1), 1.0);
+        }
+        if i + 1 < rows {
+            join(at(i + 1, j), 1.0);
+        }
+        if i + 1 < rows && j + 1 < columns {
+            join(at(i + 1, j + 1), 2.0_f64.sqrt());
+        }
+    }
+    let mut dice = Dice(5);
+    for body in net.bodies.iter_mut().filter(|body| body.w > 0.0) {
+        body.x += DVec3::new(dice.number(), dice.number(), 0.0) * 1e-9;
+    }
+    for method in [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4] {
+        let margin = worst(&forecast(&mut net.rig(&Around::default(), method, 1e-3)));
+        let longest = 1e-3 / margin.ratio();
+        assert!(stays_at_rest(&net, method, 0.99 * longest), "{method:?} breaks below {margin:?}");
+        assert!(!stays_at_rest(&net, method, 1.01 * longest), "{method:?} holds above {margin:?}");
+    }
+}
+
+#[test]
+fn a_scene_of_nothing_that_could_be_unstable_is_not_looked_at() {
+    let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::X)], springs: Vec::new() }.rig(
+        &Around::falling(),
+        Method::ExplicitEuler,
+        0.1,
+    );
+    assert!(forecast(&mut rig).margins().is_empty());
+    rig.lab.world.insert_resource(Substeps(5));
+    assert!(forecast(&mut rig).margins().is_empty());
+}
+
+#[test]
+fn laws_of_single_bodies_are_looked_at_by_their_derivatives() {
+    let wells = Wells(vec![Well { position: DVec3::ZERO, strength: 8.0, softening: 0.0 }]);
+    let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::Y * 2.0, DVec3::ZERO)], springs: Vec::new() }
+        .rig(&Around::default(), Method::VelocityVerlet, 0.5);
+    rig.engines(0, OwnLaws::new(vec![Box::new(wells)]));
+    let margin = worst(&forecast(&mut rig));
+    // Across the line to the well it pulls back with 8 / 2³, along it apart.
+    assert_eq!(margin.part, Part::Law("wells", rig.bodies[0]));
+    assert!((margin.value - 0.5).abs() < 1e-9, "{margin:?}");
+}

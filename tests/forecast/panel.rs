@@ -1,0 +1,134 @@
+//! The panel and the colors of springs, before and while something grows.
+
+use motion::Method;
+use render::Frame;
+use sandbox::Session;
+use scene::Scene;
+
+use crate::pixels::{Film, SIZE, Studio};
+
+/// Four weights on a row of springs, the third of which is the stiffest, in a scene at 60 Hz.
+fn hung(stiffest: f64) -> Film {
+    let weight = |i: u32| {
+        format!(
+            "(name: \"w{i}\", position_m: ({}, 0, 0), mass_kg: 1.0, shape: sphere(radius_m: 0.2)),",
+            f64::from(i) * 1.001
+        )
+    };
+    let spring = |i: u32| {
+        let stiffness = if i == 2 { stiffest } else { 50.0 };
+        format!("(between: (\"w{i}\", \"w{}\"), stiffness_n_m: {stiffness:?}, rest_length_m: 1.0),", i + 1)
+    };
+    let (weights, springs): (String, String) = ((0..5).map(weight).collect(), (0..4).map(spring).collect());
+    let text = format!(
+        "(version: 1, step_hz: 60, camera: (position_m: (2, 0, 6), pitch_deg: 0, yaw_deg: 0), bodies: [{weights}], springs: [{springs}])"
+    );
+    Film::of(Scene::parse("hung", &text).unwrap())
+}
+
+/// Red, green and blue of the springs, from the left.
+fn colors(frame: &Frame) -> Vec<[f32; 4]> {
+    let mut lines: Vec<_> = frame.lines.iter().filter(|line| line.start_width_px == 2.0).collect();
+    lines.sort_by(|a, b| (a.start[0] + a.end[0]).total_cmp(&(b.start[0] + b.end[0])));
+    lines.into_iter().map(|line| line.start_color).collect()
+}
+
+fn is_red([red, green, blue, _]: [f32; 4]) -> bool {
+    red > 0.9 && green < 0.2 && blue < 0.2
+}
+
+fn is_green([red, green, ..]: [f32; 4]) -> bool {
+    green > 2.0 * red
+}
+
+fn size(session: &Session) -> f64 {
+    let positions = session.things().filter_map(|thing| session.world().get::<motion::Transform>(thing));
+    positions.map(|at| at.position.length()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_spring_turns_red_before_the_run_diverges() {
+    // Two weights of 1 kg: w² = 2 k; the limit is w = 120 / s.
+    let mut film = hung(1.15 * 7200.0);
+    film.press("V");
+    film.frames(1);
+    let rows = film.session.shown_forecast().unwrap();
+    assert!(rows[0].margin.is_unstable && rows[0].element == "spring w2 - w3", "{rows:?}");
+    assert!(size(&film.session) < 5.0, "it is still where it was");
+    let seen = colors(&film.session.picture());
+    assert_eq!(seen.len(), 4);
+    assert!(is_red(seen[2]) && is_green(seen[0]), "{seen:?}");
+    film.frames(120);
+    let end = size(&film.session);
+    assert!(end.is_nan() || end > 1e3, "and then it diverges: {end}");
+
+    let mut calm = hung(0.2 * 7200.0);
+    calm.press("V");
+    calm.frames(60);
+    assert!(!calm.session.shown_forecast().unwrap()[0].margin.is_unstable);
+    assert!(colors(&calm.session.picture()).into_iter().all(|color| !is_red(color)));
+    assert!(size(&calm.session) < 5.0);
+}
+
+#[test]
+fn the_panel_follows_the_method_and_forgets_when_it_is_closed() {
+    let mut film = hung(1.15 * 7200.0);
+    film.frames(1);
+    assert!(film.session.shown_forecast().is_none());
+    film.press("V");
+    film.frames(1);
+    let now = |film: &Film| film.session.shown_forecast().unwrap()[0].clone();
+    assert_eq!(now(&film).cure, "needs 2 substeps, or implicit_euler");
+    film.press("I");
+    film.frames(1);
+    assert_eq!(now(&film).margin.method, Method::ImplicitEuler);
+    assert!(!now(&film).margin.is_unstable && now(&film).cure.is_empty());
+    film.press("V");
+    film.frames(1);
+    assert!(film.session.shown_forecast().is_none());
+}
+
+#[test]
+fn the_open_panel_changes_no_bit_of_a_run() {
+    let hash = |open: bool| {
+        let mut film = Film::of(scene::load("flag").unwrap());
+        film.press(if open { "V" } else { "1" });
+        film.frames(90);
+        sandbox::report::state_hash(&film.session)
+    };
+    assert_eq!(hash(true), hash(false));
+}
+
+#[test]
+fn the_panel_is_drawn() {
+    let mut film = hung(1.15 * 7200.0);
+    film.press("V");
+    film.frames(3);
+    let picture = Studio::new(SIZE).draw(&mut film.session);
+    let closed = {
+        let mut film = hung(1.15 * 7200.0);
+        film.frames(3);
+        Studio::new(SIZE).draw(&mut film.session)
+    };
+    assert!(crate::pixels::Difference::between(&picture, &closed).pixels > 5_000);
+    if let Ok(folder) = std::env::var("FORECAST_PICTURES") {
+        picture.write_png(std::path::Path::new(&folder).join("panel.png").as_path(), &[]).unwrap();
+    }
+}
+
+#[test]
+fn no_shipped_scene_is_unstable_but_those_that_show_it() {
+    let mut said = Vec::new();
+    for shipped in scene::shipped() {
+        let mut session = Session::new(scene::load(shipped.name).unwrap(), sandbox::Options::default());
+        said.extend(session.foretell().iter().map(|row| format!("{}: {}", shipped.name, row.line())));
+    }
+    // It shows what explicit Euler makes of an orbit.
+    let [race] = &said[..] else { panic!("{said:#?}") };
+    assert!(
+        race.starts_with(
+            "orbits_race: wells at explicit_euler: w h = 0.06899, explicit_euler is never stable here"
+        ),
+        "{race}"
+    );
+}

@@ -1,0 +1,100 @@
+//! What `sandbox run` says and records of it.
+
+use std::fs;
+use std::process::Command;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::harness::program;
+
+struct Said {
+    code: i32,
+    errors: String,
+    summary: Value,
+    files: Vec<String>,
+}
+
+/// A weight of 1 kg on a spring of `stiffness` N/m, its end of rest, run for a tenth of a second.
+fn run(stiffness: f64, flags: &str) -> Said {
+    let scene = format!(
+        "(version: 1, step_hz: 60, bodies: [(name: \"anchor\", immovable: true),
+          (name: \"weight\", position_m: (1.1, 0, 0), mass_kg: 1.0)],
+          springs: [(between: (\"anchor\", \"weight\"), stiffness_n_m: {stiffness:?}, rest_length_m: 1.0)])"
+    );
+    run_scene(&scene, flags)
+}
+
+fn run_scene(scene: &str, flags: &str) -> Said {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("hung.ron"), scene).unwrap();
+    let line = format!("run hung.ron --seconds 0.1 --summary out/summary.json --state out/state.csv {flags}");
+    let said = Command::new(program()).args(line.split_whitespace()).current_dir(&folder).output().unwrap();
+    let summary = fs::read(folder.path().join("out/summary.json")).unwrap_or_default();
+    let files = fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+    let mut files: Vec<_> = files.collect();
+    files.sort();
+    Said {
+        code: said.status.code().unwrap(),
+        errors: String::from_utf8(said.stderr).unwrap(),
+        summary: serde_json::from_slice(&summary).unwrap_or(Value::Null),
+        files,
+    }
+}
+
+#[test]
+fn a_stiff_spring_is_warned_of_and_recorded() {
+    let said = run(1e8, "");
+    let line = "hung is unstable: spring anchor - weight: w h = 166.7, the limit of semi_implicit_euler is 2; \
+                needs 84 substeps, or implicit_euler\n";
+    assert!(said.errors.starts_with(line), "{}", said.errors);
+    let [row] = &said.summary["forecast"].as_array().unwrap()[..] else { panic!("{}", said.summary) };
+    assert_eq!(row["element"], "spring anchor - weight");
+    assert_eq!((&row["method"], &row["substeps"]), (&"semi_implicit_euler".into(), &1.into()));
+    assert!((row["value"].as_f64().unwrap() - 1e4 / 60.0).abs() < 1e-6, "{row}");
+    assert!((row["limit"].as_f64().unwrap() - 2.0).abs() < 1e-4, "{row}");
+    assert_eq!(row["cure"], "needs 84 substeps, or implicit_euler");
+    let calm = run(1e8, "--substeps 84");
+    assert!(calm.errors.is_empty() && calm.code == 0, "{}", calm.errors);
+    assert_eq!(calm.summary["forecast"], Value::Array(Vec::new()));
+    assert!(run(1e8, "--method implicit_euler --refuse-unstable").errors.is_empty());
+}
+
+#[test]
+fn the_limit_is_where_warnings_begin() {
+    let at = |part: f64| (2.0 * 60.0 * part).powi(2);
+    assert!(run(at(0.99), "--refuse-unstable").errors.is_empty());
+    assert!(run(at(1.01), "").errors.contains("needs 2 substeps, or implicit_euler"));
+}
+
+#[test]
+fn a_run_that_was_refused_wrote_nothing() {
+    let said = run(1e8, "--refuse-unstable");
+    assert_eq!((said.code, &said.files[..]), (1, &["hung.ron".to_owned()][..]), "{}", said.errors);
+    assert!(said.errors.contains("hung is unstable: spring anchor - weight"), "{}", said.errors);
+}
+
+#[test]
+fn at_most_three_lines_are_said() {
+    let pair = |i: u32| {
+        format!(
+            "(name: \"a{i}\", position_m: ({i}, 0, 0), mass_kg: 1.0), (name: \"b{i}\", position_m: ({i}, 1, 0), mass_kg: 1.0),"
+        )
+    };
+    let spring = |i: u32| {
+        format!(
+            "(between: (\"a{i}\", \"b{i}\"), stiffness_n_m: {:?}, rest_length_m: 1.0),",
+            1e6 * f64::from(i + 1)
+        )
+    };
+    let (pairs, springs): (String, String) = ((0..5).map(pair).collect(), (0..5).map(spring).collect());
+    let said = run_scene(&format!("(version: 1, bodies: [{pairs}], springs: [{springs}])"), "");
+    let lines: Vec<_> = said.errors.lines().filter(|line| line.contains("unstable")).collect();
+    assert_eq!(lines.len(), 4, "{}", said.errors);
+    assert!(
+        lines[0].contains("spring a4 - b4") && lines[3].contains("2 more are unstable"),
+        "{}",
+        said.errors
+    );
+    assert_eq!(said.summary["forecast"].as_array().unwrap().len(), 5);
+}

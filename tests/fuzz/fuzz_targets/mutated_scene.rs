@@ -1,0 +1,5 @@
+//! The target `mutated_scene` of `tests/targets.rs`.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| acceptance::targets::mutated_scene(bytes));

@@ -1,0 +1,189 @@
+//! A stated range: a body that would leave it is frozen as one that would turn non-finite is.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::real::Real;
+use motion::{
+    Bare, Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Quarantine, Range, Request,
+    Requests, Spring, StableId,
+};
+use scene::Scene;
+
+use super::rig::{Rig, scenes};
+use crate::drive::Drive;
+use crate::harness::{H, Lab};
+
+/// Bodies that fall side by side, of which one flies off at 50 m/s.
+fn crowd(method: Method, range: Option<Range>, called: bool) -> (Lab, Vec<Entity>) {
+    let mut lab = Lab::new(method, H).with_gravity();
+    lab.world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.1 });
+    if called {
+        lab.world.insert_resource(Drag::new(0.0, 1e-3));
+    }
+    range.into_iter().for_each(|range| lab.world.insert_resource(range));
+    let speed = |i: usize| if i == 4 { DVec3::X * 50.0 } else { DVec3::Z };
+    let bodies = (0..11).map(|i| lab.body(1.0, speed(i))).collect();
+    lab.stepper.recompile(&mut lab.world);
+    (lab, bodies)
+}
+
+#[test]
+fn a_body_that_would_leave_the_range_is_frozen_within_and_no_other_notices() {
+    for method in Method::ALL {
+        for called in [false, true] {
+            let bound = 20.0;
+            let range = Range { position: bound, ..Range::FINITE };
+            let what = format!("{method:?}, {called}");
+            let ((mut lab, bodies), (mut free, twins)) =
+                (crowd(method, Some(range), called), crowd(method, None, called));
+            let mut last = DVec3::ZERO;
+            while lab.world.resource::<Quarantine>().records().is_empty() {
+                last = lab.x(bodies[4]);
+                lab.run(1);
+                free.run(1);
+                assert!(lab.stepper.plan() == free.stepper.plan(), "{what}");
+            }
+            // The free one is beyond it, and this one is where it was before the tick.
+            assert!(free.x(twins[4]).x > bound && lab.x(bodies[4]) == last && last.x <= bound, "{what}");
+            let record = lab.world.resource::<Quarantine>().records()[0];
+            let Cause { component, fault, system } = record.cause;
+            assert_eq!(record.body, bodies[4]);
+            assert_eq!((component, fault), ("Transform.position", Fault::Range(bound)), "{what}");
+            let expected = format!("position would leave the range of 2e1 m in {system}");
+            assert_eq!(record.cause.what(), expected, "{what}");
+            lab.run(20);
+            free.run(20);
+            for i in (0..11).filter(|i| *i != 4) {
+                assert_eq!(
+                    (lab.x(bodies[i]), lab.v(bodies[i])),
+                    (free.x(twins[i]), free.v(twins[i])),
+                    "{what}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_body_that_would_be_too_fast_is_frozen_in_every_kernel() {
+    for method in Method::ALL {
+        for called in [false, true] {
+            let range = Range { speed: 5.0, ..Range::FINITE };
+            let (mut lab, bodies) = crowd(method, Some(range), called);
+            lab.run(1);
+            let records = lab.world.resource::<Quarantine>().records();
+            assert_eq!(records.len(), 1, "{method:?}, {called}");
+            assert_eq!(records[0].body, bodies[4]);
+            let Cause { component, fault, .. } = records[0].cause;
+            assert_eq!(
+                (component, fault),
+                ("PhysicsBody.velocity", Fault::Range(5.0)),
+                "{method:?}, {called}"
+            );
+            // The others fall: 9.8 m/s² take half a second to 5 m/s.
+            lab.run(60);
+            assert_eq!(lab.world.resource::<Quarantine>().records().len(), 1, "{method:?}, {called}");
+            lab.run(60);
+            assert_eq!(lab.world.resource::<Quarantine>().records().len(), 11, "{method:?}, {called}");
+        }
+    }
+}
+
+#[test]
+fn a_member_of_a_group_that_would_leave_the_range_is_frozen() {
+    for method in Method::ALL {
+        let mut lab = Lab::new(method, H);
+        lab.world.insert_resource(Range { position: 12.0, ..Range::FINITE });
+        let elastic = Elastic { stiffness: 1.0, damping: 0.1, rest_length: 1.0 };
+        let bodies: Vec<_> = (0..3).map(|i| lab.body(1.0, DVec3::X * 60.0 * f64::from(i))).collect();
+        (0..).map(StableId).zip(&bodies).for_each(|(id, body)| {
+            lab.world.entity_mut(*body).insert(id);
+        });
+        for ends in [[bodies[0], bodies[1]], [bodies[1], bodies[2]]] {
+            lab.world.spawn(Spring { ends, elastic });
+        }
+        lab.stepper.recompile(&mut lab.world);
+        lab.run(14);
+        let records = lab.world.resource::<Quarantine>().records();
+        assert_eq!((records.len(), records[0].body), (1, bodies[2]), "{method:?}: {records:?}");
+        let cause =
+            Cause { system: "integrate_groups", component: "Transform.position", fault: Fault::Range(12.0) };
+        assert_eq!(records[0].cause, cause, "{method:?}");
+        assert!(lab.x(bodies[2]).x <= 12.0 && lab.x(bodies[1]).x > 3.0, "{method:?}");
+    }
+}
+
+#[test]
+fn an_experiment_may_ask_for_too_much() {
+    for (request, component, bound) in [
+        (Request::SetPosition as fn(Entity, DVec3) -> Request, "Transform.position", 100.0),
+        (Request::SetVelocity, "PhysicsBody.velocity", 30.0),
+        (Request::Impulse, "PhysicsBody.velocity", 30.0),
+    ] {
+        let mut lab = Lab::new(Method::RungeKutta4, H);
+        lab.world.insert_resource(Range { position: 100.0, speed: 30.0 });
+        let body = lab.body(1.0, DVec3::ZERO);
+        lab.world.resource_mut::<Requests>().ask(request(body, DVec3::Y * bound));
+        lab.run(1);
+        assert_eq!(lab.world.resource::<Quarantine>().records(), []);
+        let body = lab.body(1.0, DVec3::ZERO);
+        lab.world.resource_mut::<Requests>().ask(request(body, DVec3::Y * (1.01 * bound)));
+        lab.run(1);
+        let record = *lab.world.resource::<Quarantine>().records().last().unwrap();
+        let cause = Cause { system: "requests", component, fault: Fault::Range(bound) };
+        assert_eq!((record.body, record.cause), (body, cause));
+        assert_eq!((lab.x(body), lab.v(body)), (DVec3::Y * 10.0, DVec3::ZERO));
+    }
+}
+
+/// A range that holds everything changes no bit.
+#[test]
+fn a_range_that_nothing_leaves_changes_nothing() {
+    for (name, scene) in scenes() {
+        let (mut with, mut without) = (Rig::new(&scene), Rig::new(&scene));
+        with.world.insert_resource(Range { position: 1e9, speed: 1e6 });
+        with.run(20);
+        without.run(20);
+        assert!(with.bits(StableId(u32::MAX)) == without.bits(StableId(u32::MAX)), "{name}");
+        assert_eq!(with.records(), [], "{name}");
+    }
+}
+
+/// In plain arrays a row is refused; in f32 a bound beyond its numbers is its largest number.
+#[test]
+fn plain_arrays_have_a_range_too() {
+    fn refused<T: Real>(tick: fn(&mut Bare<T>), method: Method, range: Range) -> (Vec<usize>, [T; 3]) {
+        let mut bare = Bare::<T>::new(method, T::of(1.0)).with_law(Gravity::EARTH).with_range(range);
+        bare.add([T::ZERO; 3], [T::ZERO; 3], T::ONE);
+        bare.add([T::of(9.0), T::ZERO, T::ZERO], [T::of(2.0), T::ZERO, T::ZERO], T::ONE);
+        tick(&mut bare);
+        (bare.refused().to_vec(), bare.positions[1])
+    }
+    for method in Method::ALL {
+        let (near, far) =
+            (Range { position: 10.0, ..Range::FINITE }, Range { position: 1e300, speed: 1e300 });
+        assert_eq!(refused(Bare::<f64>::tick, method, near), (vec![1], [9.0, 0.0, 0.0]), "{method:?}");
+        assert_eq!(refused(Bare::<f32>::tick, method, near), (vec![1], [9.0, 0.0, 0.0]), "{method:?}");
+        assert_eq!(refused(Bare::<f64>::tick, method, far).0, [0_usize; 0], "{method:?}");
+        assert_eq!(refused(Bare::<f32>::tick, method, far).0, [0_usize; 0], "{method:?}");
+    }
+}
+
+#[test]
+fn the_range_of_a_scene_is_kept_through_the_program() {
+    let text = "(version: 1, step_hz: 100, range: (position_m: 5), bodies: [
+        (name: \"runaway\", velocity_m_s: (10, 0, 0)), (name: \"calm\"),
+    ])";
+    let scene = Scene::parse("test", text).unwrap();
+    assert_eq!(scene.range, Some(Range { position: 5.0, ..Range::FINITE }));
+    let mut drive = Drive::of(scene);
+    drive.run(200, 0.01);
+    let [frozen] = drive.session.quarantined() else { panic!("{:?}", drive.session.quarantined()) };
+    assert_eq!(
+        (frozen.body.as_str(), frozen.cause.as_str(), frozen.component),
+        ("runaway", "range", "Transform.position")
+    );
+    assert_eq!(frozen.what, format!("position would leave the range of 5e0 m in {}", frozen.system));
+    assert!(drive.x("runaway").x <= 5.0 && drive.x("runaway").x > 4.9);
+    assert_eq!((drive.x("calm"), drive.v("calm")), (DVec3::ZERO, DVec3::ZERO));
+}

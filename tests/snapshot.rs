@@ -1,0 +1,76 @@
+//! Snapshots: a run that is taken out of a world and put into a new one goes on as if nothing had happened.
+
+mod interventions;
+mod shipped;
+
+use bevy_ecs::prelude::*;
+use motion::{Evaluations, Method, Quarantine, StableId, Stepper, TimeStep};
+use scene::{Scene, Snapshot};
+
+/// A world of a scene on its way.
+pub struct Run {
+    pub scene: Scene,
+    pub world: World,
+    pub stepper: Stepper,
+    /// By stable id.
+    pub bodies: Vec<Entity>,
+}
+
+impl Run {
+    pub fn of(scene: Scene) -> Self {
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+        Self { scene, world, stepper, bodies }
+    }
+
+    pub fn ticks(&mut self, ticks: u64) {
+        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
+    }
+
+    pub fn snapshot(&mut self) -> Snapshot {
+        Snapshot::of(&mut self.world, self.stepper.method())
+    }
+
+    /// The same in a new world.
+    pub fn restored(&mut self) -> Self {
+        let snapshot = self.snapshot();
+        let (world, stepper, bodies) = snapshot.restore(&self.scene).unwrap();
+        Self { scene: self.scene.clone(), world, stepper, bodies }
+    }
+
+    /// What must be equal in runs that are: the state, what was counted and who was frozen.
+    pub fn outcome(&mut self) -> Outcome {
+        let evaluations = self.world.resource::<Evaluations>().clone();
+        let id = |body| self.world.get::<StableId>(body).map(|id| id.0);
+        let records = self.world.resource::<Quarantine>().records().iter();
+        let frozen = records.map(|record| (id(record.body), record.tick, record.cause.what())).collect();
+        Outcome {
+            hash: self.snapshot().state_hash(),
+            method: self.stepper.method(),
+            evaluations: sorted(&evaluations),
+            frozen,
+        }
+    }
+}
+
+/// Counts of evaluations, laws in the order of their names.
+fn sorted(evaluations: &Evaluations) -> Evaluations {
+    let mut laws = evaluations.laws().to_vec();
+    laws.sort_unstable();
+    let iterations = motion::Iterations {
+        newton: evaluations.newton_iterations(),
+        cg: evaluations.cg_iterations(),
+        unconverged_steps: evaluations.unconverged_steps(),
+    };
+    Evaluations::going_on(evaluations.accelerations(), laws, iterations)
+}
+
+/// What a run came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    pub hash: u64,
+    pub method: Method,
+    pub evaluations: Evaluations,
+    pub frozen: Vec<(Option<u32>, u64, String)>,
+}

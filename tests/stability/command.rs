@@ -1,0 +1,88 @@
+//! `sandbox stability` itself, and cases as scenes.
+
+use std::process::Command;
+
+use lab::stability::{Matrix, Survey};
+use motion::Method;
+use tempfile::TempDir;
+
+use super::committed;
+use crate::harness::program;
+
+fn said(arguments: &[&str]) -> String {
+    let output = Command::new(program()).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn a_row_and_two_columns_alone_are_those_of_the_whole() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("new/report");
+    let asked = ["stability", "hitch", "hitch", "--method", "runge_kutta_4", "--method", "explicit_euler"];
+    let json = said(&[&asked[..], &["--format", "json", "--out", out.to_str().unwrap()]].concat());
+    let found: Matrix = serde_json::from_str(&json).unwrap();
+    let mut expected = committed();
+    expected.rows.retain(|row| row.case == "hitch");
+    let asked_for = [Method::ExplicitEuler, Method::RungeKutta4];
+    expected.rows.iter_mut().for_each(|row| row.cells.retain(|cell| asked_for.contains(&cell.method)));
+    assert_eq!(found, expected);
+
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    assert_eq!(read("matrix.json"), json);
+    let csv = read("matrix.csv");
+    assert_eq!(csv.lines().count(), 1 + 4);
+    assert_eq!(csv.lines().next(), Some("case,row,precision,measure,ticks,method,class,number,bound,why"));
+    assert!(
+        csv.lines().nth(1).unwrap().starts_with("hitch,as one step,f64,energy,300,explicit_euler,explodes,")
+    );
+    let (svg, page) = (read("matrix.svg"), read("stability.html"));
+    assert!(svg.starts_with("<svg xmlns=") && svg.trim_end().ends_with("</svg>"));
+    for text in [&svg, &page] {
+        assert!(text.contains(">explodes</text>") && text.contains("hitch: in fixed ticks"));
+    }
+    assert_eq!(read("matrix.md"), lab::report::stability::markdown(&found));
+    assert_eq!(std::fs::read_dir(&out).unwrap().count(), 5);
+}
+
+#[test]
+fn the_table_has_a_line_a_row() {
+    let table = said(&["stability", "huge_steps", "stiff_spring", "--method", "implicit_euler"]);
+    let lines: Vec<_> = table
+        .lines()
+        .map(|line| line.split("  ").filter(|part| !part.is_empty()).collect::<Vec<_>>())
+        .collect();
+    let [heading, rows @ ..] = &lines[..] else { panic!("{table}") };
+    assert_eq!(heading, &["case", "measure", "IE"]);
+    let cases: Vec<_> = rows.iter().map(|row| row[0]).collect();
+    assert_eq!(cases, ["huge_steps", "stiff_spring: whole ticks", "stiff_spring: 340 substeps"]);
+    assert!(rows.iter().all(|row| row[2].trim() == "decays -1"), "{table}");
+}
+
+#[test]
+fn cases_are_scenes() {
+    let list = said(&["list", "cases"]);
+    assert_eq!(list.lines().count(), scene::cases().len());
+    let summary = said(&["run", "over_damping", "--ticks", "60"]);
+    assert!(summary.contains("over_damping"), "{summary}");
+}
+
+#[test]
+fn a_scene_of_ones_own_is_a_case_too() {
+    let text = "(version: 1, bodies: [(name: \"a\", velocity_m_s: (1, 0, 0))],
+        expect: (survival: (measure: reference, ticks: 120, exact_below: 1e-9, bounded_below: 0.1, script: [
+            (at_s: 0.5, do: reverse_velocities), (at_s: 0.75, do: set_velocity(\"a\", (nan, 0, 0)))])))";
+    let scene = scene::Scene::parse("own", text).unwrap();
+    let mut survey = Survey::new(vec![scene], &[Method::VelocityVerlet], Some(80));
+    while !survey.work(0.01) {}
+    let cell = &survey.matrix().rows[0].cells[0];
+    assert_eq!((cell.class.name(), survey.matrix().rows[0].ticks), ("exact", 80));
+
+    let scene = scene::Scene::parse("own", text).unwrap();
+    let mut survey = Survey::new(vec![scene], &[Method::VelocityVerlet], None);
+    while !survey.work(0.01) {}
+    let cell = &survey.matrix().rows[0].cells[0];
+    assert_eq!(cell.class.name(), "explodes");
+    assert!(cell.why.starts_with("a: ") && cell.why.ends_with(" in tick 91"), "{}", cell.why);
+}

@@ -1,0 +1,77 @@
+//! Every cell is run again. Of runs longer than `PREFIX` ticks that is their beginning, for which the matrix has a number of
+//! its own: a million ticks at rest take minutes.
+
+use lab::stability::{Cell, Class, Matrix, PREFIX, Prefix, Survey};
+use motion::Method;
+
+use super::committed;
+
+/// How far numbers may be apart, relative: they are the same to the bit where arithmetic is, and short decimals in
+/// the file.
+const TOLERANCE: f64 = 1e-6;
+
+/// What a run of at most [`PREFIX`] ticks gives.
+fn beginning(cell: &Cell) -> Prefix {
+    cell.prefix.unwrap_or(Prefix { class: cell.class, number: cell.number })
+}
+
+/// Cells of `found` that are not what `committed` has, each in a sentence.
+fn differences(committed: &Matrix, found: &Matrix) -> Vec<String> {
+    let mut different = Vec::new();
+    let titles = |matrix: &Matrix| matrix.rows.iter().map(lab::stability::Row::title).collect::<Vec<_>>();
+    if titles(committed) != titles(found) {
+        different.push(format!("rows were {:?} and are {:?}", titles(committed), titles(found)));
+    }
+    for (before, now) in committed.rows.iter().zip(&found.rows) {
+        for cell in &now.cells {
+            let name = format!("{} by {}", now.title(), cell.method.name());
+            let Some(was) = before.cell(cell.method).map(beginning) else {
+                different.push(format!("{name} is new"));
+                continue;
+            };
+            let near = (was.number - cell.number).abs() <= TOLERANCE * was.number.abs();
+            let same = near || was.number.to_bits() == cell.number.to_bits() || cell.class == Class::Refused;
+            if was.class != cell.class || !same {
+                let (before, after) = (was.class.name(), cell.class.name());
+                different
+                    .push(format!("{name} was {before} {:e} and is {after} {:e}", was.number, cell.number));
+            }
+        }
+    }
+    different
+}
+
+fn found() -> Matrix {
+    let cases = scene::cases().iter().map(|case| case.load().unwrap()).collect();
+    let mut survey = Survey::new(cases, &Method::ALL, Some(PREFIX));
+    while !survey.work(1.0) {}
+    survey.matrix().clone()
+}
+
+#[test]
+fn every_cell_is_what_the_committed_matrix_has() {
+    let different = differences(&committed(), &found());
+    assert!(different.is_empty(), "run scripts/readme-stability if that is meant:\n{}", different.join("\n"));
+}
+
+#[test]
+fn a_cell_that_changes_its_class_or_number_is_named_with_both() {
+    let before = committed();
+    let mut now = before.clone();
+    let row = now.rows.iter_mut().find(|row| row.title() == "huge_steps").unwrap();
+    let changed = &mut row.cells[2];
+    assert_eq!((changed.method, changed.class), (Method::ImplicitEuler, Class::Decays));
+    (changed.class, changed.number) = (Class::Bounded, -0.5);
+    let exploded = row.cells.iter_mut().find(|cell| cell.class == Class::Explodes).unwrap();
+    exploded.number *= 1.0 + 1e-5;
+    for row in &mut now.rows {
+        row.cells
+            .iter_mut()
+            .for_each(|cell| (cell.class, cell.number) = (beginning(cell).class, beginning(cell).number));
+    }
+    let different = differences(&before, &now);
+    assert_eq!(different.len(), 2, "{different:?}");
+    assert!(different.iter().all(|line| line.starts_with("huge_steps by ")), "{different:?}");
+    let lost = different.iter().find(|line| line.contains("implicit_euler was decays -")).unwrap();
+    assert!(lost.ends_with(" and is bounded -5e-1"), "{lost}");
+}

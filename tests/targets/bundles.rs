@@ -1,0 +1,118 @@
+//! Whatever a bundle holds: it is read and can be run, or it is refused.
+
+use std::io::{Cursor, Read as _, Write as _};
+
+use arbitrary::{Result, Unstructured};
+use bevy_ecs::prelude::World;
+use motion::{Method, Stepper, TimeStep};
+use scene::{BUNDLE_FORMAT, Bundle, Event, Happening, Manifest, Scene, Settings, Snapshot};
+use xxhash_rust::xxh3::xxh3_64;
+use zip::write::SimpleFileOptions;
+use zip::{ZipArchive, ZipWriter};
+
+use super::numbers::{any_vector, at_least_0};
+use super::scenes;
+use super::step::assert_finite;
+
+/// Hexadecimal digits of the checksum at the end.
+const DIGITS: usize = 16;
+
+/// Any bytes, and a bundle in which some bytes were changed behind the back of its checksums.
+pub fn bundle(bytes: &[u8]) {
+    read(bytes);
+    let mut u = Unstructured::new(bytes);
+    if let Ok(Some((bundle, scene))) = whole(&mut u) {
+        let written = bundle.write().expect("it is small");
+        assert!(Bundle::read(&written).as_ref() == Ok(&bundle), "it is read as it was written");
+        assert!(goes_on(&bundle, &scene), "it is refused by its own scene");
+        if let Ok(damaged) = damaged(&mut u, &written)
+            && let Some(bundle) = read(&damaged)
+        {
+            goes_on(&bundle, &scene);
+        }
+    }
+}
+
+fn read(bytes: &[u8]) -> Option<Bundle> {
+    let read = Bundle::read(bytes);
+    if let Err(error) = &read {
+        assert!(!error.to_string().trim().is_empty(), "an error without words");
+    }
+    read.ok()
+}
+
+/// Runs a bundle's snapshot for some ticks in `scene`; `false`: it was refused.
+fn goes_on(bundle: &Bundle, scene: &Scene) -> bool {
+    let _ = bundle.snapshot.state_hash();
+    match bundle.snapshot.restore(scene) {
+        Ok((mut world, mut stepper, _)) => {
+            // A false number of substeps is allowed, and takes its time.
+            if world.get_resource::<motion::Substeps>().is_none_or(|parts| parts.0 <= 8) {
+                (0..2).for_each(|_| stepper.tick(&mut world));
+                assert_finite(&mut world);
+            }
+            true
+        }
+        Err(error) => {
+            assert!(!error.to_string().trim().is_empty(), "an error without words");
+            false
+        }
+    }
+}
+
+/// A bundle of a random scene, some ticks on.
+fn whole(u: &mut Unstructured<'_>) -> Result<Option<(Bundle, Scene)>> {
+    let text = scenes::text(u)?;
+    let Ok(scene) = Scene::parse("any", &text) else { return Ok(None) };
+    let mut world = World::new();
+    scene.spawn(&mut world);
+    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+    (0..u.int_in_range(0..=3)?).for_each(|_| stepper.tick(&mut world));
+    let snapshot = Snapshot::of(&mut world, scene.method);
+    let what = match u.int_in_range(0..=3)? {
+        0 => Happening::Push(0, any_vector(u)?),
+        1 => Happening::Method(*u.choose(&Method::ALL)?),
+        2 => Happening::Step(at_least_0(u)?),
+        _ => Happening::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
+    };
+    let manifest = Manifest { format: BUNDLE_FORMAT, settings: Settings::of(&scene), ..Manifest::default() };
+    // What is not a number equals nothing, itself neither.
+    let finite = !format!("{what:?}").contains("NaN");
+    let events = if finite { vec![Event { tick: snapshot.ticks(), what }] } else { Vec::new() };
+    Ok(Some((Bundle { scene: text, manifest, snapshot, events, energy_scale_j: None, picture: None }, scene)))
+}
+
+/// The same archive with some bytes of its files changed, and all checksums right.
+fn damaged(u: &mut Unstructured<'_>, bundle: &[u8]) -> Result<Vec<u8>> {
+    let mut files = Vec::new();
+    let mut archive = ZipArchive::new(Cursor::new(bundle)).expect("it is an archive");
+    for i in 0..archive.len() {
+        let mut file = archive.by_index(i).expect("it is there");
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).expect("it is whole");
+        let name = file.name().expect("names are UTF-8").into_owned();
+        files.push((name, bytes));
+    }
+    for _ in 0..u.int_in_range(1..=4)? {
+        let file = u.choose_index(files.len())?;
+        let (_, bytes) = &mut files[file];
+        let at = u.int_in_range(0..=bytes.len().saturating_sub(1))?;
+        match u.int_in_range(0..=3)? {
+            0 => bytes.truncate(at),
+            1 => bytes.insert(at, u.arbitrary()?),
+            _ if at < bytes.len() => bytes[at] = u.arbitrary()?,
+            _ => {}
+        }
+    }
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        archive.start_file(name, SimpleFileOptions::default()).expect("memory takes it");
+        archive.write_all(&bytes).expect("memory takes it");
+    }
+    archive.set_comment("0".repeat(DIGITS)).expect("it is short");
+    let mut bytes = archive.finish().expect("memory takes it").into_inner();
+    let end = bytes.len() - DIGITS;
+    let checksum = format!("{:016x}", xxh3_64(&bytes[..end]));
+    bytes[end..].copy_from_slice(checksum.as_bytes());
+    Ok(bytes)
+}

@@ -1,0 +1,106 @@
+//! Whatever a person does: keys, clicks, scripts and frame times of any length leave a session that can be drawn, hashed
+//! and summed up.
+
+use std::fmt::Write as _;
+
+use arbitrary::{Result, Unstructured};
+use motion::{FrameClock, PhysicsBody, Transform};
+use sandbox::actions::BINDINGS;
+use sandbox::player::Player;
+use sandbox::report::{Summary, state_hash};
+use sandbox::{Options, Session};
+use scene::{Scene, Script};
+
+use super::numbers::{any_vector, at_least_0, finite, written};
+use super::scenes;
+
+/// Frames of a run.
+const FRAMES: u64 = 12;
+
+/// Ticks of a run, at most: what is tested is what happens in one, not how many there are.
+const TICKS: u64 = 32;
+
+/// Frame times that clocks have given before, s.
+const FRAME_TIMES: &[f64] = &[
+    1.0 / 60.0,
+    1.0 / 60.0,
+    1.0 / 60.0,
+    1.0 / 144.0,
+    0.0,
+    -0.0,
+    1e-9,
+    5e-324,
+    0.1,
+    1.0,
+    1e5,
+    1e300,
+    -1.0,
+    f64::NAN,
+];
+
+/// A random scene with a random script at random frame times.
+pub fn session(bytes: &[u8]) {
+    let mut u = Unstructured::new(bytes);
+    let Ok(text) = scenes::text(&mut u) else { return };
+    let Ok(scene) = Scene::parse("any", &text) else { return };
+    let Ok(script) = script(&mut u) else { return };
+    let interpolate = u.ratio(1, 2).unwrap_or(false);
+    let script = Script::parse("any script", &script).unwrap_or_else(|error| panic!("{error}\n{script}"));
+    let mut player = Player::new(script).expect("its keys are those of the table");
+    let options = Options { pictures: false, interpolate, ..Options::default() };
+    let mut session = Session::new(scene, options);
+    session.limit_ticks(TICKS);
+    let start = Summary::start(&mut session);
+    let mut clock = FrameClock::default();
+    for _ in 0..FRAMES {
+        let Ok(length) = u.choose(FRAME_TIMES) else { return };
+        let before = clock.now();
+        let Ok(time) = clock.advance_by(*length) else {
+            assert!(*length < 0.0 || !(before + *length).is_finite(), "{length} s was refused");
+            assert_eq!(clock.now().to_bits(), before.to_bits(), "a refused time left a mark");
+            continue;
+        };
+        let input = player.input(&session, time.total());
+        session.advance(&input, time);
+        session.take_orders();
+        for thing in session.things() {
+            let position = session.world().get::<Transform>(thing).map(|transform| transform.position);
+            let body = session.world().get::<PhysicsBody>(thing);
+            let finite =
+                position.is_none_or(|x| x.is_finite()) && body.is_none_or(|body| body.velocity.is_finite());
+            assert!(finite, "{}: {position:?} {body:?}\n{text}", session.name(thing));
+        }
+    }
+    session.picture();
+    let _ = state_hash(&session);
+    let summary = Summary::of(&mut session, start, 0, None);
+    assert!(!summary.to_json().is_empty() && !summary.to_table().is_empty());
+}
+
+fn script(u: &mut Unstructured<'_>) -> Result<String> {
+    let mut script = "[\n".to_owned();
+    let mut frame = 0;
+    for _ in 0..u.int_in_range(0..=8)? {
+        frame += u.int_in_range(0..=3)?;
+        writeln!(script, " (at_frame: {frame}, do: {}),", action(u)?).expect("a string takes everything");
+    }
+    script.push(']');
+    Ok(script)
+}
+
+fn action(u: &mut Unstructured<'_>) -> Result<String> {
+    let body = format!("\"b{}\"", u.int_in_range(0..=scenes::BODIES - 1)?);
+    Ok(match u.int_in_range(0..=13)? {
+        0..=3 => format!("press(\"{}\")", u.choose(BINDINGS)?.name),
+        4 => format!("hold(\"{}\", {:?})", u.choose(BINDINGS)?.name, 0.05),
+        5 => format!("move_mouse({:?}, {:?})", finite(u)?, finite(u)?),
+        6 => format!("click({})", u.choose(&["left", "right", "middle"])?),
+        7 => format!("wheel({:?})", finite(u)?),
+        8 => format!("push({body}, {})", written(any_vector(u)?)),
+        9 => format!("set_velocity({body}, {})", written(any_vector(u)?)),
+        10 => format!("set_gravity({})", written(any_vector(u)?)),
+        11 => format!("set_damping({:?})", at_least_0(u)?),
+        12 => format!("remove({body})"),
+        _ => format!("set_position({body}, {})", written(any_vector(u)?)),
+    })
+}

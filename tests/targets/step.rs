@@ -1,0 +1,160 @@
+//! Whatever is asked of a world: everything in it stays finite, a body that is frozen changes no bit of any other, and a
+//! second run has the bits of the first.
+
+use arbitrary::{Result, Unstructured};
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{
+    Damping, DampingModel, Effect, Fault, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests,
+    StableId, Stepper, TimeStep, Transform,
+};
+use scene::{Scene, unsolvable};
+
+use super::numbers::{any, any_vector, at_least_0, finite};
+use super::scenes;
+
+/// Ticks of a run.
+const TICKS: u64 = 16;
+
+/// What acts from outside.
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    Push(u32, DVec3),
+    Ask(Request<u32>),
+    Method(Method),
+}
+
+/// Bits of position and velocity; nothing where there is no such body.
+type Bits = Option<[u64; 6]>;
+
+/// What a run came to.
+#[derive(Debug, PartialEq)]
+struct Trace {
+    /// After each tick, by stable id.
+    states: Vec<Vec<Bits>>,
+    /// Who was frozen in which tick, and whether by a request.
+    frozen: Vec<(u32, u64, bool)>,
+}
+
+/// A random scene with pushes and requests of any size.
+pub fn step(bytes: &[u8]) {
+    let mut u = Unstructured::new(bytes);
+    let Ok(text) = scenes::text(&mut u) else { return };
+    let Ok(scene) = Scene::parse("any", &text) else { return };
+    let Ok(events) = events(&mut u, &scene) else { return };
+    let first = run(&scene, &events, &[]);
+    let context = || format!("{text}\n{events:?}\n{:?}", first.frozen);
+    if first.frozen.is_empty() {
+        assert!(run(&scene, &events, &[]) == first, "two runs differ: {}", context());
+        return;
+    }
+    let without = run(&scene, &events, &first.frozen);
+    assert!(without.frozen.is_empty(), "{:?} are frozen without the others: {}", without.frozen, context());
+    for (tick, (with, without)) in (1..).zip(first.states.iter().zip(&without.states)) {
+        for (id, (with, without)) in (0..).zip(with.iter().zip(without)) {
+            let gone = first.frozen.iter().any(|(body, since, _)| *body == id && *since <= tick);
+            assert!(gone || with == without, "body {id} noticed it in tick {tick}: {}", context());
+        }
+    }
+}
+
+fn events(u: &mut Unstructured<'_>, scene: &Scene) -> Result<Vec<(u64, Event)>> {
+    let bodies: u32 = scene.bodies.len().try_into().expect("scenes of targets are small");
+    let mut events = Vec::new();
+    for tick in 1..=TICKS {
+        if u.ratio(1, 4)? {
+            let body = u.int_in_range(0..=bodies - 1)?;
+            events.push((tick, event(u, body, scene)?));
+        }
+    }
+    Ok(events)
+}
+
+fn event(u: &mut Unstructured<'_>, body: u32, scene: &Scene) -> Result<Event> {
+    let methods = Method::ALL.map(|method| (method, unsolvable(method, scene.mutual_gravity.is_some())));
+    let method = |u: &mut Unstructured<'_>| {
+        let (method, why_not) = u.choose(&methods)?;
+        Ok(if why_not.is_some() { scene.method } else { *method })
+    };
+    Ok(match u.int_in_range(0..=12)? {
+        0..=3 => Event::Push(body, any_vector(u)?),
+        4 => Event::Ask(Request::Impulse(body, any_vector(u)?)),
+        5 => Event::Ask(Request::SetVelocity(body, any_vector(u)?)),
+        6 => Event::Ask(Request::SetPosition(body, any_vector(u)?)),
+        7 => Event::Ask(Request::SetInverseMass(body, at_least_0(u)?)),
+        8 => Event::Ask(Request::SetGravity(any_vector(u)?)),
+        9 => {
+            let model = *u.choose(&DampingModel::ALL)?;
+            Event::Ask(Request::SetDamping(Damping {
+                model,
+                rate: if u.ratio(1, 2)? { finite(u)? } else { any(u)? },
+            }))
+        }
+        10 => match u.int_in_range(0..=3)? {
+            0 => Event::Ask(Request::ReverseVelocities),
+            1 => Event::Ask(Request::Remove(body)),
+            _ => Event::Ask(Request::Switch(*u.choose(&Effect::ALL)?, u.ratio(1, 2)?)),
+        },
+        11 => {
+            let own = if u.ratio(1, 3)? { None } else { Some(method(u)?) };
+            Event::Ask(Request::SetBodyMethod(body, own))
+        }
+        _ => Event::Method(method(u)?),
+    })
+}
+
+/// A run in which the bodies `removed` are taken out in the ticks that they would not survive.
+fn run(scene: &Scene, events: &[(u64, Event)], removed: &[(u32, u64, bool)]) -> Trace {
+    let mut world = World::new();
+    let bodies = scene.spawn(&mut world);
+    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+    let body = |id: u32| bodies[id as usize];
+    let mut states = Vec::new();
+    for tick in 1..=TICKS {
+        let goes = |id: u32| removed.iter().any(|(gone, at, _)| *gone == id && *at == tick);
+        let asked_to_go = |id: u32| removed.contains(&(id, tick, true));
+        for (_, event) in events.iter().filter(|(at, _)| *at == tick) {
+            match *event {
+                Event::Push(id, newtons) if !goes(id) => {
+                    world.resource_mut::<PushQueue>().push_once(body(id), newtons);
+                }
+                Event::Push(..) => {}
+                Event::Ask(request) => {
+                    // The request that froze it is not carried out; one that froze it only later is.
+                    let request = request.rename(|id| (!asked_to_go(id)).then(|| body(id)));
+                    if let Some(request) = request {
+                        world.resource_mut::<Requests>().ask(request);
+                    }
+                }
+                Event::Method(method) => stepper.set_method(&mut world, method),
+            }
+        }
+        for (id, ..) in removed.iter().filter(|(_, at, _)| *at == tick) {
+            world.resource_mut::<Requests>().ask(Request::Remove(body(*id)));
+        }
+        stepper.tick(&mut world);
+        assert_finite(&mut world);
+        states.push(bodies.iter().map(|body| bits(&world, *body)).collect());
+    }
+    let frozen = world.resource::<Quarantine>().records().iter().map(|record| {
+        let id = world.get::<StableId>(record.body).map_or(u32::MAX, |id| id.0);
+        (id, record.tick, record.cause.fault == Fault::Request)
+    });
+    Trace { states, frozen: frozen.filter(|(id, ..)| *id != u32::MAX).collect() }
+}
+
+fn bits(world: &World, body: Entity) -> Bits {
+    let body = world.get_entity(body).ok()?;
+    let [x, y, z] = body.get::<Transform>()?.position.to_array().map(f64::to_bits);
+    let [a, b, c] = body.get::<PhysicsBody>()?.velocity.to_array().map(f64::to_bits);
+    Some([x, y, z, a, b, c])
+}
+
+/// Fails if a number of any body is not finite, frozen or not.
+pub fn assert_finite(world: &mut World) {
+    for (id, transform, body) in world.query::<(Option<&StableId>, &Transform, &PhysicsBody)>().iter(world) {
+        let finite =
+            transform.position.is_finite() && body.velocity.is_finite() && body.inverse_mass.is_finite();
+        assert!(finite, "{id:?} has {transform:?}, {body:?}");
+    }
+}
