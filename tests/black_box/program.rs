@@ -62,7 +62,7 @@ fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
     let folder = folder();
     let (code, out, err) = run(folder.path(), "run stiff.ron --seconds 5 --black-box box.zip");
     assert_eq!(code, 1, "{out}{err}");
-    assert!(err.contains("energy jumped"), "{err}");
+    assert!(err.contains("energy out of nowhere"), "{err}");
     let (code, out, err) = run(folder.path(), "replay box.zip");
     assert_eq!(code, 0, "{out}{err}");
     assert!(out.contains("the same fault, tick"), "{out}");

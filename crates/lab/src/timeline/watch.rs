@@ -73,7 +73,7 @@ impl Watch {
             tick: first,
             body: None,
             what: format!(
-                "energy jumped: {invented:.3e} J out of nowhere in tick {tick}, over {scale:.3e} J"
+                "energy out of nowhere from here on, {invented:.3e} J in tick {tick}, where there were {scale:.3e} J"
             ),
         })
     }

@@ -1,6 +1,7 @@
 //! The tutorial's words in the tutorial's places, a cross-hair, and the state of the clock.
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke, Vec2};
+use egui::text::LayoutJob;
+use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Stroke, Vec2};
 
 use super::Model;
 use crate::control::Mode;
@@ -22,6 +23,9 @@ const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
 
 /// Ours, below all that stands at the top: a notice may be wide.
 const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
+
+/// Widest line of a notice, of the width of the window.
+const NOTICE_WIDTH: f32 = 0.94;
 
 pub(super) fn show(painter: &Painter, model: &Model) {
     let screen = painter.ctx().content_rect();
@@ -59,13 +63,33 @@ pub(super) fn show(painter: &Painter, model: &Model) {
         THIN,
     );
     state(painter, at(Vec2::new(99.0, 2.0)), model, font.size * 0.8);
-    for (row, notice) in (0_u8..).zip(&model.notices) {
-        let size = font.size * 0.8;
-        let place = at(NOTICES_AT) + Vec2::Y * size * 1.3 * f32::from(row);
-        text(painter, place, Align2::CENTER_TOP, notice, FontId::proportional(size), WARNING);
-    }
+    notices(painter, at(NOTICES_AT), &model.notices, font.size * 0.8);
     if model.mode == Mode::Camera {
         cross_hair(painter, screen.center());
+    }
+}
+
+/// One below the other; what is wider than the window has several lines.
+fn notices(painter: &Painter, mut place: Pos2, notices: &[String], size: f32) {
+    let font = FontId::proportional(size);
+    let most = painter.ctx().content_rect().width() * NOTICE_WIDTH;
+    for notice in notices {
+        let line = painter.layout_no_wrap(notice.clone(), font.clone(), WARNING);
+        let lines = if line.size().x > most {
+            let mut job = LayoutJob::simple(notice.clone(), font.clone(), WARNING, most);
+            job.halign = Align::Center;
+            let lines = painter.layout_job(job);
+            for corner in RIM {
+                let rim = Color32::from_black_alpha(200);
+                painter.galley_with_override_text_color(place + corner, lines.clone(), rim);
+            }
+            painter.galley(place, lines.clone(), WARNING);
+            lines.rows.len()
+        } else {
+            text(painter, place, Align2::CENTER_TOP, notice, font.clone(), WARNING);
+            1
+        };
+        (0..lines).for_each(|_| place.y += size * 1.3);
     }
 }
 
@@ -118,9 +142,13 @@ fn cross_hair(painter: &Painter, center: Pos2) {
     }
 }
 
+/// Where the dark rim of words is.
+const RIM: [Vec2; 4] =
+    [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, -1.0)];
+
 /// Words with a dark rim, readable on sky and checker alike.
 pub(super) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
-    for corner in [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, -1.0)] {
+    for corner in RIM {
         painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }
     painter.text(at, anchor, words, font, color);
