@@ -37,15 +37,23 @@ pub(super) fn run<T: Real, M: Integrator>(
         return step_all::<T, M>(terms, table, 0..rows, applied, refuse);
     }
     // Nothing here looks at the time, so that every substep is the same step. A row that one of them refuses
-    // stays as it is, and the others refuse it as well.
+    // stays as it is, and the others refuse it as well; it goes back to where it was before the tick.
     let mut refused: Vec<(usize, Breach)> = Vec::new();
+    let mut before = ([[T::ZERO; 3]; STAY], [[T::ZERO; 4]; STAY]);
     for start in (0..rows).step_by(STAY) {
+        let rows = start..rows.min(start + STAY);
+        before.0[..rows.len()].copy_from_slice(&table.positions[rows.clone()]);
+        before.1[..rows.len()].copy_from_slice(&table.bodies[rows.clone()]);
+        let first = refused.len();
         for _ in 0..substeps {
-            let rows = start..rows.min(start + STAY);
             let refuse = &mut |row, breach| refused.push((row, breach));
-            if !step_all::<T, M>(terms, table, rows, applied, refuse) {
+            if !step_all::<T, M>(terms, table, rows.clone(), applied, refuse) {
                 return false;
             }
+        }
+        for (row, _) in &refused[first..] {
+            table.positions[*row] = before.0[row - start];
+            table.bodies[*row] = before.1[row - start];
         }
     }
     // The first of a row is why; the sort keeps their order.
