@@ -383,6 +383,8 @@ struct Limits<T: Real, S: Simd> {
     v: T::Lanes<S>,
     /// Whether a step whose positions hold has velocities that hold.
     by_position: bool,
+    /// Whether all that is asked of a number is that it is finite.
+    finite: bool,
 }
 
 impl<T: Real, S: Simd> Limits<T, S> {
@@ -390,7 +392,8 @@ impl<T: Real, S: Simd> Limits<T, S> {
     fn new(simd: S, bounds: Bounds<T>, moves_with_new_velocity: bool) -> Self {
         let three = |bound: T| T::Lanes::of(simd, [bound, bound, bound, T::MAX]);
         let by_position = moves_with_new_velocity && bounds.leaves_speeds_free();
-        Self { bounds, x: three(bounds.position), v: three(bounds.speed), by_position }
+        let finite = bounds.leaves_speeds_free() && bounds.position == T::MAX;
+        Self { bounds, x: three(bounds.position), v: three(bounds.speed), by_position, finite }
     }
 }
 
@@ -405,7 +408,10 @@ fn commit<T: Real, M: Integrator, S: Simd>(
     refuse: Refuse<'_>,
 ) {
     // A step that moves with its own new velocity has a finite position only if that is finite as well.
-    if !M::CHECKED || all_within(new_x, limits.x) && (limits.by_position || all_within(new_v, limits.v)) {
+    if !M::CHECKED
+        || all_within(new_x, limits.x, limits.finite)
+            && (limits.by_position || all_within(new_v, limits.v, limits.finite))
+    {
         if M::MOVES {
             // In this order: the last lane of a row is the first number of the next, which is stored after it.
             each_row!(k in BLOCK - 1 {
@@ -459,11 +465,12 @@ pub(super) fn is_missed<T: Real>(bounds: &Bounds<T>, x: &[T], row: &Row<T>) -> b
 }
 
 /// `true` proves that every number is at most the bound of its lane; NaN is not. Sums of numbers near the bound may deny
-/// it: the rows are then looked at one by one.
+/// it: the rows are then looked at one by one. Of numbers that have to be finite and no more, signs may stay: what is not
+/// finite leaves no sum finite.
 #[inline(always)]
-fn all_within<T: Real, S: Simd>(rows: &Rows<T, S, BLOCK>, bound: T::Lanes<S>) -> bool {
+fn all_within<T: Real, S: Simd>(rows: &Rows<T, S, BLOCK>, bound: T::Lanes<S>, finite: bool) -> bool {
     let [a, b, c, d] = rows.0;
-    let sum = (a.abs() + b.abs()) + (c.abs() + d.abs());
+    let sum = if finite { ((a + b) + (c + d)).abs() } else { (a.abs() + b.abs()) + (c.abs() + d.abs()) };
     T::Lanes::all(sum.simd_le(bound))
 }
 
