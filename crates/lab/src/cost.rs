@@ -21,6 +21,7 @@ mod truth;
 
 pub(crate) use arrays::laws_of_bodies;
 pub(crate) use record::method_name;
+pub(crate) use truth::larger;
 
 pub use bench::Bench;
 pub use fit::{Accuracy, Cost};

@@ -53,6 +53,20 @@ impl Limit {
     }
 }
 
+impl Limit {
+    /// System, method, measured, closed form and difference in percent, as a row of a table.
+    #[must_use]
+    pub fn cells(&self) -> [String; 5] {
+        let word = |value: f64| match value {
+            0.0 => "never".to_owned(),
+            value if value.is_infinite() => "always".to_owned(),
+            value => format!("{value:.4}"),
+        };
+        let difference = format!("{:+.3} %", 100.0 * self.relative_difference());
+        [self.system.clone(), self.method.to_owned(), word(self.measured), word(self.theory), difference]
+    }
+}
+
 /// A number, or its name where JSON has none.
 fn number<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     if value.is_finite() { serializer.serialize_f64(*value) } else { serializer.serialize_str("inf") }
@@ -91,16 +105,7 @@ pub fn net_limits(nets: u64) -> Vec<Limit> {
 pub fn table(limits: &[Limit]) -> String {
     let head =
         "| system | method | measured w h | closed form | difference |\n| --- | --- | ---: | ---: | ---: |\n";
-    let word = |value: f64| match value {
-        0.0 => "never".to_owned(),
-        value if value.is_infinite() => "always".to_owned(),
-        value => format!("{value:.4}"),
-    };
-    let row = |limit: &Limit| {
-        let [measured, theory] = [limit.measured, limit.theory].map(word);
-        let difference = 100.0 * limit.relative_difference();
-        format!("| {} | {} | {measured} | {theory} | {difference:+.3} % |\n", limit.system, limit.method)
-    };
+    let row = |limit: &Limit| format!("| {} |\n", limit.cells().join(" | "));
     limits.iter().map(row).fold(head.to_owned(), |table, row| table + &row)
 }
 

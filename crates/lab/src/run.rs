@@ -16,6 +16,15 @@ const ROUNDS: usize = 9;
 /// things too.
 const BLOCK: f64 = 1e-3;
 
+/// Position and velocity of every body with physics in `world`, in stable-id order.
+pub(crate) fn states(world: &mut World) -> Vec<(u32, Vector, Vector)> {
+    let mut bodies = world.query::<(&StableId, &Transform, &PhysicsBody)>();
+    let states = bodies.iter(world).map(|(id, transform, body)| (id.0, transform.position, body.velocity));
+    let mut states: Vec<_> = states.collect();
+    states.sort_unstable_by_key(|(id, ..)| *id);
+    states
+}
+
 /// A world and its stepper.
 pub(crate) struct Run {
     pub world: World,
@@ -47,14 +56,7 @@ impl Run {
 
     /// Position and velocity of every body with physics, in stable-id order.
     pub fn states(&mut self) -> Vec<(u32, Vector, Vector)> {
-        let mut states: Vec<_> = self
-            .world
-            .query::<(&StableId, &Transform, &PhysicsBody)>()
-            .iter(&self.world)
-            .map(|(id, transform, body)| (id.0, transform.position, body.velocity))
-            .collect();
-        states.sort_unstable_by_key(|(id, ..)| *id);
-        states
+        states(&mut self.world)
     }
 
     /// Stable ids of the bodies that can move, ascending.

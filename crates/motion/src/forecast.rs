@@ -39,15 +39,10 @@ pub enum Part {
 /// What makes an unstable part stable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cure {
-    /// The least number of substeps by the same method, if one up to [`Cure::MOST_SUBSTEPS`] is enough.
+    /// The least number of substeps by the same method, if one up to [`Substeps::MOST`] is enough.
     pub substeps: Option<u32>,
     /// A method that is stable as it is: the first of the table with no lower order, or else implicit Euler.
     pub method: Option<Method>,
-}
-
-impl Cure {
-    /// Substeps that are looked at.
-    pub const MOST_SUBSTEPS: u32 = 100_000;
 }
 
 /// How far from instability something is.

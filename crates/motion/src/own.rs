@@ -16,6 +16,9 @@ use crate::units::Scalar;
 pub struct Substeps(pub u32);
 
 impl Substeps {
+    /// Most parts that a tick may have: a slip of the finger must not stop a program for minutes.
+    pub const MOST: u32 = 100_000;
+
     /// How many parts a tick has, 1 where nothing is said.
     pub(crate) fn parts(substeps: Option<&Self>) -> u32 {
         substeps.map_or(1, |substeps| substeps.0.max(1))

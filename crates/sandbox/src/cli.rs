@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
-use motion::{DampingModel, Effect, Method};
+use motion::{DampingModel, Effect, Method, Substeps};
 use scene::{Scene, StepKind};
 
 pub use crate::failure::Failure;
@@ -25,9 +25,6 @@ pub struct Cli {
     #[command(flatten)]
     window: WindowArgs,
 }
-
-/// Parts of a tick, at most: at 120 Hz each is a tenth of a microsecond.
-const MOST_SUBSTEPS: u32 = 100_000;
 
 const EXIT_CODES: &str = "Exit codes: 0 fine, 1 an expectation failed, 2 bad flag, file or scene, 3 a body was \
 quarantined, 4 no graphics adapter for pictures, 5 no display for a window";
@@ -330,8 +327,8 @@ fn above_0(text: &str) -> Result<u64, String> {
 }
 
 fn substeps(text: &str) -> Result<u32, String> {
-    let found = text.parse().ok().filter(|parts| (1..=MOST_SUBSTEPS).contains(parts));
-    found.ok_or_else(|| format!("give a whole number from 1 to {MOST_SUBSTEPS}"))
+    let found = text.parse().ok().filter(|parts| (1..=Substeps::MOST).contains(parts));
+    found.ok_or_else(|| format!("give a whole number from 1 to {}", Substeps::MOST))
 }
 
 fn threads(text: &str) -> Result<usize, String> {

@@ -95,7 +95,7 @@ impl Camera {
 /// Writes a picture with the settings that made it.
 pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Result<(), Failure> {
     let text = [
-        ("Software", format!("sandbox {}", env!("CARGO_PKG_VERSION"))),
+        ("Software", crate::PROGRAM.to_owned()),
         ("Scene", session.scene().name.clone()),
         ("Tick", session.ticks().to_string()),
         ("Method", session.stepper().method().name().to_owned()),

@@ -30,6 +30,9 @@ mod trails;
 mod ui;
 mod window;
 
+/// Name and version of the program, for files that it writes.
+pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
+
 pub use camera::Camera;
 pub use control::Mode;
 pub use session::{

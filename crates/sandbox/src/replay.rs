@@ -8,6 +8,7 @@ use lab::{ENERGY_JUMP, Fault, Replay, Watch};
 use motion::Ledger;
 use scene::{Bundle, FaultEntry, Scene};
 
+use crate::PROGRAM;
 use crate::cli::show;
 use crate::failure::Failure;
 
@@ -54,9 +55,8 @@ pub(crate) fn replay(path: &Path) -> Result<(), Failure> {
         show(&format!("the same state, hash {}; {fault}\n", outcome.hash));
         return Ok(());
     }
-    let here = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
-    if manifest.program != here {
-        differences.push(format!("it was written by {}, this is {here}", manifest.program));
+    if manifest.program != PROGRAM {
+        differences.push(format!("it was written by {}, this is {PROGRAM}", manifest.program));
     }
     Err(Failure::Expectation(format!("{name}: {}", differences.join("; "))))
 }
@@ -102,11 +102,6 @@ fn repeat(bundle: &Bundle, scene: &Scene) -> Result<Outcome, String> {
         replay.tick(&mut events, ledger.as_mut());
         faults.extend(watch.look(&replay.world, ledger.as_ref()));
     }
-    let named = |fault: Fault| FaultEntry {
-        tick: fault.tick,
-        body: fault.body.and_then(|id| Some(scene.names.get(id)?.into_owned())),
-        what: fault.what,
-    };
-    let faults = faults.into_iter().map(named).collect();
+    let faults = faults.iter().map(|fault: &Fault| fault.named(&scene.names)).collect();
     Ok(Outcome { diverged_at, faults, hash: format!("{:016x}", replay.state_hash()) })
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
+use bevy_ecs::entity::Entity;
 use motion::{Ledger, Lines, Method, PhysicsBody, Totals, Transform, totals};
 use serde_json::{Map, Value, json};
 
@@ -19,8 +20,8 @@ pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,posit
 /// Those of `out`.
 pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
     let (tick, time) = (session.ticks(), session.simulated());
-    for (name, transform, body) in bodies(session) {
-        write!(out, "{tick},{time:.16e},{name}")?;
+    for (thing, transform, body) in bodies(session) {
+        write!(out, "{tick},{time:.16e},{}", session.name(thing))?;
         for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
             write!(out, ",{number:.16e}")?;
         }
@@ -37,10 +38,10 @@ pub fn state_hash(session: &Session) -> u64 {
     scene::hash_of_states(states)
 }
 
-fn bodies(session: &Session) -> impl Iterator<Item = (String, Transform, PhysicsBody)> + '_ {
+fn bodies(session: &Session) -> impl Iterator<Item = (Entity, Transform, PhysicsBody)> + '_ {
     session.things().filter_map(|thing| {
         let body = *session.world().get::<PhysicsBody>(thing)?;
-        Some((session.name(thing), *session.world().get::<Transform>(thing)?, body))
+        Some((thing, *session.world().get::<Transform>(thing)?, body))
     })
 }
 

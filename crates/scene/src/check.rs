@@ -1,7 +1,7 @@
 //! Checks of single values: each gives a usable value and notes the fault, so that resolving goes on.
 
 use glam::DVec3;
-use motion::Method;
+use motion::{Method, Substeps};
 
 use crate::faults::Faults;
 use crate::nearest::one_of;
@@ -64,9 +64,6 @@ pub(crate) fn shown(v: f64) -> String {
 pub(crate) fn shown_vector(v: DVec3) -> String {
     format!("({})", v.to_array().map(shown).join(", "))
 }
-
-/// Most parts into which a tick may be divided: a slip of the finger must not stop the program for minutes.
-const SUBSTEP_LIMIT: u32 = 100_000;
 
 impl Faults {
     /// A number, or `default` where none is given; `noun` says what a bad one is not.
@@ -147,10 +144,10 @@ impl Faults {
     /// A number of parts of a tick under any key, where one is given.
     pub fn parts(&mut self, (scope, key): (Scope, &str), value: Option<u32>) -> Option<u32> {
         let substeps = value?;
-        if (1..=SUBSTEP_LIMIT).contains(&substeps) {
+        if (1..=Substeps::MOST).contains(&substeps) {
             return value;
         }
-        let cure = format!("give a whole number from 1 to {SUBSTEP_LIMIT}");
+        let cure = format!("give a whole number from 1 to {}", Substeps::MOST);
         self.add(scope.key(key), format!("{substeps} is not a number of substeps"), cure);
         None
     }

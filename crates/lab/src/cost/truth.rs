@@ -120,7 +120,7 @@ impl Target {
     }
 }
 
-/// The larger of the two; NaN stays.
+/// The one of the larger magnitude; what is not a number stays.
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b <= a { a } else { b }
+    if a.is_nan() || b.abs() <= a.abs() { a } else { b }
 }

@@ -28,7 +28,8 @@ fn plain(value: Option<f64>) -> String {
     value.filter(|value| value.is_finite()).map(|value| format!("{value:e}")).unwrap_or_default()
 }
 
-fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
+/// Rows under a header, as RFC 4180 has them.
+pub(crate) fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut text = header.to_owned() + "\n";
     for row in rows {
         text += &row.iter().map(|value| field(value)).collect::<Vec<_>>().join(",");

@@ -3,6 +3,8 @@
 use scene::Bounds;
 use serde::{Deserialize, Serialize};
 
+use crate::cost::larger;
+
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -63,11 +65,7 @@ pub struct Extremes {
 impl Extremes {
     /// Takes in the next number.
     pub fn look(&mut self, number: f64) {
-        self.last = number;
-        let within = number.abs() <= self.largest.abs();
-        if !within && !self.largest.is_nan() {
-            self.largest = number;
-        }
+        (self.largest, self.last) = (larger(self.largest, number), number);
     }
 
     /// What a run with these numbers is. A comparison with what is not a number fails, and such a run has exploded.

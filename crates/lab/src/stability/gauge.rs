@@ -5,7 +5,7 @@ use scene::{Measure, Scene, SurvivalRow};
 
 use super::host::Host;
 use super::record::PREFIX;
-use crate::cost::Sample;
+use crate::cost::{Sample, larger};
 
 /// Looks at a run, about, unless they would be more than [`EVERY`] ticks apart.
 const LOOKS: u64 = 256;
@@ -156,9 +156,4 @@ impl Gauge {
         });
         strains.fold(0.0, larger)
     }
-}
-
-/// The one of the larger magnitude; not a number stays.
-fn larger(a: Scalar, b: Scalar) -> Scalar {
-    if a.is_nan() || b.abs() <= a.abs() { a } else { b }
 }

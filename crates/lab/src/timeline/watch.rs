@@ -2,6 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use motion::{Ledger, Quarantine, StableId, StepClock};
+use scene::{FaultEntry, Names};
 
 /// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a
 /// fault. The first tick of a fall from rest invents as much as it has, whatever comes after it; of a method beyond
@@ -17,6 +18,15 @@ pub struct Fault {
     pub body: Option<u32>,
     /// What happened, and in which part of the step.
     pub what: String,
+}
+
+impl Fault {
+    /// The same for people and programs elsewhere, by the name that the body has in `names`.
+    #[must_use]
+    pub fn named(&self, names: &Names) -> FaultEntry {
+        let body = self.body.and_then(|id| Some(names.get(id)?.into_owned()));
+        FaultEntry { tick: self.tick, body, what: self.what.clone() }
+    }
 }
 
 /// Looks at a run after every tick.

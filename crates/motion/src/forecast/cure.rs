@@ -3,6 +3,7 @@
 use super::modes::{Modes, Pace};
 use super::{Cure, Margin, Part};
 use crate::method::Method;
+use crate::own::Substeps;
 use crate::units::Scalar;
 
 /// What is stepped: stable if all of its parts are.
@@ -107,10 +108,10 @@ impl System {
         let stable = |substeps| self.is_stable(Pace { substeps, ..pace });
         let (mut low, mut high) = (pace.substeps, pace.substeps);
         loop {
-            if high >= Cure::MOST_SUBSTEPS {
+            if high >= Substeps::MOST {
                 return None;
             }
-            (low, high) = (high.max(low), high.saturating_mul(2).min(Cure::MOST_SUBSTEPS));
+            (low, high) = (high.max(low), high.saturating_mul(2).min(Substeps::MOST));
             if stable(high) {
                 break;
             }

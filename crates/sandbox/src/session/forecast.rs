@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
-use motion::{Cure, Damping, Forecast, FrameTime, Groups, Margin, Method, Part, Substeps, TimeStep};
+use motion::{Damping, Forecast, FrameTime, Groups, Margin, Method, Part, Substeps, TimeStep};
 
 use super::Session;
 
@@ -87,7 +87,7 @@ fn cure_in_words(margin: &Margin) -> String {
         (Some(substeps), Some(method)) => format!("needs {substeps} substeps, or {method}"),
         (Some(substeps), None) => format!("needs {substeps} substeps"),
         (None, Some(method)) => format!("needs {method}"),
-        (None, None) => format!("nothing up to {} substeps helps", Cure::MOST_SUBSTEPS),
+        (None, None) => format!("nothing up to {} substeps helps", Substeps::MOST),
     }
 }
 

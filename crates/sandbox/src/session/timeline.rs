@@ -6,9 +6,10 @@ use bevy_ecs::prelude::*;
 use lab::{ENERGY_JUMP, Fault, Replay, TIMELINE_BYTES, Timeline, Watch};
 use motion::{SoftBody, remember_positions};
 use pick::{SoftTargets, Targets};
-use scene::{BUNDLE_FORMAT, Bundle, FaultEntry, FileIndex, Happening, Keyframe, Manifest, Settings};
+use scene::{BUNDLE_FORMAT, Bundle, FileIndex, Happening, Keyframe, Manifest, Settings};
 
 use super::{Order, Session, ids_of, share_among_threads};
+use crate::PROGRAM;
 use crate::trails::Trails;
 
 /// What a session does when something goes wrong.
@@ -270,24 +271,22 @@ impl Session {
         let (snapshot, events, scale) = timeline.origin()?;
         let hash = |hash: u64| format!("{hash:016x}");
         let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
-        let named = |fault: &Fault| FaultEntry {
-            tick: fault.tick,
-            body: fault.body.and_then(|id| Some(self.scene.names.get(id)?.into_owned())),
-            what: fault.what.clone(),
-        };
         let range = timeline.range();
         Some(Bundle {
             scene: self.scene.text.0.to_string(),
             manifest: Manifest {
                 format: BUNDLE_FORMAT,
-                program: concat!("sandbox ", env!("CARGO_PKG_VERSION")).to_owned(),
+                program: PROGRAM.to_owned(),
                 scene: self.scene.name.clone(),
                 settings: Settings::of(&self.scene),
                 snapshot_tick: *range.start(),
                 end_tick: *range.end(),
                 end_state_hash: hash(timeline.end_hash(&self.scene).ok()?),
                 keyframes: keyframes.collect(),
-                fault: fault.as_ref().filter(|fault| range.contains(&fault.tick)).map(named),
+                fault: fault
+                    .as_ref()
+                    .filter(|fault| range.contains(&fault.tick))
+                    .map(|fault| fault.named(&self.scene.names)),
             },
             snapshot: snapshot.clone(),
             events,

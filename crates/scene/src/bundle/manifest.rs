@@ -1,6 +1,6 @@
 //! What a bundle says of its run, for people and programs.
 
-use motion::{DampingModel, Method};
+use motion::{DampingModel, Method, Substeps};
 use serde::{Deserialize, Serialize};
 
 use crate::scene::Scene;
@@ -82,7 +82,7 @@ impl Settings {
         scene.method = self.method.map_or(scene.method, |Name(method)| method);
         let rate = self.step_hz.filter(|rate| *rate > 0.0 && rate.is_finite() && (1.0 / rate).is_finite());
         scene.step_hz = rate.unwrap_or(scene.step_hz);
-        scene.substeps = self.substeps.map_or(scene.substeps, |parts| parts.clamp(1, 100_000));
+        scene.substeps = self.substeps.map_or(scene.substeps, |parts| parts.clamp(1, Substeps::MOST));
         if let (Some(damping), Some(Name(model))) = (&mut scene.damping, self.damping) {
             damping.model = model;
         }

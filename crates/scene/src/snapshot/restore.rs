@@ -16,9 +16,6 @@ use crate::resolve_springs::unsolvable;
 use crate::scene::Scene;
 use crate::spawn::FileIndex;
 
-/// Parts of a tick, at most: more would hang.
-const MOST_SUBSTEPS: u32 = 100_000;
-
 /// Why a snapshot is none of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadSnapshot(pub(crate) &'static str);
@@ -70,7 +67,7 @@ impl Snapshot {
     fn check(&self, scene: &Scene) -> Result<Vec<u32>, BadSnapshot> {
         let count = scene.bodies.len();
         ensure(self.step_s > 0.0 && self.step_s.is_finite(), "its tick has no length")?;
-        ensure(self.substeps <= MOST_SUBSTEPS, "a tick has too many parts")?;
+        ensure(self.substeps <= Substeps::MOST, "a tick has too many parts")?;
         let methods = self.own_methods.iter().map(|(_, Name(method))| *method).chain([self.method.0]);
         let solved = |method| unsolvable(method, scene.mutual_gravity.is_some()).is_none();
         ensure({ methods }.all(solved), "its method cannot solve the scene")?;
@@ -129,7 +126,7 @@ impl Snapshot {
                 mark_method(&mut body, Some(*method));
             }
         }
-        let substeps = |(id, substeps): &(u32, u32)| (*id, OwnSubsteps((*substeps).min(MOST_SUBSTEPS)));
+        let substeps = |(id, substeps): &(u32, u32)| (*id, OwnSubsteps((*substeps).min(Substeps::MOST)));
         give(world, bodies, self.own_substeps.iter().map(substeps));
         give(world, bodies, self.last_steps.iter().map(|(id, step)| (*id, LastStep(*step))));
         let before = |(id, place): &(u32, [f64; 3])| (*id, PreviousPosition(Vector::from_array(*place)));

@@ -1,19 +1,16 @@
 //! The largest stable steps and the maps of steps, as parts of the page and as files.
 
 use super::Section;
-use super::tables::{exact, quoted};
+use super::tables::exact;
 use crate::limits::{Limit, Map};
 use crate::report::page::table;
+use crate::report::tables::csv;
 
 /// The parts of the page.
 #[must_use]
 pub fn sections(limits: &[Limit], maps: &[Map]) -> Vec<Section> {
-    let header = ["system", "method", "measured", "closed form", "difference, %"];
-    let rows = limits.iter().map(|limit| {
-        let [measured, theory] = [limit.measured, limit.theory].map(value);
-        let difference = format!("{:+.3}", 100.0 * limit.relative_difference());
-        vec![limit.system.clone(), limit.method.to_string(), measured, theory, difference]
-    });
+    let header = ["system", "method", "measured", "closed form", "difference"];
+    let rows = limits.iter().map(|limit| limit.cells().into());
     let measured = format!(
         "<p>The largest w h at which a run stays within a thousand times its start, found by halving, beside the closed form. w is \
          the frequency of the system, of a net its largest.</p>\n{}",
@@ -30,17 +27,9 @@ pub fn sections(limits: &[Limit], maps: &[Map]) -> Vec<Section> {
 pub fn limits_csv(limits: &[Limit]) -> String {
     let row = |limit: &Limit| {
         let [measured, theory] = [limit.measured, limit.theory].map(exact);
-        format!("{},{},{measured},{theory}\n", quoted(&limit.system), limit.method)
+        vec![limit.system.clone(), limit.method.to_owned(), measured, theory]
     };
-    limits.iter().map(row).fold("system,method,measured,theory\n".to_owned(), |csv, row| csv + &row)
-}
-
-fn value(value: f64) -> String {
-    match value {
-        0.0 => "never".to_owned(),
-        value if value.is_infinite() => "always".to_owned(),
-        value => format!("{value:.4}"),
-    }
+    csv("system,method,measured,theory", limits.iter().map(row))
 }
 
 /// A drawing without the declaration that only a file of its own has.

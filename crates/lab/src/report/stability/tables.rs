@@ -4,10 +4,11 @@ use motion::Method;
 
 use crate::palette::ink;
 use crate::report::numbers::number;
+use crate::report::tables;
 use crate::stability::{Cell, Class, Matrix};
 
 /// Columns of `matrix.csv`.
-const HEADER: &str = "case,row,precision,measure,ticks,method,class,number,bound,why\n";
+const HEADER: &str = "case,row,precision,measure,ticks,method,class,number,bound,why";
 
 /// The methods of a matrix, in the order of its cells.
 pub(super) fn methods(matrix: &Matrix) -> Vec<Method> {
@@ -43,40 +44,27 @@ pub fn table(matrix: &Matrix) -> Vec<Vec<String>> {
 /// A line a cell, numbers with all their digits.
 #[must_use]
 pub fn csv(matrix: &Matrix) -> String {
-    let mut csv = HEADER.to_owned();
-    for row in &matrix.rows {
-        for cell in &row.cells {
-            let fields = [
-                row.case.clone(),
-                row.label.clone(),
-                row.precision.name().to_owned(),
-                row.measure.clone(),
-                row.ticks.to_string(),
-                cell.method.name().to_owned(),
-                cell.class.name().to_owned(),
-                exact(cell.number),
-                exact(cell.bound),
-                cell.why.clone(),
-            ];
-            csv += &fields.map(|field| quoted(&field)).join(",");
-            csv.push('\n');
-        }
-    }
-    csv
+    let cells = matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
+    let rows = cells.map(|(row, cell)| {
+        vec![
+            row.case.clone(),
+            row.label.clone(),
+            row.precision.name().to_owned(),
+            row.measure.clone(),
+            row.ticks.to_string(),
+            cell.method.name().to_owned(),
+            cell.class.name().to_owned(),
+            exact(cell.number),
+            exact(cell.bound),
+            cell.why.clone(),
+        ]
+    });
+    tables::csv(HEADER, rows)
 }
 
 /// All digits of a number; empty for what is none.
 pub(super) fn exact(number: f64) -> String {
     if number.is_nan() { String::new() } else { format!("{number:e}") }
-}
-
-/// A field of CSV (RFC 4180).
-pub(super) fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
 }
 
 /// The classes as a table in Markdown; the good ones stand out.
