@@ -4,9 +4,16 @@
 //! test of its own below.
 
 use acceptance::targets::{TARGETS, Target};
+use glam::DVec3;
+use motion::{Method, Request, Requests, Spring, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use sandbox::input::{Experiment, Input};
+use scene::Scene;
+
+use crate::drive::Drive;
+use crate::harness::{H, Lab};
 
 fn number(name: &str) -> Option<u32> {
     let text = std::env::var(name).ok()?;
@@ -63,4 +70,83 @@ fn nothing_that_a_person_does_breaks_a_session() {
 #[test]
 fn nothing_that_is_asked_of_a_world_harms_another_body() {
     holds("step", 2000);
+}
+
+/// Position Verlet's velocity is half a step behind, and a group of it is left by whoever stays behind alone: gravity that
+/// changes then must not act on half a step that was before.
+#[test]
+fn a_body_that_left_a_group_of_position_verlet_falls_on_exactly() {
+    for later in [0, 1, 5] {
+        let mut lab = Lab::new(Method::PositionVerlet, H).with_gravity();
+        let bodies = [DVec3::X, DVec3::X].map(|velocity| lab.body(1.0, velocity));
+        lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.z += 2.0;
+        let elastic = motion::Elastic { stiffness: 50.0, damping: 0.0, rest_length: 2.0 };
+        lab.world.spawn(Spring { ends: bodies, elastic });
+        lab.stepper.recompile(&mut lab.world);
+        let start = lab.x(bodies[0]);
+        lab.run(10);
+        lab.world.resource_mut::<Requests>().ask(Request::Remove(bodies[1]));
+        if later > 0 {
+            lab.run(later);
+        }
+        let gravity = DVec3::new(3.0, 40.0, 0.0);
+        lab.world.resource_mut::<Requests>().ask(Request::SetGravity(gravity));
+        lab.run(20);
+        let fall = |x: DVec3, v: DVec3, a: DVec3, t: f64| (x + v * t + a * (0.5 * t * t), v + a * t);
+        let before = (10 + later) as f64 * H;
+        let (x, v) = fall(start, DVec3::X, DVec3::Y * -9.8, before);
+        let (x, _) = fall(x, v, gravity, 20.0 * H);
+        assert!(lab.x(bodies[0]).distance(x) <= 1e-12, "{later}: {} {x}", lab.x(bodies[0]));
+    }
+}
+
+/// Curves of numbers that no plot has room for.
+#[test]
+fn a_ledger_of_huge_energies_is_drawn() {
+    for speed in [1e20, 1e150, 1e300] {
+        let mut drive = Drive::bodies(&format!(
+            "(name: \"a\", shape: sphere(radius_m: 0.1), mass_kg: 1.0, velocity_m_s: ({speed:e}, 0, 0))"
+        ));
+        drive.press("B").ticks(40);
+        drive.session.picture();
+    }
+}
+
+/// `1 - c t` is infinite where the product is, and zero positions times that are no numbers.
+#[test]
+fn damping_without_end_harms_no_group() {
+    for method in Method::ALL {
+        let text = format!(
+            "(version: 1, step_hz: 0.1, method: {}, damping: (rate_per_s: 1e308),
+              bodies: [(name: \"a\", immovable: true), (name: \"b\", position_m: (1.5, 0, 0), mass_kg: 1.0)],
+              springs: [(between: (\"a\", \"b\"), stiffness_n_m: 1.0, rest_length_m: 1.0)])",
+            method.name()
+        );
+        let mut drive = Drive::of(Scene::parse("test", &text).unwrap());
+        drive.run(3, 10.0);
+        assert!(drive.x("b").is_finite() && drive.v("b").is_finite(), "{method:?}");
+    }
+}
+
+/// Mutual gravity that is switched off leaves a method that cannot solve it, with which twins begin.
+#[test]
+fn ghosts_begin_where_mutual_gravity_is_off() {
+    let mut drive = Drive::shipped("figure_eight");
+    drive.ticks(3);
+    drive.session.keep_timeline();
+    let off = sandbox::SwitchedBy::Script;
+    drive.session.switch_effect(motion::Effect::MutualGravity, false, off).unwrap();
+    drive.give([Input::Experiment(Experiment::Method(Method::ImplicitEuler))]).ticks(3);
+    drive.press("T").ticks(3).press(",").ticks(1);
+    assert!(drive.session.ghosts().len() > 5 && drive.session.bundle(None).is_some());
+}
+
+/// A frame of no length in a scene whose ticks are frames is no tick, and has no length that a twin could begin with.
+#[test]
+fn ghosts_begin_in_a_frame_of_no_length() {
+    let text = "(version: 1, step: frame, bodies: [(name: \"a\", mass_kg: 1.0)])";
+    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    drive.session.keep_timeline();
+    drive.give([]).press("T").ticks(2).give([]).press("T").press("T").press("R").press(",").ticks(2);
+    assert!(drive.session.bundle(None).is_some());
 }

@@ -52,7 +52,7 @@ fn a_net_in_drag_breaks_where_it_was_foretold() {
         let method = Method::ALL[number as usize % Method::ALL.len()];
         let net = Net::random(200 + u64::from(number));
         let w = net.largest_frequency();
-        let net = net.with_drag([0.4, 1.2][number as usize / 9] * w);
+        let net = Net { drag: [0.4, 1.2][number as usize / 9] * w, ..net };
         let margin = worst(&net.stepped(method, 0.01 / w).forecast());
         if method == Method::ImplicitEuler {
             assert_eq!(margin.limit, f64::INFINITY);
@@ -296,4 +296,73 @@ fn laws_of_single_bodies_are_looked_at_by_their_derivatives() {
     // Across the line to the well it pulls back with 8 / 2³, along it apart.
     assert_eq!(margin.part, Part::Law("wells", rig.bodies[0]));
     assert!((margin.value - 0.5).abs() < 1e-9, "{margin:?}");
+}
+
+/// A spring with a damper of that rate, so that the two are reckoned with together.
+fn damped_spring(stiffness: f64, damping: f64) -> Springs {
+    let spring = Elastic { stiffness, damping, rest_length: 1.0 };
+    Springs { springs: vec![([0, 1], spring)], ..stiff_spring(1.0) }
+}
+
+/// The limit of a method is found from however far away.
+#[test]
+fn a_limit_is_the_same_seen_from_afar() {
+    for k in [1e-30, 1e-11, 1e-4, 1e8, 1e18, 1e30, 1e60] {
+        for damped in [false, true] {
+            let net = damped_spring(k, if damped { 1e-12 * k.sqrt() } else { 0.0 });
+            let margin = worst(&forecast(&mut net.rig(&Around::default(), Method::SemiImplicitEuler, 1e-2)));
+            assert!((margin.limit - 2.0).abs() <= 0.02, "{k:e} {damped}: {margin:?}");
+            assert_eq!(margin.is_unstable, 1e-2 * k.sqrt() > 2.0, "{k:e} {damped}: {margin:?}");
+            assert_eq!(margin.cure.substeps.is_some(), k == 1e8, "{k:e}");
+        }
+    }
+}
+
+/// What is faster than every number is unstable, and says so.
+#[test]
+fn a_net_without_end_is_unstable() {
+    let light = Springs {
+        bodies: vec![Start::held(DVec3::ZERO), Start::of(1e-300, DVec3::X, DVec3::ZERO)],
+        ..damped_spring(1e10, 0.0)
+    };
+    let fast = Springs {
+        bodies: vec![Start::held(DVec3::ZERO), Start::of(1.0, DVec3::X, DVec3::splat(1e160))],
+        ..damped_spring(1.0, 0.0)
+    };
+    for (net, drag) in [(light, None), (fast, Some(Drag::new(0.0, 0.1)))] {
+        for method in Method::ALL {
+            let mut rig = net.rig(&Around::default(), method, 1e-2);
+            drag.into_iter().for_each(|drag| rig.lab.world.insert_resource(drag));
+            let margin = worst(&forecast(&mut rig));
+            assert!(margin.is_unstable && margin.ratio() == f64::INFINITY, "{method:?}: {margin:?}");
+            assert_eq!(margin.cure, motion::Cure::default(), "{method:?}");
+        }
+    }
+}
+
+/// More rates of damping than are told apart: the forecast stays on the safe side, and near.
+#[test]
+fn many_rates_of_damping_are_taken_together() {
+    let mut net = dampers(3);
+    net.bodies.extend((0..40).map(|i| Start::of(1.0, DVec3::X * (20.0 + f64::from(i)), DVec3::ZERO)));
+    let last = net.bodies.len() - 1;
+    let spring = |i: usize| {
+        let rest_length = net.bodies[i].x.distance(net.bodies[i - 1].x);
+        ([i - 1, i], Elastic { stiffness: 100.0, damping: 0.5, rest_length })
+    };
+    let springs: Vec<_> = (last - 39..=last).map(spring).collect();
+    net.springs.extend(springs);
+    let around = |rates: usize| {
+        let mut rig = net.rig(&Around::default(), Method::SemiImplicitEuler, 1e-3);
+        rig.lab.world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.4 });
+        for body in 0..rates {
+            let rate = motion::DampingRate::new(0.1 + 0.01 * body as f64);
+            let body = rig.bodies[body];
+            rig.lab.world.entity_mut(body).insert(rate);
+        }
+        rig.lab.stepper.recompile(&mut rig.lab.world);
+        worst(&forecast(&mut rig))
+    };
+    let (few, many) = (around(4), around(last));
+    assert!((few.limit / many.limit - 1.0).abs() < 0.02, "{few:?} {many:?}");
 }

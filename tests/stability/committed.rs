@@ -3,6 +3,7 @@
 
 use lab::stability::{Cell, Class, Matrix, PREFIX, Prefix, Survey};
 use motion::Method;
+use scene::Scene;
 
 use super::committed;
 
@@ -15,8 +16,8 @@ fn beginning(cell: &Cell) -> Prefix {
     cell.prefix.unwrap_or(Prefix { class: cell.class, number: cell.number })
 }
 
-/// Cells of `found` that are not what `committed` has, each in a sentence.
-fn differences(committed: &Matrix, found: &Matrix) -> Vec<String> {
+/// Cells of `found` that are not what `of` gives of those in `committed`, each in a sentence.
+fn differences(committed: &Matrix, found: &Matrix, of: fn(&Cell) -> Prefix) -> Vec<String> {
     let mut different = Vec::new();
     let titles = |matrix: &Matrix| matrix.rows.iter().map(lab::stability::Row::title).collect::<Vec<_>>();
     if titles(committed) != titles(found) {
@@ -25,7 +26,7 @@ fn differences(committed: &Matrix, found: &Matrix) -> Vec<String> {
     for (before, now) in committed.rows.iter().zip(&found.rows) {
         for cell in &now.cells {
             let name = format!("{} by {}", now.title(), cell.method.name());
-            let Some(was) = before.cell(cell.method).map(beginning) else {
+            let Some(was) = before.cell(cell.method).map(of) else {
                 different.push(format!("{name} is new"));
                 continue;
             };
@@ -41,17 +42,32 @@ fn differences(committed: &Matrix, found: &Matrix) -> Vec<String> {
     different
 }
 
-fn found() -> Matrix {
-    let cases = scene::cases().iter().map(|case| case.load().unwrap()).collect();
-    let mut survey = Survey::new(cases, &Method::ALL, Some(PREFIX));
+fn found(cases: Vec<Scene>, methods: &[Method], ticks: Option<u64>) -> Matrix {
+    let mut survey = Survey::new(cases, methods, ticks);
     while !survey.work(1.0) {}
     survey.matrix().clone()
 }
 
+#[track_caller]
+fn assert_same(different: &[String]) {
+    assert!(different.is_empty(), "run scripts/readme-stability if that is meant:\n{}", different.join("\n"));
+}
+
 #[test]
 fn every_cell_is_what_the_committed_matrix_has() {
-    let different = differences(&committed(), &found());
-    assert!(different.is_empty(), "run scripts/readme-stability if that is meant:\n{}", different.join("\n"));
+    let cases = scene::cases().iter().map(|case| case.load().unwrap()).collect();
+    assert_same(&differences(&committed(), &found(cases, &Method::ALL, Some(PREFIX)), beginning));
+}
+
+/// The whole run of one method, in both precisions.
+#[test]
+fn a_million_ticks_at_rest_are_what_the_committed_matrix_has() {
+    let case = scene::load_case("at_rest").unwrap();
+    let found = found(vec![case], &[Method::SemiImplicitEuler], None);
+    let mut before = committed();
+    before.rows.retain(|row| row.case == "at_rest");
+    assert_eq!(before.rows.iter().map(|row| row.ticks).min(), Some(1_000_000));
+    assert_same(&differences(&before, &found, |cell| Prefix { class: cell.class, number: cell.number }));
 }
 
 #[test]
@@ -69,7 +85,7 @@ fn a_cell_that_changes_its_class_or_number_is_named_with_both() {
             .iter_mut()
             .for_each(|cell| (cell.class, cell.number) = (beginning(cell).class, beginning(cell).number));
     }
-    let different = differences(&before, &now);
+    let different = differences(&before, &now, beginning);
     assert_eq!(different.len(), 2, "{different:?}");
     assert!(different.iter().all(|line| line.starts_with("huge_steps by ")), "{different:?}");
     let lost = different.iter().find(|line| line.contains("implicit_euler was decays -")).unwrap();

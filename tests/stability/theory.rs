@@ -79,12 +79,16 @@ fn damping_by_the_tick_flips_and_diverges_where_its_factor_does() {
 
 #[test]
 fn a_million_ticks_at_rest_stay_at_rest_in_double_precision() {
-    for row in ["at_rest: undamped", "at_rest: damped", "at_rest: damped, 100 km away"] {
+    // Rounding walks at random: without damping its energy grows by no more than the ticks do, which are 50 times those of
+    // the prefix, give and take a factor of 3; with damping not at all.
+    for (row, growth) in
+        [("at_rest: undamped", 150.0), ("at_rest: damped", 2.0), ("at_rest: damped, 100 km away", 2.0)]
+    {
         for method in STABLE {
             let cell = cell(row, method);
             assert!(cell.number.abs() <= 1e-9, "{row} {}: {}", method.name(), cell.number);
-            let prefix = cell.prefix.unwrap();
-            assert!(prefix.number <= cell.number, "the largest number falls");
+            let before = cell.prefix.unwrap().number;
+            assert!(cell.number <= growth * before, "{row} {}: {before} {}", method.name(), cell.number);
         }
         // Rounding is enough to start what a method lets grow.
         assert_eq!(cell(row, Method::ExplicitEuler).class, Class::Explodes);

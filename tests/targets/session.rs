@@ -4,12 +4,13 @@
 use std::fmt::Write as _;
 
 use arbitrary::{Result, Unstructured};
-use motion::{FrameClock, PhysicsBody, Transform};
+use lab::Replay;
+use motion::{Effect, FrameClock, Method, PhysicsBody, Transform};
 use sandbox::actions::BINDINGS;
 use sandbox::player::Player;
 use sandbox::report::{Summary, state_hash};
 use sandbox::{Options, Session};
-use scene::{Scene, Script};
+use scene::{Bundle, Scene, Script};
 
 use super::numbers::{any_vector, at_least_0, finite, written};
 use super::scenes;
@@ -50,6 +51,9 @@ pub fn session(bytes: &[u8]) {
     let options = Options { pictures: false, interpolate, ..Options::default() };
     let mut session = Session::new(scene, options);
     session.limit_ticks(TICKS);
+    if u.ratio(1, 2).unwrap_or(false) {
+        session.keep_timeline();
+    }
     let start = Summary::start(&mut session);
     let mut clock = FrameClock::default();
     for _ in 0..FRAMES {
@@ -71,10 +75,27 @@ pub fn session(bytes: &[u8]) {
             assert!(finite, "{}: {position:?} {body:?}\n{text}", session.name(thing));
         }
     }
+    if session.records() {
+        let bundle = session.bundle(None).expect("a recorded run comes out the same");
+        replay(&bundle);
+    }
     session.picture();
     let _ = state_hash(&session);
     let summary = Summary::of(&mut session, start, 0, None);
     assert!(!summary.to_json().is_empty() && !summary.to_table().is_empty());
+}
+
+/// What was recorded is what happened, also from the file.
+fn replay(bundle: &Bundle) {
+    let bytes = bundle.write().expect("small");
+    let read = Bundle::read(&bytes).unwrap_or_else(|error| panic!("{error}"));
+    let scene = read.scene("any").expect("it was one");
+    let mut run = Replay::of(&scene, &read.snapshot).unwrap_or_else(|error| panic!("{error}"));
+    let mut events = read.events.iter().peekable();
+    while run.ticks() < read.manifest.end_tick {
+        run.tick(&mut events, None);
+    }
+    assert_eq!(format!("{:016x}", run.state_hash()), read.manifest.end_state_hash);
 }
 
 fn script(u: &mut Unstructured<'_>) -> Result<String> {
@@ -90,7 +111,7 @@ fn script(u: &mut Unstructured<'_>) -> Result<String> {
 
 fn action(u: &mut Unstructured<'_>) -> Result<String> {
     let body = format!("\"b{}\"", u.int_in_range(0..=scenes::BODIES - 1)?);
-    Ok(match u.int_in_range(0..=13)? {
+    Ok(match u.int_in_range(0..=17)? {
         0..=3 => format!("press(\"{}\")", u.choose(BINDINGS)?.name),
         4 => format!("hold(\"{}\", {:?})", u.choose(BINDINGS)?.name, 0.05),
         5 => format!("move_mouse({:?}, {:?})", finite(u)?, finite(u)?),
@@ -101,6 +122,10 @@ fn action(u: &mut Unstructured<'_>) -> Result<String> {
         10 => format!("set_gravity({})", written(any_vector(u)?)),
         11 => format!("set_damping({:?})", at_least_0(u)?),
         12 => format!("remove({body})"),
+        13 => format!("switch_effect(\"{}\", {})", u.choose(&Effect::ALL)?.name(), u.ratio(1, 2)?),
+        14 => format!("set_method({})", u.choose(&Method::ALL)?.name()),
+        15 => format!("set_body_method({body}, {})", u.choose(&Method::ALL)?.name()),
+        16 => "press(\"step_back\")".to_owned(),
         _ => format!("set_position({body}, {})", written(any_vector(u)?)),
     })
 }

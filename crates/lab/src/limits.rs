@@ -6,29 +6,40 @@ mod oscillator;
 mod theory;
 
 use motion::{DampingModel, Method};
-use serde::{Serialize, Serializer};
 
-pub use maps::{Class, Map, damping_map, stiffness_map};
+pub use maps::{LongRun, Map, damping_map, stiffness_map};
 pub use nets::{Net, Stepped};
 pub use oscillator::{Damped, Oscillator};
-pub use theory::{chain_frequency, oscillator_limit};
+pub use theory::oscillator_limit;
 
 /// Damping ratios that are measured; 0 is none.
 pub const RATIOS: [f64; 6] = [0.0, 0.05, 0.2, 0.5, 1.0, 2.0];
 
 /// How a run is judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Criterion {
     /// It exceeds a thousand times its start within a number of ticks.
     Amplitude,
-    /// The spectral radius of one tick is above 1: for explicit Euler, whose weakly damped runs grow too slowly for
-    /// a bound, and for methods that are never stable.
+    /// The spectral radius of one tick is above 1: of oscillators whose runs grow too slowly for a bound.
     SpectralRadius,
+    /// Energy grows in one tick: of nets that grow too slowly for a bound.
+    Energy,
+}
+
+impl Criterion {
+    /// What it is called in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Amplitude => "amplitude",
+            Self::SpectralRadius => "spectral_radius",
+            Self::Energy => "energy",
+        }
+    }
 }
 
 /// One largest stable step.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
     /// What was stepped.
     pub system: String,
@@ -38,10 +49,8 @@ pub struct Limit {
     pub criterion: Criterion,
     /// The largest stable w h that was found, w being the largest frequency without damping: 0 for none, infinite for
     /// no limit up to 1e6.
-    #[serde(serialize_with = "number")]
     pub measured: f64,
     /// The same by its closed form.
-    #[serde(serialize_with = "number")]
     pub theory: f64,
 }
 
@@ -51,62 +60,41 @@ impl Limit {
     pub fn relative_difference(&self) -> f64 {
         if self.measured == self.theory { 0.0 } else { self.measured / self.theory - 1.0 }
     }
-}
 
-impl Limit {
-    /// System, method, measured, closed form and difference in percent, as a row of a table.
+    /// System, method, measured, closed form, difference in percent and criterion, as a row of a table.
     #[must_use]
-    pub fn cells(&self) -> [String; 5] {
+    pub fn cells(&self) -> [String; 6] {
         let word = |value: f64| match value {
             0.0 => "never".to_owned(),
             value if value.is_infinite() => "always".to_owned(),
             value => format!("{value:.4}"),
         };
         let difference = format!("{:+.3} %", 100.0 * self.relative_difference());
-        [self.system.clone(), self.method.to_owned(), word(self.measured), word(self.theory), difference]
+        let [measured, theory] = [self.measured, self.theory].map(word);
+        let criterion = self.criterion.name().replace('_', " ");
+        [self.system.clone(), self.method.to_owned(), measured, theory, difference, criterion]
     }
 }
 
-/// A number, or its name where JSON has none.
-fn number<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    if value.is_finite() { serializer.serialize_f64(*value) } else { serializer.serialize_str("inf") }
-}
-
-/// Limits of one oscillator: every method without damping and with drag of every ratio, and the two explicit Eulers
-/// with every model of damping.
+/// The oscillators whose limits are measured: by every method without damping and with drag of every ratio, and by the two
+/// explicit Eulers with every model of damping.
 #[must_use]
-pub fn oscillator_limits() -> Vec<Limit> {
+pub fn oscillators() -> Vec<Oscillator> {
     let drag =
         RATIOS.into_iter().flat_map(|ratio| Method::ALL.map(|method| (method, Damped::by_drag(ratio))));
     let models = DampingModel::ALL.into_iter().flat_map(|model| {
         let damped = RATIOS[1..].iter().map(move |ratio| Damped { ratio: *ratio, model: Some(model) });
         damped.flat_map(|damped| Method::ALL[..2].iter().map(move |method| (*method, damped)))
     });
-    drag.chain(models).map(|(method, damped)| Oscillator { method, damped }.limit()).collect()
+    drag.chain(models).map(|(method, damped)| Oscillator { method, damped }).collect()
 }
 
-/// Limits of random nets of springs, by number, and of chains with a last mass of 1, 1e6, 1e-3 and 1e-6 kg, by every
-/// method that has one.
+/// The nets whose limits are measured: so many random ones, by number, after chains with a last mass of 1, 1e6, 1e-3 and
+/// 1e-6 kg.
 #[must_use]
-pub fn net_limits(nets: u64) -> Vec<Limit> {
+pub fn nets(random: u64) -> Vec<Net> {
     let chains = [1.0, 1e6, 1e-3, 1e-6].map(Net::chain);
-    let nets: Vec<_> = chains.into_iter().chain((0..nets).map(Net::random)).collect();
-    let limited = |method: &Method| {
-        let limit = method.claims().stability_limit;
-        limit > 0.0 && limit.is_finite()
-    };
-    nets.iter()
-        .flat_map(|net| Method::ALL.into_iter().filter(limited).map(|method| net.limit(method)))
-        .collect()
-}
-
-/// The table of `limits` as Markdown: system, method, measured, closed form, difference in percent.
-#[must_use]
-pub fn table(limits: &[Limit]) -> String {
-    let head =
-        "| system | method | measured w h | closed form | difference |\n| --- | --- | ---: | ---: | ---: |\n";
-    let row = |limit: &Limit| format!("| {} |\n", limit.cells().join(" | "));
-    limits.iter().map(row).fold(head.to_owned(), |table, row| table + &row)
+    chains.into_iter().chain((0..random).map(Net::random)).collect()
 }
 
 /// The largest stable value: from `start` up in steps of `by`, and of 10 beyond 10, then by halving to 1 in 5,000. Infinite

@@ -23,7 +23,7 @@ pub use compile::compile_groups;
 pub(crate) use compile::{is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{Askers, GroupField, Kept, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
-pub(crate) use linear::{Holder, LinearGroup};
+pub(crate) use linear::{Holder, LinearGroup, larger};
 pub(crate) use rows::{Row, RowArray};
 pub use solver::Solver;
 pub use split::Sets;

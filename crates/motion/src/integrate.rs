@@ -313,13 +313,15 @@ impl<'a> Chunk<'a> {
         }
     }
 
-    /// What went wrong in a row. Of the two updates of an Euler step the first is done if it can be: the row is
-    /// left as it is where the two are systems of their own.
+    /// What went wrong in a row. Of a step that no number comes out of the first of the two updates of Euler stands if
+    /// it can, as it does where the two are systems of their own; in a tick of several steps, and at the border of a
+    /// range, none does.
     #[cold]
     fn diagnose<M: Integrator>(&mut self, terms: &Terms<'_, Scalar>, row: usize, breach: Breach) -> Missed {
         const KICK: &str = "integrate_acceleration";
         const DRIFT: &str = "integrate_velocity";
         let account = &mut Account::default();
+        let before = (self.transforms[row], self.bodies[row]);
         let (system, breach) = match M::METHOD {
             _ if !M::DAMPS_INSIDE => ("integrate", breach),
             _ if !M::MOVES => (KICK, breach),
@@ -333,6 +335,10 @@ impl<'a> Chunk<'a> {
                 Err(breach) => (DRIFT, breach),
             },
         };
+        let substeps = self.parts.map_or(terms.course.substeps, |parts| parts[row].0);
+        if breach.finite || substeps > 1 {
+            (self.transforms[row], self.bodies[row]) = before;
+        }
         let damping_rate = self.rates.map(|rates| rates[row].rate()).filter(|_| terms.damping.is_some());
         let suspect = Suspect {
             position: self.transforms[row].position,

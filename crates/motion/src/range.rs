@@ -8,8 +8,10 @@ use crate::units::Scalar;
 /// The range that the bodies of a scene have to stay in. A body that would leave it is quarantined, as one that would
 /// turn non-finite is. Present only if the scene declares it: every finite number is in range elsewhere.
 ///
-/// Bounds are of each coordinate, not of a length. They are looked at where a state is stored, after a tick or a substep
-/// of it; stages in between may go beyond.
+/// Bounds are of each coordinate, not of a length. They are looked at when a tick is over; substeps and stages in between
+/// may go beyond. [`integrate_acceleration`](crate::integrate_acceleration) and
+/// [`integrate_velocity`](crate::integrate_velocity) each look for themselves: the schedule has both in one pass where a
+/// range is stated.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Largest magnitude of a coordinate of a position, m, above 0.
@@ -48,11 +50,6 @@ impl<T: Real> Bounds<T> {
         let bound = |bound: Scalar| if T::of(bound) > T::MAX { T::MAX } else { T::of(bound) };
         range
             .map_or(Self::FINITE, |range| Self { position: bound(range.position), speed: bound(range.speed) })
-    }
-
-    /// Whether a finite position proves that the velocity which made it is in range too.
-    pub fn leaves_speeds_free(&self) -> bool {
-        self.speed == T::MAX
     }
 
     pub fn holds_position(&self, x: &[T]) -> bool {

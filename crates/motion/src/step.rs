@@ -25,6 +25,7 @@ use crate::method::Method;
 use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
 use crate::quarantine::{Quarantine, quarantine_bodies};
+use crate::range::Range;
 use crate::rest::Static;
 use crate::units::Scalar;
 
@@ -105,7 +106,9 @@ impl StepPlan {
             !called.is_empty() && called.iter().all(|law| !law.depends_on_velocity()) && !drags(world);
         let asks = may_exist::<OwnLaws>(world) || may_exist::<OwnSubsteps>(world);
         let substeps = Substeps::parts(world.get_resource());
-        let apart = !looks_at_state && !asks && substeps == 1;
+        // Of a range only the end of a tick is asked, which neither half knows to be one.
+        let bounded = world.contains_resource::<Range>();
+        let apart = !looks_at_state && !asks && !bounded && substeps == 1;
         let passes = if apart { Passes::for_bodies(bodies) } else { Passes::One };
         Self { method, passes, own, grouped_only, groups, emits, keeps_accelerations }
     }

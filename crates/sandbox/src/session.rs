@@ -288,7 +288,7 @@ impl Session {
             ticks = ticks.min(*left);
             *left -= ticks;
         }
-        if let Some(length) = step {
+        if let Some(length) = step.filter(|length| *length > 0.0) {
             self.world.insert_resource(TimeStep(length));
         }
         if ticks > 0 {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use lab::limits;
+use lab::limits::{self, Oscillator};
 use lab::report::stability as report;
 use lab::stability::Survey;
 use motion::Method;
@@ -53,9 +53,20 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
 
 /// The largest stable steps and the maps, for the page and as files of their own.
 fn largest_steps() -> (Vec<report::Section>, Vec<(&'static str, Vec<u8>)>) {
+    let (oscillators, nets) = (limits::oscillators(), limits::nets(NETS));
+    let nets: Vec<_> = nets.iter().flat_map(|net| Method::ALL.map(|method| (net, method))).collect();
+    let count = u32::try_from(oscillators.len() + nets.len()).unwrap_or(u32::MAX);
     let progress = Progress::new(1);
     progress.say("largest stable steps");
-    let limits: Vec<_> = limits::oscillator_limits().into_iter().chain(limits::net_limits(NETS)).collect();
+    let measured = oscillators.iter().map(Oscillator::limit);
+    let measured = measured.chain(nets.iter().map(|(net, method)| net.limit(*method)));
+    let limits: Vec<_> = (1_u32..)
+        .zip(measured)
+        .map(|(done, limit)| {
+            progress.show(f64::from(done) / f64::from(count));
+            limit
+        })
+        .collect();
     let maps = [limits::stiffness_map(MAP_SIDE), limits::damping_map(MAP_SIDE)];
     let [stiffness, damping] = maps.each_ref().map(|map| map.svg().into_bytes());
     let files = vec![

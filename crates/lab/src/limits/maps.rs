@@ -11,7 +11,7 @@ use super::theory::oscillator_limit;
 
 /// What becomes of an oscillator in the long run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Class {
+pub enum LongRun {
     /// It swings on for ever.
     Keeps,
     /// It swings less and less.
@@ -24,7 +24,7 @@ pub enum Class {
     Grows,
 }
 
-impl Class {
+impl LongRun {
     /// Every class.
     pub const ALL: [Self; 5] = [Self::Keeps, Self::Decays, Self::Creeps, Self::Flips, Self::Grows];
 
@@ -92,7 +92,7 @@ pub struct Panel {
     /// The method.
     pub method: Method,
     /// Classes, the first axis running faster.
-    pub classes: Vec<Class>,
+    pub classes: Vec<LongRun>,
     /// Points of the line beyond which the closed form says that it grows.
     pub theory: Vec<(f64, f64)>,
 }
@@ -109,7 +109,7 @@ pub fn stiffness_map(side: u32) -> Map {
     let panel = |method: Method| {
         let oscillator = Oscillator { method, damped: Damped::by_drag(0.0) };
         let class =
-            |k: &f64| places[0].iter().map(|h| Class::of(oscillator.tick(*k, *h))).collect::<Vec<_>>();
+            |k: &f64| places[0].iter().map(|h| LongRun::of(oscillator.tick(*k, *h))).collect::<Vec<_>>();
         let limit = oscillator_limit(method, oscillator.damped);
         let line = ratios(1.0, 1e8, 200).into_iter().map(|k| (limit / k.sqrt(), k));
         Panel {
@@ -134,7 +134,7 @@ pub fn damping_map(side: u32) -> Map {
     let panel = |method: Method| {
         let class = |ratio: &f64| {
             let oscillator = Oscillator { method, damped: Damped::by_drag(*ratio) };
-            places[0].iter().map(|h| Class::of(oscillator.tick(1.0, *h))).collect::<Vec<_>>()
+            places[0].iter().map(|h| LongRun::of(oscillator.tick(1.0, *h))).collect::<Vec<_>>()
         };
         let line = ratios(rates.0, rates.1, 200);
         let line = line.into_iter().map(|ratio| (oscillator_limit(method, Damped::by_drag(ratio)), ratio));
@@ -179,7 +179,7 @@ impl Map {
         for (panel, area) in self.panels.iter().zip(panels.split_evenly((3, 3))) {
             self.draw_panel(panel, &area)?;
         }
-        for (left, class) in [16, 130, 310, 560, 860].into_iter().zip(Class::ALL) {
+        for (left, class) in [16, 130, 310, 560, 860].into_iter().zip(LongRun::ALL) {
             legend.draw(&Rectangle::new([(left, 10), (left + 16, 26)], class.color().filled()))?;
             legend.draw(&Text::new(
                 class.name(),
@@ -259,15 +259,15 @@ mod tests {
         let (sin, cos) = 0.3_f64.sin_cos();
         let turn = |by: f64| [[by * cos, by * sin], [-by * sin, by * cos]];
         for (tick, class) in [
-            (turn(1.0), Class::Keeps),
-            (turn(0.9), Class::Decays),
-            (turn(1.1), Class::Grows),
-            ([[0.5, 0.0], [0.0, 0.2]], Class::Creeps),
-            ([[0.5, 0.0], [0.0, -0.2]], Class::Flips),
-            ([[0.5, 0.0], [0.0, -1.2]], Class::Grows),
-            ([[f64::NAN, 0.0], [0.0, 0.0]], Class::Grows),
+            (turn(1.0), LongRun::Keeps),
+            (turn(0.9), LongRun::Decays),
+            (turn(1.1), LongRun::Grows),
+            ([[0.5, 0.0], [0.0, 0.2]], LongRun::Creeps),
+            ([[0.5, 0.0], [0.0, -0.2]], LongRun::Flips),
+            ([[0.5, 0.0], [0.0, -1.2]], LongRun::Grows),
+            ([[f64::NAN, 0.0], [0.0, 0.0]], LongRun::Grows),
         ] {
-            assert_eq!(Class::of(tick), class, "{tick:?}");
+            assert_eq!(LongRun::of(tick), class, "{tick:?}");
         }
     }
 }

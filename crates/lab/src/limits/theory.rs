@@ -127,12 +127,6 @@ fn first_unstable(step: impl Fn(f64) -> Matrix) -> f64 {
     low
 }
 
-/// The largest frequency of a chain of `n` equal bodies of 1 kg on springs of `k` N/m that begins at a post, 1/s.
-#[must_use]
-pub fn chain_frequency(n: u32, k: f64) -> f64 {
-    2.0 * k.sqrt() * (std::f64::consts::PI / f64::from(2 * n + 1)).cos()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -112,8 +112,9 @@ impl Gauge {
             Measure::Energy => self.energy(host),
             Measure::Reference | Measure::Origin => {
                 let states = host.states();
-                let there = target.and_then(|target| target.looks.get(look)).map_or(&[][..], Vec::as_slice);
-                distances(&states, there, self.offset).fold(0.0, larger) / self.way
+                let there = target.and_then(|target| target.looks.get(look));
+                let farthest = |there: &Vec<Sample>| distances(&states, there, self.offset).fold(0.0, larger);
+                there.map_or(Scalar::NAN, farthest) / self.way
             }
             Measure::Rest => {
                 let states = host.states();

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use motion::{
-    Bare, Damping, DampingModel, Evaluations, Gravity, Ledger, Quarantine, Request, StableId, TimeStep,
+    Bare, Damping, DampingModel, Evaluations, Gravity, Ledger, Quarantine, Request, StableId, StepClock, TimeStep,
 };
 use scene::{Action, Names, Scene, Step, SurvivalRow, When};
 
@@ -17,10 +17,10 @@ pub(super) struct Host {
     script: VecDeque<(When, Input)>,
     lengths: scene::Lengths,
     names: Names,
-    /// Ticks and seconds that are over, and the length of the last tick, s.
+    /// Ticks that are over, and the length of the last one, s.
     ticks: u64,
-    seconds: f64,
     length: f64,
+    clock: StepClock,
 }
 
 enum Engine {
@@ -50,8 +50,8 @@ impl Host {
             lengths: row.lengths(),
             names: scene.names.clone(),
             ticks: 0,
-            seconds: 0.0,
             length: 1.0 / scene.step_hz,
+            clock: StepClock::default(),
         })
     }
 
@@ -64,7 +64,7 @@ impl Host {
     pub fn tick(&mut self) {
         let mut inputs = Vec::new();
         while let Some((_, input)) = self.script.pop_front_if(|(when, _)| match *when {
-            When::Seconds(at) => at <= self.seconds + 1e-9,
+            When::Seconds(at) => at <= self.clock.seconds() + 1e-9,
             When::Tick(at) => at <= self.ticks,
             When::Frame(_) => true,
         }) {
@@ -95,7 +95,7 @@ impl Host {
                 bare.tick();
             }
         }
-        (self.length, self.ticks, self.seconds) = (length, self.ticks + 1, self.seconds + length);
+        (self.length, self.ticks, self.clock) = (length, self.ticks + 1, self.clock.after(length));
     }
 
     /// Stable id, position and velocity of every body with physics.

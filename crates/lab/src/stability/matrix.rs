@@ -23,8 +23,8 @@ pub struct Survey {
     matrix: Matrix,
     jobs: VecDeque<Job>,
     current: Option<(Job, Going)>,
-    /// What the row, or the cell, that is being run is compared with.
-    target: Option<Rc<Target>>,
+    /// What the row, or the cell, that is being run is compared with, or why there is none.
+    target: Result<Rc<Target>, String>,
     done: f64,
     total: f64,
 }
@@ -83,7 +83,7 @@ impl Survey {
             matrix: Matrix { format: FORMAT, rows: open },
             jobs,
             current: None,
-            target: None,
+            target: Err(String::new()),
             done: 0.0,
             total: 0.0,
         };
@@ -154,30 +154,25 @@ impl Survey {
         let Some(job) = self.jobs.pop_front() else { return false };
         let (at, row) = &self.rows[job.row()];
         let scene = &self.scenes[*at];
-        let going = match job {
-            Job::Reference { .. } => {
-                Targeting::reference(scene, row).ok().map(|run| Going::Target(Box::new(run)))
-            }
-            Job::Origin { method, .. } => {
-                Targeting::origin(scene, row, method).ok().map(|run| Going::Target(Box::new(run)))
-            }
+        let to_come = match job {
+            Job::Reference { .. } => Targeting::reference(scene, row),
+            Job::Origin { method, .. } => Targeting::origin(scene, row, method),
             Job::Cell { row: at, method } => {
-                let target = self.target.clone().filter(|_| is_compared(row));
+                let target = is_compared(row).then(|| self.target.clone());
                 match Running::new(scene, row, method, target) {
-                    Ok(run) => Some(Going::Cell(Box::new(run))),
+                    Ok(run) => self.current = Some((job, Going::Cell(Box::new(run)))),
                     Err(cell) => {
                         self.matrix.rows[at].cells.push(cell);
-                        None
+                        self.done += self.weight(job);
                     }
                 }
+                return true;
             }
         };
-        match going {
-            Some(going) => self.current = Some((job, going)),
-            None => {
-                if !matches!(job, Job::Cell { .. }) {
-                    self.target = None;
-                }
+        match to_come {
+            Ok(run) => self.current = Some((job, Going::Target(Box::new(run)))),
+            Err(why) => {
+                self.target = Err(why);
                 self.done += self.weight(job);
             }
         }
@@ -186,7 +181,7 @@ impl Survey {
 
     fn finish(&mut self, job: Job, going: Going) {
         match going {
-            Going::Target(run) => self.target = Some(Rc::new(run.finish())),
+            Going::Target(run) => self.target = run.finish().map(Rc::new),
             Going::Cell(run) => self.matrix.rows[job.row()].cells.push(run.finish()),
         }
         self.done += self.weight(job);

@@ -45,17 +45,24 @@ impl Targeting {
         Ok(Self { host, gauge, target, ticks: row.ticks })
     }
 
-    /// Simulates one tick; whether it was the last.
+    /// Simulates one tick; whether it was the last: one in which something turned non-finite is.
     pub fn tick(&mut self) -> bool {
         self.host.tick();
+        if self.host.failure().is_some() {
+            return true;
+        }
         if self.gauge.is_look(self.host.ticks()) {
             self.target.look(&mut self.host);
         }
         self.host.ticks() == self.ticks
     }
 
-    pub fn finish(self) -> Target {
-        self.target
+    /// What others are compared with, or why they cannot be.
+    pub fn finish(self) -> Result<Target, String> {
+        match self.host.failure() {
+            None => Ok(self.target),
+            Some(why) => Err(format!("the run that it would be compared with failed: {why}")),
+        }
     }
 }
 
@@ -73,15 +80,15 @@ pub(super) struct Running {
 }
 
 impl Running {
-    /// The start of `row` of `scene` by `method`.
+    /// The start of `row` of `scene` by `method`; `target` is what it is compared with, if it is.
     ///
     /// # Errors
-    /// Why the method is refused, as the cell that it is then.
+    /// Why the method is refused, or cannot be compared, as the cell that it is then.
     pub fn new(
         scene: &Scene,
         row: &SurvivalRow,
         method: Method,
-        target: Option<Rc<Target>>,
+        target: Option<Result<Rc<Target>, String>>,
     ) -> Result<Self, Cell> {
         let refused = |why: String| Cell {
             method,
@@ -94,6 +101,7 @@ impl Running {
         if let Some(why) = unsolvable(method, scene.mutual_gravity.is_some()) {
             return Err(refused(why.to_string()));
         }
+        let target = target.transpose().map_err(refused)?;
         let mut own = row.scene(scene);
         own.method = method;
         let host = Host::new(&own, row, row.measure == Measure::Energy).map_err(refused)?;

@@ -71,7 +71,7 @@ impl<T: Real> Bare<T> {
             }
             Outcome::Broken(first) => {
                 let pushed = self.first_broken_push(members);
-                self.refused.push(pushed.or(first.map(|row| rows[row])).unwrap_or(rows[0]));
+                self.refused.push(pushed.or(first.first().map(|row| rows[*row])).unwrap_or(rows[0]));
                 group.forget();
             }
         }

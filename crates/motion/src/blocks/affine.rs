@@ -37,7 +37,9 @@ pub(super) fn run<T: Real, M: Integrator>(
         return step_all::<T, M>(terms, table, 0..rows, applied, refuse);
     }
     // Nothing here looks at the time, so that every substep is the same step. A row that one of them refuses
-    // stays as it is, and the others refuse it as well; it goes back to where it was before the tick.
+    // stays as it is, and the others refuse it as well; it goes back to where it was before the tick. Of a range only
+    // the end of the tick is asked.
+    let inner = terms.within(Bounds::FINITE);
     let mut refused: Vec<(usize, Breach)> = Vec::new();
     let mut before = ([[T::ZERO; 3]; STAY], [[T::ZERO; 4]; STAY]);
     for start in (0..rows).step_by(STAY) {
@@ -47,8 +49,15 @@ pub(super) fn run<T: Real, M: Integrator>(
         let first = refused.len();
         for _ in 0..substeps {
             let refuse = &mut |row, breach| refused.push((row, breach));
-            if !step_all::<T, M>(terms, table, rows.clone(), applied, refuse) {
+            if !step_all::<T, M>(&inner, table, rows.clone(), applied, refuse) {
                 return false;
+            }
+        }
+        if terms.bounds != Bounds::FINITE {
+            for row in rows {
+                let breach = terms.bounds.breach(&table.positions[row], &table.bodies[row]);
+                let (x, body) = (&before.0[row - start], &before.1[row - start]);
+                refused.extend(breach.filter(|_| is_missed(&terms.bounds, x, body)).map(|breach| (row, breach)));
             }
         }
         for (row, _) in &refused[first..] {
@@ -190,31 +199,33 @@ impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
     fn run<M: Integrator, const PARTS: u8>(self) {
         let Self { simd, terms, table: Table { positions, bodies, memory }, applied, refuse } = self;
         let step = StepOf { constants: Constants::new(simd, terms), terms };
-        // A factor after the move may enlarge a velocity that the position has not seen.
-        let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
-        let limits = Limits::new(simd, terms.bounds, M::MOVES_WITH_NEW_VELOCITY && !grows);
+        let limit = Limit::of::<M>(terms);
+        let bound = T::Lanes::splat(simd, limit.of_sums);
         let mut pushed = Pushed::new(applied, bodies.len());
-        let positions: &mut [T] = positions.as_flattened_mut();
-        let mut last: Option<&mut [T]> = match memory {
-            MemoryRows::LastStep(steps) => Some(steps),
+        let count = bodies.len().saturating_sub(1) / BLOCK;
+        let (blocks, _) = bodies.as_chunks_mut::<BLOCK>();
+        let mut positions: &mut [T] = positions.as_flattened_mut();
+        let mut last = match memory {
+            MemoryRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
             _ => None,
         };
-        let mut start = 0;
-        while start + BLOCK < bodies.len() {
-            let x = positions[3 * start..].first_chunk_mut().expect("a whole block and a number");
-            let block = bodies[start..].first_chunk_mut().expect("a whole block");
-            let mut steps = None;
-            if let Some(last) = &mut last {
-                steps = Some(last[start..].first_chunk_mut().expect("as many as bodies"));
-            }
+        for (number, block) in blocks[..count].iter_mut().enumerate() {
+            let start = number * BLOCK;
+            let x: &mut Triples<T> = positions.first_chunk_mut().expect("a whole block and a number");
+            let steps = last.as_mut().and_then(Iterator::next);
             // A force that nobody applied is worth a kernel without one: adding it would lengthen every stage.
             let new = if pushed.touches(start) {
                 step.block::<M, PARTS, true>(simd, x, block, Some(&pushed.block(start)), steps)
             } else {
                 step.block::<M, PARTS, false>(simd, x, block, None, steps)
             };
-            commit::<T, M, S>(&limits, &new, x, block, start, refuse);
-            start += BLOCK;
+            if !M::CHECKED || is_finite::<T, M, S>(&new, bound) {
+                store::<T, M, S>(&new, x, block);
+            } else {
+                let (x, rows) = (&mut x[..3 * BLOCK], (&new.0.rows(), &new.1.rows()));
+                commit_each(&limit.bounds, rows, x, block, start, refuse);
+            }
+            positions = &mut positions[3 * BLOCK..];
         }
     }
 }
@@ -374,58 +385,54 @@ fn load_triples<T: Real, S: Simd>(simd: S, numbers: &Triples<T>) -> Rows<T, S, B
     rows
 }
 
-/// What the lanes of new rows may be at most.
-struct Limits<T: Real, S: Simd> {
+/// What new rows may be at most.
+struct Limit<T> {
     bounds: Bounds<T>,
-    /// Of positions; the last lane is of no row.
-    x: T::Lanes<S>,
-    /// Of velocities and inverse masses.
-    v: T::Lanes<S>,
-    /// Whether a step whose positions hold has velocities that hold.
-    by_position: bool,
-    /// Whether all that is asked of a number is that it is finite.
-    finite: bool,
+    /// What a sum of lanes may be at most for the rows to be stored without another look; below zero where none is.
+    of_sums: T,
 }
 
-impl<T: Real, S: Simd> Limits<T, S> {
-    #[inline(always)]
-    fn new(simd: S, bounds: Bounds<T>, moves_with_new_velocity: bool) -> Self {
-        let three = |bound: T| T::Lanes::of(simd, [bound, bound, bound, T::MAX]);
-        let by_position = moves_with_new_velocity && bounds.leaves_speeds_free();
-        let finite = bounds.leaves_speeds_free() && bounds.position == T::MAX;
-        Self { bounds, x: three(bounds.position), v: three(bounds.speed), by_position, finite }
+impl<T: Real> Limit<T> {
+    fn of<M: Integrator>(terms: &Terms<'_, T>) -> Self {
+        // A factor after the move may enlarge a velocity that the position has not seen.
+        let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
+        let finite_is_enough = terms.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
+        Self { bounds: terms.bounds, of_sums: if finite_is_enough { T::MAX } else { -T::ONE } }
     }
 }
 
-/// Stores the positions and rows that stayed within bounds and refuses the others.
+/// `true` proves that every number is finite and that `bound`, of sums, admits it: what is not finite leaves no sum
+/// finite. Sums of numbers near the largest one may deny it.
 #[inline(always)]
-fn commit<T: Real, M: Integrator, S: Simd>(
-    limits: &Limits<T, S>,
+fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>, bound: T::Lanes<S>) -> bool {
+    let [a, b, c, d] = x.0;
+    let mut sum = (a + b) + (c + d);
+    // A step that moves with its own new velocity has a finite position only if that is finite as well.
+    if !M::MOVES_WITH_NEW_VELOCITY {
+        let [a, b, c, d] = v.0;
+        sum = sum + ((a + b) + (c + d));
+    }
+    T::Lanes::all(sum.abs().simd_le(bound))
+}
+
+/// Stores positions and rows.
+#[inline(always)]
+fn store<T: Real, M: Integrator, S: Simd>(
     (new_x, new_v): &Block<T, S>,
     x: &mut Triples<T>,
     bodies: &mut [Row<T>; BLOCK],
-    start: usize,
-    refuse: Refuse<'_>,
 ) {
-    // A step that moves with its own new velocity has a finite position only if that is finite as well.
-    if !M::CHECKED
-        || all_within(new_x, limits.x, limits.finite)
-            && (limits.by_position || all_within(new_v, limits.v, limits.finite))
-    {
-        if M::MOVES {
-            // In this order: the last lane of a row is the first number of the next, which is stored after it.
-            each_row!(k in BLOCK - 1 {
-                new_x.0[k].store_slice(&mut x[3 * k..3 * k + 4]);
-            });
-            let [a, b, c, _] = new_x.0[BLOCK - 1].row();
-            x[3 * BLOCK - 3..3 * BLOCK].copy_from_slice(&[a, b, c]);
-        }
-        each_row!(k in BLOCK {
-            new_v.0[k].store_slice(&mut bodies[k]);
+    if M::MOVES {
+        // In this order: the last lane of a row is the first number of the next, which is stored after it.
+        each_row!(k in BLOCK - 1 {
+            new_x.0[k].store_slice(&mut x[3 * k..3 * k + 4]);
         });
-        return;
+        let [a, b, c, _] = new_x.0[BLOCK - 1].row();
+        x[3 * BLOCK - 3..3 * BLOCK].copy_from_slice(&[a, b, c]);
     }
-    commit_each(&limits.bounds, (&new_x.rows(), &new_v.rows()), x, bodies, start, refuse);
+    each_row!(k in BLOCK {
+        new_v.0[k].store_slice(&mut bodies[k]);
+    });
 }
 
 /// Row by row.
@@ -433,7 +440,7 @@ fn commit<T: Real, M: Integrator, S: Simd>(
 fn commit_each<T: Real>(
     bounds: &Bounds<T>,
     (new_x, new_v): (&[Row<T>; BLOCK], &[Row<T>; BLOCK]),
-    x: &mut Triples<T>,
+    x: &mut [T],
     bodies: &mut [Row<T>; BLOCK],
     start: usize,
     refuse: Refuse<'_>,
@@ -462,16 +469,6 @@ pub(super) fn is_movable<T: Real>(row: &Row<T>) -> bool {
 /// belong to nobody.
 pub(super) fn is_missed<T: Real>(bounds: &Bounds<T>, x: &[T], row: &Row<T>) -> bool {
     *row != [T::ZERO; 4] || x.iter().any(|part| !part.is_finite() || part.abs() > bounds.position)
-}
-
-/// `true` proves that every number is at most the bound of its lane; NaN is not. Sums of numbers near the bound may deny
-/// it: the rows are then looked at one by one. Of numbers that have to be finite and no more, signs may stay: what is not
-/// finite leaves no sum finite.
-#[inline(always)]
-fn all_within<T: Real, S: Simd>(rows: &Rows<T, S, BLOCK>, bound: T::Lanes<S>, finite: bool) -> bool {
-    let [a, b, c, d] = rows.0;
-    let sum = if finite { ((a + b) + (c + d)).abs() } else { (a.abs() + b.abs()) + (c.abs() + d.abs()) };
-    T::Lanes::all(sum.simd_le(bound))
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ pub(super) struct System {
 /// oscillator, and of several together.
 const LEAST: [Scalar; 2] = [5e-3, 0.05];
 
-/// How much longer, or shorter, a step may be that is looked at.
+/// Limits that are looked for are between this value and one over it.
 const FARTHEST: Scalar = 1e6;
 
 impl System {
@@ -45,19 +45,25 @@ impl System {
         self.parts.iter().map(|modes| modes.growth(pace)).fold(0.0, Scalar::max)
     }
 
-    /// How many times as long as now the longest stable tick is, of which `value` is the present value.
+    /// The value of the longest stable tick, of which `value` is the present one; 0 for none, infinite where every tick is.
     pub fn limit(&self, pace: Pace, value: Scalar) -> Scalar {
-        let longer = |factor: Scalar| Pace { tick: pace.tick * factor, ..pace };
-        let least = LEAST[usize::from(self.guess.is_some())] / value;
-        let stable = |factor| self.is_stable(longer(factor));
+        if value <= 0.0 {
+            return Scalar::INFINITY;
+        }
+        if !value.is_finite() {
+            return 0.0;
+        }
+        let longer = |value_then: Scalar| Pace { tick: pace.tick * (value_then / value), ..pace };
+        let least = LEAST[usize::from(self.guess.is_some())];
+        let stable = |value| self.is_stable(longer(value));
         let found = match &self.guess {
-            None => bracket(&stable, 1.25, 1.0),
+            None => bracket(&stable, 1.25, value.max(least)),
             Some(guess) => {
-                let near = bracket(&|factor| guess.is_stable(longer(factor)), 1.25, 1.0);
-                let near = near.and_then(|[low, high]| {
-                    (low > least).then(|| halved(&|f| guess.is_stable(longer(f)), low, high, 8))
-                });
-                bracket(&stable, 1.1, near.unwrap_or(1.0).clamp(least, FARTHEST))
+                let alone = |value| guess.is_stable(longer(value));
+                let near = bracket(&alone, 1.25, value.max(least));
+                let near =
+                    near.and_then(|[low, high]| (low > least).then(|| halved(&alone, low, high, 8)));
+                bracket(&stable, 1.1, near.unwrap_or(value).clamp(least, FARTHEST))
             }
         };
         match found {
@@ -82,7 +88,7 @@ impl System {
     ) -> Margin {
         let is_unstable = !self.is_stable(pace);
         let growth_per_s = if is_unstable { libm::pow(self.growth(pace), 1.0 / pace.tick) } else { 1.0 };
-        let limit = value * self.limit(pace, value);
+        let limit = self.limit(pace, value);
         let cure = if is_unstable { self.cure(pace, limit > 0.0, solvable) } else { Cure::default() };
         let Pace { method, substeps, .. } = pace;
         Margin { part, bodies, method, substeps, value, bound, limit, is_unstable, growth_per_s, cure }
@@ -124,19 +130,21 @@ impl System {
     }
 }
 
-/// A stable factor and the next unstable one, `by` apart, looked for from `start` on: infinite where nothing is too long,
+/// A stable value and the next unstable one, `by` apart, looked for from `start` on: infinite where nothing is too long,
 /// `None` where nothing is short enough.
 fn bracket(stable: &dyn Fn(Scalar) -> bool, by: Scalar, start: Scalar) -> Option<[Scalar; 2]> {
     let mut here = start;
     if stable(here) {
-        while here < FARTHEST {
+        loop {
             let next = here * by;
             if !stable(next) {
                 return Some([here, next]);
             }
+            if next >= FARTHEST.max(start * FARTHEST) {
+                return Some([here, Scalar::INFINITY]);
+            }
             here = next;
         }
-        return Some([here, Scalar::INFINITY]);
     }
     while here > 1.0 / FARTHEST {
         let next = here / by;

@@ -5,7 +5,9 @@ pub(crate) type Pair = (f64, Vec<f64>);
 
 /// Vectors kept at most, and numbers in all of them: what a large net may cost.
 const MOST_VECTORS: usize = 32;
-const MOST_NUMBERS: usize = 4_000_000;
+const MOST_NUMBERS: usize = 8_000_000;
+/// Vectors without which it goes nowhere.
+const LEAST_VECTORS: usize = 3;
 
 /// How often the iteration starts anew from the best vector that it has.
 const MOST_CYCLES: usize = 12;
@@ -13,19 +15,29 @@ const MOST_CYCLES: usize = 12;
 /// Residual, relative to the eigenvalue, at which it stops: the root of the value is then within half of it.
 const TOLERANCE: f64 = 1e-3;
 
-/// At most `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric and positive semidefinite,
-/// the largest first and within 1e-3; the others are bounds from below (Lanczos 1950; power iteration that forgets
-/// nothing).
-pub(crate) fn largest(n: usize, count: usize, mut apply: impl FnMut(&[f64], &mut [f64])) -> Vec<Pair> {
+/// What was found of the largest eigenpairs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Largest {
+    /// The largest first.
+    pub pairs: Vec<Pair>,
+    /// Whether the first is within 1e-3; all are bounds from below.
+    pub converged: bool,
+}
+
+/// At most `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric and positive semidefinite
+/// (Lanczos 1950; power iteration that forgets nothing). Fewer where `n` leaves no room for so many.
+pub(crate) fn largest(n: usize, count: usize, mut apply: impl FnMut(&[f64], &mut [f64])) -> Largest {
     if n == 0 {
-        return Vec::new();
+        return Largest { pairs: Vec::new(), converged: true };
     }
-    let vectors = MOST_VECTORS.min(n).min((MOST_NUMBERS / n.max(1)).max(count + 4));
+    let vectors = MOST_VECTORS.min(n).min((MOST_NUMBERS / n).max(LEAST_VECTORS));
     let mut start = scattered(n);
-    let mut pairs = Vec::new();
+    let mut found = Largest::default();
     for _ in 0..MOST_CYCLES {
         let (basis, alpha, beta) = tridiagonal(start, vectors, &mut apply);
         let m = basis.len();
+        // None where numbers have grown out of their range.
+        let Some(end) = m.checked_sub(1) else { break };
         let mut dense = vec![0.0; m * m];
         for i in 0..m {
             dense[i * m + i] = alpha[i];
@@ -34,8 +46,8 @@ pub(crate) fn largest(n: usize, count: usize, mut apply: impl FnMut(&[f64], &mut
             }
         }
         let eigen = symmetric(dense, m);
-        let left = beta.get(m - 1).copied().unwrap_or(0.0);
-        let residual = eigen.first().map_or(0.0, |(_, s)| (left * s[m - 1]).abs());
+        let left = beta.get(end).copied().unwrap_or(0.0);
+        let residual = eigen.first().map_or(0.0, |(_, s)| (left * s[end]).abs());
         let value = eigen.first().map_or(0.0, |(value, _)| *value);
         let combine = |s: &[f64]| {
             let mut vector = vec![0.0; n];
@@ -44,13 +56,14 @@ pub(crate) fn largest(n: usize, count: usize, mut apply: impl FnMut(&[f64], &mut
             }
             vector
         };
-        pairs = eigen.iter().take(count).map(|(value, s)| (value.max(0.0), combine(s))).collect();
-        if residual <= TOLERANCE * value || m == n {
+        found.pairs = eigen.iter().take(count).map(|(value, s)| (value.max(0.0), combine(s))).collect();
+        found.converged = residual <= TOLERANCE * value || m == n;
+        if found.converged {
             break;
         }
-        start = pairs.first().map_or_else(|| scattered(n), |(_, vector)| vector.clone());
+        start = found.pairs.first().map_or_else(|| scattered(n), |(_, vector)| vector.clone());
     }
-    pairs
+    found
 }
 
 /// Numbers in [-1, 1) that have something of every eigenvector (`SplitMix64`).
@@ -165,7 +178,8 @@ mod tests {
     #[test]
     fn the_largest_of_a_chain_is_its_closed_form() {
         for n in [1_u32, 2, 5, 40, 300] {
-            let pairs = largest(n as usize, 3, chain);
+            let Largest { pairs, converged } = largest(n as usize, 3, chain);
+            assert!(converged, "{n}");
             let exact = 2.0 + 2.0 * libm::cos(std::f64::consts::PI / f64::from(n + 1));
             let (value, vector) = &pairs[0];
             assert!((value / exact - 1.0).abs() <= TOLERANCE, "{n}: {value} for {exact}");
@@ -176,7 +190,15 @@ mod tests {
 
     #[test]
     fn nothing_is_the_largest_of_nothing() {
-        assert!(largest(0, 3, |_, _| ()).iter().all(|(value, _)| *value == 0.0));
-        assert_eq!(largest(4, 2, |_, out| out.fill(0.0))[0].0, 0.0);
+        assert!(largest(0, 3, |_, _| ()).pairs.is_empty());
+        assert_eq!(largest(4, 2, |_, out| out.fill(0.0)).pairs[0].0, 0.0);
+    }
+
+    #[test]
+    fn what_is_no_number_has_no_largest() {
+        for wrong in [f64::NAN, f64::INFINITY, 1e300] {
+            let found = largest(5, 2, |x, out| out.iter_mut().zip(x).for_each(|(out, x)| *out = wrong * wrong * x));
+            assert!(!found.converged || found.pairs.iter().all(|(value, _)| !value.is_finite()), "{wrong}: {found:?}");
+        }
     }
 }

@@ -41,13 +41,14 @@ impl Modes {
         }
     }
 
-    /// By what factor the state grows in a tick at most, when many have passed.
+    /// By what factor the state grows in a tick at most, when many have passed; infinite where that is no number.
     pub fn growth(&self, pace: Pace) -> f64 {
         let matrix = with_method!(pace.method, M => match self.stiffness.size() {
             1 => self.tick::<M, 1>(pace),
             _ => self.tick::<M, MOST>(pace),
         });
-        matrix.radius()
+        let radius = matrix.radius();
+        if radius.is_nan() { f64::INFINITY } else { radius }
     }
 
     /// Whether it does not grow, but for rounding.

@@ -3,12 +3,12 @@
 use bevy_ecs::prelude::*;
 
 use super::cure::System;
-use super::lanczos::largest;
+use super::lanczos::{Largest, largest};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Pace};
 use super::{Margin, Part, SpringMargin};
 use crate::effects::Damping;
-use crate::groups::{Coupling, Holder, LinearGroup};
+use crate::groups::{Coupling, Holder, LinearGroup, larger};
 use crate::method::Method;
 use crate::units::Scalar;
 
@@ -25,13 +25,17 @@ pub(super) fn look(
     let bounds: Vec<_> = group.bounds().collect();
     let [stiffest, rate] = bounds
         .iter()
-        .fold([0.0, 0.0], |most: [Scalar; 2], bound| [most[0].max(bound[0]), most[1].max(bound[1])]);
+        .fold([0.0, 0.0], |most: [Scalar; 2], bound| [larger(most[0], bound[0]), larger(most[1], bound[1])]);
     let rate = rate + group.largest_rate();
     let over = times_over([stiffest, rate], h);
-    if !(over > 0.0 && over.is_finite()) {
+    if over == 0.0 {
         return (None, Vec::new());
     }
-    let (system, y) = modes_of(&group, world.get_resource::<Damping>().copied(), h / over);
+    let shares = bounds.iter().map(|bound| times_over(*bound, h));
+    if !over.is_finite() {
+        return (Some(endless(&group, shares, coupling.movable, bodies, pace, solvable)), Vec::new());
+    }
+    let (system, y) = modes_of(&group, world.get_resource::<Damping>().copied(), h / over, stiffest);
     let [stiffness, damping] = quotients(&group, &y);
     let at_limit = [h * h / over / over, 2.0 * h / over];
     let (part, values) = match group.holder(at_limit, &y) {
@@ -44,13 +48,30 @@ pub(super) fn look(
         None => return (None, Vec::new()),
     };
     let margin = system.margin(part, coupling.movable, values, pace, solvable);
-    let shares = bounds.iter().map(|bound| times_over(*bound, h));
     let most = shares.clone().fold(0.0, f64::max);
     let springs = group.springs().iter().zip(shares).map(|(spring, share)| SpringMargin {
         ends: spring.ends.map(|end| bodies[end]),
         ratio: if share > 0.0 { margin.ratio() * share / most } else { 0.0 },
     });
     (Some(margin), springs.collect())
+}
+
+/// The margin of a group whose fastest mode is faster than every number; `shares` are those of its springs in that.
+fn endless(
+    group: &LinearGroup,
+    shares: impl Iterator<Item = Scalar>,
+    movable: usize,
+    bodies: &[Entity],
+    pace: Pace,
+    solvable: &dyn Fn(Method) -> bool,
+) -> Margin {
+    let spring = group.springs().iter().zip(shares).find(|(_, share)| !share.is_finite());
+    let part = match spring {
+        Some((spring, _)) => Part::Spring(spring.ends.map(|end| bodies[end])),
+        None => Part::Drag(bodies[group.fastest_drag()]),
+    };
+    let value = Scalar::INFINITY;
+    System::one(Modes::one(value, 0.0, None)).margin(part, movable, [value; 2], pace, solvable)
 }
 
 /// How many times too long a step of `h` seconds is for semi-implicit Euler: where `h² stiffness + 2 h rate` is 4 it is
@@ -74,8 +95,14 @@ fn dot(a: &[Scalar], b: &[Scalar]) -> Scalar {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What decides whether a group is stable at steps of about `h` seconds, and its fastest mode.
-fn modes_of(group: &LinearGroup, damping: Option<Damping>, h: Scalar) -> (System, Vec<Scalar>) {
+/// What decides whether a group is stable at steps of about `h` seconds, and its fastest mode. `stiffest` is a bound of
+/// its stiffness, 1/s².
+fn modes_of(
+    group: &LinearGroup,
+    damping: Option<Damping>,
+    h: Scalar,
+    stiffest: Scalar,
+) -> (System, Vec<Scalar>) {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
     let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
@@ -84,10 +111,12 @@ fn modes_of(group: &LinearGroup, damping: Option<Damping>, h: Scalar) -> (System
         None => [h * h, 2.0 * h],
     };
     let count = if alike.is_some() { 1 } else { MOST };
-    let pairs = largest(n, count, |y, out| group.apply(factors, alike.is_none(), y, out));
+    let Largest { pairs, converged } =
+        largest(n, count, |y, out| group.apply(factors, alike.is_none(), y, out));
     let fastest = pairs.first().map_or_else(Vec::new, |(_, y)| y.clone());
     if let Some((rate, own)) = alike {
-        let stiffness = quotients(group, &fastest)[0];
+        // A net too large for the iteration is held to the bound.
+        let stiffness = if converged { quotients(group, &fastest)[0] } else { stiffest };
         let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, rate, scenes(own)));
         return (System::apart(parts.to_vec()), fastest);
     }
@@ -116,21 +145,43 @@ fn reduced(group: &LinearGroup, damping: Option<Damping>, basis: &[Vec<Scalar>])
         }
         matrix
     };
-    let mut rates = group.rates().to_vec();
-    rates.sort_by(Scalar::total_cmp);
-    rates.dedup();
-    let part = |rate: Scalar| {
+    let classes = Classes::of(group.rates());
+    let part = |class: usize| {
         project(&|y, out| {
             for ((own, y), out) in group.rates().iter().zip(y.chunks_exact(3)).zip(out.chunks_exact_mut(3)) {
-                let share = if *own == rate { 1.0 } else { 0.0 };
+                let share = if classes.of_rate(*own) == class { 1.0 } else { 0.0 };
                 (0..3).for_each(|axis| out[axis] = share * y[axis]);
             }
         })
     };
-    let decays = damping.into_iter().flat_map(|damping| rates.iter().map(move |rate| (damping, *rate)));
+    let rates = || classes.most.iter().copied().enumerate();
+    let decays = damping.into_iter().flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
     Modes {
         stiffness: project(&|y, out| group.apply([1.0, 0.0], false, y, out)),
         damping: project(&|y, out| group.apply([0.0, 1.0], false, y, out)),
-        decays: decays.map(|(damping, rate)| (Damping { rate, ..damping }, part(rate))).collect(),
+        decays: decays.map(|(damping, class, rate)| (Damping { rate, ..damping }, part(class))).collect(),
+    }
+}
+
+/// Rates of damping that are reckoned with as one, the largest of them.
+struct Classes {
+    /// Ascending.
+    most: Vec<Scalar>,
+}
+
+impl Classes {
+    /// Rates of which there are no more are each a class.
+    const MOST: usize = 16;
+
+    fn of(rates: &[Scalar]) -> Self {
+        let mut rates = rates.to_vec();
+        rates.sort_by(Scalar::total_cmp);
+        rates.dedup();
+        let size = rates.len().div_ceil(Self::MOST).max(1);
+        Self { most: rates.chunks(size).filter_map(|class| class.last().copied()).collect() }
+    }
+
+    fn of_rate(&self, rate: Scalar) -> usize {
+        self.most.partition_point(|most| most.total_cmp(&rate).is_lt())
     }
 }

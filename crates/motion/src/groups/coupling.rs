@@ -46,6 +46,15 @@ pub(super) fn add<T: Real>(row: &mut Row<T>, v: T::Vector) {
     row[2] += z;
 }
 
+/// `c + k |u| + k (u·n)² / |u|`, 1/s: what air that a triangle with normal n moves through with u takes of another
+/// velocity along n.
+pub(super) fn rate_along<T: Real>(drag: &Drag, u: T::Vector, n: T::Vector) -> T {
+    // The limit of (u·n)² / |u| in still air is 0.
+    let (across, speed) = (u.dot(n), u.dot(u).sqrt());
+    let across = if speed > T::ZERO { across * across / speed } else { T::ZERO };
+    drag.rate::<T>(u) + T::of(drag.quadratic) * across
+}
+
 /// Of a triangle in air: velocity against the air, m/s, and unit normal; `None` where it has no area.
 pub(super) fn in_air<T: Real>(
     air: Option<&Air<T>>,

@@ -95,26 +95,26 @@ pub(crate) struct GroupField<'a, T: Real> {
     /// Whether what they hang on is at rest: the velocities of all rows may then be multiplied alike.
     anchors_rest: bool,
     watch: Watch,
+    /// The rows that turned non-finite first, ascending; none while there are none or nobody looks.
+    found: Vec<usize>,
 }
 
-/// Whether to look for the row that turns non-finite first.
+/// Whether to look for the rows that turn non-finite first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watch {
-    /// No: the end of the tick tells that there is one.
+    /// No: the end of the tick tells that there are some.
     Off,
-    /// Yes; none was found so far.
+    /// Yes.
     On,
-    /// It was that one.
-    Found(usize),
 }
 
 /// What a tick of a group came to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// Every row is finite and in range.
     Finite,
-    /// Some are not; the row that was first, if it was looked for.
-    Broken(Option<usize>),
+    /// Some are not; the rows that were first, ascending, if they were looked for.
+    Broken(Vec<usize>),
 }
 
 impl<'a, T: Real> GroupField<'a, T> {
@@ -142,6 +142,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             heavy: 0,
             anchors_rest: true,
             watch: Watch::Off,
+            found: Vec::new(),
         }
     }
 
@@ -197,7 +198,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         self.outcome()
     }
 
-    fn outcome(&self) -> Outcome {
+    fn outcome(self) -> Outcome {
         let movable = self.coupling.movable;
         let Bounds { position, speed } = self.around.terms.bounds;
         let within = |row: &Row<T>, bound: T| {
@@ -218,24 +219,27 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
         let broken = |row: &usize| !holds(&x[*row], &v[*row], w[*row]);
         Outcome::Broken(match self.watch {
-            Watch::Found(row) => Some(row),
-            Watch::On => (0..movable).find(broken),
-            Watch::Off => None,
+            Watch::On if self.found.is_empty() => (0..movable).filter(broken).collect(),
+            _ => self.found,
         })
     }
 
-    /// Notes the first row that is not finite, if it is looked for.
-    pub(super) fn look(&mut self, row: impl FnOnce(&Self) -> Option<usize>) {
-        if self.watch == Watch::On
-            && let Some(row) = row(self)
-        {
-            self.watch = Watch::Found(row);
+    /// Whether rows that are not finite are looked for, and none was found so far.
+    pub(super) fn looks(&self) -> bool {
+        self.watch == Watch::On && self.found.is_empty()
+    }
+
+    /// Notes the rows that are not finite, if they are looked for.
+    pub(super) fn look(&mut self, rows: impl FnOnce(&Self) -> Vec<usize>) {
+        if self.looks() {
+            self.found = rows(self);
         }
     }
 
-    /// The first of the rows that can move which is not finite.
-    pub(super) fn first_broken(&self, rows: &[Row<T>]) -> Option<usize> {
-        rows[..self.coupling.movable].iter().position(|row| !row[..3].iter().all(|part| part.is_finite()))
+    /// The rows that can move which are not finite.
+    pub(super) fn broken<'r>(&self, rows: &'r [Row<T>]) -> impl Iterator<Item = usize> + use<'r, T> {
+        let movable = rows[..self.coupling.movable].iter().enumerate();
+        movable.filter(|(_, row)| !row[..3].iter().all(|part| part.is_finite())).map(|(row, _)| row)
     }
 }
 

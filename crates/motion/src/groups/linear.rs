@@ -3,9 +3,9 @@
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
-use super::coupling::{Coupling, SheetRow, in_air};
+use super::coupling::{Coupling, SheetRow, in_air, rate_along};
 use super::field::is_open;
-use super::pull::SpringRow;
+use super::pull::{SpringRow, axis};
 use super::rows::Row;
 use crate::clock::StepClock;
 use crate::components::{AxisLocks, PhysicsBody, Transform};
@@ -13,7 +13,7 @@ use crate::effects::{Damping, DampingRate};
 use crate::laws::{BodyState, Drag, Law, Moment};
 use crate::units::Scalar;
 
-/// A spring as it is now; see [`Solver`](super::Solver) for what a compressed one is.
+/// A spring as it is now.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stiff {
     pub ends: [usize; 2],
@@ -95,9 +95,7 @@ impl LinearGroup {
         let air = drag.wind.map(|wind| wind.air(time));
         for SheetRow { corners, mass } in &coupling.sheets {
             if let Some((u, n)) = in_air(air.as_ref(), *corners, &x, &v) {
-                let (across, speed) = (u.dot(n), u.length());
-                let across = if speed > 0.0 { across * across / speed } else { 0.0 };
-                let strength = mass * (drag.rate::<Scalar>(u) + drag.quadratic * across) / 9.0;
+                let strength = mass * rate_along::<Scalar>(drag, u, n) / 9.0;
                 self.sheets.push((corners.map(|corner| corner as usize), n, strength));
             }
         }
@@ -202,9 +200,7 @@ impl LinearGroup {
 
     /// Largest rate of drag and of the scene's damping on a row, 1/s.
     pub fn largest_rate(&self) -> Scalar {
-        let of_row =
-            |drag: &DMat3| drag.to_cols_array_2d().map(|column| DVec3::from(column).abs().element_sum());
-        let drag = self.drag.iter().flat_map(of_row).fold(0.0, f64::max);
+        let drag = self.drag.iter().map(size).fold(0.0, larger);
         // A triangle's normal forces push on at most all three corners.
         let mut sheets = vec![0.0; self.root.len()];
         for (corners, _, strength) in &self.sheets {
@@ -214,8 +210,17 @@ impl LinearGroup {
                 }
             }
         }
-        let air = sheets.into_iter().fold(drag, f64::max);
-        air + self.rates.iter().copied().fold(0.0, f64::max)
+        let air = sheets.into_iter().fold(drag, larger);
+        air + self.rates.iter().copied().fold(0.0, larger)
+    }
+
+    /// The row with the largest drag or damping of its own.
+    pub fn fastest_drag(&self) -> usize {
+        let rate = |row: usize| {
+            let damping = self.rates.get(row).copied().unwrap_or_default();
+            larger(self.drag.get(row).map_or(0.0, size), damping)
+        };
+        (0..self.root.len()).max_by(|a, b| rate(*a).total_cmp(&rate(*b))).unwrap_or_default()
     }
 
     /// What gives most to `stiffness y·A y + rate y·C y`.
@@ -258,18 +263,21 @@ impl Stiff {
     fn of(SpringRow { ends, elastic }: &SpringRow<Scalar>, x: impl Fn(usize) -> DVec3) -> Self {
         let ends = ends.map(|end| end as usize);
         let d = x(ends[1]) - x(ends[0]);
-        let length = d.length();
-        let along = elastic.stiffness;
-        let slack = (1.0 - elastic.rest_length / length).max(0.0);
-        let (n, along, across) = if length > 0.0 {
-            (d / length, along, along * slack)
-        } else if elastic.rest_length == 0.0 {
-            (DVec3::ZERO, along, along)
-        } else {
-            (DVec3::ZERO, 0.0, 0.0)
-        };
+        let (n, taut) = axis(d, elastic.rest_length);
+        let along = if n == DVec3::ZERO && taut == 0.0 { 0.0 } else { elastic.stiffness };
+        let across = elastic.stiffness * taut;
         Self { ends, n, along, across, damping: elastic.damping }
     }
+}
+
+/// A bound of what drag takes of any velocity, 1/s.
+fn size(drag: &DMat3) -> Scalar {
+    drag.to_cols_array_2d().map(|column| DVec3::from(column).abs().element_sum()).into_iter().fold(0.0, larger)
+}
+
+/// The larger one, infinite where one of them is no number.
+pub(crate) fn larger(a: Scalar, b: Scalar) -> Scalar {
+    if a.is_nan() || b.is_nan() { Scalar::INFINITY } else { a.max(b) }
 }
 
 fn square(x: Scalar) -> Scalar {

@@ -4,7 +4,7 @@ use fearless_simd::{Fallback, Simd, prelude::*};
 
 use super::rows::Row;
 use crate::blocks::LEVEL;
-use crate::real::{Lanes as _, Real};
+use crate::real::{Lanes as _, Real, RealVector as _};
 use crate::springs::Elastic;
 
 /// Springs that are reckoned with at once: what takes longest is the square root and the division, and four of
@@ -25,6 +25,19 @@ struct Block<T> {
     stiffness: [T; AT_ONCE],
     damping: [T; AT_ONCE],
     rest_length: [T; AT_ONCE],
+}
+
+/// The direction of a spring whose second end is `d` from the first, and the share of its stiffness that it has across
+/// that. One that is shorter than at rest has none, see [`Solver`](super::Solver); one without a length pulls to all sides
+/// alike if that is how it rests, and is passed by if not.
+pub(super) fn axis<T: Real>(d: T::Vector, rest_length: T) -> (T::Vector, T) {
+    let length = d.dot(d).sqrt();
+    if length > T::ZERO {
+        let taut = T::ONE - rest_length / length;
+        (d * (T::ONE / length), if taut > T::ZERO { taut } else { T::ZERO })
+    } else {
+        (T::Vector::ZERO, if rest_length == T::ZERO { T::ONE } else { T::ZERO })
+    }
 }
 
 /// Springs, in the order in which their forces are summed up.

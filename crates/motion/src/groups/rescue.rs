@@ -5,7 +5,7 @@ use bevy_ecs::query::ArchetypeFilter;
 use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
 use super::rows::Row;
 use super::split::Part;
-use super::suspects::Suspects;
+use super::suspects::{SpringsByRow, Suspects};
 use super::system::{ByRow, Members, Wishes};
 use super::{Group, Groups};
 use crate::blocks::{self, Account, Asks, MemoryRows, Table, Terms};
@@ -52,7 +52,8 @@ impl Askers<Scalar> for OfPart<'_, '_, '_> {
 
 impl Rescue<'_, '_, '_, '_> {
     /// Finds who was first, leaves him as he was before the tick, and lets the others go on as if he had been
-    /// gone then; as often as it takes.
+    /// gone then; as often as it takes. Several that have nothing to do with each other go at once: of a net that breaks
+    /// as a whole, one after the other would take a tick for every row.
     #[cold]
     pub fn run<M: Integrator, Who: ArchetypeFilter>(
         &mut self,
@@ -81,7 +82,9 @@ impl Rescue<'_, '_, '_, '_> {
             }
         }
         let whole = ByRow { bodies: &group.bodies, wishes: self.wishes };
+        let springs = SpringsByRow::of(coupling);
         let suspects = Suspects {
+            springs: &springs,
             acting: self.acting,
             around: self.around,
             group,
@@ -103,19 +106,18 @@ impl Rescue<'_, '_, '_, '_> {
             let mut after =
                 Before { x: before.x.clone(), v: before.v.clone(), w: Vec::new(), last: before.last.clone() };
             let mut account = Account::default();
-            let culprit = parts
+            let culprits: Vec<_> = parts
                 .iter()
-                .find_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut account));
-            match culprit {
-                Some((row, breach)) => {
-                    let cause = suspects.cause(row, breach, &dead);
-                    dead[row] = true;
-                    self.notes.quarantine.refuse(refused(group, &before, row, cause));
-                }
-                None => {
-                    self.notes.evaluations.add(&account, &[], std::iter::empty());
-                    break after;
-                }
+                .flat_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut account))
+                .collect();
+            if culprits.is_empty() {
+                self.notes.evaluations.add(&account, &[], std::iter::empty());
+                break after;
+            }
+            for (row, breach) in culprits {
+                let cause = suspects.cause(row, breach, &dead);
+                dead[row] = true;
+                self.notes.quarantine.refuse(refused(group, &before, row, cause));
             }
         };
         x[rows.clone()].copy_from_slice(&after.x);
@@ -124,7 +126,8 @@ impl Rescue<'_, '_, '_, '_> {
         *outdated = true;
     }
 
-    /// A tick of a part; gives the row that was first to break, if one did, and what was wrong with it.
+    /// A tick of a part; gives the rows that were first to break, no two of which act on each other, and what was wrong
+    /// with them.
     fn part<M: Integrator>(
         &self,
         group: &Group,
@@ -133,7 +136,7 @@ impl Rescue<'_, '_, '_, '_> {
         before: &Before,
         after: &mut Before,
         account: &mut Account,
-    ) -> Option<(usize, Breach)> {
+    ) -> Vec<(usize, Breach)> {
         let pick = |rows: &[Row<Scalar>]| part.rows.iter().map(|row| rows[*row]).collect::<Vec<_>>();
         let numbers = |from: &[Scalar]| part.rows.iter().map(|row| from[*row]).collect::<Vec<_>>();
         let pushes: Vec<_> = pushes
@@ -150,7 +153,7 @@ impl Rescue<'_, '_, '_, '_> {
                 pushes.iter().fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
             let alone = self.alone::<M>(&whole, row, force, before.w[row], &mut state, account);
             if let Err(breach) = alone {
-                return Some((row, breach));
+                return vec![(row, breach)];
             }
         } else {
             let listed = |rows: &[u32]| {
@@ -175,21 +178,24 @@ impl Rescue<'_, '_, '_, '_> {
                         account.add(&own);
                         break;
                     }
-                    Outcome::Broken(Some(row)) => {
-                        let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
-                        let breach = self.around.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
-                        // One that broke inside the tick may be out of the way at its end.
-                        let inside = Breach { of: StatePart::Velocity, finite: false };
-                        return Some((part.rows[row], breach.unwrap_or(inside)));
+                    Outcome::Broken(first) if !first.is_empty() => {
+                        let breach = |row: usize| {
+                            let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
+                            let breach = self.around.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
+                            // One that broke inside the tick may be out of the way at its end.
+                            breach.unwrap_or(Breach { of: StatePart::Velocity, finite: false })
+                        };
+                        let apart = coupling.apart(&first).into_iter();
+                        return apart.map(|row| (part.rows[row], breach(row))).collect();
                     }
-                    Outcome::Broken(None) => {}
+                    Outcome::Broken(_) => {}
                 }
             }
         }
         for (i, row) in part.rows[..movable].iter().enumerate() {
             (after.x[*row], after.v[*row], after.last[*row]) = (state.0[i], state.1[i], state.2[i]);
         }
-        None
+        Vec::new()
     }
 
     /// A tick of a body whose springs are gone.

@@ -3,9 +3,9 @@
 use bevy_ecs::prelude::*;
 
 use super::combination::Combination;
-use super::coupling::{SheetRow, add, in_air, vector};
+use super::coupling::{SheetRow, add, in_air, rate_along, vector};
 use super::field::{GroupField, is_open};
-use super::pull::SpringRow;
+use super::pull::{SpringRow, axis};
 use super::rows::{Row, RowArray};
 use crate::laws::{BodyState, Law, Moment};
 use crate::real::{Real, RealMatrix as _, RealVector as _};
@@ -109,7 +109,8 @@ impl<T: Real> GroupField<'_, T> {
         }
         *self.slot(start) = v;
         *self.workspace() = work;
-        self.look(|field| field.first_broken(field.array(start)));
+        // One: the solution of a system has something of all of its rows.
+        self.look(|field| field.broken(field.array(start)).take(1).collect());
         match gained.zip(gain) {
             None => Combination::of(start),
             Some((slot, gain)) => {
@@ -158,16 +159,9 @@ impl<T: Real> Workspace<T> {
         self.springs.clear();
         self.springs.extend(field.springs().iter().map(|SpringRow { ends: [a, b], elastic }| {
             let d = vector(&x[b as usize]) - vector(&x[a as usize]);
-            let length = d.dot(d).sqrt();
+            let (n, taut) = axis(d, elastic.rest_length);
             let along = h * h * elastic.stiffness;
-            let slack = T::ONE - elastic.rest_length / length;
-            let (n, across) = if length > T::ZERO {
-                (d * (T::ONE / length), if slack > T::ZERO { along * slack } else { T::ZERO })
-            } else if elastic.rest_length == T::ZERO {
-                (T::Vector::ZERO, along)
-            } else {
-                (T::Vector::ZERO, T::ZERO)
-            };
+            let across = along * taut;
             Stiff { ends: [a, b], n, along, across, damping: h * elastic.damping }
         }));
         self.sheets.clear();
@@ -175,12 +169,7 @@ impl<T: Real> Workspace<T> {
             let air = drag.wind.map(|wind| wind.air(at.time));
             self.sheets.extend(field.sheets().iter().map(|&SheetRow { corners, mass }| {
                 match in_air(air.as_ref(), corners, x, v) {
-                    Some((u, n)) => {
-                        // The limit of (u·n)² / |u| in still air is 0.
-                        let (across, speed) = (u.dot(n), u.dot(u).sqrt());
-                        let across = if speed > T::ZERO { across * across / speed } else { T::ZERO };
-                        (n, h * mass * (drag.rate::<T>(u) + T::of(drag.quadratic) * across))
-                    }
+                    Some((u, n)) => (n, h * mass * rate_along(drag, u, n)),
                     None => (T::Vector::ZERO, T::ZERO),
                 }
             }));
@@ -286,7 +275,7 @@ impl<T: Real> Workspace<T> {
                     (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
                 }
             }
-            field.look(|field| field.first_broken(&self.r));
+            field.look(|field| field.broken(&self.r).collect());
         }
         while !converged && iterations < solver.most_iterations.max(1) {
             self.multiply(field);

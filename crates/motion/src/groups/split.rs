@@ -103,6 +103,34 @@ impl<T: Real> Coupling<T> {
     }
 }
 
+impl<T: Real> Coupling<T> {
+    /// Those of some rows, ascending, of which no two act on each other: from the lowest on, each that none before acts
+    /// on.
+    pub(super) fn apart(&self, rows: &[usize]) -> Vec<usize> {
+        if self.attracts {
+            return rows.first().copied().into_iter().collect();
+        }
+        let mut lower: HashMap<usize, Vec<usize>> = HashMap::new();
+        let mut join = |ends: &[u32]| {
+            for (a, b) in ends.iter().flat_map(|a| ends.iter().map(move |b| (*a as usize, *b as usize))) {
+                if a < b && rows.binary_search(&a).is_ok() && rows.binary_search(&b).is_ok() {
+                    lower.entry(b).or_default().push(a);
+                }
+            }
+        };
+        self.springs.iter().for_each(|spring| join(&spring.ends));
+        self.sheets.iter().for_each(|sheet| join(&sheet.corners));
+        let mut apart: Vec<usize> = Vec::new();
+        for row in rows {
+            let before = lower.get(row).map_or(&[][..], Vec::as_slice);
+            if !before.iter().any(|other| apart.binary_search(other).is_ok()) {
+                apart.push(*row);
+            }
+        }
+        apart
+    }
+}
+
 impl<T: Real> Part<T> {
     /// Takes in a row that does not move; those that move are there before.
     fn hold(&mut self, whole: &Coupling<T>, row: usize) {

@@ -1,6 +1,6 @@
 //! Why a member of a group was left behind.
 
-use super::coupling::vector;
+use super::coupling::{Coupling, vector};
 use super::field::{Askers, RowAsks, Surroundings};
 use super::pull::SpringRow;
 use super::rescue::Before;
@@ -15,8 +15,24 @@ use crate::range::{Breach, Part};
 use crate::springs::Elastic;
 use crate::units::{Scalar, Vector};
 
+/// The springs of every row.
+pub(super) struct SpringsByRow(Vec<Vec<(usize, Elastic<Scalar>)>>);
+
+impl SpringsByRow {
+    pub fn of(coupling: &Coupling<Scalar>) -> Self {
+        let mut of_row = vec![Vec::new(); coupling.rows];
+        for SpringRow { ends, elastic } in coupling.springs.iter() {
+            let [a, b] = ends.map(|end| end as usize);
+            of_row[a].push((b, elastic));
+            of_row[b].push((a, elastic));
+        }
+        Self(of_row)
+    }
+}
+
 /// The rows of a group before the tick, with everything that acts on them.
 pub(super) struct Suspects<'a, 'w, 's> {
+    pub springs: &'a SpringsByRow,
     pub acting: &'a Acting<'w, 's>,
     pub around: &'a Surroundings<'a, Scalar>,
     pub group: &'a Group,
@@ -99,16 +115,12 @@ impl Suspects<'_, '_, '_> {
 
     /// The first spring of a row that is not finite, or pulls with a force that is not.
     fn spring_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
-        let Group { coupling, bodies, .. } = self.group;
-        let springs = coupling.springs.iter().filter_map(|SpringRow { ends, elastic }| {
-            let [a, b] = ends.map(|end| end as usize);
-            let other = if a == row { b } else { a };
-            ((a == row || b == row) && !dead[other]).then_some((other, elastic))
-        });
+        let Group { bodies, .. } = self.group;
+        let springs = self.springs.0[row].iter().filter(|(other, _)| !dead[*other]);
         let mut broken = springs.filter(|(other, elastic)| !self.tension(row, *other, elastic).is_finite());
         broken.next().map(|(other, Elastic { stiffness, damping, rest_length })| {
             let finite = [stiffness, damping, rest_length].iter().all(|number| number.is_finite());
-            (place::SPRING, if finite { Fault::Spring(bodies[other]) } else { Fault::Found })
+            (place::SPRING, if finite { Fault::Spring(bodies[*other]) } else { Fault::Found })
         })
     }
 

@@ -48,10 +48,10 @@ impl ForecastRow {
             limit if limit.is_infinite() => format!("{method} has no limit here"),
             limit => format!("the limit of {method} is {}", digits(limit)),
         };
-        let grows = if margin.is_unstable && margin.limit == 0.0 {
-            format!(", grows {} times a second", digits(margin.growth_per_s))
-        } else {
-            String::new()
+        let grows = match margin.growth_per_s {
+            _ if !margin.is_unstable || margin.limit > 0.0 => String::new(),
+            growth if growth.is_infinite() => ", grows without end".to_owned(),
+            growth => format!(", grows {} times a second", digits(growth)),
         };
         let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
         format!("{element}: {symbol} = {value}, {limit}{grows}{cure}")
@@ -73,7 +73,7 @@ pub(crate) fn digits(value: f64) -> String {
         let text = format!("{value:.decimals$}");
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     } else if size.is_infinite() {
-        "infinitely many".to_owned()
+        "infinite".to_owned()
     } else {
         format!("{value:.3e}")
     }

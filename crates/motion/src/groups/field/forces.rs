@@ -30,7 +30,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
         let calls = self.calls();
         let looks = calls || self.looks_at_velocity();
-        let mut state = None;
+        let mut state = Vec::new();
         {
             let x = match x.slot() {
                 Some(slot) => self.array(slot),
@@ -48,8 +48,11 @@ impl<'a, T: Real> GroupField<'a, T> {
                 // Not read.
                 _ => self.rows.v,
             };
-            if self.watch == Watch::On {
-                state = self.first_broken(x).or_else(|| if looks { self.first_broken(v) } else { None });
+            if self.looks() {
+                state.extend(self.broken(x));
+                if looks && state.is_empty() {
+                    state.extend(self.broken(v));
+                }
             }
             self.push_and_pull(at.time, x, v, &mut sum);
             self.add_constants(v, &mut sum);
@@ -63,7 +66,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
         self.lock(&mut sum);
         self.count();
-        self.look(|field| state.or_else(|| field.first_broken(&sum)));
+        self.look(|field| if state.is_empty() { field.broken(&sum).collect() } else { state });
         (self.scratch.slots[out], self.scratch.stage) = (sum, [stage_x, stage_v]);
         out
     }
