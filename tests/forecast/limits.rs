@@ -71,7 +71,9 @@ fn maps_show_where_the_closed_forms_say_that_it_grows() {
         };
         assert!(!seen(Method::ImplicitEuler, LongRun::Grows));
         assert!(
-            Method::ALL.iter().all(|method| *method == Method::ImplicitEuler || seen(*method, LongRun::Grows))
+            Method::ALL
+                .iter()
+                .all(|method| *method == Method::ImplicitEuler || seen(*method, LongRun::Grows))
         );
         let svg = map.svg();
         assert!(svg.starts_with("<svg") && svg.contains("Runge-Kutta 4"), "{}", svg.len());

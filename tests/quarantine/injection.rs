@@ -8,8 +8,9 @@ use bevy_ecs::system::SystemState;
 use glam::DVec3;
 use motion::real::{Real, RealVector as _};
 use motion::{
-    BodyState, Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Grouped, Jacobians, LastStep, Law,
-    Method, Moment, OwnLaws, Particle, PhysicsBody, SpeedLimit, StableId, Static, Transform, own_method,
+    BodyState, Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Grouped, Jacobians,
+    KeptAccelerations, LastStep, Law, Method, Moment, OwnLaws, Particle, PhysicsBody, SpeedLimit, StableId,
+    Static, Transform, own_method,
 };
 use scene::Scene;
 
@@ -306,4 +307,32 @@ fn a_nan_in_any_component_before_any_system_of_any_scene_is_named_and_harms_no_o
         }
     }
     assert!(checked > 500, "{checked}");
+}
+
+/// What is kept of the last tick only saves evaluations: spoiled, it is evaluated again.
+#[test]
+fn a_nan_in_what_is_kept_of_the_last_tick_harms_nobody() {
+    let mut spoiled = 0;
+    for (name, mut scene) in scenes() {
+        scene.method = Method::VelocityVerlet;
+        let (mut rig, mut reference) = (Rig::new(&scene), Rig::new(&scene));
+        rig.run(LEAD);
+        reference.run(LEAD);
+        let mut kept = KeptAccelerations::of(&mut rig.world);
+        for body in kept.bodies.iter_mut().filter_map(|(_, kept)| kept.as_mut()) {
+            body.called = [f64::NAN; 4];
+            spoiled += 1;
+        }
+        for acceleration in kept.groups.iter_mut().flat_map(|group| &mut group.accelerations) {
+            *acceleration = [f64::NAN; 4];
+            spoiled += 1;
+        }
+        kept.put(&mut rig.world);
+        rig.run(AFTER);
+        reference.run(AFTER);
+        let nobody = StableId(u32::MAX);
+        assert!(rig.bits(nobody) == reference.bits(nobody), "{name}");
+        assert_eq!(rig.records(), reference.records(), "{name}");
+    }
+    assert!(spoiled > 100, "{spoiled}");
 }

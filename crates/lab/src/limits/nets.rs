@@ -152,8 +152,12 @@ impl Net {
 
     /// J.
     fn energy(&self, stepped: &Stepped) -> f64 {
-        let at = |body: usize| stepped.world.get::<Transform>(stepped.bodies[body]).map_or(DVec3::ZERO, |at| at.position);
-        let v = |body: usize| stepped.world.get::<PhysicsBody>(stepped.bodies[body]).map_or(DVec3::ZERO, |body| body.velocity);
+        let at = |body: usize| {
+            stepped.world.get::<Transform>(stepped.bodies[body]).map_or(DVec3::ZERO, |at| at.position)
+        };
+        let v = |body: usize| {
+            stepped.world.get::<PhysicsBody>(stepped.bodies[body]).map_or(DVec3::ZERO, |body| body.velocity)
+        };
         let springs = self.springs.iter().map(|([a, b], k)| k * at(*a).distance_squared(at(*b)));
         let masses = self.masses.iter().enumerate().map(|(i, mass)| mass * v(i + 1).length_squared());
         0.5 * springs.chain(masses).sum::<f64>()

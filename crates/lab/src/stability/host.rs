@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use motion::{
-    Bare, Damping, DampingModel, Evaluations, Gravity, Ledger, Quarantine, Request, StableId, StepClock, TimeStep,
+    Bare, Damping, DampingModel, Evaluations, Gravity, Ledger, Quarantine, Request, StableId, StepClock,
+    TimeStep,
 };
 use scene::{Action, Names, Scene, Step, SurvivalRow, When};
 

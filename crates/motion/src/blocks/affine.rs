@@ -57,7 +57,8 @@ pub(super) fn run<T: Real, M: Integrator>(
             for row in rows {
                 let breach = terms.bounds.breach(&table.positions[row], &table.bodies[row]);
                 let (x, body) = (&before.0[row - start], &before.1[row - start]);
-                refused.extend(breach.filter(|_| is_missed(&terms.bounds, x, body)).map(|breach| (row, breach)));
+                refused
+                    .extend(breach.filter(|_| is_missed(&terms.bounds, x, body)).map(|breach| (row, breach)));
             }
         }
         for (row, _) in &refused[first..] {

@@ -61,8 +61,7 @@ impl System {
             Some(guess) => {
                 let alone = |value| guess.is_stable(longer(value));
                 let near = bracket(&alone, 1.25, value.max(least));
-                let near =
-                    near.and_then(|[low, high]| (low > least).then(|| halved(&alone, low, high, 8)));
+                let near = near.and_then(|[low, high]| (low > least).then(|| halved(&alone, low, high, 8)));
                 bracket(&stable, 1.1, near.unwrap_or(value).clamp(least, FARTHEST))
             }
         };

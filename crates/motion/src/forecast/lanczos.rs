@@ -197,8 +197,12 @@ mod tests {
     #[test]
     fn what_is_no_number_has_no_largest() {
         for wrong in [f64::NAN, f64::INFINITY, 1e300] {
-            let found = largest(5, 2, |x, out| out.iter_mut().zip(x).for_each(|(out, x)| *out = wrong * wrong * x));
-            assert!(!found.converged || found.pairs.iter().all(|(value, _)| !value.is_finite()), "{wrong}: {found:?}");
+            let found =
+                largest(5, 2, |x, out| out.iter_mut().zip(x).for_each(|(out, x)| *out = wrong * wrong * x));
+            assert!(
+                !found.converged || found.pairs.iter().all(|(value, _)| !value.is_finite()),
+                "{wrong}: {found:?}"
+            );
         }
     }
 }

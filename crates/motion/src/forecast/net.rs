@@ -155,7 +155,8 @@ fn reduced(group: &LinearGroup, damping: Option<Damping>, basis: &[Vec<Scalar>])
         })
     };
     let rates = || classes.most.iter().copied().enumerate();
-    let decays = damping.into_iter().flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
+    let decays =
+        damping.into_iter().flat_map(|damping| rates().map(move |(class, rate)| (damping, class, rate)));
     Modes {
         stiffness: project(&|y, out| group.apply([1.0, 0.0], false, y, out)),
         damping: project(&|y, out| group.apply([0.0, 1.0], false, y, out)),

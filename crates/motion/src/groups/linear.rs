@@ -272,7 +272,10 @@ impl Stiff {
 
 /// A bound of what drag takes of any velocity, 1/s.
 fn size(drag: &DMat3) -> Scalar {
-    drag.to_cols_array_2d().map(|column| DVec3::from(column).abs().element_sum()).into_iter().fold(0.0, larger)
+    drag.to_cols_array_2d()
+        .map(|column| DVec3::from(column).abs().element_sum())
+        .into_iter()
+        .fold(0.0, larger)
 }
 
 /// The larger one, infinite where one of them is no number.
