@@ -2,6 +2,7 @@
 
 mod pictures;
 mod twins;
+mod unsolvable;
 
 use glam::DVec3;
 use motion::{Effect, Method, PhysicsBody, Quarantined, Request};

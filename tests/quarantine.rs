@@ -101,6 +101,24 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
 }
 
 #[test]
+fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
+    let asked = |request: fn(Entity) -> Request| {
+        let (mut lab, bodies) = crowd(1);
+        lab.world.resource_mut::<Requests>().ask(request(bodies[0]));
+        lab.run(1);
+        lab.world.resource::<Quarantine>().records()[0].cause.what()
+    };
+    let says = |part: &str| format!("an experiment asked for a state that cannot be, in its {part}");
+    assert_eq!(asked(|body| Request::SetVelocity(body, Vector::splat(f64::NAN))), says("velocity"));
+    assert_eq!(asked(|body| Request::SetPosition(body, Vector::splat(f64::NAN))), says("position"));
+    for request in
+        [|body| Request::SetInverseMass(body, -1.0), |body| Request::SetInverseMass(body, f64::NAN)]
+    {
+        assert_eq!(asked(request), says("inverse mass"));
+    }
+}
+
+#[test]
 fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
     let (mut lab, bodies) = crowd(300);
     let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();

@@ -42,9 +42,8 @@ impl Run {
     /// What must be equal in runs that are: the state, what was counted and who was frozen.
     pub fn outcome(&mut self) -> Outcome {
         let evaluations = self.world.resource::<Evaluations>().clone();
-        let id = |body| self.world.get::<StableId>(body).map(|id| id.0);
         let records = self.world.resource::<Quarantine>().records().iter();
-        let frozen = records.map(|record| (id(record.body), record.tick, record.cause.what())).collect();
+        let frozen = records.map(|record| (record.id, record.tick, record.cause.what())).collect();
         Outcome {
             hash: self.snapshot().state_hash(),
             method: self.stepper.method(),
@@ -72,5 +71,5 @@ pub struct Outcome {
     pub hash: u64,
     pub method: Method,
     pub evaluations: Evaluations,
-    pub frozen: Vec<(Option<u32>, u64, String)>,
+    pub frozen: Vec<(Option<StableId>, u64, String)>,
 }

@@ -1,6 +1,6 @@
 //! The rules of the repository, as tests.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -98,6 +98,51 @@ fn input_never_writes_the_state_of_a_body() {
         let path = format!("crates/sandbox/src/{file}");
         never(&path, &[], &["get_mut::<", "&mut PhysicsBody", "&mut Transform", "&mut Force"]);
     }
+}
+
+/// The quoted texts that follow `before` in the code of `folder`.
+fn quoted_after(folder: &str, before: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for (path, text) in sources().iter().filter(|(path, _)| in_folder(path, folder)) {
+        if path.file_name().is_some_and(|name| name == "tests.rs") {
+            continue;
+        }
+        let code: String = code(text).map(|line| line.trim().to_owned() + " ").collect();
+        let quoted = code.split(before).skip(1).filter_map(|rest| rest.split_once('"'));
+        found.extend(quoted.map(|(word, _)| word.to_owned()));
+    }
+    assert!(!found.is_empty(), "nothing in {folder} follows {before}");
+    found
+}
+
+#[test]
+fn the_lists_of_names_that_files_hold_have_every_name_in_use() {
+    let motion = "crates/motion/src";
+    let laws = [
+        quoted_after("crates/motion/src/laws", "fn name(&self) -> &'static str { \""),
+        quoted_after(motion, "count_own(\""),
+        quoted_after(motion, "Fault::Law(\""),
+    ];
+    for law in laws.into_iter().flatten() {
+        assert!(motion::LAW_NAMES.contains(&law.as_str()), "LAW_NAMES lacks {law}");
+    }
+    let systems = quoted_after(motion, "\"integrate");
+    let systems: BTreeSet<_> = systems.iter().map(|rest| format!("integrate{rest}")).collect();
+    let places = quoted_after("crates/motion/src/quarantine.rs", ": &str = \"");
+    let mut names: BTreeSet<String> = motion::Cause::NAMES.map(str::to_owned).into();
+    assert!(names.remove("requests"));
+    assert_eq!(&systems | &places, names);
+}
+
+#[test]
+fn crates_whose_bits_matter_forbid_the_same_functions() {
+    let lists: Vec<_> = ["motion", "scene"]
+        .map(|name| fs::read_to_string(root().join(format!("crates/{name}/clippy.toml"))).unwrap())
+        .iter()
+        .map(|text| text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    assert!(lists[0].len() > 40, "{} lines", lists[0].len());
+    assert_eq!(lists[0], lists[1]);
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! Runs in which people do things.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Effect, Method, PushQueue, Request, Requests};
+use motion::{
+    Damping, DampingModel, Effect, Fault, Method, PushQueue, Quarantine, QuarantineRecord, Request, Requests,
+    StableId,
+};
 
 use super::Run;
 use crate::ghosts::mixed;
@@ -74,6 +77,54 @@ fn a_run_with_inputs_goes_on_from_any_tick_also_with_inputs_waiting() {
             }
         }
     }
+}
+
+#[test]
+fn a_run_goes_on_by_a_method_that_cannot_solve_what_is_switched_off() {
+    let mut whole = Run::of(scene::load("figure_eight").unwrap());
+    whole.ticks(10);
+    whole.world.resource_mut::<Requests>().ask(Request::Switch(Effect::MutualGravity, false));
+    whole.ticks(1);
+    whole.stepper.set_method(&mut whole.world, Method::ImplicitEuler);
+    whole.ticks(5);
+    let mut restored = whole.restored();
+    whole.ticks(5);
+    restored.ticks(5);
+    assert_eq!(restored.outcome(), whole.outcome());
+    // With it there is no such run.
+    whole.world.resource_mut::<Requests>().ask(Request::Switch(Effect::MutualGravity, true));
+    whole.ticks(1);
+    let error = whole.snapshot().restore(&whole.scene).err().unwrap();
+    assert_eq!(error.to_string(), "its method cannot solve the scene");
+}
+
+#[test]
+fn records_of_bodies_that_are_gone_go_along_with_the_springs_that_were_at_fault() {
+    let text = r#"(version: 1, bodies: [
+        (name: "wall", immovable: true), (name: "ball", position_m: (1e10, 0, 0)), (name: "free")],
+        springs: [(between: ("wall", "ball"), stiffness_n_m: 1e300, rest_length_m: 1)])"#;
+    let mut run = Run::of(scene::Scene::parse("test", text).unwrap());
+    let [wall, ball, free] = run.bodies[..] else { panic!("three bodies") };
+    run.ticks(10);
+    run.world.resource_mut::<Requests>().ask(Request::SetVelocity(free, DVec3::NAN));
+    run.ticks(10);
+    [wall, ball, free].into_iter().for_each(|body| {
+        run.world.resource_mut::<Requests>().ask(Request::Remove(body));
+    });
+    run.ticks(10);
+    let records = run.world.resource::<Quarantine>().records().to_vec();
+    let ids = |records: &[QuarantineRecord]| -> Vec<_> {
+        records.iter().map(|record| (record.id, record.other_end, record.tick)).collect()
+    };
+    let (wall_id, ball_id, free_id) = (StableId(0), StableId(1), StableId(2));
+    assert_eq!(ids(&records), [(Some(ball_id), Some(wall_id), 1), (Some(free_id), None, 11)]);
+    let mut restored = run.restored();
+    let again = restored.world.resource::<Quarantine>().records().to_vec();
+    assert_eq!(ids(&again), ids(&records));
+    let [wall, ball, _] = restored.bodies[..] else { panic!("three bodies") };
+    assert_eq!((again[0].body, again[0].cause.fault), (ball, Fault::Spring(wall)));
+    assert_eq!(restored.outcome(), run.outcome());
+    assert_eq!(restored.snapshot(), run.snapshot());
 }
 
 #[test]

@@ -75,7 +75,8 @@ fn whole(u: &mut Unstructured<'_>) -> Result<Option<(Bundle, Scene)>> {
         2 => Happening::Step(at_least_0(u)?),
         _ => Happening::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
     };
-    let manifest = Manifest { format: BUNDLE_FORMAT, settings: Settings::of(&scene), ..Manifest::default() };
+    let (format, settings, tick) = (BUNDLE_FORMAT, Settings::of(&scene), snapshot.ticks());
+    let manifest = Manifest { format, settings, snapshot_tick: tick, end_tick: tick, ..Manifest::default() };
     // What is not a number equals nothing, itself neither.
     let finite = !format!("{what:?}").contains("NaN");
     let events = if finite { vec![Event { tick: snapshot.ticks(), what }] } else { Vec::new() };

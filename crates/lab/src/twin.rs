@@ -2,8 +2,8 @@
 
 use bevy_ecs::prelude::*;
 use motion::{
-    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Requests, StableId, StepClock, Stepper,
-    Substeps, TimeStep, remember_positions,
+    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Requests, StepClock, Stepper, Substeps,
+    TimeStep, remember_positions,
 };
 use scene::{Scene, Snapshot};
 
@@ -152,7 +152,7 @@ impl Twin {
 
     fn look_for_failure(&mut self) {
         self.failure = self.world.resource::<Quarantine>().records().first().map(|record| Failure {
-            body: self.world.get::<StableId>(record.body).map_or(u32::MAX, |id| id.0),
+            body: record.id.map_or(u32::MAX, |id| id.0),
             tick: record.tick,
             cause: record.cause,
         });

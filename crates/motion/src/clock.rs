@@ -174,14 +174,16 @@ impl From<StepClock> for ClockState {
 }
 
 impl StepClock {
-    /// The clock that counts from there; `None` where no clock can have come to: times that are not finite, more
-    /// than 2^53 ticks, or a count that began after the last of them.
+    /// The clock that counts from there; `None` where no clock can have come to: times that are negative or not
+    /// finite, more than 2^53 ticks, a count that began after the last of them, or a scene that begins later.
     #[must_use]
     pub fn from_state(state: ClockState) -> Option<Self> {
         let ClockState { ticks, since_tick, since_time, step, scene_began } = state;
-        let finite = since_time.is_finite() && step.is_finite() && scene_began.is_finite();
+        let times = [since_time, step, scene_began].iter().all(|time| *time >= 0.0 && time.is_finite());
         let counted = since_tick <= ticks && ticks <= 1 << 53;
-        (finite && counted).then_some(Self { ticks, since_tick, since_time, step, scene_began })
+        let clock = Self { ticks, since_tick, since_time, step, scene_began };
+        // The present itself may be beyond the largest number, as it may in a run of very long ticks.
+        (times && counted && scene_began <= clock.seconds()).then_some(clock)
     }
 }
 

@@ -4,7 +4,7 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 use crate::clock::StepClock;
-use crate::components::{PhysicsBody, Quarantined, Transform};
+use crate::components::{PhysicsBody, Quarantined, StableId, Transform};
 use crate::groups::Groups;
 use crate::interpolate::PreviousPosition;
 use crate::own::LastStep;
@@ -89,6 +89,7 @@ impl Cause {
         let (part, unit) = match component {
             place::POSITION => ("position", "m"),
             place::VELOCITY => ("velocity", "m/s"),
+            place::INVERSE_MASS => ("inverse mass", "1/kg"),
             other => (other, ""),
         };
         match fault {
@@ -97,7 +98,7 @@ impl Cause {
             Fault::Spring(_) => format!("a spring pulled with a non-finite force in {system}"),
             Fault::Overflow => format!("{part} would turn non-finite in {system}"),
             Fault::Range(bound) => format!("{part} would leave the range of {bound:e} {unit} in {system}"),
-            Fault::Request => "an experiment asked for a non-finite state".to_owned(),
+            Fault::Request => format!("an experiment asked for a state that cannot be, in its {part}"),
         }
     }
 }
@@ -128,6 +129,10 @@ pub(crate) mod place {
 pub struct QuarantineRecord {
     /// The body.
     pub body: Entity,
+    /// Its stable id, if it had one: it names the body also when that is gone.
+    pub id: Option<StableId>,
+    /// The stable id of the other end of the spring that was at fault, if one was and that end had one.
+    pub other_end: Option<StableId>,
     /// Number of the tick that it did not survive, counted from 1.
     pub tick: u64,
     /// Why.
@@ -180,6 +185,7 @@ pub fn quarantine_bodies(
     groups: Option<ResMut<Groups>>,
     clock: Option<Res<StepClock>>,
     kept: Query<(Option<&PreviousPosition>, Option<&LastStep>)>,
+    ids: Query<&StableId>,
 ) {
     if quarantine.refused.is_empty() {
         return;
@@ -209,7 +215,9 @@ pub fn quarantine_bodies(
         if last.is_some_and(|last| !last.0.is_finite()) {
             entity.try_insert(LastStep::default());
         }
-        records.push(QuarantineRecord { body, tick, cause });
+        let id = |body| ids.get(body).ok().copied();
+        let other_end = if let Fault::Spring(end) = cause.fault { id(end) } else { None };
+        records.push(QuarantineRecord { body, id: id(body), other_end, tick, cause });
     }
 }
 

@@ -34,9 +34,9 @@ use std::ops::ControlFlow;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Cause, Evaluations, Fault, FrameTime, Method, MutualGravity, PhysicsBody, PreviousPosition, Push,
-    PushQueue, Quarantine, QuarantineRecord, Request, Requests, StepClock, Stepper, Threads, TickClock,
-    TimeStep, Transform, remember_positions,
+    Cause, Evaluations, Fault, FrameTime, Method, MutualGravity, OwnMethod, Particle, PhysicsBody,
+    PreviousPosition, Push, PushQueue, Quarantine, QuarantineRecord, Request, Requests, StepClock, Stepper,
+    Threads, TickClock, TimeStep, Transform, remember_positions,
 };
 use pick::{SoftTargets, Targets};
 use scene::{EffectsState, Happening, PushSpec, Scene, StepKind, unsolvable};
@@ -343,7 +343,7 @@ impl Session {
         let records = &self.world.resource::<Quarantine>().records()[self.records_seen..];
         let records = records.to_vec();
         self.records_seen += records.len();
-        for QuarantineRecord { body, tick, cause } in records {
+        for QuarantineRecord { body, tick, cause, .. } in records {
             let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
             if self.quarantined.len() < 3 {
                 self.ui.notice(format!("{body} was quarantined in tick {tick}: {what}"));
@@ -399,7 +399,10 @@ impl Session {
 
     /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
     pub(crate) fn refuses_mutual_gravity(&mut self) -> bool {
-        let methods: Vec<_> = self.methods().into_iter().map(|(method, _)| method).collect();
+        // Also of bodies that nothing moves now, and where every body has one of its own; particles are not attracted.
+        let mut bodies = self.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
+        let own = bodies.iter(&self.world).filter_map(motion::own_method);
+        let methods: Vec<_> = own.chain([self.stepper.method()]).collect();
         self.refuses(methods, true)
     }
 

@@ -6,6 +6,7 @@
 //! with the XXH3-64 of all bytes before it.
 
 mod archive;
+mod at_most;
 mod manifest;
 
 use std::fmt;
@@ -73,6 +74,9 @@ impl Event {
     }
 }
 
+/// What to do about a bundle that nobody can have written.
+const UNDAMAGED: &str = "get an undamaged copy";
+
 /// Why bytes are no bundle.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadBundle {
@@ -110,8 +114,8 @@ impl Bundle {
 /// What stands in `state.cbor`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
-struct State {
-    snapshot: Snapshot,
+struct State<S> {
+    snapshot: S,
     events: Vec<SavedEvent>,
     energy_scale_j: Option<f64>,
 }

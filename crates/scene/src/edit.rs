@@ -12,7 +12,7 @@ use crate::faults::{Fault, SceneError};
 use crate::locate;
 use crate::parts::Part;
 use crate::resolve_springs::unsolvable;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneText};
 use group::Group;
 
 /// A method and substeps for a scene, or for one entry of it.
@@ -152,8 +152,9 @@ fn check(
     if let Some(change) = changes.iter().find(|change| change.path.is_none()) {
         (before.method, before.substeps) = (change.method, change.substeps);
     }
-    // Lines move down where one comes in.
+    // The text is another one, and lines move down where one comes in.
     for scene in [&mut before, &mut after] {
+        scene.text = SceneText::default();
         scene.declared.iter_mut().for_each(|declaration| declaration.line = None);
     }
     if right && before == after {

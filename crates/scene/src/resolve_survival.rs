@@ -11,6 +11,7 @@ use crate::raw_survival::{RawMoment, RawSteps, RawSurvival};
 use crate::resolve::DAMPING_RATE;
 use crate::script::{Step, When};
 use crate::survival::{Bounds, Measure, Steps, SurvivalRow};
+use crate::syntax::Word;
 
 /// From which magnitude on nothing is left of a run, unless the scene says otherwise.
 const EXPLODES: f64 = 1e3;
@@ -41,11 +42,18 @@ pub(crate) fn survival(raw: &RawSurvival, around: &Around<'_>, faults: &mut Faul
             faults,
         );
     }
+    if raw.label.is_some() {
+        let cure = "move it into a row, or remove it";
+        faults.add("expect.survival.label", "a label is that of one row, and here are several", cure);
+    }
     let mut all = Vec::new();
     for (i, row) in raw.rows.iter().enumerate() {
         let scope = Scope::item("expect.survival.rows", i);
         if row.label.as_deref().is_none_or(str::is_empty) {
             faults.missing(scope.path(), "label", "say what tells this row from the others");
+        } else if raw.rows[..i].iter().any(|other| other.label == row.label) {
+            let what = "a row before this one has the same label";
+            faults.add(scope.key("label"), what, "say what tells this row from the others");
         }
         if !row.rows.is_empty() {
             faults.add(scope.key("rows"), "a row has no rows", "write them beside it");
@@ -75,6 +83,10 @@ fn rows(raw: Pair<'_>, around: &Around<'_>, faults: &mut Faults) -> Vec<Survival
     let scope = raw.scope;
     let precisions = raw.get(|raw| raw.precisions.as_ref()).map_or(vec![false], |words| {
         let known = [("f64", false), ("f32", true)];
+        if let Some(Word(word)) = (1..words.len()).find_map(|i| words[..i].iter().find(|w| **w == words[i])) {
+            let what = format!("{word} is there twice");
+            faults.add(scope.key("precisions"), what, "give [f64], [f32] or [f64, f32]");
+        }
         words.iter().map(|word| faults.word((scope, "precisions"), Some(word), false, &known)).collect()
     });
     if precisions.is_empty() {

@@ -90,26 +90,53 @@ impl Snapshot {
     /// Bytes of memory that it takes, lists as they are allocated.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        fn list<T>(list: &Vec<T>) -> usize {
-            list.capacity() * size_of::<T>()
-        }
-        let groups = |group: &KeptGroupEntry| list(&group.bodies) + list(&group.accelerations);
+        // A field that is not named here does not compile.
+        let Self {
+            clock: _,
+            step_s: _,
+            method: _,
+            substeps: _,
+            effects,
+            counts,
+            things,
+            bodies,
+            positions,
+            velocities,
+            drawn_from,
+            quarantined,
+            dormant,
+            own_methods,
+            own_substeps,
+            last_steps,
+            kept,
+            kept_groups,
+            records,
+            emissions,
+            pushes,
+            sustained,
+            requests,
+        } = self;
+        let groups = kept_groups.iter().map(KeptGroupEntry::bytes);
+        let slots = emissions.iter().map(|(_, emission)| list_bytes(&emission.0.slots));
         size_of::<Self>()
-            + [&self.things, &self.bodies].map(list).iter().sum::<usize>()
-            + list(&self.positions)
-            + list(&self.velocities)
-            + list(&self.drawn_from)
-            + [&self.quarantined, &self.dormant].map(list).iter().sum::<usize>()
-            + list(&self.own_methods)
-            + list(&self.own_substeps)
-            + list(&self.last_steps)
-            + list(&self.kept)
-            + list(&self.kept_groups)
-            + self.kept_groups.iter().map(groups).sum::<usize>()
-            + list(&self.records)
-            + self.emissions.iter().map(|(_, emission)| list(&emission.0.slots)).sum::<usize>()
-            + [&self.pushes, &self.sustained].map(list).iter().sum::<usize>()
-            + list(&self.requests)
+            + effects.list_bytes()
+            + list_bytes(&counts.laws)
+            + [things, bodies].map(list_bytes).iter().sum::<usize>()
+            + list_bytes(positions)
+            + list_bytes(velocities)
+            + list_bytes(drawn_from)
+            + [quarantined, dormant].map(list_bytes).iter().sum::<usize>()
+            + list_bytes(own_methods)
+            + list_bytes(own_substeps)
+            + list_bytes(last_steps)
+            + list_bytes(kept)
+            + list_bytes(kept_groups)
+            + groups.sum::<usize>()
+            + list_bytes(records)
+            + list_bytes(emissions)
+            + slots.sum::<usize>()
+            + [pushes, sustained].map(list_bytes).iter().sum::<usize>()
+            + list_bytes(requests)
     }
 
     /// Takes off what waits for the next tick: pushes and requests.
@@ -150,11 +177,12 @@ impl Snapshot {
             self.last_steps.extend(start.map(|(_, last)| (id, last.0)));
         }
     }
-
-    /// Takes off where bodies are drawn between two ticks.
-    #[must_use]
-    pub fn without_poses(mut self) -> Self {
-        self.drawn_from = Vec::new();
-        self
-    }
 }
+
+/// Bytes that a list has allocated for its own entries.
+fn list_bytes<T>(list: &Vec<T>) -> usize {
+    list.capacity() * size_of::<T>()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,26 +1,30 @@
 //! From bytes to a bundle and back. Whatever the bytes are: a bundle or one error, and no more memory than the
-//! limits below.
+//! limits below. What is written keeps to them as well.
 
 use std::io::{Cursor, Read, Write};
 
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use xxhash_rust::xxh3::xxh3_64;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::{BUNDLE_FORMAT, BadBundle, Bundle, Manifest, State};
+use super::at_most::AtMost;
+use super::{BadBundle, Bundle, Event, Manifest, State, UNDAMAGED};
+use crate::snapshot::Snapshot;
 
-const SCENE: &str = "scene.ron";
-const MANIFEST: &str = "manifest.json";
-const STATE: &str = "state.cbor";
-const PICTURE: &str = "picture.png";
+/// A file of the archive, and the largest that it may be, bytes.
+struct Member {
+    name: &'static str,
+    most: u64,
+}
 
-/// Largest size of each file in the archive, bytes: of the state, that of a million bodies.
-const MOST_SCENE: u64 = crate::FILE_LIMIT;
-const MOST_MANIFEST: u64 = 16 << 20;
-const MOST_STATE: u64 = 512 << 20;
-const MOST_PICTURE: u64 = 256 << 20;
+const SCENE: Member = Member { name: "scene.ron", most: crate::FILE_LIMIT };
+const MANIFEST: Member = Member { name: "manifest.json", most: 16 << 20 };
+const STATE: Member = Member { name: "state.cbor", most: 512 << 20 };
+const PICTURE: Member = Member { name: "picture.png", most: 256 << 20 };
+
+/// Most memory that the lists of a state, or of a manifest, take, bytes: four times what a timeline takes.
+const MOST_MEMORY: usize = 256 << 20;
 
 /// Hexadecimal digits of the checksum at the very end.
 const DIGITS: usize = 16;
@@ -28,26 +32,28 @@ const DIGITS: usize = 16;
 /// What every comment of a bundle begins with.
 const COMMENT: &str = "sandbox bundle, XXH3-64 of all bytes before: ";
 
-const CURE: &str = "get an undamaged copy";
+const SMALLER: &str = "make it of fewer bodies";
 
 impl Bundle {
     /// The file's bytes, the same for the same bundle.
     ///
     /// # Errors
-    /// What cannot be written because it is too large.
+    /// What [`Bundle::read`] would refuse: what is too large, ticks that contradict each other, a law that is not of
+    /// this program.
     pub fn write(&self) -> Result<Vec<u8>, BadBundle> {
-        let state = State {
-            snapshot: self.snapshot.clone(),
-            events: self.events.iter().cloned().map(Into::into).collect(),
-            energy_scale_j: self.energy_scale_j,
-        };
-        let mut files = vec![
-            (SCENE, self.scene.clone().into_bytes()),
-            (MANIFEST, json(&self.manifest)?),
-            (STATE, cbor(&state)?),
-        ];
-        files.extend(self.picture.clone().map(|picture| (PICTURE, picture)));
-        let mut bytes = pack(&files).map_err(|error| unwritten(&error))?;
+        let Self { scene, manifest, snapshot, events, energy_scale_j, picture } = self;
+        manifest.check_format()?;
+        manifest.check_ticks(snapshot.ticks())?;
+        if snapshot.bytes() + events.iter().map(Event::bytes).sum::<usize>() > MOST_MEMORY {
+            let what = format!("the state of the bundle takes more than {MOST_MEMORY} bytes of memory");
+            return Err(BadBundle::new(what, SMALLER));
+        }
+        let events = events.iter().cloned().map(Into::into).collect();
+        let state = cbor(&State { snapshot, events, energy_scale_j: *energy_scale_j })?;
+        let manifest = serde_json::to_vec_pretty(manifest).map_err(|error| unwritten(&error, SMALLER))?;
+        let mut files = vec![(&SCENE, scene.as_bytes()), (&MANIFEST, &manifest), (&STATE, &state)];
+        files.extend(picture.as_ref().map(|picture| (&PICTURE, &picture[..])));
+        let mut bytes = pack(&files)?;
         let end = bytes.len() - DIGITS;
         let checksum = checksum(&bytes[..end]);
         bytes[end..].copy_from_slice(checksum.as_bytes());
@@ -57,7 +63,7 @@ impl Bundle {
     /// Reads the bytes of a file.
     ///
     /// # Errors
-    /// Bytes that are no bundle, or a damaged one; one of a newer format.
+    /// Bytes that are no bundle, or a damaged one; one of a newer format; one whose ticks contradict each other.
     pub fn read(bytes: &[u8]) -> Result<Self, BadBundle> {
         let is_zip = bytes.starts_with(b"PK\x03\x04");
         if !is_zip {
@@ -65,37 +71,44 @@ impl Bundle {
         }
         let intact = bytes.len().checked_sub(DIGITS).map(|end| bytes.split_at(end));
         if intact.is_none_or(|(before, digits)| checksum(before).as_bytes() != digits) {
-            return Err(BadBundle::new("the bundle is damaged: its checksum does not match", CURE));
+            return Err(BadBundle::new("the bundle is damaged: its checksum does not match", UNDAMAGED));
         }
         let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| unreadable(&error))?;
-        let manifest = file(&mut archive, MANIFEST, MOST_MANIFEST)?.ok_or_else(|| lacking(MANIFEST))?;
-        let manifest: Manifest = serde_json::from_slice(&manifest).map_err(|error| unreadable(&error))?;
-        if manifest.format > BUNDLE_FORMAT {
-            let what = format!(
-                "format {} of the bundle is newer than this program, which reads format {BUNDLE_FORMAT}",
-                manifest.format
-            );
-            return Err(BadBundle::new(what, "use a newer program"));
-        }
-        let scene = file(&mut archive, SCENE, MOST_SCENE)?.ok_or_else(|| lacking(SCENE))?;
-        let state = file(&mut archive, STATE, MOST_STATE)?.ok_or_else(|| lacking(STATE))?;
-        let state: State = parse_cbor(&state)?;
+        let manifest = file(&mut archive, &MANIFEST)?.ok_or_else(|| lacking(&MANIFEST))?;
+        let AtMost::<Manifest, MOST_MEMORY>(manifest) =
+            serde_json::from_slice(&manifest).map_err(|error| unreadable(&error))?;
+        manifest.check_format()?;
+        let scene = file(&mut archive, &SCENE)?.ok_or_else(|| lacking(&SCENE))?;
+        let state = file(&mut archive, &STATE)?.ok_or_else(|| lacking(&STATE))?;
+        let AtMost::<State<Snapshot>, MOST_MEMORY>(state) =
+            ciborium::from_reader(&state[..]).map_err(|error| unreadable(&error))?;
+        manifest.check_ticks(state.snapshot.ticks())?;
         Ok(Self {
             scene: String::from_utf8(scene).map_err(|error| unreadable(&error))?,
             manifest,
             snapshot: state.snapshot,
             events: state.events.into_iter().map(Into::into).collect(),
             energy_scale_j: state.energy_scale_j,
-            picture: file(&mut archive, PICTURE, MOST_PICTURE)?,
+            picture: file(&mut archive, &PICTURE)?,
         })
     }
 }
 
 /// An archive whose comment ends with room for the checksum.
-fn pack(files: &[(&str, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
+fn pack(files: &[(&Member, &[u8])]) -> Result<Vec<u8>, BadBundle> {
+    for (Member { name, most }, bytes) in files {
+        if bytes.len() as u64 > *most {
+            let what = format!("{name} in the bundle would be larger than {most} bytes");
+            return Err(BadBundle::new(what, SMALLER));
+        }
+    }
+    zipped(files).map_err(|error| unwritten(&error, SMALLER))
+}
+
+fn zipped(files: &[(&Member, &[u8])]) -> zip::result::ZipResult<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
-    for (name, bytes) in files {
+    for (Member { name, .. }, bytes) in files {
         archive.start_file(*name, options)?;
         archive.write_all(bytes)?;
     }
@@ -110,8 +123,7 @@ fn checksum(bytes: &[u8]) -> String {
 /// The bytes of a file of the archive, if it is there.
 fn file(
     archive: &mut ZipArchive<Cursor<&[u8]>>,
-    name: &str,
-    most: u64,
+    Member { name, most }: &Member,
 ) -> Result<Option<Vec<u8>>, BadBundle> {
     let found = match archive.by_name(name) {
         Err(zip::result::ZipError::FileNotFound) => return Ok(None),
@@ -119,37 +131,30 @@ fn file(
     };
     let mut bytes = Vec::new();
     // One byte past the limit tells a file that is too large; what the archive says of its size may be a lie.
-    found.take(most + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
-    if bytes.len() as u64 > most {
-        return Err(BadBundle::new(format!("{name} in the bundle is larger than {most} bytes"), CURE));
+    found.take(*most + 1).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
+    if bytes.len() as u64 > *most {
+        return Err(BadBundle::new(format!("{name} in the bundle is larger than {most} bytes"), UNDAMAGED));
     }
     Ok(Some(bytes))
 }
 
-fn json(value: &impl Serialize) -> Result<Vec<u8>, BadBundle> {
-    serde_json::to_vec_pretty(value).map_err(|error| unwritten(&error))
-}
-
 fn cbor(value: &impl Serialize) -> Result<Vec<u8>, BadBundle> {
     let mut bytes = Vec::new();
-    ciborium::into_writer(value, &mut bytes).map_err(|error| unwritten(&error))?;
+    let cure = "save runs of scene files alone, without laws of another program's";
+    ciborium::into_writer(value, &mut bytes).map_err(|error| unwritten(&error, cure))?;
     Ok(bytes)
 }
 
-fn parse_cbor<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, BadBundle> {
-    ciborium::from_reader(bytes).map_err(|error| unreadable(&error))
-}
-
-fn lacking(name: &str) -> BadBundle {
-    BadBundle::new(format!("the bundle has no {name}"), CURE)
+fn lacking(Member { name, .. }: &Member) -> BadBundle {
+    BadBundle::new(format!("the bundle has no {name}"), UNDAMAGED)
 }
 
 fn unreadable(error: &dyn std::error::Error) -> BadBundle {
-    BadBundle::new(format!("the bundle cannot be read: {error}"), CURE)
+    BadBundle::new(format!("the bundle cannot be read: {error}"), UNDAMAGED)
 }
 
-fn unwritten(error: &dyn std::error::Error) -> BadBundle {
-    BadBundle::new(format!("the bundle cannot be written: {error}"), "make it of fewer bodies")
+fn unwritten(error: &dyn std::error::Error, cure: &'static str) -> BadBundle {
+    BadBundle::new(format!("the bundle cannot be written: {error}"), cure)
 }
 
 #[cfg(test)]

@@ -36,6 +36,13 @@ fn windows_line_ends_and_wide_letters_leave_lines_and_columns_right() {
 }
 
 #[test]
+fn scenes_of_other_texts_are_others_until_the_text_is_put_aside() {
+    let [a, b] = ["(version: 1)", "(version: 1,)"].map(|text| Scene::parse("t", text).unwrap());
+    assert_ne!(a, b);
+    assert_eq!(Scene { text: b.text.clone(), ..a }, b);
+}
+
+#[test]
 fn an_absent_effect_is_absent() {
     let scene = Scene::parse("t", "(version: 1)").unwrap();
     assert_eq!((scene.gravity, scene.damping, scene.push), (None, None, None));

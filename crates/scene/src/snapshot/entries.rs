@@ -4,7 +4,7 @@ use motion::units::{Scalar, Vector};
 use motion::{ClockState, Damping, DampingModel, Effect, EmissionState, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::Name;
+use super::{Name, list_bytes};
 
 /// A push: stable id and newtons.
 pub(crate) type PushEntry = (u32, [f64; 3]);
@@ -39,6 +39,15 @@ pub(crate) struct CountsEntry {
     pub unconverged_steps: u64,
 }
 
+impl CountsEntry {
+    /// The largest of all counts.
+    pub fn largest(&self) -> u64 {
+        let Self { accelerations, laws, newton_iterations, cg_iterations, unconverged_steps } = self;
+        let all = [accelerations, newton_iterations, cg_iterations, unconverged_steps].into_iter();
+        all.chain(laws.iter().map(|(_, count)| count)).copied().max().unwrap_or(0)
+    }
+}
+
 /// The acceleration that is kept of a single body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct KeptEntry {
@@ -54,6 +63,14 @@ pub(crate) struct KeptGroupEntry {
     pub accelerations: Vec<[f64; 4]>,
     pub time_s: f64,
     pub kinds: u64,
+}
+
+impl KeptGroupEntry {
+    /// Bytes of its lists.
+    pub fn bytes(&self) -> usize {
+        let Self { bodies, accelerations, time_s: _, kinds: _ } = self;
+        list_bytes(bodies) + list_bytes(accelerations)
+    }
 }
 
 /// A body that was quarantined.

@@ -5,16 +5,20 @@ use std::fmt;
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    Cause, Dormant, Emission, Evaluations, Fault, Iterations, KeptAcceleration, KeptAccelerations,
+    Cause, Dormant, Effect, Emission, Evaluations, Fault, Iterations, KeptAcceleration, KeptAccelerations,
     KeptOfGroup, LastStep, OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine,
     QuarantineRecord, Quarantined, Requests, StableId, StepClock, Stepper, Substeps, TimeStep, Transform,
     mark_method, own_method,
 };
 
-use super::{KeptEntry, Name, PushEntry, SavedFault, Snapshot};
+use super::{EmissionEntry, KeptEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
 use crate::resolve_springs::unsolvable;
 use crate::scene::Scene;
 use crate::spawn::FileIndex;
+
+/// Largest count that a snapshot may go on from: no run comes near it, and none goes from it beyond what a `u64`
+/// holds.
+const MOST_COUNTED: u64 = 1 << 53;
 
 /// Why a snapshot is none of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +59,8 @@ impl Snapshot {
         self.effects.put(&mut world);
         self.put_emissions(&mut world);
         let mut stepper = Stepper::new(&mut world, self.method.0, TimeStep(self.step_s));
-        self.put_counts(&mut world, &bodies);
+        self.put_counts(&mut world);
+        self.put_records(&mut world, &bodies);
         self.put_kept(&mut world, &bodies);
         put_in_order(&mut world, &ids);
         self.put_inputs(&mut world, &bodies);
@@ -68,8 +73,12 @@ impl Snapshot {
         let count = scene.bodies.len();
         ensure(self.step_s > 0.0 && self.step_s.is_finite(), "its tick has no length")?;
         ensure(self.substeps <= Substeps::MOST, "a tick has too many parts")?;
-        let methods = self.own_methods.iter().map(|(_, Name(method))| *method).chain([self.method.0]);
-        let solved = |method| unsolvable(method, scene.mutual_gravity.is_some()).is_none();
+        // Particles of emitters are not attracted.
+        let attracted = |id: &u32| !scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
+        let own = self.own_methods.iter().filter(|(id, _)| attracted(id));
+        let methods = own.map(|(_, Name(method))| *method).chain([self.method.0]);
+        let attracts = scene.mutual_gravity.is_some() && !self.effects.is_off(Effect::MutualGravity);
+        let solved = |method| unsolvable(method, attracts).is_none();
         ensure({ methods }.all(solved), "its method cannot solve the scene")?;
         let things =
             expand(&self.things, count).ok_or(BadSnapshot("it has things that the scene has not"))?;
@@ -85,10 +94,15 @@ impl Snapshot {
         let numbers = self.positions.iter().flatten().chain(self.velocities.iter().flatten());
         ensure({ numbers }.all(|number| number.is_finite()), "its state is not finite")?;
         ensure(self.velocities.iter().all(|[.., w]| *w >= 0.0), "a mass is negative")?;
-        let late = |(_, emission): &(u32, super::EmissionEntry)| {
+        let mut places = self.drawn_from.iter().flat_map(|(_, place)| place);
+        ensure(places.all(|number| number.is_finite()), "a place to draw from is not finite")?;
+        let late = |(_, emission): &(u32, EmissionEntry)| {
             emission.0.seen.is_some_and(|(tick, _)| tick > self.ticks())
         };
         ensure(!self.emissions.iter().any(late), "an emitter is ahead of its clock")?;
+        let known = |record: &RecordEntry| (record.body as usize) < count;
+        ensure(self.records.iter().all(known), "it has records of things that the scene has not")?;
+        ensure(self.counts.largest() <= MOST_COUNTED, "it counts more than any run does")?;
         Ok(ids)
     }
 
@@ -143,7 +157,7 @@ impl Snapshot {
         }
     }
 
-    fn put_counts(&self, world: &mut World, bodies: &[Entity]) {
+    fn put_counts(&self, world: &mut World) {
         let counts = &self.counts;
         let iterations = Iterations {
             newton: counts.newton_iterations,
@@ -152,21 +166,25 @@ impl Snapshot {
         };
         let laws = counts.laws.iter().map(|(Name(law), count)| (*law, *count));
         world.insert_resource(Evaluations::going_on(counts.accelerations, laws, iterations));
-        let records = self.records.iter().filter_map(|record| {
-            let body = *bodies.get(record.body as usize)?;
-            let fault = match record.fault {
-                SavedFault::Found => Fault::Found,
-                SavedFault::Law(Name(name)) => Fault::Law(name),
-                // An end that is gone has no name any more, and needs none.
-                SavedFault::Spring(end) => {
-                    Fault::Spring(bodies.get(end as usize).copied().unwrap_or(Entity::PLACEHOLDER))
-                }
-                SavedFault::Overflow => Fault::Overflow,
-                SavedFault::Range(bound) => Fault::Range(bound),
-                SavedFault::Request => Fault::Request,
+    }
+
+    fn put_records(&self, world: &mut World, bodies: &[Entity]) {
+        let records = self.records.iter().map(|record| {
+            let (fault, other_end) = match record.fault {
+                SavedFault::Found => (Fault::Found, None),
+                SavedFault::Law(Name(name)) => (Fault::Law(name), None),
+                SavedFault::Spring(end) => match bodies.get(end as usize) {
+                    Some(body) => (Fault::Spring(*body), Some(StableId(end))),
+                    // It never had an id.
+                    None => (Fault::Spring(Entity::PLACEHOLDER), None),
+                },
+                SavedFault::Overflow => (Fault::Overflow, None),
+                SavedFault::Range(bound) => (Fault::Range(bound), None),
+                SavedFault::Request => (Fault::Request, None),
             };
             let cause = Cause { system: record.system.0, component: record.component.0, fault };
-            Some(QuarantineRecord { body, tick: record.tick, cause })
+            let (id, body) = (StableId(record.body), bodies[record.body as usize]);
+            QuarantineRecord { body, id: Some(id), other_end, tick: record.tick, cause }
         });
         world.insert_resource(Quarantine::going_on(records.collect()));
     }
@@ -226,12 +244,12 @@ fn give<C: Component>(world: &mut World, bodies: &[Entity], all: impl Iterator<I
     }
 }
 
-/// The numbers of runs; `None` where there are more than `count`, or one is not below it.
+/// The numbers of runs; `None` where there are more than `count`, one is not below it, or a run is empty.
 fn expand(runs: &[[u32; 2]], count: usize) -> Option<Vec<u32>> {
     let mut all = Vec::new();
     for [first, length] in runs {
         let end = first.checked_add(*length).filter(|end| *end as usize <= count)?;
-        if all.len() + *length as usize > count {
+        if *length == 0 || all.len() + *length as usize > count {
             return None;
         }
         all.extend(*first..end);
@@ -263,3 +281,6 @@ fn put_in_order(world: &mut World, ids: &[u32]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ClockEntry, CountsEntry, EmissionEntry, KeptEntry, KeptGroupEntry, Name, PushEntry, RecordEntry,
-    RequestEntry, SavedFault, Snapshot,
+    RequestEntry, SavedFault, Snapshot, list_bytes,
 };
 use crate::spawn::FileIndex;
 
@@ -36,6 +36,17 @@ impl EffectsState {
         let damping = damping.map(|Damping { model, rate }| (Name(*model), *rate));
         let off = Effect::ALL.into_iter().filter(|effect| motion::state(world, *effect) == EffectState::Off);
         Self { gravity, damping, off: off.map(Name).collect() }
+    }
+
+    /// Whether that effect is switched off.
+    pub(super) fn is_off(&self, effect: Effect) -> bool {
+        self.off.contains(&Name(effect))
+    }
+
+    /// Bytes of its lists.
+    pub(super) fn list_bytes(&self) -> usize {
+        let Self { gravity: _, damping: _, off } = self;
+        list_bytes(off)
     }
 
     /// Gives them to `world`, a new one of the same scene.
@@ -137,13 +148,13 @@ impl Snapshot {
         let records = world.resource::<Quarantine>().records().iter();
         self.records = records
             .filter_map(|record| {
-                // The body may be gone since; its place in the file is not.
-                let body = id(world, record.body)?;
+                // The body itself may be gone since.
+                let StableId(body) = record.id?;
                 let Cause { system, component, fault } = record.cause;
                 let fault = match fault {
                     Fault::Found => SavedFault::Found,
                     Fault::Law(name) => SavedFault::Law(Name(name)),
-                    Fault::Spring(end) => SavedFault::Spring(id(world, end).unwrap_or(u32::MAX)),
+                    Fault::Spring(_) => SavedFault::Spring(record.other_end.map_or(u32::MAX, |id| id.0)),
                     Fault::Overflow => SavedFault::Overflow,
                     Fault::Range(bound) => SavedFault::Range(bound),
                     Fault::Request => SavedFault::Request,

@@ -1,7 +1,7 @@
 //! Methods, effects and other choices as words in files.
 
 use motion::{Cause, DampingModel, Effect, LAW_NAMES, Method};
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 
 /// A choice that has a word.
 pub(crate) trait Worded: Copy {
@@ -17,16 +17,22 @@ pub(crate) struct Name<T>(pub T);
 
 impl<T: Worded> Serialize for Name<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.0.word())
+        let word = self.0.word();
+        // A law of an embedder's own has a name that nobody could read again.
+        T::of_word(word).ok_or_else(|| ser::Error::custom(unknown(word)))?;
+        serializer.serialize_str(word)
     }
 }
 
 impl<'de, T: Worded> Deserialize<'de> for Name<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let word = String::deserialize(deserializer)?;
-        let unknown = || de::Error::custom(format_args!("this program knows no `{word}`"));
-        T::of_word(&word).map(Self).ok_or_else(unknown)
+        T::of_word(&word).map(Self).ok_or_else(|| de::Error::custom(unknown(&word)))
     }
+}
+
+fn unknown(word: &str) -> String {
+    format!("this program knows no `{word}`")
 }
 
 impl Worded for Method {

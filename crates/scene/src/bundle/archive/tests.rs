@@ -6,8 +6,9 @@ use motion::units::Vector;
 use motion::{Method, Request, Stepper, TimeStep};
 
 use super::*;
-use crate::bundle::{Event, FaultEntry, Happening, Keyframe, Settings};
-use crate::{Scene, Snapshot};
+use crate::Scene;
+use crate::bundle::{BUNDLE_FORMAT, FaultEntry, Happening, Keyframe, Settings};
+use crate::snapshot::Name;
 
 const TEXT: &str = "(version: 1, method: velocity_verlet, wells: [(strength_m3_s2: 5)], bodies: [
     (name: \"a\", position_m: (2, 0, 0)), (position_m: (0, 3, 0), method: position_verlet, substeps: 2)],
@@ -65,9 +66,9 @@ fn a_bundle_reads_back_to_the_last_bit_also_where_it_is_not_a_number() {
 fn repacked(change: impl Fn(&str, Vec<u8>) -> Vec<u8>) -> Vec<u8> {
     let bytes = bundle().write().unwrap();
     let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).unwrap();
-    let files = [SCENE, MANIFEST, STATE]
-        .map(|name| (name, change(name, file(&mut archive, name, MOST_STATE).unwrap().unwrap())));
-    let mut bytes = pack(&files).unwrap();
+    let files = [&SCENE, &MANIFEST, &STATE]
+        .map(|member| (member, change(member.name, file(&mut archive, member).unwrap().unwrap())));
+    let mut bytes = pack(&files.each_ref().map(|(member, bytes)| (*member, &bytes[..]))).unwrap();
     let end = bytes.len() - DIGITS;
     let sum = checksum(&bytes[..end]);
     bytes[end..].copy_from_slice(sum.as_bytes());
@@ -91,7 +92,7 @@ fn add_keys(value: &mut Value) {
 
 fn in_state(change: impl Fn(&mut Value)) -> Vec<u8> {
     repacked(|name, bytes| {
-        if name != STATE {
+        if name != STATE.name {
             return bytes;
         }
         let mut value: Value = ciborium::from_reader(&bytes[..]).unwrap();
@@ -105,7 +106,7 @@ fn keys_of_a_later_program_are_passed_over() {
     let plain = Bundle { picture: None, ..bundle() };
     assert_eq!(Bundle::read(&in_state(add_keys)).unwrap(), plain);
     let later = repacked(|name, bytes| match name {
-        MANIFEST => {
+        "manifest.json" => {
             let text = String::from_utf8(bytes).unwrap();
             text.replacen('{', "{\"of_later\": {\"a\": [1]},", 1).into_bytes()
         }
@@ -159,22 +160,136 @@ fn lies_about_lengths_are_errors_and_take_no_memory() {
     for lie in [&b"\x9b\x10\0\0\0\0\0\0\0"[..], b"\x7b\x10\0\0\0\0\0\0\0", b"\x5b\x10\0\0\0\0\0\0\0"] {
         let key = b"\xa1\x66events";
         let bytes = [&key[..], lie].concat();
-        let error = Bundle::read(&repacked(|name, whole| if name == STATE { bytes.clone() } else { whole }));
+        let error =
+            Bundle::read(&repacked(|name, whole| if name == STATE.name { bytes.clone() } else { whole }));
         assert!(error.unwrap_err().to_string().starts_with("the bundle cannot be read"));
     }
     let nested = vec![0x81; 1 << 20];
-    let error = Bundle::read(&repacked(|name, whole| if name == STATE { nested.clone() } else { whole }));
+    let error =
+        Bundle::read(&repacked(|name, whole| if name == STATE.name { nested.clone() } else { whole }));
     assert!(error.is_err());
 }
 
 #[test]
 fn a_newer_format_is_named() {
     let newer = repacked(|name, bytes| match name {
-        MANIFEST => b"{\"format\": 9}".to_vec(),
+        "manifest.json" => b"{\"format\": 9}".to_vec(),
         _ => bytes,
     });
     let error = Bundle::read(&newer).unwrap_err().to_string();
     let expected =
         "format 9 of the bundle is newer than this program, which reads format 1; use a newer program";
     assert_eq!(error, expected);
+}
+
+/// The bundle with another manifest.
+fn with_manifest(change: impl Fn(&mut serde_json::Map<String, serde_json::Value>)) -> Vec<u8> {
+    repacked(|name, bytes| {
+        if name != MANIFEST.name {
+            return bytes;
+        }
+        let mut manifest = serde_json::from_slice(&bytes).unwrap();
+        change(&mut manifest);
+        serde_json::to_vec(&manifest).unwrap()
+    })
+}
+
+fn said(bytes: &[u8]) -> String {
+    Bundle::read(bytes).map_or_else(|error| error.to_string(), |_| "fine".to_owned())
+}
+
+#[test]
+fn a_manifest_without_a_format_is_refused() {
+    let none = "manifest.json in the bundle has no format; get an undamaged copy";
+    assert_eq!(said(&with_manifest(|manifest| drop(manifest.remove("format")))), none);
+    assert_eq!(said(&with_manifest(|manifest| drop(manifest.insert("format".to_owned(), 0.into())))), none);
+    assert_eq!(said(&with_manifest(serde_json::Map::clear)), none);
+    let mut bundle = bundle();
+    bundle.manifest.format = 0;
+    assert!(bundle.write().is_err());
+}
+
+#[test]
+fn ticks_that_contradict_each_other_or_never_end_are_refused() {
+    let with = |key: &'static str, tick: u64| {
+        said(&with_manifest(move |manifest| drop(manifest.insert(key.to_owned(), tick.into()))))
+    };
+    let contradiction = "the ticks of the bundle contradict each other; get an undamaged copy";
+    assert_eq!(with("end_tick", 19), contradiction);
+    assert_eq!(with("snapshot_tick", 19), contradiction);
+    assert_eq!(with("snapshot_tick", 21), contradiction);
+    assert_eq!(with("end_tick", 20), "fine");
+    assert_eq!(with("end_tick", 1_000_000_020), "fine");
+    let endless = |ticks: u64| {
+        let cure = "save a run of fewer ticks a second";
+        format!("the bundle is of {ticks} ticks, which are more than 1000000000; {cure}")
+    };
+    assert_eq!(with("end_tick", 1_000_000_021), endless(1_000_000_001));
+    assert_eq!(with("end_tick", u64::MAX), endless(u64::MAX - 20));
+
+    let keyframes = |ticks: &[u64]| {
+        let keyframes: Vec<_> = ticks.iter().map(|tick| serde_json::json!({ "tick": tick })).collect();
+        said(&with_manifest(|manifest| {
+            drop(manifest.insert("keyframes".to_owned(), keyframes.clone().into()))
+        }))
+    };
+    for contradicting in [&[19][..], &[21], &[20, 26], &[20, 20], &[20, 23, 22]] {
+        assert_eq!(keyframes(contradicting), contradiction, "{contradicting:?}");
+    }
+    for fine in [&[][..], &[20], &[20, 25], &[20, 21, 25]] {
+        assert_eq!(keyframes(fine), "fine", "{fine:?}");
+    }
+}
+
+#[test]
+fn what_would_be_refused_is_not_written() {
+    let refused = |bundle: Bundle| bundle.write().unwrap_err().to_string();
+    let large = |most: u64| vec![b' '; usize::try_from(most + 1).unwrap()];
+    let scene = String::from_utf8(large(SCENE.most)).unwrap();
+    let cure = "make it of fewer bodies";
+    let expected = format!("scene.ron in the bundle would be larger than 67108864 bytes; {cure}");
+    assert_eq!(refused(Bundle { scene, ..bundle() }), expected);
+    let expected = format!("picture.png in the bundle would be larger than 268435456 bytes; {cure}");
+    assert_eq!(refused(Bundle { picture: Some(large(PICTURE.most)), ..bundle() }), expected);
+    let mut many = bundle();
+    many.snapshot.dormant.reserve_exact(MOST_MEMORY / 4);
+    assert_eq!(
+        refused(many),
+        format!("the state of the bundle takes more than 268435456 bytes of memory; {cure}")
+    );
+    let mut late = bundle();
+    late.manifest.end_tick = u64::MAX;
+    assert!(refused(late).contains("which are more than 1000000000"));
+    let mut own_law = bundle();
+    own_law.snapshot.counts.laws.push((Name("harmonic"), 1));
+    let expected = "this program knows no `harmonic`";
+    assert!(refused(own_law).contains(expected));
+}
+
+#[test]
+fn what_is_short_in_the_file_and_long_in_memory_is_an_error() {
+    // As many entries of three bytes as take a little more than is allowed.
+    let entries = MOST_MEMORY / 88 + 1;
+    let mut state = b"\xa1\x68snapshot\xa1\x64kept\x9a".to_vec();
+    state.extend(u32::try_from(entries).unwrap().to_be_bytes());
+    state.extend([0x82, 0x00, 0xf6].repeat(entries));
+    assert_eq!(size_of_val(&bundle().snapshot.kept[..1]), 88);
+    let bytes = repacked(|name, whole| if name == STATE.name { state.clone() } else { whole });
+    assert!(said(&bytes).contains("it takes too much memory"), "{}", said(&bytes));
+    // What is counted where it is written is no less than where it is read.
+    assert!(size_of::<crate::bundle::SavedEvent>() <= size_of::<Event>());
+}
+
+#[test]
+fn an_empty_run_of_things_is_refused_by_its_scene() {
+    let bytes = in_state(|state| {
+        let Value::Map(state) = state else { panic!("{state:?}") };
+        let Some((_, Value::Map(snapshot))) = state.first_mut() else { panic!("a snapshot") };
+        let things = snapshot.iter_mut().find(|(key, _)| key.as_text() == Some("things")).unwrap();
+        let run = |first: u8, count: u8| Value::Array(vec![first.into(), count.into()]);
+        things.1 = Value::Array(vec![run(1, 0), run(0, 1)]);
+    });
+    let bundle = Bundle::read(&bytes).unwrap();
+    let error = bundle.snapshot.restore(&bundle.scene("test").unwrap()).err().unwrap();
+    assert_eq!(error.to_string(), "it has things that the scene has not");
 }

@@ -1,0 +1,131 @@
+//! Snapshots that no world can have given: every one of them is refused.
+
+use motion::Method;
+
+use super::*;
+use crate::snapshot::{CountsEntry, EffectsState};
+
+const TEXT: &str =
+    "(version: 1, mutual_gravity: (), bodies: [(name: \"a\"), (name: \"b\", position_m: (5, 0, 0))])";
+
+fn scene() -> Scene {
+    Scene::parse("test", TEXT).unwrap()
+}
+
+fn snapshot() -> Snapshot {
+    let scene = scene();
+    let mut world = World::new();
+    scene.spawn(&mut world);
+    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(0.01));
+    (0..9).for_each(|_| stepper.tick(&mut world));
+    Snapshot::of(&mut world, stepper.method())
+}
+
+/// What is said of the snapshot after `change`; nothing if it is taken and goes on for two ticks.
+fn said(change: impl FnOnce(&mut Snapshot)) -> Option<&'static str> {
+    let mut snapshot = snapshot();
+    change(&mut snapshot);
+    match snapshot.restore(&scene()) {
+        Ok((mut world, mut stepper, _)) => {
+            (0..2).for_each(|_| stepper.tick(&mut world));
+            None
+        }
+        Err(BadSnapshot(what)) => Some(what),
+    }
+}
+
+#[test]
+fn one_of_a_world_is_taken() {
+    assert_eq!(said(|_| {}), None);
+}
+
+#[test]
+fn empty_runs_are_refused() {
+    let things = Some("it has things that the scene has not");
+    assert_eq!(said(|s| s.things = vec![[1, 0], [0, 2]]), things);
+    assert_eq!(said(|s| s.things = vec![[0, 2], [2, 0]]), things);
+    let bodies = Some("it has bodies that the scene has not");
+    assert_eq!(said(|s| s.bodies = vec![[1, 1], [0, 0], [0, 1]]), bodies);
+    // In other pieces than they are written in they are the same.
+    assert_eq!(said(|s| s.things = vec![[0, 1], [1, 1]]), None);
+}
+
+#[test]
+fn counts_that_would_come_to_their_end_are_refused() {
+    let said = |counts: fn(&mut CountsEntry)| said(|snapshot| counts(&mut snapshot.counts));
+    let too_many = Some("it counts more than any run does");
+    assert_eq!(said(|counts| counts.accelerations = u64::MAX), too_many);
+    assert_eq!(said(|counts| counts.laws[0].1 = u64::MAX - 1), too_many);
+    assert_eq!(said(|counts| counts.newton_iterations = MOST_COUNTED + 1), too_many);
+    assert_eq!(said(|counts| counts.cg_iterations = u64::MAX), too_many);
+    assert_eq!(said(|counts| counts.unconverged_steps = u64::MAX), too_many);
+    assert_eq!(said(|counts| counts.accelerations = MOST_COUNTED), None);
+}
+
+#[test]
+fn clocks_that_none_can_have_come_to_are_refused() {
+    let said = |clock: fn(&mut motion::ClockState)| said(|snapshot| clock(&mut snapshot.clock.0));
+    let none = Some("its clock is none");
+    assert_eq!(said(|clock| clock.step = -0.01), none);
+    assert_eq!(said(|clock| clock.step = f64::NAN), none);
+    assert_eq!(said(|clock| clock.since_time = -1.0), none);
+    assert_eq!(said(|clock| clock.since_time = f64::INFINITY), none);
+    assert_eq!(said(|clock| clock.scene_began = -1.0), none);
+    assert_eq!(said(|clock| clock.scene_began = 1.0), none);
+    assert_eq!(said(|clock| clock.since_tick = 10), none);
+    assert_eq!(said(|clock| clock.ticks = u64::MAX), none);
+    assert_eq!(said(|clock| (clock.since_time, clock.scene_began) = (7.0, 7.0)), None);
+    assert_eq!(said(|clock| (clock.step, clock.since_time) = (1e308, 1e308)), None);
+}
+
+#[test]
+fn places_to_draw_from_are_finite() {
+    let not_finite = Some("a place to draw from is not finite");
+    assert_eq!(said(|s| s.drawn_from = vec![(0, [0.0; 3]), (1, [0.0, f64::NAN, 0.0])]), not_finite);
+    assert_eq!(said(|s| s.drawn_from = vec![(0, [f64::INFINITY, 0.0, 0.0])]), not_finite);
+    assert_eq!(said(|s| s.drawn_from = vec![(1, [1.0, 2.0, 3.0])]), None);
+}
+
+#[test]
+fn records_name_things_of_the_scene() {
+    let record = |body| RecordEntry {
+        body,
+        tick: 3,
+        system: Name("integrate"),
+        component: Name("Force"),
+        fault: SavedFault::Spring(u32::MAX),
+    };
+    let strange = Some("it has records of things that the scene has not");
+    assert_eq!(said(|s| s.records = vec![record(1), record(2)]), strange);
+    assert_eq!(said(|s| s.records = vec![record(1)]), None);
+}
+
+#[test]
+fn a_method_need_not_solve_what_is_off() {
+    let unsolvable = Some("its method cannot solve the scene");
+    assert_eq!(said(|s| s.method = Name(Method::ImplicitEuler)), unsolvable);
+    let off = |snapshot: &mut Snapshot| {
+        let scene = scene();
+        let mut world = World::new();
+        scene.spawn(&mut world);
+        motion::switch(&mut world, Effect::MutualGravity, false).unwrap();
+        (snapshot.method, snapshot.effects) = (Name(Method::ImplicitEuler), EffectsState::of(&mut world));
+    };
+    assert_eq!(said(off), None);
+}
+
+#[test]
+fn particles_of_a_scene_with_mutual_gravity_may_have_any_method() {
+    let text = "(version: 1, mutual_gravity: (), bodies: [(name: \"a\")],
+        emitters: [(rate_per_s: 60, life_s: 1, speed_m_s: 2, method: implicit_euler)])";
+    let scene = Scene::parse("test", text).unwrap();
+    let mut world = World::new();
+    scene.spawn(&mut world);
+    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(0.01));
+    (0..9).for_each(|_| stepper.tick(&mut world));
+    let mut snapshot = Snapshot::of(&mut world, stepper.method());
+    assert!(snapshot.own_methods.iter().all(|(_, Name(method))| *method == Method::ImplicitEuler));
+    assert!(snapshot.own_methods.len() > 50 && snapshot.restore(&scene).is_ok());
+    snapshot.own_methods.push((0, Name(Method::ImplicitEuler)));
+    assert!(snapshot.restore(&scene).is_err());
+}

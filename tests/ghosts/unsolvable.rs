@@ -1,0 +1,63 @@
+//! Effects that a method cannot solve, switched off while it is in use.
+
+use motion::{Effect, Method, MutualGravity, Request};
+use sandbox::input::{Experiment, Input};
+
+use crate::drive::Drive;
+
+fn give(drive: &mut Drive, experiment: Experiment) {
+    drive.frame(1.0 / 120.0, [Input::Experiment(experiment)]);
+}
+
+fn method(drive: &mut Drive) -> Method {
+    drive.session.methods()[0].0
+}
+
+#[test]
+fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves_nothing() {
+    let attracts = |drive: &Drive| drive.session.world().contains_resource::<MutualGravity>();
+    let names = |drive: &Drive| -> Vec<String> {
+        drive.session.scene().names.iter().map(|name| name.into_owned()).collect()
+    };
+    // The scene's method is in no body's use.
+    let mut drive = Drive::shipped("figure_eight");
+    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, false));
+    for name in names(&drive) {
+        give(&mut drive, Experiment::BodyMethod(name, Some(Method::RungeKutta4)));
+    }
+    give(&mut drive, Experiment::Method(Method::ImplicitEuler));
+    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, true));
+    assert!(!attracts(&drive));
+    drive.press("T").ticks(2);
+    // A body of that method is frozen.
+    let mut drive = Drive::shipped("figure_eight");
+    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, false));
+    let first = names(&drive).remove(0);
+    give(&mut drive, Experiment::BodyMethod(first.clone(), Some(Method::ImplicitEuler)));
+    give(&mut drive, Experiment::OfBody(first, Request::SetVelocity, [f64::NAN; 3]));
+    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, true));
+    assert!(!attracts(&drive));
+    drive.press("T").ticks(2);
+}
+
+#[test]
+fn ghosts_a_step_back_and_a_bundle_work_after_mutual_gravity_is_off_and_the_method_implicit() {
+    let mut drive = Drive::shipped("figure_eight");
+    drive.session.keep_timeline();
+    drive.ticks(10);
+    give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, false));
+    give(&mut drive, Experiment::Method(Method::ImplicitEuler));
+    // Far enough for a snapshot of the timeline by that method.
+    drive.ticks(60);
+    assert_eq!(method(&mut drive), Method::ImplicitEuler);
+    drive.press("T");
+    drive.ticks(8);
+    assert!(!drive.session.ghosts().is_empty());
+    let (ticks, hash) = (drive.session.ticks(), drive.hash());
+    let bundle = drive.session.bundle(None).expect("it comes out the same");
+    assert_eq!(bundle.manifest.end_state_hash, format!("{hash:016x}"));
+    drive.ticks(1).press(",");
+    assert_eq!((drive.session.ticks(), drive.hash()), (ticks, hash));
+    drive.session.seek(2);
+    assert_eq!((drive.session.ticks(), method(&mut drive)), (2, drive.session.scene().method));
+}
