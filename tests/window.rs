@@ -104,9 +104,14 @@ struct Window {
 
 impl Window {
     fn open(environment: &[(&str, &str)]) -> Self {
-        let (display, folder) = (Display::start(), tempfile::tempdir().unwrap());
+        Self::open_in(tempfile::tempdir().unwrap(), &["--record", "recording.ron"], environment)
+    }
+
+    fn open_in(folder: TempDir, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
+        let display = Display::start();
         let program = Command::new(program())
-            .args(["--record", "recording.ron", "--size", &format!("{}x{}", SIZE[0], SIZE[1])])
+            .args(arguments)
+            .args(["--size", &format!("{}x{}", SIZE[0], SIZE[1])])
             .current_dir(folder.path())
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
@@ -382,6 +387,38 @@ fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() 
     // The first was before W.
     assert_ne!(at_screenshots[1], scene::load("tutorial").unwrap().camera.position, "W flies");
     assert_eq!(at_screenshots[2], end.camera().position, "nothing is held any more");
+}
+
+#[test]
+fn a_bundle_opens_just_before_its_fault_and_meets_it_again() {
+    let (bundle, hashes) = crate::black_box::with_a_fault();
+    let fault = bundle.manifest.fault.clone().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("box"), bundle.write().unwrap()).unwrap();
+    let mut window = Window::open_in(folder, &["box"], &[]);
+    let hash = |tick: u64| format!("{:016x}", hashes[tick as usize - 1]);
+    let good = fault.tick - 1;
+    let first = window.screenshot();
+    assert_eq!((first.tick, &first.state_hash), (good, &hash(good)));
+    window.input(&["key", "comma", "comma"]);
+    let back = window.screenshot();
+    assert_eq!((back.tick, &back.state_hash), (good - 2, &hash(good - 2)));
+    // It goes on up to the fault, meets it and stands where it began.
+    window.input(&["key", "p"]);
+    let mut before = back.tick;
+    let met = loop {
+        let screenshot = window.screenshot();
+        // Twice in a row: it stands.
+        if screenshot.tick != back.tick && screenshot.tick == before {
+            break screenshot;
+        }
+        before = screenshot.tick;
+    };
+    assert_eq!((met.tick, &met.state_hash), (good, &hash(good)));
+    // Then it goes through it.
+    window.input(&["key", "p"]);
+    while window.screenshot().tick <= fault.tick {}
+    assert_eq!(window.quit(2).code(), Some(0), "{}", window.messages());
 }
 
 #[test]

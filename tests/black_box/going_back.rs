@@ -9,18 +9,18 @@ use scene::Bundle;
 use crate::drive::Drive;
 use crate::ghosts::mixed;
 
-fn recording() -> Drive {
+pub fn recording() -> Drive {
     let mut drive = Drive::of(mixed());
     drive.session.keep_timeline();
     drive
 }
 
-fn push(name: &str, newtons: [f64; 3]) -> Input {
+pub fn push(name: &str, newtons: [f64; 3]) -> Input {
     Input::Experiment(Experiment::Push(name.to_owned(), newtons))
 }
 
 /// A tick a frame, with pushes and gravity now and then.
-fn go(drive: &mut Drive, ticks: std::ops::Range<u32>) -> Vec<u64> {
+pub fn go(drive: &mut Drive, ticks: std::ops::Range<u32>) -> Vec<u64> {
     let tick = |tick: u32| {
         let mut inputs = Vec::new();
         if tick % 9 == 3 {
@@ -33,6 +33,14 @@ fn go(drive: &mut Drive, ticks: std::ops::Range<u32>) -> Vec<u64> {
         state_hash(&drive.session)
     };
     ticks.map(tick).collect()
+}
+
+/// A bundle of a run that a push breaks in tick 21, and the hashes after the ticks before it.
+pub fn with_a_fault() -> (Bundle, Vec<u64>) {
+    let mut drive = recording();
+    let hashes = go(&mut drive, 0..20);
+    drive.frame(1.0 / 60.0, [push("second", [f64::NAN, 0.0, 0.0])]);
+    (drive.session.bundle(None).unwrap(), hashes)
 }
 
 #[test]

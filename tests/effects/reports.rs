@@ -204,7 +204,28 @@ fn a_session_with_pictures_lists_what_pictures_need() {
     drive.press("1").ticks(2);
     let rows = drive.session.receipt();
     let names: Vec<_> = rows.iter().skip(Effect::ALL.len() + 3).map(|row| row.name).collect();
-    assert_eq!(names, ["interpolation", "picking", "shadows", "arrows", "timeline"]);
+    assert_eq!(names, ["interpolation", "picking", "shadows", "arrows", "timeline", "energy_watch"]);
     assert_eq!(row(&rows, "interpolation").bodies, 3);
     assert_eq!((row(&rows, "arrows").state, row(&rows, "arrows").bodies), (EffectState::On, 3));
+    let state = |rows: &[Row]| ["timeline", "energy_watch"].map(|name| row(rows, name).state);
+    assert_eq!(state(&rows), [EffectState::Off; 2]);
+    drive.session.keep_timeline();
+    let rows = drive.session.receipt();
+    assert_eq!(state(&rows), [EffectState::On; 2]);
+    let watch = row(&rows, "energy_watch");
+    assert!(watch.bodies == 3 && watch.bytes > 0 && watch.ns.is_none(), "{watch:?}");
+}
+
+#[test]
+fn what_watching_energy_costs_is_measured() {
+    let output = std::process::Command::new(program())
+        .args(["effects", "tutorial", "--ticks", "60", "--format", "json"])
+        .output();
+    let report: Value = serde_json::from_slice(&output.unwrap().stdout).unwrap();
+    let rows = report["effects"].as_array().unwrap();
+    let row = rows.iter().find(|row| row["effect"] == "energy_watch").unwrap();
+    assert_eq!(row["state"], "on");
+    assert!(row["ns_per_step"].is_number() && row["share"].is_number(), "{row}");
+    let timeline = rows.iter().find(|row| row["effect"] == "timeline").unwrap();
+    assert!(timeline["state"] == "on" && timeline["ns_per_step"].is_null(), "{timeline}");
 }

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use arbitrary::{Result, Unstructured};
-use lab::Replay;
+use lab::{Rerun, TIMELINE_BYTES};
 use motion::{Effect, FrameClock, Method, PhysicsBody, Transform};
 use sandbox::actions::BINDINGS;
 use sandbox::player::Player;
@@ -90,12 +90,13 @@ fn replay(bundle: &Bundle) {
     let bytes = bundle.write().expect("small");
     let read = Bundle::read(&bytes).unwrap_or_else(|error| panic!("{error}"));
     let scene = read.scene("any").expect("it was one");
-    let mut run = Replay::of(&scene, &read.snapshot).unwrap_or_else(|error| panic!("{error}"));
-    let mut events = read.events.iter().peekable();
-    while run.ticks() < read.manifest.end_tick {
-        run.tick(&mut events, None);
+    let again = Rerun::of(&scene, &read, TIMELINE_BYTES).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(again.diverged_at, None);
+    assert_eq!(format!("{:016x}", again.state_hash), read.manifest.end_state_hash);
+    let faults: Vec<_> = again.faults.iter().map(|fault| fault.named(&scene.names)).collect();
+    if let Some(fault) = &read.manifest.fault {
+        assert!(faults.contains(fault), "{fault:?} is not among {faults:?}");
     }
-    assert_eq!(format!("{:016x}", run.state_hash()), read.manifest.end_state_hash);
 }
 
 fn script(u: &mut Unstructured<'_>) -> Result<String> {

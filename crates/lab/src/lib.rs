@@ -25,5 +25,9 @@ pub use distances::{Bodies, Distances};
 pub use input::{Input, asked, give, pending};
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use receipt::{Receipt, Row, because, look, receipt, receipt_without};
-pub use timeline::{Broken, ENERGY_JUMP, Fault, Replay, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch};
+pub use run::watch_time;
+pub use timeline::{
+    BadRerun, Broken, ENERGY_JUMP, Fault, Replay, Rerun, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
+    happen,
+};
 pub use twin::{Failure, Leader, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin};

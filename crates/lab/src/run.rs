@@ -6,6 +6,8 @@ use motion::units::Vector;
 use motion::{Effect, PhysicsBody, Request, Requests, StableId, Stepper, TimeStep, Transform};
 use scene::Scene;
 
+use crate::timeline::Watch;
+
 /// Ticks before a measurement: schedules, caches and the columns of methods are there after them.
 const WARM_UP: u64 = 5;
 
@@ -67,12 +69,23 @@ impl Run {
     }
 
     /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
-    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     fn time(&mut self, ticks: u64) -> f64 {
-        let start = ThreadTime::now();
-        self.ticks(ticks);
-        start.elapsed().as_secs_f64() / ticks as f64
+        time(ticks, || self.ticks(1))
     }
+}
+
+/// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
+#[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
+    let start = ThreadTime::now();
+    (0..ticks).for_each(|_| tick());
+    start.elapsed().as_secs_f64() / ticks as f64
+}
+
+/// Ticks of a block, at most `ticks`, when one of them takes so many seconds.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a count of ticks")]
+fn block_of(tick: f64, ticks: u64) -> u64 {
+    ((BLOCK / tick.max(1e-9)) as u64).clamp(1, ticks.max(1))
 }
 
 /// Least thread CPU time of a step of `scene` without each of those lists of effects, ns, over at most `ticks` of
@@ -88,12 +101,7 @@ pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) ->
     };
     let ticks = ticks.max(1);
     let first = started(&[]).time(ticks.min(10));
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to a count of ticks"
-    )]
-    let block = ((BLOCK / first.max(1e-9)) as u64).clamp(1, ticks);
+    let block = block_of(first, ticks);
     let mut least = vec![f64::INFINITY; variants.len()];
     for _ in 0..ROUNDS {
         for (least, without) in least.iter_mut().zip(variants) {
@@ -101,4 +109,31 @@ pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) ->
         }
     }
     least.into_iter().map(|seconds| seconds * 1e9).collect()
+}
+
+/// Ticks before a watch is measured: longer than books are kept after the start of a fall.
+const WATCH_WARM_UP: u64 = 32;
+
+/// What a tick of `scene` takes longer when it is watched, least thread CPU time, ns, over at most `ticks` of them.
+/// Below 0, or next to it, it is lost in what measurements differ by.
+#[must_use]
+pub fn watch_time(scene: &Scene, ticks: u64) -> f64 {
+    let started = || {
+        let mut run = Run::of(scene, &[]);
+        let mut watch = Watch::new(&mut run.world, None);
+        for _ in 0..WATCH_WARM_UP {
+            watch.tick(&mut run.stepper, &mut run.world, None);
+        }
+        (run, watch)
+    };
+    let block = block_of(started().0.time(ticks.clamp(1, 10)), ticks);
+    let (mut alone, mut watched) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        alone = alone.min(started().0.time(block));
+        let (mut run, mut watch) = started();
+        watched = watched.min(time(block, || {
+            watch.tick(&mut run.stepper, &mut run.world, None);
+        }));
+    }
+    (watched - alone) * 1e9
 }

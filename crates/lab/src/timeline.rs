@@ -3,6 +3,7 @@
 //! A state at any tick is that of the nearest snapshot before it, with the ticks from there simulated again.
 
 mod replay;
+mod rerun;
 mod watch;
 
 use std::collections::VecDeque;
@@ -15,7 +16,8 @@ use scene::{Event, Happening, Scene, Snapshot};
 
 use crate::input::{Input, asked, pending};
 
-pub use replay::{Broken, Replay};
+pub use replay::{Broken, Replay, happen};
+pub use rerun::{BadRerun, Rerun};
 pub use watch::{ENERGY_JUMP, Fault, Watch};
 
 /// Bytes that a timeline takes at most.
@@ -61,11 +63,11 @@ pub struct Timeline {
 
 impl Timeline {
     /// A timeline of `world` that begins now, between two ticks, and takes at most `cap` bytes. `None` where that
-    /// is less than two snapshots take.
+    /// is less than two snapshots take. `energy_scale` is [`Watch::scale`].
     ///
     /// # Panics
     /// In a world that no [`Stepper`](motion::Stepper) has prepared.
-    pub fn new(world: &mut World, method: Method, cap: usize) -> Option<Self> {
+    pub fn new(world: &mut World, method: Method, cap: usize, energy_scale: f64) -> Option<Self> {
         let mut timeline = Self {
             cap,
             keyframes: VecDeque::new(),
@@ -77,7 +79,7 @@ impl Timeline {
             keyframe_bytes: 0,
             event_bytes: 0,
         };
-        timeline.take_keyframe(world, method, 0.0);
+        timeline.take_keyframe(world, method, energy_scale);
         (timeline.bytes() * 2 <= cap).then_some(timeline)
     }
 
@@ -109,6 +111,9 @@ impl Timeline {
     pub fn note(&mut self, world: &World, what: Happening) {
         let tick = world.resource::<StepClock>().ticks();
         self.forget_after(tick);
+        if let Happening::Step(step) = what {
+            self.step = step;
+        }
         let event = Event { tick, what };
         self.event_bytes += event.bytes();
         self.events.push_back(event);
@@ -128,7 +133,6 @@ impl Timeline {
         self.note_requests(world);
         let TimeStep(step) = *world.resource::<TimeStep>();
         if step.to_bits() != self.step.to_bits() {
-            self.step = step;
             self.note(world, Happening::Step(step));
         }
         for input in pending(world) {
@@ -178,13 +182,14 @@ impl Timeline {
         let Some(keyframe) = self.keyframes.iter().rfind(|keyframe| keyframe.snapshot.ticks() <= tick) else {
             return Err(Broken { tick });
         };
-        let mut replay = Replay::of(scene, &keyframe.snapshot).map_err(|_| Broken { tick })?;
+        let mut replay =
+            Replay::of(scene, &keyframe.snapshot, keyframe.energy_scale).map_err(|_| Broken { tick })?;
         if replay.state_hash() != keyframe.state_hash {
             return Err(Broken { tick: keyframe.snapshot.ticks() });
         }
         let mut events = self.events_from(keyframe.next_event).peekable();
         while replay.ticks() < tick {
-            replay.tick(&mut events, None);
+            replay.tick(&mut events);
         }
         Ok((replay, events))
     }
@@ -196,6 +201,12 @@ impl Timeline {
         let first = self.keyframes.front()?;
         let events = self.events_from(first.next_event).cloned().collect();
         Some((&first.snapshot, events, first.energy_scale))
+    }
+
+    /// What was done to the world after tick number `tick` and before the next one.
+    pub fn events_after(&self, tick: u64) -> impl Iterator<Item = &Event> {
+        let first = self.events.partition_point(|event| event.tick < tick);
+        self.events.iter().skip(first).take_while(move |event| event.tick == tick)
     }
 
     fn events_from(&self, number: u64) -> impl Iterator<Item = &Event> {

@@ -80,4 +80,4 @@ pub use step::{
 pub use stepper::Stepper;
 pub use switch::{Effect, EffectState, NeverDeclared, Off, OffResource, SpringsOff, state, switch};
 pub use threads::Threads;
-pub use totals::{Totals, totals};
+pub use totals::{KineticEnergy, Totals, totals};

@@ -64,3 +64,32 @@ pub fn totals(world: &mut World) -> Totals {
     }
     sum
 }
+
+/// Sums up the kinetic energy of one world again and again, faster than [`totals`] and rounded otherwise.
+#[derive(Debug)]
+pub struct KineticEnergy(QueryState<&'static PhysicsBody, Without<Dormant>>);
+
+impl KineticEnergy {
+    /// For sums of `world`.
+    #[must_use]
+    pub fn new(world: &mut World) -> Self {
+        Self(world.query_filtered())
+    }
+
+    /// Sum of `m v² / 2` over the movable bodies of `world`, J, in the order of its tables.
+    ///
+    /// # Panics
+    /// In another world than it was made for.
+    pub fn sum(&mut self, world: &World) -> Scalar {
+        let tables = self.0.contiguous_iter(world).expect("the state of a body is stored in tables");
+        // Divisions of one lane do not wait for the sum of another.
+        let mut lanes = [0.0; 4];
+        for block in tables.flat_map(|bodies| bodies.chunks(4)) {
+            for (lane, body) in lanes.iter_mut().zip(block) {
+                let energy = body.velocity.length_squared() / body.inverse_mass;
+                *lane += if body.inverse_mass > 0.0 { energy } else { 0.0 };
+            }
+        }
+        0.5 * lanes.iter().sum::<Scalar>()
+    }
+}

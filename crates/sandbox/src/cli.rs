@@ -46,7 +46,7 @@ pub(crate) struct StepArgs {
 /// Opens the window.
 #[derive(Args, Debug)]
 pub(crate) struct WindowArgs {
-    /// A shipped scene or a file [default: tutorial]
+    /// A shipped scene, a file or a bundle [default: tutorial]
     pub scene: Option<String>,
     /// Start paused
     #[arg(long)]
@@ -109,6 +109,9 @@ enum Command {
     Replay {
         /// What `run --black-box` or Ctrl+S has written
         bundle: PathBuf,
+        /// Write scene.ron, state.csv of the end, the picture and summary.json into this folder
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
     },
 }
 
@@ -271,7 +274,7 @@ pub fn run() -> Result<(), Failure> {
         Some(Command::Cost(args)) => cost::cost(&args),
         Some(Command::Recommend(args)) => recommend::run(&args),
         Some(Command::Stability(args)) => stability::run(&args),
-        Some(Command::Replay { bundle }) => replay::replay(&bundle),
+        Some(Command::Replay { bundle, out }) => replay::replay(&bundle, out.as_deref()),
     }
 }
 

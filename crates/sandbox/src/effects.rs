@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::list::{Format, aligned};
 use crate::report::number;
-use crate::session::{Options, Session};
+use crate::session::{ENERGY_WATCH, Options, Session};
 
 /// Ticks of a report that does not say.
 pub(crate) const DEFAULT_TICKS: u64 = 600;
@@ -15,9 +15,15 @@ pub(crate) const DEFAULT_TICKS: u64 = 600;
 /// The receipt of `ticks` ticks of `scene`.
 pub(crate) fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     let Receipt { scene: name, method, ticks, ns, mut rows } = lab::receipt(&scene, ticks);
+    let watch = lab::watch_time(&scene, ticks);
     let mut session = Session::new(scene, Options::default());
     session.update_targets();
+    // As the window does.
+    session.keep_timeline();
     rows.extend(session.picture_rows());
+    if let Some(row) = rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
+        (row.ns, row.share) = (Some(watch), Some(watch / ns));
+    }
     let heading = ["effect", "state", "bodies", "evaluations", "ns a step", "share", "bytes", "because"];
     let line = |row: &Row| {
         let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };

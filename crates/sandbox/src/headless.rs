@@ -6,12 +6,13 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use lab::Fault;
 use motion::{FrameClock, FrameTime, Ledger};
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 use scene::{Action, Recording, Scene, Script, Source};
 
 use crate::actions::{self, Action as Key};
+use crate::black_box;
+use crate::bundle::write_bundle;
 use crate::cli::{RunArgs, follows_frames, show};
 use crate::failure::Failure;
 use crate::files::Output;
@@ -110,22 +111,6 @@ fn goes_back(script: &Script) -> bool {
     let keys = script.steps.iter().filter_map(|step| step.action.key());
     let mut bound = keys.filter_map(|word| actions::binding(&actions::key_of_word(word).ok()?));
     bound.any(|row| matches!(row.action, Key::StepBack | Key::Timeline | Key::SaveBundle))
-}
-
-/// Writes everything that `session` has recorded, with a picture of it.
-pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>) -> Result<(), Failure> {
-    let cannot = |error: &std::io::Error| Failure::file("write", path, error);
-    let picture = image.map(|image| -> Result<_, Failure> {
-        let file = tempfile::NamedTempFile::new().map_err(|error| cannot(&error))?;
-        write_picture(image, file.path(), session)?;
-        fs::read(file.path()).map_err(|error| cannot(&error))
-    });
-    let Some(bundle) = session.bundle(picture.transpose()?) else {
-        return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
-    };
-    let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
-    let mut file = output_file(path)?;
-    file.write_all(&bytes).and_then(|()| file.finish()).map_err(|error| cannot(&error))
 }
 
 /// Reads a script or a recording and checks its keys, and its bodies against those of a scene.
@@ -297,7 +282,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     watch.finish(&session, args.state.as_deref())?;
     let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
     let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
-    let summary = Summary::of(&mut session, start, pictures, adapter);
+    let mut summary = Summary::of(&mut session, start, pictures, adapter);
+    let picture = |session: &mut Session| still(session, camera);
+    let written = args.black_box.as_ref().map(|path| black_box::write(path, &mut session, picture));
+    if let Some(written) = &written {
+        summary.add_black_box(written.as_ref().ok().and_then(Option::as_ref));
+    }
     show(&summary.to_table());
     let unconverged = session.evaluations().unconverged_steps();
     if unconverged > 0 {
@@ -309,40 +299,21 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
         written.map_err(|error| Failure::file("write", path, &error))?;
     }
-    match (&args.black_box, session.fault().cloned()) {
-        (Some(path), Some(fault)) => write_black_box(path, &mut session, &fault, camera),
-        _ => verdict(args, &session),
+    match written.transpose()?.flatten() {
+        Some(black_box) => Err(black_box.verdict()),
+        None => verdict(args, &session),
     }
 }
 
-/// Goes back to the last good tick of a run that went wrong, and writes it down.
-fn write_black_box(
-    path: &Path,
-    session: &mut Session,
-    fault: &Fault,
-    camera: Option<Camera>,
-) -> Result<(), Failure> {
-    session.rewind_before(fault);
-    let size = session.size_px();
-    let camera = camera.map_or_else(|| Camera::without_folder(size), Ok);
-    let image = camera.and_then(|mut camera| {
-        camera.draw(&session.picture())?;
-        Ok(camera.target.read(&camera.gpu)?)
-    });
-    if let Err(failure) = &image {
-        eprintln!("the bundle has no picture: {failure}");
-    }
-    write_bundle(path, session, image.ok().as_ref())?;
-    let body = fault.body.and_then(|id| session.scene().names.get(id)).map(|name| format!("{name}, "));
-    let body = body.unwrap_or_default();
-    let what = format!(
-        "{body}tick {}: {}; tick {} is the last good one; {} holds the run, for `sandbox replay`",
-        fault.tick,
-        fault.what,
-        session.ticks(),
-        path.display()
-    );
-    Err(if fault.body.is_some() { Failure::Quarantined(what) } else { Failure::Expectation(what) })
+/// A picture of the present state, by `camera` if there is one already.
+fn still(session: &mut Session, camera: Option<Camera>) -> Result<Image, Failure> {
+    let mut camera = match camera {
+        Some(camera) => camera,
+        None => Camera::without_folder(session.size_px())?,
+    };
+    session.lay_out_still();
+    camera.draw(&session.picture())?;
+    Ok(camera.target.read(&camera.gpu)?)
 }
 
 /// Lines about what would grow: more of them say the same.

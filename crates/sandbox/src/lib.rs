@@ -4,6 +4,8 @@
 
 mod ablate;
 pub mod actions;
+mod black_box;
+mod bundle;
 mod camera;
 pub mod cli;
 mod control;
@@ -36,6 +38,6 @@ pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
 pub use camera::Camera;
 pub use control::Mode;
 pub use session::{
-    ForecastRow, GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Session,
-    SwitchedBy,
+    ForecastRow, GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Repetition,
+    Session, SwitchedBy,
 };

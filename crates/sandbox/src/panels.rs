@@ -71,6 +71,8 @@ pub(crate) struct Model {
     pub notices: Vec<String>,
     pub selection: Option<Selected>,
     pub labels: Vec<Label>,
+    /// The body that went wrong, while the run stands next to that.
+    pub mark: Option<Label>,
     /// The receipt, while its panel is open.
     pub effects: Vec<Row>,
     /// The study of the scene, while its panel is open.
@@ -142,6 +144,7 @@ impl Model {
             forecast: session.shown_forecast().map(<[_]>::to_vec),
             within: if session.ui.timeline { session.within() } else { None },
             labels: session.visible_labels(),
+            mark: session.fault_mark(),
             selection: session.control.selection.and_then(|thing| Selected::of(session, thing, gravity)),
         }
     }
@@ -205,7 +208,8 @@ impl Selected {
 pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<Edit> {
     let mut edits = Vec::new();
     let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("hud")));
-    let taken = labels::show(&painter, &model.labels);
+    let mut taken = labels::show(&painter, &model.labels);
+    taken.extend(model.mark.as_ref().map(|mark| labels::show_mark(&painter, mark)));
     let panel = if ui.ghosts { ghosts::show(context, model, &mut edits) } else { None };
     ghosts::show_labels(&painter, &model.ghost_labels, taken, panel);
     hud::show(&painter, model);

@@ -5,8 +5,10 @@ use std::io::{self, Write};
 
 use bevy_ecs::entity::Entity;
 use motion::{Ledger, Lines, Method, PhysicsBody, Totals, Transform, totals};
+use scene::FaultEntry;
 use serde_json::{Map, Value, json};
 
+use crate::black_box::BlackBox;
 use crate::list::LAWS;
 use crate::session::{QuarantinedBody, Session};
 
@@ -132,6 +134,15 @@ impl Summary {
         Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }
     }
 
+    /// Adds what the black box of the run has written.
+    pub(crate) fn add_black_box(&mut self, written: Option<&BlackBox>) {
+        let value = written.map_or(Value::Null, |BlackBox { path, tick, fault, .. }| {
+            let path = path.display().to_string();
+            json!({ "path": path, "tick": tick, "fault": fault_json(Some(fault)) })
+        });
+        self.fields.insert("black_box".to_owned(), value);
+    }
+
     /// The summary as JSON, the order of the contract kept.
     #[must_use]
     pub fn to_json(&self) -> String {
@@ -205,6 +216,14 @@ fn ledger_json(ledger: &Ledger) -> Value {
 
 fn by_law<T>(laws: &[(&'static str, T)], value: fn(&T) -> Value) -> Value {
     Value::Object(laws.iter().map(|(name, amount)| ((*name).to_owned(), value(amount))).collect())
+}
+
+/// What went wrong; null where nothing did.
+pub(crate) fn fault_json(fault: Option<&FaultEntry>) -> Value {
+    fault.map_or(
+        Value::Null,
+        |FaultEntry { tick, body, what }| json!({ "tick": tick, "body": body, "what": what }),
+    )
 }
 
 /// A number, or its name where JSON has none.

@@ -2,19 +2,24 @@
 //!
 //! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
 
+mod bundle;
 mod cost;
 mod effects;
 mod forecast;
 mod ghosts;
 mod labels;
 mod ledger;
+mod notices;
 mod options;
 mod pose;
 mod read;
+mod repeat;
 mod soft;
 mod timeline;
 
+pub use bundle::Repetition;
 pub(crate) use cost::SHARE as COST_SHARE;
+pub(crate) use effects::ENERGY_WATCH;
 pub use effects::SwitchedBy;
 pub use forecast::ForecastRow;
 pub(crate) use forecast::digits;
@@ -34,9 +39,9 @@ use std::ops::ControlFlow;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Cause, Evaluations, Fault, FrameTime, Method, MutualGravity, OwnMethod, Particle, PhysicsBody,
-    PreviousPosition, Push, PushQueue, Quarantine, QuarantineRecord, Request, Requests, StepClock, Stepper,
-    Threads, TickClock, TimeStep, Transform, remember_positions,
+    Evaluations, FrameTime, Method, MutualGravity, OwnMethod, Particle, PhysicsBody, PreviousPosition, Push,
+    PushQueue, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
+    remember_positions,
 };
 use pick::{SoftTargets, Targets};
 use scene::{EffectsState, Happening, PushSpec, Scene, StepKind, unsolvable};
@@ -288,7 +293,9 @@ impl Session {
             ticks = ticks.min(*left);
             *left -= ticks;
         }
-        if let Some(length) = step.filter(|length| *length > 0.0) {
+        if let Some(length) = step.filter(|length| *length > 0.0)
+            && !self.repeats()
+        {
             self.world.insert_resource(TimeStep(length));
         }
         if ticks > 0 {
@@ -305,11 +312,14 @@ impl Session {
             if last {
                 self.world.run_system_cached(remember_positions).expect("a query and nothing else");
             }
+            let repeated = self.repeat_before_tick();
             self.tick_ghosts(last);
-            self.record_before_tick();
+            if !repeated {
+                self.record_before_tick();
+            }
             self.tick();
             late = after_tick(self).is_break();
-            if self.record_after_tick() || late {
+            if self.record_after_tick(repeated) || late {
                 undone = ticks - tick;
                 break;
             }
@@ -336,32 +346,6 @@ impl Session {
         if self.control.trails {
             let time = self.simulated();
             self.trails.record(&mut self.world, self.alpha, time);
-        }
-    }
-
-    fn note_quarantined(&mut self) {
-        let records = &self.world.resource::<Quarantine>().records()[self.records_seen..];
-        let records = records.to_vec();
-        self.records_seen += records.len();
-        for QuarantineRecord { body, tick, cause, .. } in records {
-            let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
-            if self.quarantined.len() < 3 {
-                self.ui.notice(format!("{body} was quarantined in tick {tick}: {what}"));
-            }
-            let cause = match fault {
-                Fault::Law(law) => format!("law {law}"),
-                Fault::Spring(other) => format!("spring to {}", self.name(other)),
-                fault => fault.name().to_owned(),
-            };
-            self.quarantined.push(QuarantinedBody { body, tick, what, system, component, cause });
-        }
-    }
-
-    fn note_unconverged(&mut self) {
-        let steps = self.world.resource::<Evaluations>().unconverged_steps();
-        if steps > 0 && !self.unconverged_told {
-            self.unconverged_told = true;
-            self.ui.notice("an implicit step did not converge; a higher step rate may help".to_owned());
         }
     }
 
@@ -420,8 +404,12 @@ impl Session {
 
     /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
     pub(crate) fn carry_out_requests(&mut self) {
-        self.carry_out_in_ghosts();
         self.record_requests();
+        self.carry_out_unrecorded();
+    }
+
+    fn carry_out_unrecorded(&mut self) {
+        self.carry_out_in_ghosts();
         self.stepper.carry_out_requests(&mut self.world);
         self.targets_current = false;
         for thing in [&mut self.control.selection, &mut self.control.locked] {
@@ -508,14 +496,19 @@ fn build(scene: &Scene, options: Options) -> (World, Stepper, Vec<Entity>) {
     let entities = scene.spawn(&mut world);
     share_among_threads(&mut world, entities.len(), options);
     if options.interpolate {
-        let movable: Vec<_> = world
-            .query::<(Entity, &Transform, &PhysicsBody)>()
-            .iter(&world)
-            .filter(|(_, _, body)| body.inverse_mass > 0.0)
-            .map(|(entity, transform, _)| (entity, PreviousPosition(transform.position)))
-            .collect();
-        world.insert_batch(movable);
+        draw_between_ticks(&mut world);
     }
     let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
     (world, stepper, entities)
+}
+
+/// Lets movable bodies be drawn between two ticks.
+fn draw_between_ticks(world: &mut World) {
+    let movable: Vec<_> = world
+        .query_filtered::<(Entity, &Transform, &PhysicsBody), Without<PreviousPosition>>()
+        .iter(world)
+        .filter(|(_, _, body)| body.inverse_mass > 0.0)
+        .map(|(entity, transform, _)| (entity, PreviousPosition(transform.position)))
+        .collect();
+    world.insert_batch(movable);
 }

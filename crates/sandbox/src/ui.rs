@@ -1,7 +1,7 @@
 //! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
-use motion::FrameTime;
+use motion::{FrameClock, FrameTime};
 
 use crate::actions::Key;
 use crate::control::Mode;
@@ -303,6 +303,14 @@ impl Session {
                 Edit::SaveBundle => self.ask_for_bundle(),
                 Edit::Open(scene) => self.orders.push(Order::Open(scene)),
             }
+        }
+    }
+
+    /// Lays the panels out for a picture of the present state, between two frames.
+    pub(crate) fn lay_out_still(&mut self) {
+        if let Ok(now) = FrameClock::default().advance_to(self.clock.now()) {
+            // A card that is new stands at its place in the layout after those that measure it.
+            (0..2).for_each(|_| self.lay_out_panels(now));
         }
     }
 

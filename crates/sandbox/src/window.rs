@@ -25,9 +25,10 @@ use winit::window::{Window, WindowId};
 use self::pointer::Pointer;
 use self::recorder::Recorder;
 use crate::actions::{Action, Key, binding};
-use crate::cli::WindowArgs;
+use crate::bundle::{self, write_bundle};
+use crate::cli::{StepArgs, WindowArgs};
 use crate::failure::Failure;
-use crate::headless::{load_script, player_of, write_bundle, write_picture};
+use crate::headless::{load_script, player_of, write_picture};
 use crate::input::{Button, Input, InputFrame};
 use crate::player::Player;
 use crate::session::{Measured, Options, Order, Overrides, Session};
@@ -48,25 +49,13 @@ const SMOOTHING: f64 = 0.05;
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let name = args.scene.as_deref().unwrap_or("tutorial");
-    let scene = scene::load(name)?;
+    let session = session(args, name)?;
     let player = match &args.script {
-        Some(path) => Some(player_of(load_script(path, &scene)?)),
+        Some(path) => Some(player_of(load_script(path, session.scene())?)),
         None => None,
     };
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args)).transpose()?;
     let event_loop = display::event_loop()?;
-    let overrides =
-        Overrides { method: args.step.method, substeps: args.step.substeps, ..Overrides::default() };
-    overrides.check(&scene)?;
-    let options = Options {
-        size_px: args.size,
-        paused: args.paused,
-        overrides,
-        threads: args.step.threads,
-        ..Options::default()
-    };
-    let mut session = Session::new(scene, options);
-    session.keep_timeline();
     let mut shell = Shell {
         session,
         player,
@@ -95,6 +84,25 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         recorder.finish()?;
     }
     shell.failure.map_or(Ok(()), Err)
+}
+
+/// What the window begins with: a scene, or a bundle just before what went wrong in it.
+fn session(args: &WindowArgs, name: &str) -> Result<Session, Failure> {
+    let StepArgs { method, substeps, threads } = args.step;
+    let options = Options { size_px: args.size, paused: args.paused, threads, ..Options::default() };
+    if let Some(bundle) = bundle::named(name)? {
+        if method.is_some() || substeps.is_some() || args.record.is_some() {
+            let what = "a bundle repeats its own run; leave --method, --substeps and --record out";
+            return Err(Failure::Usage(format!("{name}: {what}")));
+        }
+        return bundle::opened(&bundle, name, options);
+    }
+    let scene = scene::load(name)?;
+    let overrides = Overrides { method, substeps, ..Overrides::default() };
+    overrides.check(&scene)?;
+    let mut session = Session::new(scene, Options { overrides, ..options });
+    session.keep_timeline();
+    Ok(session)
 }
 
 /// The window and what draws into it.

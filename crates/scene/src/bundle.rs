@@ -15,6 +15,7 @@ use motion::units::Vector;
 use motion::{Method, Request};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use archive::MAGIC;
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 
 use crate::faults::SceneError;
@@ -99,6 +100,12 @@ impl fmt::Display for BadBundle {
 impl std::error::Error for BadBundle {}
 
 impl Bundle {
+    /// Whether a file that begins with these bytes can be a bundle.
+    #[must_use]
+    pub fn begins_with(bytes: &[u8]) -> bool {
+        bytes.starts_with(MAGIC)
+    }
+
     /// The scene, with the settings of the run, known in messages as `name`.
     ///
     /// # Errors

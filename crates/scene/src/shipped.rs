@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use crate::bundle::Bundle;
 use crate::faults::SceneError;
 use crate::nearest::nearest;
 use crate::resolve::parse_as;
@@ -212,6 +213,10 @@ pub fn read_text(path: &Path) -> Result<String, SceneError> {
         let cure =
             format!("give one of at most {} MiB; clouds and grids are short to write", FILE_LIMIT >> 20);
         return Err(fail("the file is too large", &cure));
+    }
+    if Bundle::begins_with(&bytes) {
+        let cure = format!("`sandbox {name}` opens a bundle in the window, `sandbox replay {name}` runs it");
+        return Err(fail("this is an archive, not a text", &cure));
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

@@ -4,9 +4,10 @@ use std::fmt;
 use std::iter::Peekable;
 
 use bevy_ecs::prelude::*;
-use motion::{Ledger, StepClock, Stepper, Substeps, TimeStep};
+use motion::{StepClock, Stepper, Substeps, TimeStep};
 use scene::{BadSnapshot, Event, Happening, Scene, Snapshot, hash_of_states};
 
+use super::{Fault, Watch};
 use crate::input::{Input, give};
 use crate::run::states;
 
@@ -33,16 +34,20 @@ pub struct Replay {
     pub stepper: Stepper,
     /// Its bodies, by stable id.
     pub bodies: Vec<Entity>,
+    /// What looks for faults.
+    pub watch: Watch,
 }
 
 impl Replay {
-    /// A world of `scene` in the state of `snapshot`.
+    /// A world of `scene` in the state of `snapshot`, with energies as `energy_scale` has them, which is
+    /// [`Watch::scale`].
     ///
     /// # Errors
     /// A snapshot of another scene.
-    pub fn of(scene: &Scene, snapshot: &Snapshot) -> Result<Self, BadSnapshot> {
-        let (world, stepper, bodies) = snapshot.restore(scene)?;
-        Ok(Self { world, stepper, bodies })
+    pub fn of(scene: &Scene, snapshot: &Snapshot, energy_scale: f64) -> Result<Self, BadSnapshot> {
+        let (mut world, stepper, bodies) = snapshot.restore(scene)?;
+        let watch = Watch::new(&mut world, Some(energy_scale));
+        Ok(Self { world, stepper, bodies, watch })
     }
 
     /// Ticks simulated so far.
@@ -57,17 +62,10 @@ impl Replay {
         hash_of_states(states.map(|(_, position, velocity)| (position.to_array(), velocity.to_array())))
     }
 
-    /// Simulates a tick with the next of `events` that belong to it, booked by `ledger` if there is one.
-    pub fn tick<'a>(
-        &mut self,
-        events: &mut Peekable<impl Iterator<Item = &'a Event>>,
-        ledger: Option<&mut Ledger>,
-    ) {
+    /// Simulates a tick with the next of `events` that belong to it; what went wrong in it.
+    pub fn tick<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> Option<Fault> {
         self.carry_out(events);
-        match ledger {
-            Some(ledger) => ledger.tick(&mut self.stepper, &mut self.world),
-            None => self.stepper.tick(&mut self.world),
-        }
+        self.watch.tick(&mut self.stepper, &mut self.world, None)
     }
 
     /// Does what the next of `events` did at this tick; those of ticks before it are passed over. Pushes wait for the
@@ -76,30 +74,29 @@ impl Replay {
         let now = self.ticks();
         while let Some(event) = events.next_if(|event| event.tick <= now) {
             if event.tick == now {
-                self.happen(&event.what);
+                happen(&event.what, &mut self.world, &mut self.stepper, &self.bodies);
             }
         }
     }
+}
 
-    fn happen(&mut self, what: &Happening) {
-        match what {
-            Happening::Requests(requests) => {
-                let inputs = requests.iter().copied().map(Input::Request);
-                give(inputs, &mut self.world, &self.bodies);
-                self.stepper.carry_out_requests(&mut self.world);
-            }
-            Happening::Method(method) => self.stepper.set_method(&mut self.world, *method),
-            Happening::Substeps(substeps) => {
-                self.world.insert_resource(Substeps((*substeps).clamp(1, Substeps::MOST)));
-            }
-            Happening::Step(step) if *step > 0.0 && step.is_finite() => {
-                self.world.insert_resource(TimeStep(*step));
-            }
-            // No step that a run can have taken.
-            Happening::Step(_) => {}
-            Happening::Push(body, newtons) => {
-                give([Input::Push(*body, *newtons)], &mut self.world, &self.bodies);
-            }
+/// Does to `world`, between two ticks, what happened to another one of its scene. `bodies` are those of the scene by
+/// stable id. A push waits for the coming tick.
+pub fn happen(what: &Happening, world: &mut World, stepper: &mut Stepper, bodies: &[Entity]) {
+    match what {
+        Happening::Requests(requests) => {
+            give(requests.iter().copied().map(Input::Request), world, bodies);
+            stepper.carry_out_requests(world);
         }
+        Happening::Method(method) => stepper.set_method(world, *method),
+        Happening::Substeps(substeps) => {
+            world.insert_resource(Substeps((*substeps).clamp(1, Substeps::MOST)));
+        }
+        Happening::Step(step) if *step > 0.0 && step.is_finite() => {
+            world.insert_resource(TimeStep(*step));
+        }
+        // No step that a run can have taken.
+        Happening::Step(_) => {}
+        Happening::Push(body, newtons) => give([Input::Push(*body, *newtons)], world, bodies),
     }
 }

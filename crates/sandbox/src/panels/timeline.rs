@@ -2,13 +2,13 @@
 
 use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 
+use super::labels::FAULT;
 use super::{Edit, Model};
 use crate::control::Mode;
 use crate::session::Within;
 
 const WIDTH: f32 = 460.0;
 const MARKS_HEIGHT: f32 = 14.0;
-const FAULT: Color32 = Color32::from_rgb(255, 110, 90);
 const KEYFRAME: Color32 = Color32::from_gray(110);
 const NOW: Color32 = Color32::from_rgb(120, 190, 255);
 
@@ -58,14 +58,17 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, edits: &mut Vec<Edit>) {
         ui.colored_label(FAULT, format!("tick {} goes wrong: {}", fault.tick, fault.what));
     }
     if within.now < *within.range.end() {
-        ui.label("going on from here drops what came after");
+        ui.label(match within.repeats {
+            true => "going on from here repeats what came after; doing something drops it",
+            false => "going on from here drops what came after",
+        });
     } else if paused {
         ui.label("the present, paused");
     }
     #[expect(clippy::cast_precision_loss, reason = "bytes for people")]
     let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
     ui.weak(format!(
-        "{} snapshots, {:.2} of {:.0} MiB",
+        "snapshots: {}, {:.2} of {:.0} MiB",
         within.keyframes.len(),
         mebibytes(within.bytes),
         mebibytes(within.cap)

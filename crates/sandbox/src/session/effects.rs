@@ -37,6 +37,12 @@ impl SwitchedBy {
     }
 }
 
+/// Why a run is recorded.
+const RECORDED: &str = "going back: the window, --black-box";
+
+/// The row of the watch for energy out of nowhere.
+pub(crate) const ENERGY_WATCH: &str = "energy_watch";
+
 /// Ticks that the panel measures: an answer in a fraction of a second for a scene of some hundred bodies.
 const MEASURED_TICKS: u64 = 60;
 
@@ -97,6 +103,7 @@ impl Session {
     pub fn receipt(&mut self) -> Vec<Row> {
         self.look_at_rates();
         let mut rows = lab::look(&self.scene, &mut self.world, self.stepper.method());
+        rows.extend(self.picture_rows());
         for row in &mut rows {
             if let Some(by) = row.effect.and_then(|effect| self.effects.switched.get(&effect)) {
                 row.because = Some(by.words().to_owned());
@@ -108,12 +115,11 @@ impl Session {
                 (row.ns, row.share) = (*ns, *share);
             }
         }
-        rows.extend(self.picture_rows());
         rows
     }
 
     /// What a session with pictures has beside the step.
-    pub fn picture_rows(&mut self) -> [Row; 5] {
+    pub fn picture_rows(&mut self) -> [Row; 6] {
         let row = |name, on: bool, bodies, bytes, why: &str| Row {
             because: on.then(|| why.to_owned()),
             bodies: if on { bodies } else { 0 },
@@ -142,7 +148,8 @@ impl Session {
                 false => Row::of("shadows", EffectState::NotDeclared),
             },
             row("arrows", arrows, movable, 0, "keys 1 and 2"),
-            row("timeline", self.records(), 0, timeline, "going back: the window, --black-box"),
+            row("timeline", self.records(), 0, timeline, RECORDED),
+            row(ENERGY_WATCH, self.records(), movable, lab::Watch::bytes(), RECORDED),
         ]
     }
 
@@ -155,7 +162,9 @@ impl Session {
         let off = |effect: &Effect| motion::state(&mut self.world, *effect) == EffectState::Off;
         let without: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
         let receipt = lab::receipt_without(&self.scene, MEASURED_TICKS, &without);
-        self.effects.measured = receipt.rows.iter().map(|row| (row.name, row.ns, row.share)).collect();
+        let watch = lab::watch_time(&self.scene, MEASURED_TICKS);
+        let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
+        self.effects.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
     }
 
     #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]

@@ -1,5 +1,6 @@
 //! Words beside bodies: where in the picture they stand.
 
+use bevy_ecs::entity::Entity;
 use glam::{DVec2, DVec3};
 use pick::Shape;
 
@@ -18,25 +19,38 @@ pub(crate) struct Label {
 impl Session {
     /// The labels of the bodies whose middle is in the picture, the farthest first.
     pub(crate) fn visible_labels(&self) -> Vec<Label> {
-        let view = self.camera.viewpoint();
-        let size = DVec2::from_array(self.options.size_px.map(f64::from));
-        let mut seen: Vec<_> = self
-            .labels
-            .iter()
-            .filter_map(|(id, text)| {
-                let thing = *self.entities.get(*id as usize)?;
-                let place = self.drawn_position(thing)?;
-                let distance = (place - view.position).dot(view.forward());
-                let drawn = (view.near_m..=view.far_m).contains(&distance);
-                let at = view.project(place, size).filter(|_| drawn)?;
-                let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
-                let radius = self.world.get::<Shape>(thing).map_or(DVec3::ZERO, |shape| shape.half_extents());
-                let side = view.project(place + view.right() * radius.max_element(), size)?;
-                inside.then(|| (distance, Label { at, reach: side.distance(at), text: text.clone() }))
-            })
-            .collect();
+        let labels = self.labels.iter();
+        let mut seen: Vec<_> =
+            labels.filter_map(|(id, text)| self.label(*self.entities.get(*id as usize)?, text)).collect();
         seen.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         seen.into_iter().map(|(_, label)| label).collect()
+    }
+
+    /// What marks the body that a fault is about, while the run stands next to it.
+    pub(crate) fn fault_mark(&self) -> Option<Label> {
+        let fault = self.fault().filter(|_| self.paused())?;
+        let words = match self.ticks().checked_sub(fault.tick) {
+            None if self.ticks() + 1 == fault.tick => "goes wrong in the next tick".to_owned(),
+            Some(0) => "went wrong in this tick".to_owned(),
+            _ => format!("goes wrong in tick {}", fault.tick),
+        };
+        let body = *self.entities.get(fault.body? as usize)?;
+        let label = self.label(body, &format!("{} {words}", self.name(body)));
+        label.map(|(_, label)| label)
+    }
+
+    /// How far a thing is, m, and its label, if its middle is in the picture.
+    fn label(&self, thing: Entity, text: &str) -> Option<(f64, Label)> {
+        let view = self.camera.viewpoint();
+        let size = DVec2::from_array(self.options.size_px.map(f64::from));
+        let place = self.drawn_position(thing)?;
+        let distance = (place - view.position).dot(view.forward());
+        let drawn = (view.near_m..=view.far_m).contains(&distance);
+        let at = view.project(place, size).filter(|_| drawn)?;
+        let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
+        let radius = self.world.get::<Shape>(thing).map_or(DVec3::ZERO, |shape| shape.half_extents());
+        let side = view.project(place + view.right() * radius.max_element(), size)?;
+        inside.then(|| (distance, Label { at, reach: side.distance(at), text: text.to_owned() }))
     }
 }
 
@@ -105,5 +119,25 @@ mod tests {
         let labelled = words(&mut session, 0.0);
         session.labels.clear();
         assert!(words(&mut session, 0.0) < labelled);
+    }
+
+    #[test]
+    fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
+        let mut session = session();
+        session.keep_timeline();
+        let mut clock = motion::FrameClock::default();
+        let mut frame = |session: &mut Session, input: crate::input::InputFrame| {
+            session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
+        };
+        let push = crate::input::Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
+        assert!(session.fault_mark().is_none());
+        frame(&mut session, [crate::input::Input::Experiment(push)].into_iter().collect());
+        let mark = session.fault_mark().expect("a mark");
+        assert_eq!(mark.text, "ahead goes wrong in the next tick");
+        assert!((mark.at - DVec2::new(640.0, 360.0)).length() < 1e-9 && (mark.reach - 72.0).abs() < 1e-9);
+        session.seek(1);
+        assert_eq!(session.fault_mark().expect("a mark").text, "ahead went wrong in this tick");
+        session.control.paused = false;
+        assert!(session.fault_mark().is_none());
     }
 }

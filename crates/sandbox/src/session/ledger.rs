@@ -104,16 +104,19 @@ impl Session {
         }
     }
 
-    /// One tick, booked if books are kept.
+    /// One tick, booked if books are kept and watched if it is recorded.
     pub(crate) fn tick(&mut self) {
-        match self.ledger.take() {
-            None => self.stepper.tick(&mut self.world),
-            Some(mut kept) => {
-                kept.ledger.tick(&mut self.stepper, &mut self.world);
-                kept.history.note(Kept::point(&kept.ledger, self.simulated()));
-                self.ledger = Some(kept);
-            }
+        let mut kept = self.ledger.take();
+        let books = kept.as_mut().map(|kept| &mut kept.ledger);
+        match (&mut self.recorded, books) {
+            (Some(recorded), books) => recorded.tick(&mut self.stepper, &mut self.world, books),
+            (None, Some(books)) => books.tick(&mut self.stepper, &mut self.world),
+            (None, None) => self.stepper.tick(&mut self.world),
         }
+        if let Some(kept) = &mut kept {
+            kept.history.note(Kept::point(&kept.ledger, self.simulated()));
+        }
+        self.ledger = kept;
     }
 }
 

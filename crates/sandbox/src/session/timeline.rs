@@ -3,13 +3,12 @@
 use std::ops::RangeInclusive;
 
 use bevy_ecs::prelude::*;
-use lab::{ENERGY_JUMP, Fault, Replay, TIMELINE_BYTES, Timeline, Watch};
-use motion::{SoftBody, remember_positions};
+use lab::{Fault, Replay, TIMELINE_BYTES, Timeline, Watch};
+use motion::{Ledger, SoftBody, Stepper, remember_positions};
 use pick::{SoftTargets, Targets};
-use scene::{BUNDLE_FORMAT, Bundle, FileIndex, Happening, Keyframe, Manifest, Settings};
+use scene::{FileIndex, Happening};
 
-use super::{Order, Session, ids_of, share_among_threads};
-use crate::PROGRAM;
+use super::{Order, Session, draw_between_ticks, ids_of, share_among_threads};
 use crate::trails::Trails;
 
 /// What a session does when something goes wrong.
@@ -23,14 +22,35 @@ pub(crate) enum OnFault {
 
 /// A timeline and the watch over it.
 pub(crate) struct Recorded {
-    timeline: Timeline,
+    pub(super) timeline: Timeline,
     watch: Watch,
+    /// What the tick that was simulated last did wrong.
+    found: Option<Fault>,
     /// What went wrong last, and is still ahead or just happened.
-    fault: Option<Fault>,
+    pub(super) fault: Option<Fault>,
     /// Whether it is to be met at the end of the frame.
     met: bool,
     /// The tick of a fault that the person was told of: going on goes through it.
     passed: Option<u64>,
+    /// Whether going on from the past repeats what came from outside, until something else does.
+    pub(super) repeats: bool,
+}
+
+impl Recorded {
+    pub(super) const fn new(timeline: Timeline, watch: Watch) -> Self {
+        Self { timeline, watch, found: None, fault: None, met: true, passed: None, repeats: false }
+    }
+
+    /// One tick, booked by `books` if there are some.
+    pub(super) fn tick(&mut self, stepper: &mut Stepper, world: &mut World, books: Option<&mut Ledger>) {
+        self.found = self.watch.tick(stepper, world, books);
+    }
+
+    /// What was gone back behind, and is not ahead any more, is no fault.
+    fn forget_fault(&mut self) {
+        let head = *self.timeline.range().end();
+        self.fault.take_if(|fault| fault.tick > head);
+    }
 }
 
 /// Where in the last minute a session is.
@@ -40,6 +60,8 @@ pub(crate) struct Within {
     pub now: u64,
     pub keyframes: Vec<u64>,
     pub fault: Option<Fault>,
+    /// Whether going on repeats what is ahead, instead of dropping it.
+    pub repeats: bool,
     pub bytes: usize,
     pub cap: usize,
 }
@@ -58,10 +80,8 @@ impl Session {
         self.restart_recording();
     }
 
-    /// Records the last minute and keeps books from now on, and simulates no further when a body is quarantined or
-    /// energy jumps.
+    /// Records the last minute from now on, and simulates no further when a body is quarantined or energy jumps.
     pub fn keep_black_box(&mut self) {
-        self.keep_ledger();
         self.recording = Some(OnFault::Stop);
         self.restart_recording();
     }
@@ -88,18 +108,11 @@ impl Session {
         if self.recording.is_none() {
             return;
         }
-        match Timeline::new(&mut self.world, self.stepper.method(), TIMELINE_BYTES) {
-            Some(timeline) => {
-                let watch = self.new_watch(None);
-                let recorded = Recorded { timeline, watch, fault: None, met: true, passed: None };
-                self.recorded = Some(Box::new(recorded));
-            }
+        let watch = Watch::new(&mut self.world, None);
+        match Timeline::new(&mut self.world, self.stepper.method(), TIMELINE_BYTES, watch.scale()) {
+            Some(timeline) => self.recorded = Some(Box::new(Recorded::new(timeline, watch))),
             None => self.notice("too many bodies to go back in time"),
         }
-    }
-
-    fn new_watch(&self, scale: Option<f64>) -> Watch {
-        Watch::new(&self.world, self.ledger(), scale, ENERGY_JUMP)
     }
 
     /// Records what is done to the world at once, between two ticks.
@@ -115,27 +128,33 @@ impl Session {
         }
     }
 
+    /// Records what the coming tick takes in, which nobody has recorded before.
     pub(super) fn record_before_tick(&mut self) {
         if let Some(recorded) = &mut self.recorded {
             recorded.timeline.before_tick(&self.world);
+            recorded.forget_fault();
         }
     }
 
-    /// Records a tick that is over; whether something went wrong in it.
-    pub(super) fn record_after_tick(&mut self) -> bool {
-        let Some(mut recorded) = self.recorded.take() else { return false };
-        let fault = recorded.watch.look(&self.world, self.ledger());
-        recorded.timeline.after_tick(&mut self.world, self.stepper.method(), recorded.watch.scale());
-        // One that was gone back behind and did not happen again is none.
+    /// Records a tick that is over, unless it was one that is `repeated`; whether something went wrong in it.
+    pub(super) fn record_after_tick(&mut self, repeated: bool) -> bool {
         let now = self.ticks();
-        recorded.fault.take_if(|old| fault.is_none() && old.tick == now);
-        let new = fault.filter(|fault| recorded.passed != Some(fault.tick));
-        let found = new.is_some();
-        if found {
-            (recorded.fault, recorded.met) = (new, false);
+        let Some(recorded) = &mut self.recorded else { return false };
+        let at_the_end = repeated && now == *recorded.timeline.range().end();
+        if !repeated {
+            let scale = recorded.watch.scale();
+            recorded.timeline.after_tick(&mut self.world, self.stepper.method(), scale);
         }
-        self.recorded = Some(recorded);
-        found
+        let found = recorded.found.take();
+        let news = found.as_ref().is_some_and(|fault| recorded.passed != Some(fault.tick));
+        recorded.met &= !news;
+        if found.as_ref().map(|fault| fault.tick) != recorded.fault.as_ref().map(|fault| fault.tick) {
+            recorded.fault = found.or(recorded.fault.take());
+        }
+        if at_the_end {
+            self.repeat_events();
+        }
+        news
     }
 
     /// At the end of a frame in which something went wrong: back to the last good tick, for the person to look.
@@ -146,7 +165,7 @@ impl Session {
         recorded.passed = Some(fault.tick);
         if self.recording == Some(OnFault::Pause) {
             self.rewind_before(&fault);
-            if fault.body.is_none() {
+            if !fault.quarantined {
                 self.notice(fault.what);
             }
             let now = self.ticks();
@@ -196,12 +215,18 @@ impl Session {
         }
     }
 
-    fn go_on_from(&mut self, replay: Replay) {
+    pub(super) fn go_on_from(&mut self, replay: Replay) {
         let (selection, locked) = (self.thing(self.control.selection), self.thing(self.control.locked));
         let before = self.ticks();
-        let Replay { world, stepper, bodies } = replay;
+        let Replay { world, stepper, bodies, watch } = replay;
         (self.world, self.stepper, self.entities) = (world, stepper, bodies);
+        if let Some(recorded) = &mut self.recorded {
+            recorded.watch = watch;
+        }
         share_among_threads(&mut self.world, self.entities.len(), self.options);
+        if self.options.interpolate {
+            draw_between_ticks(&mut self.world);
+        }
         self.world.run_system_cached(remember_positions).expect("a query and nothing else");
         self.ids = ids_of(&self.entities);
         self.control.selection = selection.and_then(|thing| self.entity_of(thing));
@@ -222,10 +247,6 @@ impl Session {
             self.open_or_close_ledger();
         }
         self.count_effects_from_now();
-        if let Some(mut recorded) = self.recorded.take() {
-            recorded.watch = self.new_watch(Some(recorded.watch.scale()));
-            self.recorded = Some(recorded);
-        }
     }
 
     fn thing(&self, entity: Option<Entity>) -> Option<Thing> {
@@ -252,46 +273,15 @@ impl Session {
 
     /// Where in the last minute it is.
     pub(crate) fn within(&self) -> Option<Within> {
-        let Recorded { timeline, fault, .. } = &**self.recorded.as_ref()?;
+        let Recorded { timeline, fault, repeats, .. } = &**self.recorded.as_ref()?;
         Some(Within {
             range: timeline.range(),
             now: self.ticks(),
             keyframes: timeline.keyframes().map(|(tick, _)| tick).collect(),
             fault: fault.clone(),
+            repeats: *repeats,
             bytes: timeline.bytes(),
             cap: timeline.cap(),
-        })
-    }
-
-    /// Everything that is recorded, to be repeated elsewhere, with a PNG of the last good tick. `None` where nothing
-    /// is recorded, or the run does not come out the same here.
-    #[must_use]
-    pub fn bundle(&self, picture: Option<Vec<u8>>) -> Option<Bundle> {
-        let Recorded { timeline, fault, .. } = &**self.recorded.as_ref()?;
-        let (snapshot, events, scale) = timeline.origin()?;
-        let hash = |hash: u64| format!("{hash:016x}");
-        let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
-        let range = timeline.range();
-        Some(Bundle {
-            scene: self.scene.text.0.to_string(),
-            manifest: Manifest {
-                format: BUNDLE_FORMAT,
-                program: PROGRAM.to_owned(),
-                scene: self.scene.name.clone(),
-                settings: Settings::of(&self.scene),
-                snapshot_tick: *range.start(),
-                end_tick: *range.end(),
-                end_state_hash: hash(timeline.end_hash(&self.scene).ok()?),
-                keyframes: keyframes.collect(),
-                fault: fault
-                    .as_ref()
-                    .filter(|fault| range.contains(&fault.tick))
-                    .map(|fault| fault.named(&self.scene.names)),
-            },
-            snapshot: snapshot.clone(),
-            events,
-            energy_scale_j: self.ledger().is_some().then_some(scale),
-            picture,
         })
     }
 }

@@ -29,6 +29,9 @@ const MOST_MEMORY: usize = 256 << 20;
 /// Hexadecimal digits of the checksum at the very end.
 const DIGITS: usize = 16;
 
+/// What every bundle, as every other ZIP archive, begins with.
+pub(crate) const MAGIC: &[u8] = b"PK\x03\x04";
+
 /// What every comment of a bundle begins with.
 const COMMENT: &str = "sandbox bundle, XXH3-64 of all bytes before: ";
 
@@ -65,8 +68,7 @@ impl Bundle {
     /// # Errors
     /// Bytes that are no bundle, or a damaged one; one of a newer format; one whose ticks contradict each other.
     pub fn read(bytes: &[u8]) -> Result<Self, BadBundle> {
-        let is_zip = bytes.starts_with(b"PK\x03\x04");
-        if !is_zip {
+        if !Self::begins_with(bytes) {
             return Err(BadBundle::new("this is no bundle", "give a file that a black box has written"));
         }
         let intact = bytes.len().checked_sub(DIGITS).map(|end| bytes.split_at(end));

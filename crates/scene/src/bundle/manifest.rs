@@ -1,5 +1,7 @@
 //! What a bundle says of its run, for people and programs.
 
+use std::fmt;
+
 use motion::{DampingModel, Method, Substeps};
 use serde::{Deserialize, Serialize};
 
@@ -87,10 +89,19 @@ pub struct Keyframe {
 pub struct FaultEntry {
     /// Number of the tick, counted from 1.
     pub tick: u64,
-    /// The body's name, where one is at fault.
+    /// Name of the body that was quarantined, or that had most of the energy.
     pub body: Option<String>,
     /// What happened, and in which part of the step.
     pub what: String,
+}
+
+impl fmt::Display for FaultEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(body) = &self.body {
+            write!(f, "{body}, ")?;
+        }
+        write!(f, "tick {}: {}", self.tick, self.what)
+    }
 }
 
 /// What a run had in place of what its scene says; absent is what the scene says.

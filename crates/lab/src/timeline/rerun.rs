@@ -1,0 +1,94 @@
+//! A bundle, simulated again: the timeline that it was written of, and what differs from it.
+
+use std::fmt;
+
+use scene::{BadSnapshot, Bundle, Scene};
+
+use super::{Fault, Replay, Timeline};
+
+/// Why a bundle cannot be simulated again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BadRerun {
+    /// Its snapshot is none of its scene.
+    Snapshot(BadSnapshot),
+    /// Its ticks contradict each other.
+    Ticks,
+    /// Its timeline takes more bytes than there are for it.
+    TooLarge,
+}
+
+impl fmt::Display for BadRerun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const CURE: &str = "get an undamaged copy";
+        match self {
+            Self::Snapshot(error) => {
+                write!(f, "the snapshot in the bundle is none of its scene: {error}; {CURE}")
+            }
+            Self::Ticks => write!(f, "the ticks of the bundle contradict each other; {CURE}"),
+            Self::TooLarge => f.write_str(
+                "the bundle has more bodies than a timeline can hold; unpack it and run its scene.ron",
+            ),
+        }
+    }
+}
+
+impl std::error::Error for BadRerun {}
+
+/// What a bundle came to when it was simulated again.
+pub struct Rerun {
+    /// Its timeline, as far back as the bytes allow.
+    pub timeline: Timeline,
+    /// The world at its end, with everything that was done to it since the last tick.
+    pub end: Replay,
+    /// Everything that went wrong.
+    pub faults: Vec<Fault>,
+    /// The first keyframe of the bundle whose state was another one.
+    pub diverged_at: Option<u64>,
+    /// State hash at the end of the last tick.
+    pub state_hash: u64,
+}
+
+impl Rerun {
+    /// Simulates `bundle`, of which `scene` is the scene, to its end, with a timeline of at most `cap` bytes.
+    ///
+    /// # Errors
+    /// A bundle that contradicts itself, or that is too large.
+    pub fn of(scene: &Scene, bundle: &Bundle, cap: usize) -> Result<Self, BadRerun> {
+        let manifest = &bundle.manifest;
+        // Without one energies were not watched.
+        let scale = bundle.energy_scale_j.unwrap_or(f64::INFINITY);
+        let mut end = Replay::of(scene, &bundle.snapshot, scale).map_err(BadRerun::Snapshot)?;
+        if end.ticks() != manifest.snapshot_tick || manifest.end_tick < manifest.snapshot_tick {
+            return Err(BadRerun::Ticks);
+        }
+        let method = end.stepper.method();
+        let mut timeline = Timeline::new(&mut end.world, method, cap, scale).ok_or(BadRerun::TooLarge)?;
+        let mut keyframes = manifest.keyframes.iter().peekable();
+        let mut events = bundle.events.iter().peekable();
+        let (mut faults, mut diverged_at) = (Vec::new(), None);
+        loop {
+            let now = end.ticks();
+            if let Some(keyframe) = keyframes.next_if(|keyframe| keyframe.tick == now)
+                && diverged_at.is_none()
+                && format!("{:016x}", end.state_hash()) != keyframe.state_hash
+            {
+                diverged_at = Some(now);
+            }
+            while let Some(event) = events.next_if(|event| event.tick <= now) {
+                if event.tick == now {
+                    timeline.note(&end.world, event.what.clone());
+                }
+            }
+            let mut noted = timeline.events_after(now).peekable();
+            if now >= manifest.end_tick {
+                let state_hash = end.state_hash();
+                end.carry_out(&mut noted);
+                drop(noted);
+                return Ok(Self { timeline, end, faults, diverged_at, state_hash });
+            }
+            faults.extend(end.tick(&mut noted));
+            drop(noted);
+            timeline.after_tick(&mut end.world, end.stepper.method(), end.watch.scale());
+        }
+    }
+}

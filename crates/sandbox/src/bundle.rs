@@ -1,0 +1,73 @@
+//! Bundles as files: written of a session, read, and opened as one.
+
+use std::fs;
+use std::io::{Read as _, Write as _};
+use std::path::Path;
+
+use render::Image;
+use scene::Bundle;
+
+use crate::failure::Failure;
+use crate::headless::{output_file, write_picture};
+use crate::session::{Options, Session};
+
+/// Largest file that is read, bytes.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Writes everything that `session` has recorded, with a picture of it.
+pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>) -> Result<(), Failure> {
+    let cannot = |error: &std::io::Error| Failure::file("write", path, error);
+    let picture = image.map(|image| -> Result<_, Failure> {
+        let file = tempfile::NamedTempFile::new().map_err(|error| cannot(&error))?;
+        write_picture(image, file.path(), session)?;
+        fs::read(file.path()).map_err(|error| cannot(&error))
+    });
+    let Some(bundle) = session.bundle(picture.transpose()?) else {
+        return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
+    };
+    let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    let mut file = output_file(path)?;
+    file.write_all(&bytes).and_then(|()| file.finish()).map_err(|error| cannot(&error))
+}
+
+/// Reads the bundle at `path`.
+pub(crate) fn read(path: &Path) -> Result<Bundle, Failure> {
+    let cannot = |error: std::io::Error| Failure::file("read", path, &error);
+    if path.is_dir() {
+        return Err(cannot(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|file| file.take(MOST_BYTES).read_to_end(&mut bytes)).map_err(cannot)?;
+    Bundle::read(&bytes).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+}
+
+/// The bundle that `name` is the path of, told by its first bytes; `None` for every scene.
+pub(crate) fn named(name: &str) -> Result<Option<Bundle>, Failure> {
+    let path = Path::new(name);
+    // What is read from a pipe is gone.
+    if scene::embedded(name).is_some() || !path.is_file() {
+        return Ok(None);
+    }
+    let mut start = Vec::new();
+    // Whoever loads it as a scene says why it cannot be read.
+    let read_start = fs::File::open(path).and_then(|file| file.take(4).read_to_end(&mut start));
+    if read_start.is_err() || !Bundle::begins_with(&start) {
+        return Ok(None);
+    }
+    read(path).map(Some)
+}
+
+/// A session of `bundle`, which lies in the file `name`, paused at the last good tick before what went wrong, or at its
+/// end. What does not come out as it was is told to the person.
+pub(crate) fn opened(bundle: &Bundle, name: &str, options: Options) -> Result<Session, Failure> {
+    let (mut session, repetition) = Session::of_bundle(bundle, name, options)?;
+    session.rewind_before_fault();
+    let differences = repetition.differences(&bundle.manifest);
+    if !differences.is_empty() {
+        session.notice(format!("{name} does not repeat: {}", differences.join("; ")));
+    }
+    if let Some(fault) = &repetition.fault {
+        session.notice(fault.to_string());
+    }
+    Ok(session)
+}

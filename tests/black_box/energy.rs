@@ -1,0 +1,110 @@
+//! The watch for energy out of nowhere.
+
+use glam::DVec3;
+use lab::{Fault, Watch};
+use motion::{Ledger, Method, PushQueue, Request, Requests};
+use scene::Scene;
+
+use super::program::STIFF;
+use crate::ghosts::mixed;
+use crate::snapshot::Run;
+
+fn run(text: &str) -> Run {
+    Run::of(Scene::parse("watched", text).unwrap())
+}
+
+/// The first fault of so many ticks, `act` acting before each, with books that are kept anyway or without them.
+fn first_fault(
+    mut run: Run,
+    books: bool,
+    ticks: u64,
+    act: impl Fn(&mut Run, u64),
+) -> Option<(u64, Option<u32>, String)> {
+    let mut ledger = books.then(|| Ledger::open(&mut run.world));
+    let mut watch = Watch::new(&mut run.world, None);
+    let fault = (0..ticks).find_map(|tick| {
+        act(&mut run, tick);
+        watch.tick(&mut run.stepper, &mut run.world, ledger.as_mut())
+    });
+    fault.map(|Fault { tick, body, what, quarantined }| {
+        assert!(!quarantined, "{what}");
+        (tick, body, what)
+    })
+}
+
+/// A spring of `w h` 1.9, which semi-implicit Euler holds, beside a light ball that hardly has energy.
+const SPRING: &str = "(version: 1, step_hz: 100, bodies: [
+    (name: \"wall\", immovable: true), (name: \"light\", position_m: (0, 5, 0), mass_kg: 0.001, velocity_m_s: (1, 0, 0)),
+    (name: \"ball\", position_m: (1.1, 0, 0))],
+    springs: [(between: (\"wall\", \"ball\"), stiffness_n_m: 36100, rest_length_m: 1)])";
+
+#[test]
+fn an_explosion_is_found_without_a_ledger_and_is_the_same_fault_as_with_one() {
+    let found = |books| first_fault(run(STIFF), books, 50, |_, _| {});
+    let (tick, body, what) = found(false).unwrap();
+    assert_eq!((tick, body), (1, Some(1)), "{what}");
+    assert_eq!(found(true), Some((tick, body, what)));
+}
+
+#[test]
+fn an_explosion_that_begins_later_is_found_where_it_begins() {
+    let act = |run: &mut Run, tick| {
+        if tick == 50 {
+            run.stepper.set_method(&mut run.world, Method::ExplicitEuler);
+        }
+    };
+    assert_eq!(first_fault(run(SPRING), false, 300, |_, _| {}), None);
+    let found = first_fault(run(SPRING), false, 300, act).unwrap();
+    // Energy is 4.6 times as large after each tick, and at this w h semi-implicit Euler had ten times of it in motion.
+    assert!((51..=55).contains(&found.0) && found.1 == Some(2), "{found:?}");
+    assert_eq!(first_fault(run(SPRING), true, 300, act), Some(found));
+}
+
+#[test]
+fn pushes_requests_and_springs_that_are_let_go_are_no_faults() {
+    let text = "(version: 1, gravity: (), step_hz: 100, bodies: [
+        (name: \"wall\", immovable: true), (name: \"ball\", position_m: (0.1, 0, 0)), (name: \"free\", position_m: (0, 9, 0))],
+        springs: [(between: (\"wall\", \"ball\"), stiffness_n_m: 1000, rest_length_m: 1)])";
+    for books in [false, true] {
+        let act = |run: &mut Run, tick| {
+            let (ball, free) = (run.bodies[1], run.bodies[2]);
+            if tick % 20 == 7 {
+                // Each a hundred times the last.
+                let newtons = 100_f64.powi(1 + (tick / 20) as i32);
+                run.world.resource_mut::<PushQueue>().push_once(free, DVec3::X * newtons);
+            }
+            let velocity = |body, speed| Request::SetVelocity(body, DVec3::Y * speed);
+            let requests = match tick {
+                150 => vec![velocity(free, 1e9), velocity(ball, 1e3)],
+                180 => vec![Request::Impulse(ball, DVec3::Z * 1e12)],
+                _ => vec![],
+            };
+            requests.into_iter().for_each(|request| run.world.resource_mut::<Requests>().ask(request));
+        };
+        assert_eq!(first_fault(run(text), books, 250, act), None);
+    }
+}
+
+#[test]
+fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
+    for scene in [mixed(), Scene::parse("stiff", STIFF).unwrap(), scene::load("everything").unwrap()] {
+        let (mut alone, mut watched) = (Run::of(scene.clone()), Run::of(scene));
+        let mut watch = Watch::new(&mut watched.world, None);
+        for _ in 0..60 {
+            alone.ticks(1);
+            watch.tick(&mut watched.stepper, &mut watched.world, None);
+        }
+        assert_eq!(alone.outcome(), watched.outcome());
+    }
+}
+
+#[test]
+fn no_shipped_scene_is_at_fault_by_its_own_methods() {
+    for shipped in scene::shipped() {
+        let mut run = Run::of(shipped.load().unwrap());
+        let mut watch = Watch::new(&mut run.world, None);
+        for _ in 0..150 {
+            assert_eq!(watch.tick(&mut run.stepper, &mut run.world, None), None, "{}", shipped.name);
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Bundles that are opened as sessions.
+
+use motion::FrameClock;
+use sandbox::report::state_hash;
+use sandbox::{Options, Repetition, Session};
+use scene::Bundle;
+
+use super::going_back::{go, push, recording, with_a_fault};
+use crate::drive::Drive;
+
+/// A session of what `bundle` is when it was a file, at the end of its run.
+fn reopened(bundle: &Bundle, interpolate: bool) -> (Drive, Repetition) {
+    let bundle = Bundle::read(&bundle.write().unwrap()).unwrap();
+    let options = Options { pictures: false, interpolate, ..Options::default() };
+    let (session, repetition) = Session::of_bundle(&bundle, "box.zip", options).unwrap();
+    (Drive { session, clock: FrameClock::default() }, repetition)
+}
+
+/// A run of 60 ticks with pushes and gravity.
+fn recorded() -> (Drive, Vec<u64>) {
+    let mut drive = recording();
+    let hashes = go(&mut drive, 0..60);
+    (drive, hashes)
+}
+
+#[test]
+fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
+    let (mut then, hashes) = recorded();
+    let bundle = then.session.bundle(None).unwrap();
+    for interpolate in [true, false] {
+        let (mut drive, repetition) = reopened(&bundle, interpolate);
+        assert!(repetition.same() && repetition.fault.is_none(), "{repetition:?}");
+        assert!(drive.session.paused() && drive.session.records());
+        assert_eq!((drive.session.ticks(), drive.hash()), (60, hashes[59]));
+        for tick in (50..60).rev() {
+            drive.press(",");
+            assert_eq!((drive.session.ticks(), drive.hash()), (tick, hashes[tick as usize - 1]));
+        }
+        drive.session.seek(0);
+        drive.press("P");
+        for hash in &hashes {
+            drive.frame(1.0 / 60.0, []);
+            assert_eq!(drive.hash(), *hash, "tick {}", drive.session.ticks());
+        }
+        let again = drive.session.bundle(None).unwrap();
+        assert_eq!(
+            (&again.manifest, &again.events),
+            (&bundle.manifest, &bundle.events),
+            "nothing is recorded anew"
+        );
+        // From there on it is a run like any other.
+        let more = go(&mut drive, 60..90);
+        assert_eq!(more, go(&mut then, 60..90));
+        drive.session.seek(75);
+        assert_eq!(drive.hash(), more[14]);
+        let again = drive.session.bundle(None).unwrap();
+        assert_eq!((again.manifest.snapshot_tick, again.manifest.end_tick), (0, 90));
+        assert!(reopened(&again, interpolate).1.same());
+    }
+    assert_eq!(then.session.ticks(), 90);
+}
+
+#[test]
+fn counts_of_evaluations_are_repeated_too() {
+    let (then, _) = recorded();
+    let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
+    assert_eq!(drive.session.evaluations(), then.session.evaluations());
+    drive.session.seek(10);
+    drive.press("P").run(50, 1.0 / 60.0);
+    assert_eq!(drive.session.evaluations(), then.session.evaluations());
+}
+
+#[test]
+fn what_is_done_by_hand_drops_what_came_after() {
+    let (then, hashes) = recorded();
+    let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
+    drive.session.seek(20);
+    drive.press("P").run(5, 1.0 / 60.0);
+    assert_eq!(drive.hash(), hashes[24]);
+    drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]);
+    assert_ne!(drive.hash(), hashes[25]);
+    drive.session.seek(60);
+    assert_eq!(drive.session.ticks(), 26, "the rest is gone");
+    drive.session.seek(25);
+    assert_eq!(drive.hash(), hashes[24]);
+
+    // A change between two ticks, and another method.
+    for key in ["G", "I"] {
+        let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
+        drive.session.seek(20);
+        drive.press(key).press(".");
+        drive.session.seek(60);
+        assert_eq!(drive.session.ticks(), 21, "{key}");
+        assert!(reopened(&drive.session.bundle(None).unwrap(), true).1.same(), "{key}");
+    }
+}
+
+#[test]
+fn a_fault_is_met_again_and_gone_through_to_the_same_end() {
+    let (bundle, hashes) = with_a_fault();
+    let (mut drive, repetition) = reopened(&bundle, true);
+    assert!(repetition.same(), "{repetition:?}");
+    assert_eq!(repetition.fault, bundle.manifest.fault);
+    let fault = drive.session.fault().unwrap().clone();
+    assert_eq!(Some(fault.named(&drive.session.scene().names)), bundle.manifest.fault);
+    assert_eq!(drive.session.quarantined().len(), 1);
+    drive.session.rewind_before_fault();
+    for _ in 0..2 {
+        assert_eq!((drive.session.ticks(), drive.hash()), (20, hashes[19]));
+        assert!(drive.session.paused() && drive.session.quarantined().is_empty());
+        assert_eq!(drive.selected().as_deref(), Some("second"));
+        // It is met once; after that it is known.
+        drive.press("P").frame(1.0 / 60.0, []);
+    }
+    assert_eq!(drive.session.ticks(), 21);
+    assert_eq!(format!("{:016x}", drive.hash()), bundle.manifest.end_state_hash);
+    assert_eq!(drive.session.quarantined()[0].body, "second");
+    assert_eq!(drive.session.fault(), Some(&fault));
+    drive.press(",").press(",");
+    assert_eq!((drive.session.ticks(), drive.hash()), (19, hashes[18]));
+}
+
+#[test]
+fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_meets_it_again() {
+    let mut drive = Drive::of(scene::Scene::parse("stiff", super::program::STIFF).unwrap());
+    drive.session.keep_timeline();
+    let start = drive.hash();
+    drive.run(10, 0.01);
+    assert!(drive.session.paused() && drive.session.ledger().is_none());
+    let fault = drive.session.fault().unwrap().clone();
+    assert_eq!((drive.session.ticks(), fault.tick, drive.hash()), (0, 1, start));
+    assert_eq!(drive.selected().as_deref(), Some("ball"));
+    let (mut again, repetition) = reopened(&drive.session.bundle(None).unwrap(), true);
+    assert!(repetition.same(), "{repetition:?}");
+    again.session.rewind_before_fault();
+    again.press("P").run(10, 0.01);
+    assert_eq!((again.session.ticks(), again.session.fault()), (0, Some(&fault)));
+    // Going on goes through it, and it stays known.
+    again.press("P").run(10, 0.01);
+    assert_eq!((again.session.ticks(), again.session.fault()), (10, Some(&fault)));
+}
+
+#[test]
+fn steps_of_frames_are_repeated_with_their_own_lengths() {
+    let mut then = Drive::shipped("frame_step");
+    then.session.keep_timeline();
+    for frame in 0..40 {
+        then.frame(0.01 + 0.001 * f64::from(frame % 7), []);
+    }
+    let (mut drive, repetition) = reopened(&then.session.bundle(None).unwrap(), true);
+    assert!(repetition.same(), "{repetition:?}");
+    drive.session.seek(5);
+    drive.press("P").run(35, 0.02);
+    assert_eq!((drive.session.ticks(), state_hash(&drive.session)), (40, then.hash()));
+}
+
+#[test]
+fn a_reset_of_an_opened_bundle_is_its_scene_from_the_start() {
+    let (mut then, hashes) = recorded();
+    let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
+    then.press("F1");
+    drive.press("F1").press("P");
+    assert_ne!(drive.hash(), hashes[59]);
+    assert_eq!(go(&mut drive, 0..10), go(&mut then, 0..10));
+    assert_eq!(drive.session.ticks(), 70);
+    drive.session.seek(0);
+    assert_eq!(drive.session.ticks(), 60, "its timeline is a new one");
+}
+
+#[test]
+fn what_comes_out_otherwise_is_said() {
+    let (then, _) = recorded();
+    let mut bundle = then.session.bundle(None).unwrap();
+    bundle.manifest.keyframes[1].state_hash = "0".repeat(16);
+    bundle.manifest.fault =
+        Some(scene::FaultEntry { tick: 9, body: None, what: "something else".to_owned() });
+    let (_, repetition) = reopened(&bundle, false);
+    assert!(!repetition.same());
+    let differences = repetition.differences(&bundle.manifest);
+    assert_eq!(
+        differences,
+        ["the state differs from tick 32 on", "no fault instead of tick 9: something else"]
+    );
+    bundle.manifest.end_tick = 0;
+    bundle.manifest.snapshot_tick = 1;
+    let Err(error) = Session::of_bundle(&bundle, "box.zip", Options::default()) else { panic!("opened") };
+    assert_eq!(error.exit_code(), 2);
+    assert!(
+        error.to_string().starts_with("box.zip: the ticks of the bundle contradict each other"),
+        "{error}"
+    );
+}

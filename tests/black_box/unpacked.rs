@@ -1,0 +1,143 @@
+//! `replay --out`, the summary of a black box, and bundles where scenes are meant.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::program::{CLOTH, bundle, folder, run};
+
+const FAILING: &str = "run sheet.ron --script nan.script --seconds 2 --black-box box.zip --summary s.json";
+
+fn json(folder: &Path, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(folder.join(name)).unwrap()).unwrap()
+}
+
+#[test]
+fn a_replay_writes_what_a_person_wants_to_look_at() {
+    let folder = folder();
+    let (code, _, err) = run(folder.path(), &format!("{FAILING} --state then.csv"));
+    assert_eq!(code, 3, "{err}");
+    let (code, out, err) = run(folder.path(), "replay box.zip --out looked/at");
+    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    let saved = bundle(folder.path(), "box.zip");
+    let at = folder.path().join("looked/at");
+    let mut names: Vec<_> = fs::read_dir(&at).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["picture.png", "scene.ron", "state.csv", "summary.json"]);
+    assert_eq!(fs::read_to_string(at.join("scene.ron")).unwrap(), CLOTH);
+    assert_eq!(Some(fs::read(at.join("picture.png")).unwrap()), saved.picture);
+
+    let fault = saved.manifest.fault.clone().unwrap();
+    let fault = json!({ "tick": fault.tick, "body": "cloth.r2.c2", "what": fault.what });
+    let (hash, tick) = (&saved.manifest.end_state_hash, saved.manifest.end_tick);
+    let program = &saved.manifest.program;
+    assert_eq!(
+        json(&at, "summary.json"),
+        json!({
+            "bundle": "box.zip", "scene": "sheet", "same": true, "first_different_tick": null,
+            "snapshot_tick": 0, "end_tick": tick, "state_hash": { "then": hash, "now": hash },
+            "fault": { "then": fault, "now": fault }, "program": { "then": program, "now": program },
+            "picture": "picture.png",
+        })
+    );
+    // The last tick of the run that was stopped.
+    let (then, now) = (
+        fs::read_to_string(folder.path().join("then.csv")).unwrap(),
+        fs::read_to_string(at.join("state.csv")).unwrap(),
+    );
+    let rows: Vec<_> = now.lines().skip(1).collect();
+    assert_eq!((now.lines().next(), rows.len()), (then.lines().next(), 25));
+    assert!(rows.iter().all(|row| row.starts_with(&format!("{tick},"))));
+    assert!(then.ends_with(&(rows.join("\n") + "\n")), "{now}");
+}
+
+#[test]
+fn a_replay_that_differs_is_written_down_and_ends_with_1() {
+    let folder = folder();
+    run(folder.path(), FAILING);
+    let mut other = bundle(folder.path(), "box.zip");
+    (other.picture, other.manifest.fault) = (None, None);
+    other.manifest.end_state_hash = "0".repeat(16);
+    fs::write(folder.path().join("other.zip"), other.write().unwrap()).unwrap();
+    let (code, _, err) = run(folder.path(), "replay other.zip --out out");
+    let tick = other.manifest.end_tick;
+    assert!(
+        code == 1 && err.contains(&format!("at the end, tick {tick}; cloth.r2.c2, tick {tick}")),
+        "{err}"
+    );
+    let summary = json(&folder.path().join("out"), "summary.json");
+    assert_eq!((&summary["same"], &summary["first_different_tick"]), (&json!(false), &json!(tick)));
+    assert_eq!((&summary["fault"]["then"], &summary["picture"]), (&Value::Null, &Value::Null));
+    assert_eq!(summary["fault"]["now"]["body"], "cloth.r2.c2");
+    assert!(!folder.path().join("out/picture.png").exists());
+}
+
+#[test]
+fn what_cannot_be_unpacked_leaves_nothing() {
+    let folder = folder();
+    run(folder.path(), FAILING);
+    let good = fs::read(folder.path().join("box.zip")).unwrap();
+    fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();
+    let (code, out, err) = run(folder.path(), "replay bad.zip --out out");
+    assert_eq!((code, out.as_str(), err.lines().count()), (2, "", 1), "{err}");
+    assert!(!folder.path().join("out").exists());
+    let (code, out, err) = run(folder.path(), "replay box.zip --out sheet.ron");
+    assert_eq!((code, out.as_str()), (2, ""));
+    assert_eq!(err, "sandbox: cannot make the folder sheet.ron: a file is in the way; give another path\n");
+}
+
+#[test]
+fn the_summary_says_what_the_black_box_wrote() {
+    let folder = folder();
+    run(folder.path(), FAILING);
+    let summary = json(folder.path(), "s.json");
+    let saved = bundle(folder.path(), "box.zip").manifest;
+    let fault = saved.fault.unwrap();
+    let expected = json!({
+        "path": "box.zip", "tick": fault.tick - 1,
+        "fault": { "tick": fault.tick, "body": fault.body, "what": fault.what },
+    });
+    assert_eq!(summary["black_box"], expected);
+    // It is that of the faulty tick, not of the one that was gone back to.
+    assert_eq!(
+        (&summary["ticks"], &summary["quarantined"][0]["tick"]),
+        (&json!(fault.tick), &json!(fault.tick))
+    );
+    run(folder.path(), "run sheet.ron --ticks 5 --black-box none.zip --summary s.json");
+    assert_eq!(json(folder.path(), "s.json").get("black_box"), Some(&Value::Null));
+    run(folder.path(), "run sheet.ron --ticks 5 --summary s.json");
+    assert_eq!(json(folder.path(), "s.json").get("black_box"), None);
+}
+
+#[test]
+fn a_black_box_that_cannot_be_written_leaves_a_summary_that_says_so() {
+    let folder = folder();
+    let line = "run sheet.ron --script nan.script --seconds 2 --black-box sheet.ron/box.zip --summary s.json";
+    let (code, _, err) = run(folder.path(), line);
+    assert!(code == 2 && err.contains("cannot make the folder sheet.ron"), "{err}");
+    assert_eq!(json(folder.path(), "s.json").get("black_box"), Some(&Value::Null));
+}
+
+#[test]
+fn a_bundle_where_a_scene_is_meant_is_named_and_the_window_tells_it_by_its_first_bytes() {
+    let folder = folder();
+    run(folder.path(), FAILING);
+    fs::rename(folder.path().join("box.zip"), folder.path().join("box.ron")).unwrap();
+    for command in ["run", "plan", "effects", "ablate", "stability"] {
+        let (code, out, err) = run(folder.path(), &format!("{command} box.ron"));
+        assert_eq!((code, out.as_str()), (2, ""), "{command}: {err}");
+        assert_eq!(
+            err,
+            "sandbox: box.ron: this is an archive, not a text; `sandbox box.ron` opens a bundle in the window, \
+             `sandbox replay box.ron` runs it\n"
+        );
+    }
+    let (code, _, err) = run(folder.path(), "box.ron --substeps 2");
+    let what = "a bundle repeats its own run; leave --method, --substeps and --record out";
+    assert_eq!((code, err), (2, format!("sandbox: box.ron: {what}\n")));
+    let good = fs::read(folder.path().join("box.ron")).unwrap();
+    fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();
+    let (code, _, err) = run(folder.path(), "bad.zip");
+    assert!(code == 2 && err.contains("bad.zip: the bundle is damaged"), "{err}");
+}
