@@ -230,7 +230,7 @@ fn ticks_that_contradict_each_other_or_never_end_are_refused() {
     let keyframes = |ticks: &[u64]| {
         let keyframes: Vec<_> = ticks.iter().map(|tick| serde_json::json!({ "tick": tick })).collect();
         said(&with_manifest(|manifest| {
-            drop(manifest.insert("keyframes".to_owned(), keyframes.clone().into()))
+            drop(manifest.insert("keyframes".to_owned(), keyframes.clone().into()));
         }))
     };
     for contradicting in [&[19][..], &[21], &[20, 26], &[20, 20], &[20, 23, 22]] {
