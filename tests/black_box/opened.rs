@@ -27,6 +27,7 @@ fn recorded() -> (Drive, Vec<u64>) {
 fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
     let (mut then, hashes) = recorded();
     let bundle = then.session.bundle(None).unwrap();
+    let later = go(&mut then, 60..90);
     for interpolate in [true, false] {
         let (mut drive, repetition) = reopened(&bundle, interpolate);
         assert!(repetition.same() && repetition.fault.is_none(), "{repetition:?}");
@@ -49,15 +50,13 @@ fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
             "nothing is recorded anew"
         );
         // From there on it is a run like any other.
-        let more = go(&mut drive, 60..90);
-        assert_eq!(more, go(&mut then, 60..90));
+        assert_eq!(go(&mut drive, 60..90), later);
         drive.session.seek(75);
-        assert_eq!(drive.hash(), more[14]);
+        assert_eq!(drive.hash(), later[14]);
         let again = drive.session.bundle(None).unwrap();
         assert_eq!((again.manifest.snapshot_tick, again.manifest.end_tick), (0, 90));
         assert!(reopened(&again, interpolate).1.same());
     }
-    assert_eq!(then.session.ticks(), 90);
 }
 
 #[test]

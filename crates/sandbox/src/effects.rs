@@ -15,7 +15,7 @@ pub(crate) const DEFAULT_TICKS: u64 = 600;
 /// The receipt of `ticks` ticks of `scene`.
 pub(crate) fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     let Receipt { scene: name, method, ticks, ns, mut rows } = lab::receipt(&scene, ticks);
-    let watch = lab::watch_time(&scene, ticks);
+    let watch = lab::watch_time(&scene);
     let mut session = Session::new(scene, Options::default());
     session.update_targets();
     // As the window does.

@@ -117,6 +117,11 @@ impl Watch {
                 0.0
             }
         };
+        self.look(world, invented)
+    }
+
+    /// What went wrong in a tick that is over, and invented so much energy, J, if it was booked.
+    pub(crate) fn look(&mut self, world: &mut World, invented: f64) -> Option<Fault> {
         let jump = self.look_at_energy(world, invented);
         self.look_for_quarantined(world).or(jump)
     }

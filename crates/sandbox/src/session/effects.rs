@@ -162,7 +162,7 @@ impl Session {
         let off = |effect: &Effect| motion::state(&mut self.world, *effect) == EffectState::Off;
         let without: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
         let receipt = lab::receipt_without(&self.scene, MEASURED_TICKS, &without);
-        let watch = lab::watch_time(&self.scene, MEASURED_TICKS);
+        let watch = lab::watch_time(&self.scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.effects.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
     }
