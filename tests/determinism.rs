@@ -153,12 +153,8 @@ fn the_program_gives_the_pinned_hashes() {
     });
 }
 
-#[test]
-fn two_threads_give_the_pinned_hashes() {
-    all_are_pinned(|scene| {
-        Run::start(scene, World::new(), |world| world.insert_resource(Threads::new(2))).hash()
-    });
-}
+/// State hash of the crowd below.
+const CROWD: u64 = 0xb36a_ad57_e0de_1c65;
 
 /// No shipped scene has so many bodies that threads share them.
 #[test]
@@ -172,12 +168,12 @@ fn any_number_of_threads_hashes_a_crowd_alike() {
         ),
     )
     .unwrap();
-    let hashes = [1, 2, 3].map(|threads| {
+    for threads in [1, 2, 4] {
         let mut run = Run::start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
         run.ticks(0, 12);
-        hash(&mut run.world)
-    });
-    assert!(hashes.iter().all(|other| *other == hashes[0]), "{hashes:x?}");
+        let hash = hash(&mut run.world);
+        assert_eq!(hash, CROWD, "{threads} threads: {hash:016x}");
+    }
 }
 
 #[test]

@@ -121,9 +121,9 @@ pub const MUTANTS: &[Mutant] = &[
     edited(
         "compressed springs with their negative stiffness across",
         &[Edit {
-            file: "crates/motion/src/groups/solver.rs",
-            from: "if slack > T::ZERO { along * slack } else { T::ZERO }",
-            to: "along * slack",
+            file: "crates/motion/src/groups/pull.rs",
+            from: "if taut > T::ZERO { taut } else { T::ZERO }",
+            to: "taut",
         }],
         "groups::implicit::a_spring_of_half_its_length_comes_to_its_length",
     ),
@@ -154,8 +154,8 @@ pub const MUTANTS: &[Mutant] = &[
         "a bound that lets pass what is not a number",
         &[Edit {
             file: "crates/motion/src/blocks/affine.rs",
-            from: "T::Lanes::all(sum.simd_le(bound))",
-            to: "T::Lanes::all(!sum.simd_gt(bound))",
+            from: "T::Lanes::all(sum.abs().simd_le(bound))",
+            to: "T::Lanes::all(!sum.abs().simd_gt(bound))",
         }],
         "quarantine::a_non_finite_push_freezes_its_body_and_no_other",
     ),

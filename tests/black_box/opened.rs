@@ -12,7 +12,7 @@ use crate::drive::Drive;
 fn reopened(bundle: &Bundle, interpolate: bool) -> (Drive, Repetition) {
     let bundle = Bundle::read(&bundle.write().unwrap()).unwrap();
     let options = Options { pictures: false, interpolate, ..Options::default() };
-    let (session, repetition) = Session::of_bundle(&bundle, "box.zip", options).unwrap();
+    let (session, repetition) = Session::of_bundle(&bundle, "box.zip", options, &mut |_| ()).unwrap();
     (Drive { session, clock: FrameClock::default() }, repetition)
 }
 
@@ -182,7 +182,9 @@ fn what_comes_out_otherwise_is_said() {
     );
     bundle.manifest.end_tick = 0;
     bundle.manifest.snapshot_tick = 1;
-    let Err(error) = Session::of_bundle(&bundle, "box.zip", Options::default()) else { panic!("opened") };
+    let Err(error) = Session::of_bundle(&bundle, "box.zip", Options::default(), &mut |_| ()) else {
+        panic!("opened")
+    };
     assert_eq!(error.exit_code(), 2);
     assert!(
         error.to_string().starts_with("box.zip: the ticks of the bundle contradict each other"),

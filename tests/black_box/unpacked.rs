@@ -111,12 +111,19 @@ fn the_summary_says_what_the_black_box_wrote() {
 }
 
 #[test]
-fn a_black_box_that_cannot_be_written_leaves_a_summary_that_says_so() {
+fn a_place_that_no_black_box_can_be_written_to_is_found_out_before_the_run() {
     let folder = folder();
     let line = "run sheet.ron --script nan.script --seconds 2 --black-box sheet.ron/box.zip --summary s.json";
     let (code, _, err) = run(folder.path(), line);
     assert!(code == 2 && err.contains("cannot make the folder sheet.ron"), "{err}");
-    assert_eq!(json(folder.path(), "s.json").get("black_box"), Some(&Value::Null));
+    assert!(!folder.path().join("s.json").exists());
+    let line = "run sheet.ron --seconds 2 --black-box s.json --summary s.json";
+    let (code, _, err) = run(folder.path(), line);
+    assert_eq!(
+        (code, err.as_str()),
+        (2, "sandbox: --summary and --black-box name the same file; give two\n")
+    );
+    assert!(!folder.path().join("s.json").exists());
 }
 
 #[test]

@@ -334,5 +334,5 @@ fn a_nan_in_what_is_kept_of_the_last_tick_harms_nobody() {
         assert!(rig.bits(nobody) == reference.bits(nobody), "{name}");
         assert_eq!(rig.records(), reference.records(), "{name}");
     }
-    assert!(spoiled > 100, "{spoiled}");
+    assert!(spoiled >= 10, "{spoiled}");
 }

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use render::Image;
 use scene::FaultEntry;
 
-use crate::bundle::write_bundle;
+use crate::bundle::finish_bundle;
 use crate::failure::Failure;
+use crate::files::Output;
 use crate::session::Session;
 
 /// What was written.
@@ -19,10 +20,11 @@ pub(crate) struct BlackBox {
     quarantined: bool,
 }
 
-/// Goes back to the last good tick of a run that went wrong, and writes it down with a `picture` of that tick; `None`
-/// where nothing went wrong.
+/// Goes back to the last good tick of a run that went wrong, and writes it into `file`, which was begun at `path`, with a
+/// `picture` of that tick; `None` where nothing went wrong.
 pub(crate) fn write(
     path: &Path,
+    file: Output,
     session: &mut Session,
     picture: impl FnOnce(&mut Session) -> Result<Image, Failure>,
 ) -> Result<Option<BlackBox>, Failure> {
@@ -32,7 +34,7 @@ pub(crate) fn write(
     if let Err(failure) = &image {
         eprintln!("the bundle has no picture: {failure}");
     }
-    write_bundle(path, session, image.ok().as_ref())?;
+    finish_bundle(path, file, session, image.ok().as_ref())?;
     Ok(Some(BlackBox {
         path: path.to_owned(),
         tick: session.ticks(),

@@ -8,14 +8,25 @@ use render::Image;
 use scene::Bundle;
 
 use crate::failure::Failure;
-use crate::headless::{output_file, write_picture};
-use crate::session::{Options, Session};
+use crate::files::Output;
+use crate::headless::{output_file, progress_bar, write_picture};
+use crate::session::{Options, Repetition, Session};
 
 /// Largest file that is read, bytes.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Writes everything that `session` has recorded, with a picture of it.
+/// Writes everything that `session` has recorded, with a picture of it, into the file `path`.
 pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>) -> Result<(), Failure> {
+    finish_bundle(path, output_file(path)?, session, image)
+}
+
+/// The same, into a file that was begun before.
+pub(crate) fn finish_bundle(
+    path: &Path,
+    mut file: Output,
+    session: &Session,
+    image: Option<&Image>,
+) -> Result<(), Failure> {
     let cannot = |error: &std::io::Error| Failure::file("write", path, error);
     let picture = image.map(|image| -> Result<_, Failure> {
         let file = tempfile::NamedTempFile::new().map_err(|error| cannot(&error))?;
@@ -26,7 +37,6 @@ pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>
         return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
     };
     let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
-    let mut file = output_file(path)?;
     file.write_all(&bytes).and_then(|()| file.finish()).map_err(|error| cannot(&error))
 }
 
@@ -57,10 +67,22 @@ pub(crate) fn named(name: &str) -> Result<Option<Bundle>, Failure> {
     read(path).map(Some)
 }
 
+/// The run of `bundle`, which lies in the file `name`, simulated again, with a bar for whoever waits at a terminal.
+pub(crate) fn repeated(
+    bundle: &Bundle,
+    name: &str,
+    options: Options,
+) -> Result<(Session, Repetition), Failure> {
+    let bar = progress_bar(Some(bundle.manifest.end_tick));
+    let repeated = Session::of_bundle(bundle, name, options, &mut |tick| bar.set_position(tick));
+    bar.finish_and_clear();
+    repeated
+}
+
 /// A session of `bundle`, which lies in the file `name`, paused at the last good tick before what went wrong, or at its
 /// end. What does not come out as it was is told to the person.
 pub(crate) fn opened(bundle: &Bundle, name: &str, options: Options) -> Result<Session, Failure> {
-    let (mut session, repetition) = Session::of_bundle(bundle, name, options)?;
+    let (mut session, repetition) = repeated(bundle, name, options)?;
     session.rewind_before_fault();
     let differences = repetition.differences(&bundle.manifest);
     if !differences.is_empty() {

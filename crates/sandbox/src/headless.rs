@@ -192,9 +192,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         threads: args.step.threads,
     };
     let mut player = script.map(player_of);
-    if args.state.is_some() && args.state == args.summary {
-        return Err(Failure::Usage("--state and --summary name the same file; give two".to_owned()));
-    }
+    refuse_same_files(args)?;
     let mut session = Session::new(scene, options);
     for effect in &args.without {
         session.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
@@ -208,6 +206,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     // Opened before the run: a place that cannot be written is found out now, and not after an hour.
     let state = args.state.as_deref().map(state_file).transpose()?;
     let summary_file = args.summary.as_deref().map(output_file).transpose()?;
+    let box_file = args.black_box.as_deref().map(output_file).transpose()?;
     if let Some(camera) = &camera {
         eprintln!("drawing with {}", camera.gpu.info);
     }
@@ -226,7 +225,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         session.limit_ticks(ticks);
     }
     let mut clock = FrameClock::default();
-    while ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0 {
+    let mut refused = Ok(());
+    while refused.is_ok() && ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0 {
         let frame_number = session.frames();
         let Some(time) = ends.next(&mut clock, frame_number) else { break };
         let input =
@@ -267,7 +267,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         for order in orders {
             if let Order::Open(name) = order {
                 session.open(scene::load(&name)?);
-                foretell(args, &mut session)?;
+                refused = foretell(args, &mut session);
                 keep_books(args, &mut session);
             }
         }
@@ -284,7 +284,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
     let mut summary = Summary::of(&mut session, start, pictures, adapter);
     let picture = |session: &mut Session| still(session, camera);
-    let written = args.black_box.as_ref().map(|path| black_box::write(path, &mut session, picture));
+    let written = args
+        .black_box
+        .as_deref()
+        .zip(box_file)
+        .map(|(path, file)| black_box::write(path, file, &mut session, picture));
     if let Some(written) = &written {
         summary.add_black_box(written.as_ref().ok().and_then(Option::as_ref));
     }
@@ -299,10 +303,26 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
         written.map_err(|error| Failure::file("write", path, &error))?;
     }
-    match written.transpose()?.flatten() {
-        Some(black_box) => Err(black_box.verdict()),
-        None => verdict(args, &session),
+    match written {
+        Some(Ok(Some(black_box))) => Err(black_box.verdict()),
+        Some(Err(failure)) => {
+            // What went wrong in the run is told even if it could not be written down.
+            eprintln!("{failure}");
+            verdict(args, &session).and(Err(failure))
+        }
+        _ => verdict(args, &session).and(refused),
     }
+}
+
+/// Files of different kinds at one place would be written over each other.
+fn refuse_same_files(args: &RunArgs) -> Result<(), Failure> {
+    let files = [("--state", &args.state), ("--summary", &args.summary), ("--black-box", &args.black_box)];
+    for (number, (flag, path)) in files.iter().enumerate() {
+        if let Some((other, _)) = files[..number].iter().find(|(_, other)| path.is_some() && other == path) {
+            return Err(Failure::Usage(format!("{other} and {flag} name the same file; give two")));
+        }
+    }
+    Ok(())
 }
 
 /// A picture of the present state, by `camera` if there is one already.
@@ -394,7 +414,7 @@ fn state_file(path: &Path) -> Result<Output, Failure> {
     Ok(state)
 }
 
-fn progress_bar(ticks: Option<u64>) -> ProgressBar {
+pub(crate) fn progress_bar(ticks: Option<u64>) -> ProgressBar {
     let bar = ticks.map_or_else(ProgressBar::new_spinner, ProgressBar::new);
     let style =
         ProgressStyle::with_template("{bar:40} {pos}/{len} ticks, {eta} left").expect("a valid template");

@@ -7,7 +7,7 @@ use scene::Bundle;
 use serde_json::{Value, json};
 
 use crate::PROGRAM;
-use crate::bundle::read;
+use crate::bundle::{read, repeated};
 use crate::cli::show;
 use crate::failure::Failure;
 use crate::files::write;
@@ -19,7 +19,7 @@ pub(crate) fn replay(path: &Path, out: Option<&Path>) -> Result<(), Failure> {
     let bundle = read(path)?;
     let name = path.display().to_string();
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
-    let (session, repetition) = Session::of_bundle(&bundle, &name, options)?;
+    let (session, repetition) = repeated(&bundle, &name, options)?;
     let manifest = &bundle.manifest;
     if let Some(folder) = out {
         fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;

@@ -3,6 +3,8 @@
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::{FrameClock, FrameTime};
 
+use scene::Happening;
+
 use crate::actions::Key;
 use crate::control::Mode;
 use crate::input::Button;
@@ -296,6 +298,7 @@ impl Session {
                 Edit::ShowGhost(method, shown) => self.show_ghost(method, shown),
                 Edit::StepHz(rate) => {
                     if self.clock.set_rate(rate).is_ok() {
+                        self.record(Happening::Step(1.0 / rate));
                         self.world.insert_resource(motion::TimeStep(1.0 / rate));
                     }
                 }

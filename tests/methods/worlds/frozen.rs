@@ -52,8 +52,8 @@ fn a_body_that_turns_non_finite_is_frozen_and_no_other_notices() {
                     lab.push(bodies[victim], push * (1.0 / w) * 1e3);
                     lab.run(40);
                     // The first of explicit Euler's two updates is that of the position, which stays finite.
-                    let frozen =
-                        if method == Method::ExplicitEuler { drifted(&scene, before) } else { before };
+                    let stands = method == Method::ExplicitEuler && scene.substeps.unwrap_or(1) == 1;
+                    let frozen = if stands { drifted(&scene, before) } else { before };
                     assert_eq!((lab.x(bodies[victim]), lab.v(bodies[victim])), frozen, "{what}");
                     let records = lab.world.resource::<Quarantine>().records();
                     assert_eq!(records.len(), 1, "{what}");

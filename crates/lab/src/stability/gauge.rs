@@ -18,12 +18,19 @@ const EVERY: u64 = 64;
 pub(super) struct Target {
     looks: Vec<Vec<Sample>>,
     start: Vec<Sample>,
+    /// Why there are no more looks, if something turned non-finite.
+    pub failure: Option<String>,
 }
 
 impl Target {
     /// Of a run that begins now.
     pub fn new(host: &mut Host) -> Self {
-        Self { looks: Vec::new(), start: host.states() }
+        Self { looks: Vec::new(), start: host.states(), failure: None }
+    }
+
+    /// Why there is no look of that number, from 0, if something turned non-finite before it.
+    pub fn ends_before(&self, look: usize) -> Option<&str> {
+        self.failure.as_deref().filter(|_| look >= self.looks.len())
     }
 
     pub fn look(&mut self, host: &mut Host) {

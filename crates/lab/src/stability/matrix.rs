@@ -181,7 +181,7 @@ impl Survey {
 
     fn finish(&mut self, job: Job, going: Going) {
         match going {
-            Going::Target(run) => self.target = run.finish().map(Rc::new),
+            Going::Target(run) => self.target = Ok(Rc::new(run.finish())),
             Going::Cell(run) => self.matrix.rows[job.row()].cells.push(run.finish()),
         }
         self.done += self.weight(job);

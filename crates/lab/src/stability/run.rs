@@ -57,13 +57,17 @@ impl Targeting {
         self.host.ticks() == self.ticks
     }
 
-    /// What others are compared with, or why they cannot be.
-    pub fn finish(self) -> Result<Target, String> {
-        match self.host.failure() {
-            None => Ok(self.target),
-            Some(why) => Err(format!("the run that it would be compared with failed: {why}")),
-        }
+    /// What others are compared with, up to where something turned non-finite.
+    pub fn finish(self) -> Target {
+        let mut target = self.target;
+        target.failure = self.host.failure();
+        target
     }
+}
+
+/// The cell of a method without a number.
+const fn refused(method: Method, why: String) -> Cell {
+    Cell { method, class: Class::Refused, number: f64::NAN, bound: f64::NAN, why, prefix: None }
 }
 
 /// A run of one method.
@@ -76,6 +80,8 @@ pub(super) struct Running {
     looks: usize,
     extremes: Extremes,
     prefix: Option<Prefix>,
+    /// Whether it went on where what it is compared with did not.
+    outlived: bool,
     why: String,
 }
 
@@ -90,14 +96,7 @@ impl Running {
         method: Method,
         target: Option<Result<Rc<Target>, String>>,
     ) -> Result<Self, Cell> {
-        let refused = |why: String| Cell {
-            method,
-            class: Class::Refused,
-            number: f64::NAN,
-            bound: f64::NAN,
-            why,
-            prefix: None,
-        };
+        let refused = |why: String| refused(method, why);
         if let Some(why) = unsolvable(method, scene.mutual_gravity.is_some()) {
             return Err(refused(why.to_string()));
         }
@@ -114,6 +113,7 @@ impl Running {
             looks: 0,
             extremes: Extremes::default(),
             prefix: None,
+            outlived: false,
             why: String::new(),
         })
     }
@@ -127,6 +127,11 @@ impl Running {
         if let Some(why) = self.host.failure() {
             self.extremes.look(f64::INFINITY);
             (self.why, over) = (why, true);
+        } else if self.gauge.is_look(ticks)
+            && let Some(why) = self.target.as_ref().and_then(|target| target.ends_before(self.looks))
+        {
+            self.why = format!("the run that it is compared with failed: {why}");
+            (self.outlived, over) = (true, true);
         } else if self.gauge.is_look(ticks) {
             self.extremes.look(self.gauge.number(&mut self.host, self.target.as_deref(), self.looks));
             self.looks += 1;
@@ -148,6 +153,9 @@ impl Running {
         if steps > 0 {
             let separator = if why.is_empty() { "" } else { "; " };
             why += &format!("{separator}{steps} implicit steps did not converge");
+        }
+        if self.outlived {
+            return refused(self.method, why);
         }
         Cell {
             method: self.method,

@@ -49,11 +49,17 @@ pub struct Rerun {
 }
 
 impl Rerun {
-    /// Simulates `bundle`, of which `scene` is the scene, to its end, with a timeline of at most `cap` bytes.
+    /// Simulates `bundle`, of which `scene` is the scene, to its end, with a timeline of at most `cap` bytes. `look` is told
+    /// the number of every tick that is over.
     ///
     /// # Errors
     /// A bundle that contradicts itself, or that is too large.
-    pub fn of(scene: &Scene, bundle: &Bundle, cap: usize) -> Result<Self, BadRerun> {
+    pub fn of(
+        scene: &Scene,
+        bundle: &Bundle,
+        cap: usize,
+        look: &mut dyn FnMut(u64),
+    ) -> Result<Self, BadRerun> {
         let manifest = &bundle.manifest;
         // Without one energies were not watched.
         let scale = bundle.energy_scale_j.unwrap_or(f64::INFINITY);
@@ -89,6 +95,7 @@ impl Rerun {
             faults.extend(end.tick(&mut noted));
             drop(noted);
             timeline.after_tick(&mut end.world, end.stepper.method(), end.watch.scale());
+            look(end.ticks());
         }
     }
 }

@@ -411,7 +411,7 @@ fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>, bound: T::La
     // A step that moves with its own new velocity has a finite position only if that is finite as well.
     if !M::MOVES_WITH_NEW_VELOCITY {
         let [a, b, c, d] = v.0;
-        sum = sum + ((a + b) + (c + d));
+        sum += (a + b) + (c + d);
     }
     T::Lanes::all(sum.abs().simd_le(bound))
 }

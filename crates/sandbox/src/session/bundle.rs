@@ -53,13 +53,19 @@ impl Repetition {
 
 impl Session {
     /// The run of `bundle`, simulated again: a session that is paused at its end, with its timeline, in which going
-    /// on from the past repeats what came from outside until something else does. `name` is that of the file.
+    /// on from the past repeats what came from outside until something else does. `name` is that of the file; `look` is told
+    /// the number of every tick that is over.
     ///
     /// # Errors
     /// A bundle that contradicts itself, is of another kind of scene or too large.
-    pub fn of_bundle(bundle: &Bundle, name: &str, options: Options) -> Result<(Self, Repetition), Failure> {
+    pub fn of_bundle(
+        bundle: &Bundle,
+        name: &str,
+        options: Options,
+        look: &mut dyn FnMut(u64),
+    ) -> Result<(Self, Repetition), Failure> {
         let scene = bundle.scene(&format!("{name}: scene.ron"))?;
-        let rerun = Rerun::of(&scene, bundle, TIMELINE_BYTES)
+        let rerun = Rerun::of(&scene, bundle, TIMELINE_BYTES, look)
             .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
         let Rerun { timeline, end, faults, diverged_at, state_hash } = rerun;
         let mut session = Self::new(scene, Options { paused: true, ..options });

@@ -4,9 +4,9 @@ use std::ops::RangeInclusive;
 
 use bevy_ecs::prelude::*;
 use lab::{Fault, Replay, TIMELINE_BYTES, Timeline, Watch};
-use motion::{Ledger, SoftBody, Stepper, remember_positions};
+use motion::{Ledger, SoftBody, Stepper, TimeStep, remember_positions};
 use pick::{SoftTargets, Targets};
-use scene::{FileIndex, Happening};
+use scene::{FileIndex, Happening, StepKind};
 
 use super::{Order, Session, draw_between_ticks, ids_of, share_among_threads};
 use crate::trails::Trails;
@@ -116,7 +116,7 @@ impl Session {
     }
 
     /// Records what is done to the world at once, between two ticks.
-    pub(super) fn record(&mut self, what: Happening) {
+    pub(crate) fn record(&mut self, what: Happening) {
         if let Some(recorded) = &mut self.recorded {
             recorded.timeline.note(&self.world, what);
         }
@@ -247,6 +247,19 @@ impl Session {
             self.open_or_close_ledger();
         }
         self.count_effects_from_now();
+        self.keep_pace_with_step();
+    }
+
+    /// Lets the clock ask for ticks as often as their length says, which may have been another one then.
+    fn keep_pace_with_step(&mut self) {
+        let rate = 1.0 / self.world.resource::<TimeStep>().0;
+        let differs = (rate / self.clock.rate() - 1.0).abs() > 1e-9;
+        if self.scene.step == StepKind::Fixed && differs {
+            // The length that 120 Hz have is that of 119.999... as well.
+            let whole = (rate - rate.round()).abs() <= 1e-9 * rate;
+            // A length that ticks have had is above 0 and finite.
+            let _ = self.clock.set_rate(if whole { rate.round() } else { rate });
+        }
     }
 
     fn thing(&self, entity: Option<Entity>) -> Option<Thing> {
