@@ -112,6 +112,18 @@ fn a_ledger_of_huge_energies_is_drawn() {
     }
 }
 
+/// Of two points of a curve the second is too late to be drawn, and the first stands alone.
+#[test]
+fn a_ledger_is_drawn_after_a_frame_without_end() {
+    let text = "(version: 1, step: frame, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [(name: \"a\", \
+                velocity_m_s: (2e11, 0, 0), mass_kg: 1.0)])";
+    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    drive.press("B");
+    for length in [1.0 / 60.0, 1e250, 1.0] {
+        drive.frame(length, []);
+    }
+}
+
 /// `1 - c t` is infinite where the product is, and zero positions times that are no numbers.
 #[test]
 fn damping_without_end_harms_no_group() {

@@ -148,7 +148,7 @@ pub(crate) struct Refused {
     pub cause: Cause,
 }
 
-/// Every body that was frozen so far, in the order of events.
+/// Every body that was frozen so far, tick by tick, those of a tick by stable id.
 #[derive(Resource, Debug, Default)]
 pub struct Quarantine {
     refused: Vec<Refused>,
@@ -197,6 +197,7 @@ pub fn quarantine_bodies(
     let tick = clock.map_or(0, |clock| clock.ticks() + 1);
     let Quarantine { refused, records } = &mut *quarantine;
     let mut seen = EntityHashSet::default();
+    let before = records.len();
     for Refused { body, transform, state, cause } in refused.drain(..) {
         // The first refusal of a tick has the state before the tick went wrong; a later one has not.
         if !seen.insert(body) {
@@ -219,6 +220,8 @@ pub fn quarantine_bodies(
         let other_end = if let Fault::Spring(end) = cause.fault { id(end) } else { None };
         records.push(QuarantineRecord { body, id: id(body), other_end, tick, cause });
     }
+    // Systems come upon them in the order of tables, which is another one in a world that was restored.
+    records[before..].sort_by_key(|record| record.id.map_or(u32::MAX, |id| id.0));
 }
 
 fn sound_place(transform: Transform, previous: Option<Vector>) -> Transform {

@@ -186,25 +186,31 @@ fn emphasised<const N: usize>(ui: &mut Ui, cells: [String; N]) {
     ui.end_row();
 }
 
+/// A curve of the books.
+type Curve = fn(&Point) -> f64;
+
 fn plots(ui: &mut Ui, view: &View) {
-    let line = |name: &str, color: Color32, of: fn(&Point) -> f64| {
-        let points = view.points.iter().map(|point| [point.time, of(point)]);
-        let drawable = points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN));
-        Line::new(name, drawable.collect::<Vec<_>>()).color(color)
+    let drawn = |of: Curve| {
+        let points = view.points.iter().map(move |point| [point.time, of(point)]);
+        points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN))
     };
-    let around = |plot: Plot<'static>, of: fn(&Point) -> [f64; 2]| {
-        let values = view.points.iter().flat_map(of).filter(|value| value.abs() <= LARGEST_DRAWN);
-        let times = view.points.iter().map(|point| point.time).filter(|time| *time <= LARGEST_DRAWN);
-        let plot = apart(times).into_iter().flatten().fold(plot, Plot::include_x);
-        apart(values).into_iter().flatten().fold(plot, Plot::include_y)
+    let show = |ui: &mut Ui, plot: Plot<'static>, curves: &[(&str, Color32, Curve)]| {
+        // Each by itself: the others can be hidden with a click on their names.
+        let plot = curves.iter().fold(plot, |plot, (.., of)| {
+            let [times, values] = [0, 1].map(|axis| apart(drawn(*of).map(|point| point[axis])));
+            let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
+            values.into_iter().flatten().fold(plot, Plot::include_y)
+        });
+        plot.show(ui, |plot| {
+            for (name, color, of) in curves {
+                plot.line(Line::new(*name, drawn(*of).collect::<Vec<_>>()).color(*color));
+            }
+        });
     };
-    around(plot("ledger energies"), |point| [point.energy, point.kinetic]).show(ui, |plot| {
-        plot.line(line("energy, J", ENERGY, |point| point.energy));
-        plot.line(line("kinetic, J", KINETIC, |point| point.kinetic));
-    });
-    around(plot("ledger residual"), |point| [point.residual; 2]).show(ui, |plot| {
-        plot.line(line("residual, J", RESIDUAL, |point| point.residual));
-    });
+    let energies: [(&str, Color32, Curve); 2] =
+        [("energy, J", ENERGY, |point| point.energy), ("kinetic, J", KINETIC, |point| point.kinetic)];
+    show(ui, plot("ledger energies"), &energies);
+    show(ui, plot("ledger residual"), &[("residual, J", RESIDUAL, |point| point.residual)]);
 }
 
 /// Two ends a little beyond all values, where these are nearly one: the margin of a plot around a single large number is
