@@ -5,6 +5,7 @@
 
 use acceptance::targets::{TARGETS, Target};
 use glam::DVec3;
+use lab::{Rerun, TIMELINE_BYTES};
 use motion::{Method, Request, Requests, Spring, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
@@ -161,4 +162,22 @@ fn ghosts_begin_in_a_frame_of_no_length() {
     drive.session.keep_timeline();
     drive.give([]).press("T").ticks(2).give([]).press("T").press("T").press("R").press(",").ticks(2);
     assert!(drive.session.bundle(None).is_some());
+}
+
+/// A black box of a run whose energy is no number from the start finds the same fault again.
+#[test]
+fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
+    let text = "(version: 1, step_hz: 0.001, method: runge_kutta_4, substeps: 3,
+        mutual_gravity: (constant_m3_kg_s2: 79.5, softening_m: 89.25),
+        bodies: [(name: \"far\", position_m: (1e155, -74, -55), velocity_m_s: (67, 27, -38), mass_kg: 25),
+                 (name: \"near\", position_m: (-75, 10, -37), velocity_m_s: (-12, 32, 0), mass_kg: 37)],
+        springs: [(between: (\"near\", \"far\"), stiffness_n_m: 0, rest_length_m: 58)],
+        emitters: [(rate_per_s: 60, speed_m_s: 5, life_s: 0.2, spread_deg: 20)])";
+    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    drive.session.keep_timeline();
+    drive.run(4, 1000.0);
+    let fault = drive.session.fault().expect("it explodes").clone();
+    let bundle = drive.session.bundle(None).expect("a recorded run comes out the same");
+    let again = Rerun::of(drive.session.scene(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
+    assert!(again.faults.contains(&fault), "{fault:?} is not among {:?}", again.faults);
 }

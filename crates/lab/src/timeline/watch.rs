@@ -72,7 +72,9 @@ impl Watch {
     pub fn new(world: &mut World, scale: Option<f64>) -> Self {
         let present = |world: &mut World| {
             let totals = totals(world);
-            (totals.kinetic_energy + totals.potential_energy).abs()
+            let energy = (totals.kinetic_energy + totals.potential_energy).abs();
+            // Infinite ones of both signs: it is measured by what moves.
+            if energy.is_nan() { 0.0 } else { energy }
         };
         Self {
             records: world.resource::<Quarantine>().records().len(),
