@@ -181,3 +181,35 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
     let again = Rerun::of(drive.session.scene(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
     assert!(again.faults.contains(&fault), "{fault:?} is not among {:?}", again.faults);
 }
+
+/// A frozen body of position Verlet that gets another mass is none of those that have left its group, which do not begin
+/// anew.
+#[test]
+fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
+    let run = |asks: bool| {
+        let mut lab = Lab::new(Method::PositionVerlet, H).with_gravity();
+        let bodies = [DVec3::X, DVec3::Z].map(|velocity| lab.body(1.0, velocity));
+        lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.z += 2.0;
+        let elastic = motion::Elastic { stiffness: 50.0, damping: 0.0, rest_length: 1.5 };
+        lab.world.spawn(Spring { ends: bodies, elastic });
+        lab.stepper.recompile(&mut lab.world);
+        lab.run(5);
+        lab.push(bodies[0], DVec3::splat(f64::NAN));
+        lab.run(1);
+        if asks {
+            lab.world.resource_mut::<Requests>().ask(Request::SetInverseMass(bodies[0], 3.0));
+            lab.world.resource_mut::<Requests>().ask(Request::SetPosition(bodies[0], DVec3::ZERO));
+        }
+        lab.run(5);
+        [lab.x(bodies[1]), lab.v(bodies[1])].map(|part| part.to_array().map(f64::to_bits))
+    };
+    assert_eq!(run(true), run(false));
+}
+
+/// The panel of costs has scenes of any tick.
+#[test]
+fn a_study_of_the_shortest_ticks_is_begun() {
+    let text = "(version: 1, step_hz: 1e300, bodies: [(name: \"a\", mass_kg: 1.0)])";
+    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    drive.press("C").frame(1.0 / 60.0, []);
+}

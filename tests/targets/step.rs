@@ -137,7 +137,8 @@ fn run(scene: &Scene, events: &[(u64, Event)], removed: &[(u32, u64, bool)]) -> 
         states.push(bodies.iter().map(|body| bits(&world, *body)).collect());
     }
     let frozen = world.resource::<Quarantine>().records().iter().map(|record| {
-        let id = world.get::<StableId>(record.body).map_or(u32::MAX, |id| id.0);
+        // Of the record: the body may be gone since.
+        let id = record.id.map_or(u32::MAX, |id| id.0);
         (id, record.tick, record.cause.fault == Fault::Request)
     });
     Trace { states, frozen: frozen.filter(|(id, ..)| *id != u32::MAX).collect() }

@@ -52,7 +52,8 @@ impl KeptAccelerations {
         let mut bodies = world.query::<(Entity, &LastAcceleration, Option<&OwnLaws>)>();
         let bodies = bodies.iter(world).map(|(body, LastAcceleration(known), own)| {
             let Known { at, time, laws, called } = *known;
-            let is_current = time.is_finite() && laws == (epoch, own.map_or(0, OwnLaws::version));
+            let is_number = time.is_finite() && called.iter().all(|part| part.is_finite());
+            let is_current = is_number && laws == (epoch, own.map_or(0, OwnLaws::version));
             (body, is_current.then_some(KeptAcceleration { at, time, called }))
         });
         let bodies = bodies.collect();
@@ -63,7 +64,8 @@ impl KeptAccelerations {
             let (x, w) = rows(world, bodies, movable)?;
             let is_current =
                 kept.is_under(epoch, versions(world, &bodies[..movable]), attraction) && kept.is_of(&x, &w);
-            is_current.then(|| KeptOfGroup {
+            let is_number = kept.accelerations().iter().flatten().all(|part| part.is_finite());
+            (is_current && is_number).then(|| KeptOfGroup {
                 bodies: bodies.to_vec(),
                 accelerations: kept.accelerations().to_vec(),
                 time,

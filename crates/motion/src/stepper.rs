@@ -343,7 +343,9 @@ struct Leaves;
 /// Lets one body of position Verlet start anew, and with it its group, with the velocity at the time of its
 /// position.
 pub(crate) fn start_anew(world: &mut World, body: Entity) {
-    if world.get::<LastStep>(body).is_some() {
+    if world.get::<LastStep>(body).is_some() && world.get::<Quarantined>(body).is_none() {
+        // First: who has left its group since the last tick does not begin anew with it.
+        compile_groups(world);
         let members = Groups::members_of(world, body);
         members.iter().for_each(|body| {
             world.entity_mut(*body).insert(Leaves);

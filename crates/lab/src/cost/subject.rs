@@ -6,6 +6,9 @@ use scene::{Scene, unsolvable};
 use super::problem::{Extra, Problem, State};
 use super::record::{Precision, SAMPLES, Setting};
 
+/// Ticks between two looks at most: what more there is of a scene of so short ticks is left out.
+const MOST_TICKS: f64 = 1e15;
+
 /// How long a scene is studied unless someone says so, s.
 const SECONDS: f64 = 10.0;
 
@@ -93,7 +96,7 @@ impl Subject {
             clippy::cast_sign_loss,
             reason = "positive, and saturating"
         )]
-        let ticks = (eighth - 1e-9).ceil().max(1.0) as u64 * SAMPLES;
+        let ticks = (eighth - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64 * SAMPLES;
         Self {
             name: scene.name.clone(),
             description: scene.description.clone(),

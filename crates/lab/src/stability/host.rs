@@ -120,7 +120,7 @@ impl Host {
         match &self.engine {
             Engine::World { run, .. } => {
                 let record = run.world.resource::<Quarantine>().records().first()?;
-                let id = run.world.get::<StableId>(record.body).map_or(u32::MAX, |id| id.0);
+                let id = record.id.map_or(u32::MAX, |id| id.0);
                 Some(format!("{}: {} in tick {}", self.name(id), record.cause.what(), record.tick))
             }
             Engine::Single(bare) => bare.has_failed().then(|| {

@@ -134,7 +134,7 @@ impl Watch {
         self.records = records.len();
         first.map(|record| Fault {
             tick: record.tick,
-            body: world.get::<StableId>(record.body).map(|id| id.0),
+            body: record.id.map(|id| id.0),
             quarantined: true,
             what: record.cause.what(),
         })
