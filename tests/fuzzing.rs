@@ -6,7 +6,7 @@
 use acceptance::targets::{TARGETS, Target};
 use glam::DVec3;
 use lab::{Rerun, TIMELINE_BYTES};
-use motion::{Method, Request, Requests, Spring, Transform};
+use motion::{Damping, DampingModel, Gravity, Method, Request, Requests, Spring, Substeps, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -211,5 +211,32 @@ fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
 fn a_study_of_the_shortest_ticks_is_begun() {
     let text = "(version: 1, step_hz: 1e300, bodies: [(name: \"a\", mass_kg: 1.0)])";
     let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    drive.session.limit_ticks(4);
     drive.press("C").frame(1.0 / 60.0, []);
+}
+
+/// Velocities that are snapped to zero are so after each step, whichever kernel takes it: alone, or left by its group.
+#[test]
+fn the_smallest_velocities_are_the_same_in_every_kernel() {
+    for method in Method::ALL {
+        let run = |joined: bool| {
+            let mut lab = Lab::new(method, H);
+            lab.world.insert_resource(Gravity { acceleration: DVec3::new(1.0, 1e-310, 0.0), on: true });
+            lab.world.insert_resource(Damping { model: DampingModel::Exact, rate: 33.0 });
+            lab.world.insert_resource(Substeps(3));
+            let bodies = [(); 5].map(|()| lab.body(1.0, DVec3::ZERO));
+            bodies
+                .iter()
+                .for_each(|body| lab.world.get_mut::<Transform>(*body).unwrap().position = DVec3::ZERO);
+            if joined {
+                let elastic = motion::Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.0 };
+                lab.world.spawn(Spring { ends: [bodies[0], bodies[1]], elastic });
+                lab.push(bodies[1], DVec3::splat(f64::NAN));
+            }
+            lab.stepper.recompile(&mut lab.world);
+            lab.run(1);
+            [lab.x(bodies[0]), lab.v(bodies[0])].map(|part| part.to_array().map(f64::to_bits))
+        };
+        assert_eq!(run(true), run(false), "{method:?}");
+    }
 }

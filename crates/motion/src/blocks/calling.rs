@@ -22,6 +22,11 @@ pub(crate) trait TickField: Field {
     /// Goes on to the next piece of the tick.
     fn enter(&mut self, piece: Piece<Self::Real>, decay: Decay<Self::Real>);
 
+    /// What is done to velocities after each step of such a method.
+    fn after_step(&mut self, v: Self::Space) -> Self::Space {
+        v
+    }
+
     /// What is done to velocities after the tick of a method that has damping around it.
     fn after_tick(&mut self, v: Self::Space) -> Self::Space;
 }
@@ -194,6 +199,9 @@ impl<T: Real> Kernel<'_, '_, T> {
                 carry.start = None;
             }
             (x, v) = M::step(field, x, v, &mut carry);
+            if !M::DAMPS_INSIDE {
+                v = field.after_step(v);
+            }
         }
         if !M::DAMPS_INSIDE {
             v = field.after_tick(v);
@@ -270,6 +278,11 @@ impl<T: Real> Kernel<'_, '_, T> {
 impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS, true> {
     fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
         BlockField::enter(self, piece, decay);
+    }
+
+    /// As the affine kernel, of which each step may be the last, so that subnormal numbers are the same as well.
+    fn after_step(&mut self, v: Self::Space) -> Self::Space {
+        self.snap_drag(v)
     }
 
     fn after_tick(&mut self, v: Self::Space) -> Self::Space {

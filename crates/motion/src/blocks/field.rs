@@ -281,6 +281,12 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         self.constants.times(v, self.constants.after)
     }
 
+    /// Snaps velocities that drag has slowed down to next to nothing.
+    #[inline(always)]
+    pub fn snap_drag(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        if self.constants.drags { self.constants.snap(v) } else { v }
+    }
+
     fn moment(&self, part: T) -> Moment<T> {
         match self.piece {
             Some(piece) => piece.moment(part),
