@@ -4,6 +4,7 @@
 //! test of its own below.
 
 use acceptance::targets::{TARGETS, Target};
+use bevy_ecs::prelude::Entity;
 use glam::DVec3;
 use lab::{Rerun, TIMELINE_BYTES};
 use motion::{Damping, DampingModel, Gravity, Method, Request, Requests, Spring, Substeps, Transform};
@@ -73,17 +74,23 @@ fn nothing_that_is_asked_of_a_world_harms_another_body() {
     holds("step", 2000);
 }
 
+/// Two bodies of position Verlet 2 m apart that fall, on a spring.
+fn falling_pair(velocities: [DVec3; 2], rest_length: f64) -> (Lab, [Entity; 2]) {
+    let mut lab = Lab::new(Method::PositionVerlet, H).with_gravity();
+    let bodies = velocities.map(|velocity| lab.body(1.0, velocity));
+    lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.z += 2.0;
+    let elastic = motion::Elastic { stiffness: 50.0, damping: 0.0, rest_length };
+    lab.world.spawn(Spring { ends: bodies, elastic });
+    lab.stepper.recompile(&mut lab.world);
+    (lab, bodies)
+}
+
 /// Position Verlet's velocity is half a step behind, and a group of it is left by whoever stays behind alone: gravity that
 /// changes then must not act on half a step that was before.
 #[test]
 fn a_body_that_left_a_group_of_position_verlet_falls_on_exactly() {
     for later in [0, 1, 5] {
-        let mut lab = Lab::new(Method::PositionVerlet, H).with_gravity();
-        let bodies = [DVec3::X, DVec3::X].map(|velocity| lab.body(1.0, velocity));
-        lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.z += 2.0;
-        let elastic = motion::Elastic { stiffness: 50.0, damping: 0.0, rest_length: 2.0 };
-        lab.world.spawn(Spring { ends: bodies, elastic });
-        lab.stepper.recompile(&mut lab.world);
+        let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::X], 2.0);
         let start = lab.x(bodies[0]);
         lab.run(10);
         lab.world.resource_mut::<Requests>().ask(Request::Remove(bodies[1]));
@@ -187,12 +194,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
 #[test]
 fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
     let run = |asks: bool| {
-        let mut lab = Lab::new(Method::PositionVerlet, H).with_gravity();
-        let bodies = [DVec3::X, DVec3::Z].map(|velocity| lab.body(1.0, velocity));
-        lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.z += 2.0;
-        let elastic = motion::Elastic { stiffness: 50.0, damping: 0.0, rest_length: 1.5 };
-        lab.world.spawn(Spring { ends: bodies, elastic });
-        lab.stepper.recompile(&mut lab.world);
+        let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
         lab.run(5);
         lab.push(bodies[0], DVec3::splat(f64::NAN));
         lab.run(1);

@@ -226,7 +226,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     }
     let mut clock = FrameClock::default();
     let mut refused = Ok(());
-    while refused.is_ok() && ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0 {
+    while refused.is_ok() && (ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0) {
         let frame_number = session.frames();
         let Some(time) = ends.next(&mut clock, frame_number) else { break };
         let input =

@@ -3,7 +3,6 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Drag, Elastic, Forecast, Method, PhysicsBody, Spring, StableId, Stepper, TimeStep, Transform};
-
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 

@@ -127,17 +127,17 @@ impl Running {
         if let Some(why) = self.host.failure() {
             self.extremes.look(f64::INFINITY);
             (self.why, over) = (why, true);
-        } else if self.gauge.is_look(ticks)
-            && let Some(why) = self.target.as_ref().and_then(|target| target.ends_before(self.looks))
-        {
-            self.why = format!("the run that it is compared with failed: {why}");
-            (self.outlived, over) = (true, true);
         } else if self.gauge.is_look(ticks) {
-            self.extremes.look(self.gauge.number(&mut self.host, self.target.as_deref(), self.looks));
-            self.looks += 1;
-            over = self.extremes.verdict(&self.row.bounds).class == Class::Explodes;
-            if over && !last {
-                self.why = format!("given up after tick {ticks} of {}", self.row.ticks);
+            if let Some(why) = self.target.as_ref().and_then(|target| target.ends_before(self.looks)) {
+                self.why = format!("the run that it is compared with failed: {why}");
+                (self.outlived, over) = (true, true);
+            } else {
+                self.extremes.look(self.gauge.number(&mut self.host, self.target.as_deref(), self.looks));
+                self.looks += 1;
+                over = self.extremes.verdict(&self.row.bounds).class == Class::Explodes;
+                if over && !last {
+                    self.why = format!("given up after tick {ticks} of {}", self.row.ticks);
+                }
             }
         }
         if (ticks == PREFIX && !last) || (over && ticks < PREFIX && self.row.ticks > PREFIX) {
