@@ -2,6 +2,7 @@
 
 mod energy;
 mod going_back;
+mod journeys;
 mod opened;
 mod program;
 mod recording;

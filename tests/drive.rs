@@ -114,7 +114,7 @@ impl Drive {
         let time = self.clock.advance_by(length).unwrap();
         let input: InputFrame = events.into_iter().collect();
         let mut hashes = Vec::new();
-        self.session.advance_watched(&input, time, &mut |session| {
+        self.session.advance_watched(&input, time, &mut |session, _| {
             hashes.push(sandbox::report::state_hash(session));
             std::ops::ControlFlow::Continue(())
         });

@@ -12,6 +12,7 @@ mod cost;
 mod cost_report;
 mod damping;
 mod determinism;
+mod dice;
 mod drive;
 mod effects;
 mod forecast;

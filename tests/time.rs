@@ -161,7 +161,7 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
             let mut spent = 0.0;
             let (before, dropped) = (session.ticks(), session.dropped());
             let time = frames.advance_by(length).unwrap();
-            session.advance_watched(&InputFrame::NOTHING, time, &mut |_| {
+            session.advance_watched(&InputFrame::NOTHING, time, &mut |_, _| {
                 spent += cost;
                 if spent > patience { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             });

@@ -135,7 +135,7 @@ fn several_ticks_a_frame_visit_the_same_bits_and_a_push_acts_in_the_first_of_the
         drive.session.advance_watched(
             &[experiment(&name, newtons)].into_iter().collect(),
             time,
-            &mut |now| {
+            &mut |now, _| {
                 update(&mut copy, true, H);
                 assert_eq!(bits(&bodies(now)), bits(&copy), "in frame {frame}");
                 ticks += 1;

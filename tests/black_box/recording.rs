@@ -28,7 +28,7 @@ fn act(run: &mut Run, tick: u64) {
 }
 
 /// Ticks of a run with a timeline of at most so many bytes, and its outcomes after every tick.
-fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::snapshot::Outcome>) {
+pub fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::snapshot::Outcome>) {
     let mut timeline = Timeline::new(&mut run.world, run.stepper.method(), cap, 0.0).unwrap();
     let mut outcomes = vec![run.outcome()];
     for tick in 0..ticks {
@@ -48,7 +48,7 @@ fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::snap
     (timeline, outcomes)
 }
 
-fn outcome_at(timeline: &Timeline, run: &Run, tick: u64) -> crate::snapshot::Outcome {
+pub fn outcome_at(timeline: &mut Timeline, run: &Run, tick: u64) -> crate::snapshot::Outcome {
     let replay = timeline.seek(&run.scene, tick).unwrap();
     let lab::Replay { world, stepper, bodies, .. } = replay;
     Run { scene: run.scene.clone(), world, stepper, bodies }.outcome()
@@ -57,10 +57,10 @@ fn outcome_at(timeline: &Timeline, run: &Run, tick: u64) -> crate::snapshot::Out
 #[test]
 fn each_of_the_last_200_ticks_is_what_it_was_bit_for_bit_and_evaluation_for_evaluation() {
     let mut run = Run::of(mixed());
-    let (timeline, outcomes) = recorded(&mut run, lab::TIMELINE_BYTES, 240);
+    let (mut timeline, outcomes) = recorded(&mut run, lab::TIMELINE_BYTES, 240);
     assert_eq!(timeline.range(), 0..=240);
     for tick in 41..=240 {
-        assert_eq!(outcome_at(&timeline, &run, tick), outcomes[usize::try_from(tick).unwrap()], "{tick}");
+        assert_eq!(outcome_at(&mut timeline, &run, tick), outcomes[usize::try_from(tick).unwrap()], "{tick}");
     }
     let keyframes: Vec<_> = timeline.keyframes().collect();
     assert!(keyframes.len() > 5);
@@ -75,13 +75,13 @@ fn at_its_bytes_snapshots_get_sparser_then_the_oldest_go_and_what_is_left_is_exa
     let (timeline, _) = recorded(&mut whole, usize::MAX, 300);
     let all = timeline.bytes();
     let mut run = Run::of(mixed());
-    let (sparser, outcomes) = recorded(&mut run, all / 2, 300);
+    let (mut sparser, outcomes) = recorded(&mut run, all / 2, 300);
     let count = |timeline: &Timeline| timeline.keyframes().count();
     assert!(count(&sparser) < count(&timeline) && *sparser.range().start() == 0);
     let mut run = Run::of(mixed());
-    let (shorter, _) = recorded(&mut run, all / 4, 300);
+    let (mut shorter, _) = recorded(&mut run, all / 4, 300);
     assert!(*shorter.range().start() > 0, "{:?}", shorter.range());
-    for timeline in [&sparser, &shorter] {
+    for timeline in [&mut sparser, &mut shorter] {
         for tick in [*timeline.range().start(), 299, 300] {
             assert_eq!(outcome_at(timeline, &run, tick), outcomes[usize::try_from(tick).unwrap()], "{tick}");
         }

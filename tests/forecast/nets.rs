@@ -6,7 +6,8 @@ use motion::{
     Damping, DampingModel, Drag, Elastic, Forecast, Margin, Method, OwnLaws, Part, Substeps, Well, Wells,
 };
 
-use crate::groups::lab::{Around, Dice, Net as Springs, Rig, Start, elastic};
+use crate::dice::Dice;
+use crate::groups::lab::{Around, Net as Springs, Rig, Start, elastic};
 
 /// What is foretold of the world of a rig.
 fn forecast(rig: &mut Rig) -> Forecast {

@@ -6,7 +6,8 @@ use motion::{
     MutualGravity, OwnLaws, Quarantine, Request, SoftBody, Solver, Spring, Thrust, Wind,
 };
 
-use super::lab::{Around, Dice, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use super::lab::{Around, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use crate::dice::Dice;
 
 /// Two triangles joined by a bridge, hung on a post, and two bodies beside them.
 fn bridge() -> Net {

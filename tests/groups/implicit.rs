@@ -3,7 +3,8 @@
 use glam::DVec3;
 use motion::{AxisLocks, Elastic, Evaluations, Method, Solver};
 
-use super::lab::{Around, Dice, H, Net, Rig, Start, chain, elastic};
+use super::lab::{Around, H, Net, Rig, Start, chain, elastic};
+use crate::dice::Dice;
 
 const IMPLICIT: Method = Method::ImplicitEuler;
 

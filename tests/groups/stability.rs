@@ -3,7 +3,8 @@
 use glam::DVec3;
 use motion::{METHODS, Method};
 
-use super::lab::{Around, Dice, Net, Start, elastic};
+use super::lab::{Around, Net, Start, elastic};
+use crate::dice::Dice;
 
 const LINKS: usize = 10;
 

@@ -7,7 +7,8 @@ use motion::{
     Request, SoftBody, Spring, StableId, Transform,
 };
 
-use super::lab::{Around, Bits, Dice, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use super::lab::{Around, Bits, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use crate::dice::Dice;
 
 /// Seven bodies and a post, ten springs, some of them damped.
 fn web(seed: u64) -> Net {

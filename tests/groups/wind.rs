@@ -5,7 +5,8 @@ use motion::{
     Affine, BodyState, Drag, Elastic, Evaluations, Law, Link, METHODS, Method, Moment, SoftBody, Solver, Wind,
 };
 
-use super::lab::{Around, Dice, H, Net, Rig, Start, State, elastic, extrapolated};
+use super::lab::{Around, H, Net, Rig, Start, State, elastic, extrapolated};
+use crate::dice::Dice;
 
 fn wind(velocity: DVec3) -> Wind {
     Wind { velocity, gust: 0.0, gust_hz: 0.0 }

@@ -20,33 +20,10 @@ use motion::{
 };
 
 use super::numbers;
+use crate::dice::Dice;
 use crate::harness::Lab;
 
 const H: f64 = 1.0 / 60.0;
-
-/// Numbers in [-1, 1) that look random and are the same on every machine (SplitMix64).
-struct Dice(u64);
-
-impl Dice {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn number(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / 2.0_f64.powi(52) - 1.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.number(), self.number(), self.number())
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        usize::try_from(self.bits() % end as u64).unwrap()
-    }
-}
 
 /// A body at the start of a run.
 #[derive(Clone, Copy)]

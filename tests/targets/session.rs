@@ -2,6 +2,7 @@
 //! and summed up.
 
 use std::fmt::Write as _;
+use std::ops::ControlFlow;
 
 use arbitrary::{Result, Unstructured};
 use lab::{Rerun, TIMELINE_BYTES};
@@ -39,6 +40,9 @@ const FRAME_TIMES: &[f64] = &[
     f64::NAN,
 ];
 
+/// Ticks after which a frame looks away.
+const PATIENCES: &[u32] = &[u32::MAX, u32::MAX, 1, 3];
+
 /// A random scene with a random script at random frame times.
 pub fn session(bytes: &[u8]) {
     let mut u = Unstructured::new(bytes);
@@ -65,7 +69,11 @@ pub fn session(bytes: &[u8]) {
             continue;
         };
         let input = player.input(&session, time.total());
-        session.advance(&input, time);
+        let mut patience = u.choose(PATIENCES).copied().unwrap_or(u32::MAX);
+        session.advance_watched(&input, time, &mut |_, _| {
+            patience = patience.saturating_sub(1);
+            if patience == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
         session.take_orders();
         for thing in session.things() {
             let position = session.world().get::<Transform>(thing).map(|transform| transform.position);

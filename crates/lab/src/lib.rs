@@ -27,7 +27,7 @@ pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use receipt::{Receipt, Row, because, look, receipt, receipt_without};
 pub use run::watch_time;
 pub use timeline::{
-    BadRerun, Broken, ENERGY_JUMP, Fault, Replay, Rerun, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
-    happen,
+    BadRerun, Broken, ENERGY_JUMP, Fault, Journey, Replay, Rerun, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline,
+    Watch, happen,
 };
 pub use twin::{Failure, Leader, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin};

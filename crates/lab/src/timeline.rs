@@ -2,20 +2,21 @@
 //!
 //! A state at any tick is that of the nearest snapshot before it, with the ticks from there simulated again.
 
+mod journey;
 mod replay;
 mod rerun;
 mod watch;
 
 use std::collections::VecDeque;
-use std::iter::Peekable;
 use std::ops::RangeInclusive;
 
 use bevy_ecs::prelude::*;
 use motion::{Method, Request, StepClock, TimeStep};
-use scene::{Event, Happening, Scene, Snapshot};
+use scene::{Event, Happening, Snapshot};
 
 use crate::input::{Input, asked, pending};
 
+pub use journey::Journey;
 pub use replay::{Broken, Replay, happen};
 pub use rerun::{BadRerun, Rerun};
 pub use watch::{ENERGY_JUMP, Fault, Watch};
@@ -43,6 +44,16 @@ struct Keyframe {
     energy_scale: f64,
 }
 
+impl Keyframe {
+    fn of(world: &mut World, method: Method, next_event: u64, energy_scale: f64) -> Self {
+        // What waits is noted as an event when the tick takes it.
+        let snapshot = Snapshot::of(world, method).without_inputs();
+        let bytes = size_of::<Self>() + snapshot.bytes();
+        let (state_hash, seconds) = (snapshot.state_hash(), world.resource::<StepClock>().seconds());
+        Self { snapshot, state_hash, bytes, seconds, next_event, energy_scale }
+    }
+}
+
 /// Snapshots and events of a run.
 ///
 /// As it comes to its bytes, every second snapshot goes and as many fewer are taken from then on; where that would
@@ -51,6 +62,8 @@ struct Keyframe {
 pub struct Timeline {
     cap: usize,
     keyframes: VecDeque<Keyframe>,
+    /// A snapshot more, where the run went back to last.
+    near: Option<Box<Keyframe>>,
     events: VecDeque<Event>,
     /// Number of the first event that is left.
     first_event: u64,
@@ -71,6 +84,7 @@ impl Timeline {
         let mut timeline = Self {
             cap,
             keyframes: VecDeque::new(),
+            near: None,
             events: VecDeque::new(),
             first_event: 0,
             spacing: FIRST_SPACING,
@@ -97,7 +111,8 @@ impl Timeline {
     /// Bytes that it takes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.keyframe_bytes + self.event_bytes
+        let near = self.near.as_ref().map_or(0, |near| near.bytes);
+        size_of::<Self>() + self.keyframe_bytes + near + self.event_bytes
     }
 
     /// Bytes that it takes at most.
@@ -119,12 +134,14 @@ impl Timeline {
         self.events.push_back(event);
     }
 
-    /// Notes the requests that `world` carries out now.
-    pub fn note_requests(&mut self, world: &World) {
+    /// Notes the requests that `world` carries out now; whether there are some.
+    pub fn note_requests(&mut self, world: &World) -> bool {
         let requests: Vec<Request<u32>> = asked(world).filter_map(request).collect();
-        if !requests.is_empty() {
+        let some = !requests.is_empty();
+        if some {
             self.note(world, Happening::Requests(requests));
         }
+        some
     }
 
     /// Notes what the coming tick takes in.
@@ -152,48 +169,6 @@ impl Timeline {
         self.keep_within_cap();
     }
 
-    /// The world at the end of tick number `tick`, out of the range the nearest that there is, simulated again. At
-    /// the last tick it is the present one, with everything that was done to it since.
-    ///
-    /// # Errors
-    /// A snapshot that gives another state than it was taken of, which is a fault of this program.
-    pub fn seek(&self, scene: &Scene, tick: u64) -> Result<Replay, Broken> {
-        let (mut replay, mut events) = self.end_of(scene, tick)?;
-        if tick >= self.head {
-            replay.carry_out(&mut events);
-        }
-        Ok(replay)
-    }
-
-    /// State hash at the end of the last tick, simulated again.
-    ///
-    /// # Errors
-    /// As [`Timeline::seek`].
-    pub fn end_hash(&self, scene: &Scene) -> Result<u64, Broken> {
-        Ok(self.end_of(scene, self.head)?.0.state_hash())
-    }
-
-    fn end_of(
-        &self,
-        scene: &Scene,
-        tick: u64,
-    ) -> Result<(Replay, Peekable<impl Iterator<Item = &Event>>), Broken> {
-        let tick = tick.clamp(*self.range().start(), self.head);
-        let Some(keyframe) = self.keyframes.iter().rfind(|keyframe| keyframe.snapshot.ticks() <= tick) else {
-            return Err(Broken { tick });
-        };
-        let mut replay =
-            Replay::of(scene, &keyframe.snapshot, keyframe.energy_scale).map_err(|_| Broken { tick })?;
-        if replay.state_hash() != keyframe.state_hash {
-            return Err(Broken { tick: keyframe.snapshot.ticks() });
-        }
-        let mut events = self.events_from(keyframe.next_event).peekable();
-        while replay.ticks() < tick {
-            replay.tick(&mut events);
-        }
-        Ok((replay, events))
-    }
-
     /// Where a run that is written into a file is repeated from, the events after it, and what energies were
     /// measured by then, J.
     #[must_use]
@@ -215,18 +190,31 @@ impl Timeline {
     }
 
     fn take_keyframe(&mut self, world: &mut World, method: Method, energy_scale: f64) {
-        // What waits is noted as an event when the tick takes it.
-        let snapshot = Snapshot::of(world, method).without_inputs();
-        let bytes = size_of::<Keyframe>() + snapshot.bytes();
-        self.keyframe_bytes += bytes;
-        self.keyframes.push_back(Keyframe {
-            state_hash: snapshot.state_hash(),
-            snapshot,
-            bytes,
-            seconds: world.resource::<StepClock>().seconds(),
-            next_event: self.first_event + self.events.len() as u64,
-            energy_scale,
-        });
+        let next_event = self.first_event + self.events.len() as u64;
+        let keyframe = Keyframe::of(world, method, next_event, energy_scale);
+        self.keyframe_bytes += keyframe.bytes;
+        self.keyframes.push_back(keyframe);
+    }
+
+    /// The nearest snapshot that is not after the end of tick number `tick`.
+    fn keyframe_before(&self, tick: u64) -> Option<&Keyframe> {
+        let not_after = |keyframe: &&Keyframe| keyframe.snapshot.ticks() <= tick;
+        let regular = self.keyframes.iter().rfind(not_after)?;
+        let near = self.near.as_deref().filter(not_after);
+        Some(near.filter(|near| near.snapshot.ticks() > regular.snapshot.ticks()).unwrap_or(regular))
+    }
+
+    /// Number of the first event at tick number `tick` or later.
+    fn first_event_from(&self, tick: u64) -> u64 {
+        self.first_event + self.events.partition_point(|event| event.tick < tick) as u64
+    }
+
+    /// Keeps a snapshot more, in place of the last such one, if there is room for it.
+    fn keep_near(&mut self, near: Keyframe) {
+        self.near = None;
+        if self.bytes() + near.bytes <= self.cap {
+            self.near = Some(Box::new(near));
+        }
     }
 
     /// Forgets what came after the end of tick number `now`, if the run went back to it.
@@ -234,6 +222,7 @@ impl Timeline {
         if now >= self.head {
             return;
         }
+        self.near.take_if(|near| near.snapshot.ticks() > now);
         while let Some(keyframe) = self.keyframes.pop_back_if(|last| last.snapshot.ticks() > now) {
             self.keyframe_bytes -= keyframe.bytes;
         }
@@ -251,6 +240,9 @@ impl Timeline {
             self.drop_oldest();
         }
         while self.bytes() > self.cap && self.keyframes.len() > 1 {
+            if self.near.take().is_some() {
+                continue;
+            }
             if self.keyframes.len() > 3 && self.event_bytes * 2 < self.cap {
                 self.thin_out();
             } else {
@@ -275,6 +267,8 @@ impl Timeline {
         if let Some(oldest) = self.keyframes.pop_front() {
             self.keyframe_bytes -= oldest.bytes;
         }
+        let first = self.range();
+        self.near.take_if(|near| near.snapshot.ticks() < *first.start());
         let needed = self.keyframes.front().map_or(u64::MAX, |first| first.next_event);
         while self.first_event < needed
             && let Some(event) = self.events.pop_front()

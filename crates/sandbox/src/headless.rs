@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::files::Output;
 use crate::player::Player;
 use crate::report::{self, STATE_HEADER, Summary};
-use crate::session::{CATCH_UP, Options, Order, Overrides, Session, SwitchedBy};
+use crate::session::{CATCH_UP, Options, Order, Overrides, Session, Simulated, SwitchedBy};
 
 /// Seconds of a run that does not say how long.
 const DEFAULT_SECONDS: f64 = 10.0;
@@ -231,8 +231,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let Some(time) = ends.next(&mut clock, frame_number) else { break };
         let input =
             player.as_mut().map_or_else(Default::default, |player| player.input(&session, time.total()));
-        session.advance_watched(&input, time, &mut |session| {
-            watch.after_tick(session);
+        session.advance_watched(&input, time, &mut |session, simulated| {
+            if simulated == Simulated::Anew {
+                watch.after_tick(session);
+            }
             ControlFlow::Continue(())
         });
         let orders = session.take_orders();

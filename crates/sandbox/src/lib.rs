@@ -39,5 +39,5 @@ pub use camera::Camera;
 pub use control::Mode;
 pub use session::{
     ForecastRow, GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Repetition,
-    Session, SwitchedBy,
+    Session, Simulated, SwitchedBy,
 };

@@ -85,6 +85,15 @@ pub struct QuarantinedBody {
     pub cause: String,
 }
 
+/// A tick that is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Simulated {
+    /// One of the run; the session is at its end.
+    Anew,
+    /// One on the way to a past tick; the session does not show it.
+    Again,
+}
+
 /// What the program outside has to do after a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
@@ -242,21 +251,26 @@ impl Session {
 
     /// One frame without the picture: input, ticks, camera, panels.
     pub fn advance(&mut self, input: &crate::input::InputFrame, time: FrameTime) {
-        self.advance_watched(input, time, &mut |_| ControlFlow::Continue(()));
+        self.advance_watched(input, time, &mut |_, _| ControlFlow::Continue(()));
     }
 
     /// [`Session::advance`] with a look at the state after every tick. A look that breaks drops the frame's other ticks,
-    /// which are counted as dropped time: who waits for them too long would never catch up.
+    /// which are counted as dropped time: who waits for them too long would never catch up. Those on the way to a past
+    /// tick are left to the next frame instead, and nothing else is simulated until it is there.
     pub fn advance_watched(
         &mut self,
         input: &crate::input::InputFrame,
         time: FrameTime,
-        after_tick: &mut dyn FnMut(&Self) -> ControlFlow<()>,
+        after_tick: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>,
     ) {
+        let pushes = self.pushes_on_the_way();
         for event in &input.events {
             self.handle(event);
         }
         self.steer(time.length());
+        if pushes.is_some_and(|before| self.pushes_on_the_way() > Some(before)) {
+            self.give_up_journey();
+        }
         self.simulate(time, after_tick);
         self.follow_locked();
         self.work_on_cost(time);
@@ -266,14 +280,19 @@ impl Session {
         } else {
             self.ui.forget();
         }
+        self.travel(after_tick);
         self.frames += 1;
     }
 
-    fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self) -> ControlFlow<()>) {
+    fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>) {
         // Before the requests: what they change is an intervention.
         self.open_or_close_ledger();
         self.carry_out_requests();
         self.dropped_lately = 0.0;
+        if self.travel(after_tick) {
+            self.clock.pause(time);
+            return;
+        }
         // Taken in any case: a step that was asked for before going on is not one of the next pause.
         let steps_asked = std::mem::take(&mut self.control.steps_asked);
         let (mut ticks, step) = if self.control.paused {
@@ -318,7 +337,7 @@ impl Session {
                 self.record_before_tick();
             }
             self.tick();
-            late = after_tick(self).is_break();
+            late = after_tick(self, Simulated::Anew).is_break();
             if self.record_after_tick(repeated) || late {
                 undone = ticks - tick;
                 break;
@@ -343,6 +362,7 @@ impl Session {
         self.note_quarantined();
         self.note_unconverged();
         self.meet_fault();
+        self.travel(after_tick);
         if self.control.trails {
             let time = self.simulated();
             self.trails.record(&mut self.world, self.alpha, time);

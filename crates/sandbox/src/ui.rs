@@ -302,7 +302,7 @@ impl Session {
                         self.world.insert_resource(motion::TimeStep(1.0 / rate));
                     }
                 }
-                Edit::Seek(tick) => self.seek(tick),
+                Edit::Seek(tick) => self.set_out(tick),
                 Edit::SaveBundle => self.ask_for_bundle(),
                 Edit::Open(scene) => self.orders.push(Order::Open(scene)),
             }

@@ -286,7 +286,7 @@ impl Shell {
         let mut after = before;
         // What is recorded is played back without a wall clock.
         let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
-        self.session.advance_watched(&InputFrame { events }, time, &mut |_| {
+        self.session.advance_watched(&InputFrame { events }, time, &mut |_, _| {
             after = Instant::now();
             if after - before > patience {
                 ops::ControlFlow::Break(())

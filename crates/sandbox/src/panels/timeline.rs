@@ -30,18 +30,18 @@ pub(super) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>
 }
 
 fn scrubber(ui: &mut Ui, within: &Within, paused: bool, edits: &mut Vec<Edit>) {
-    let mut tick = within.now;
+    let mut tick = within.at;
     ui.spacing_mut().slider_width = WIDTH - 90.0;
     let slider = Slider::new(&mut tick, within.range.clone()).show_value(true).prefix("tick ");
-    if ui.add(slider).changed() && tick != within.now {
+    if ui.add(slider).changed() && tick != within.at {
         edits.push(Edit::Seek(tick));
     }
     marks(ui, within);
     ui.horizontal(|ui| {
         let (first, last) = (*within.range.start(), *within.range.end());
-        let back = [("|<", first), ("<", within.now.saturating_sub(1).max(first))];
+        let back = [("|<", first), ("<", within.at.saturating_sub(1).max(first))];
         for (text, to) in back.into_iter().chain([(">|", last)]) {
-            if ui.add_enabled(within.now != to, egui::Button::new(text)).clicked() {
+            if ui.add_enabled(within.at != to, egui::Button::new(text)).clicked() {
                 edits.push(Edit::Seek(to));
             }
         }
@@ -57,7 +57,9 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, edits: &mut Vec<Edit>) {
     if let Some(fault) = &within.fault {
         ui.colored_label(FAULT, format!("tick {} goes wrong: {}", fault.tick, fault.what));
     }
-    if within.now < *within.range.end() {
+    if within.left > 0 {
+        ui.label(format!("on the way: {} ticks left to simulate again", within.left));
+    } else if within.at < *within.range.end() {
         ui.label(match within.repeats {
             true => "going on from here repeats what came after; doing something drops it",
             false => "going on from here drops what came after",
@@ -89,7 +91,7 @@ fn marks(ui: &mut Ui, within: &Within) {
     let axis = Rect::from_min_max(rect.left_center(), rect.right_center());
     ui.painter().line_segment([axis.min, axis.max], Stroke::new(1.0, KEYFRAME));
     within.keyframes.iter().for_each(|tick| line(*tick, KEYFRAME, 1.0));
-    line(within.now, NOW, 2.0);
+    line(within.at, NOW, 2.0);
     if let Some(fault) = &within.fault {
         line(fault.tick, FAULT, 2.0);
     }

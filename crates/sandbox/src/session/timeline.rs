@@ -1,14 +1,14 @@
 //! The last minute of a session: going back in it, and what happens when something goes wrong.
 
-use std::ops::RangeInclusive;
+use std::ops::{ControlFlow, RangeInclusive};
 
 use bevy_ecs::prelude::*;
-use lab::{Fault, Replay, TIMELINE_BYTES, Timeline, Watch};
-use motion::{Ledger, SoftBody, Stepper, TimeStep, remember_positions};
+use lab::{Fault, Journey, Replay, TIMELINE_BYTES, Timeline, Watch};
+use motion::{Ledger, PushQueue, SoftBody, Stepper, TimeStep, remember_positions};
 use pick::{SoftTargets, Targets};
 use scene::{FileIndex, Happening, StepKind};
 
-use super::{Order, Session, draw_between_ticks, ids_of, share_among_threads};
+use super::{Order, Session, Simulated, draw_between_ticks, ids_of, share_among_threads};
 use crate::trails::Trails;
 
 /// What a session does when something goes wrong.
@@ -34,11 +34,25 @@ pub(crate) struct Recorded {
     passed: Option<u64>,
     /// Whether going on from the past repeats what came from outside, until something else does.
     pub(super) repeats: bool,
+    /// The way to another tick, while it takes frames.
+    journey: Option<Box<Journey>>,
+    /// What the person is told at its end.
+    news: Option<String>,
 }
 
 impl Recorded {
     pub(super) const fn new(timeline: Timeline, watch: Watch) -> Self {
-        Self { timeline, watch, found: None, fault: None, met: true, passed: None, repeats: false }
+        Self {
+            timeline,
+            watch,
+            found: None,
+            fault: None,
+            met: true,
+            passed: None,
+            repeats: false,
+            journey: None,
+            news: None,
+        }
     }
 
     /// One tick, booked by `books` if there are some.
@@ -57,7 +71,10 @@ impl Recorded {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Within {
     pub range: RangeInclusive<u64>,
-    pub now: u64,
+    /// The tick of the state that is shown, or the one that is gone to.
+    pub at: u64,
+    /// Ticks left to simulate until then.
+    pub left: u64,
     pub keyframes: Vec<u64>,
     pub fault: Option<Fault>,
     /// Whether going on repeats what is ahead, instead of dropping it.
@@ -119,12 +136,15 @@ impl Session {
     pub(crate) fn record(&mut self, what: Happening) {
         if let Some(recorded) = &mut self.recorded {
             recorded.timeline.note(&self.world, what);
+            self.give_up_journey();
         }
     }
 
     pub(super) fn record_requests(&mut self) {
-        if let Some(recorded) = &mut self.recorded {
-            recorded.timeline.note_requests(&self.world);
+        if let Some(recorded) = &mut self.recorded
+            && recorded.timeline.note_requests(&self.world)
+        {
+            self.give_up_journey();
         }
     }
 
@@ -164,35 +184,90 @@ impl Session {
         let Some(fault) = recorded.fault.clone() else { return };
         recorded.passed = Some(fault.tick);
         if self.recording == Some(OnFault::Pause) {
-            self.rewind_before(&fault);
-            if !fault.quarantined {
-                self.notice(fault.what);
+            self.set_out_before(&fault);
+            let good = fault.tick.saturating_sub(1);
+            let back = format!("back at tick {good}, the last good one; Ctrl+S saves the run");
+            let news = if fault.quarantined { back } else { format!("{}; {back}", fault.what) };
+            match &mut self.recorded {
+                Some(recorded) if recorded.journey.is_some() => recorded.news = Some(news),
+                _ => self.notice(news),
             }
-            let now = self.ticks();
-            self.notice(format!("back at tick {now}, the last good one; Ctrl+S saves the run"));
         }
     }
 
-    /// Goes back to the last good tick and selects the body that is at fault.
+    /// Goes back to the last good tick, in one go, and selects the body that is at fault.
     pub fn rewind_before(&mut self, fault: &Fault) {
-        self.seek(fault.tick.saturating_sub(1));
-        let body = fault.body.and_then(|id| self.entities.get(id as usize)).copied();
-        if let Some(body) = body.filter(|body| self.world.get_entity(*body).is_ok()) {
+        self.set_out_before(fault);
+        self.travel(&mut |_, _| ControlFlow::Continue(()));
+    }
+
+    fn set_out_before(&mut self, fault: &Fault) {
+        // Before it is gone to: a selection goes along.
+        if let Some(body) = fault.body.and_then(|id| self.entity_of(Thing::Body(id))) {
             self.control.selection = Some(body);
         }
+        self.set_out(fault.tick.saturating_sub(1));
     }
 
-    /// Pauses and goes to the end of tick number `tick`, or the nearest in the last minute. Going on from there drops
-    /// what came after it.
+    /// Pauses and goes to the end of tick number `tick`, or the nearest in the last minute, in one go. Going on from there
+    /// drops what came after it, unless it is repeated.
     pub fn seek(&mut self, tick: u64) {
+        self.set_out(tick);
+        self.travel(&mut |_, _| ControlFlow::Continue(()));
+    }
+
+    /// Pauses and begins to go to the end of tick number `tick`, or the nearest in the last minute.
+    pub(crate) fn set_out(&mut self, tick: u64) {
         self.control.paused = true;
-        let Some(recorded) = &self.recorded else {
+        let Some(recorded) = &mut self.recorded else {
             self.notice("no timeline is kept to go back in");
             return;
         };
-        match recorded.timeline.seek(&self.scene, tick) {
-            Ok(replay) => self.go_on_from(replay),
-            Err(broken) => self.notice(broken.to_string()),
+        recorded.news = None;
+        let Recorded { timeline, journey, .. } = &mut **recorded;
+        if !journey.as_mut().is_some_and(|journey| timeline.turn(journey, tick)) {
+            *journey = None;
+            match timeline.set_out(&self.scene, tick) {
+                Ok(begun) => *journey = Some(Box::new(begun)),
+                Err(broken) => self.notice(broken.to_string()),
+            }
+        }
+    }
+
+    /// Goes on with a journey for as long as `look` lets it; whether it has not arrived.
+    pub(super) fn travel(&mut self, look: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>) -> bool {
+        let Some(mut journey) = self.recorded.as_mut().and_then(|recorded| recorded.journey.take()) else {
+            return false;
+        };
+        while let Some(recorded) = &mut self.recorded {
+            if !recorded.timeline.go_on(&mut journey) {
+                let (there, news) = (recorded.timeline.arrive(*journey), recorded.news.take());
+                self.go_on_from(there);
+                news.into_iter().for_each(|news| self.notice(news));
+                return false;
+            }
+            if look(self, Simulated::Again).is_break() {
+                break;
+            }
+        }
+        if let Some(recorded) = &mut self.recorded {
+            recorded.journey = Some(journey);
+        }
+        true
+    }
+
+    /// Pushes that wait for the next tick, while another one is gone to.
+    pub(super) fn pushes_on_the_way(&self) -> Option<usize> {
+        self.recorded.as_ref()?.journey.as_ref()?;
+        Some(self.world.resource::<PushQueue>().pending().count())
+    }
+
+    /// What was done here makes the way to another tick worthless.
+    pub(super) fn give_up_journey(&mut self) {
+        let Some(recorded) = &mut self.recorded else { return };
+        recorded.news = None;
+        if let Some(journey) = recorded.journey.take() {
+            self.notice(format!("not gone to tick {}, for something was done here", journey.to()));
         }
     }
 
@@ -208,10 +283,11 @@ impl Session {
     /// One tick back, paused.
     pub(crate) fn step_back(&mut self) {
         self.control.paused = true;
-        let now = self.ticks();
+        let way = self.recorded.as_ref().and_then(|recorded| recorded.journey.as_ref());
+        let now = way.map_or_else(|| self.ticks(), |journey| journey.to());
         match self.recorded.as_ref().map(|recorded| *recorded.timeline.range().start()) {
             Some(first) if first >= now => self.notice("nothing is kept of the time before this tick"),
-            _ => self.seek(now.saturating_sub(1)),
+            _ => self.set_out(now.saturating_sub(1)),
         }
     }
 
@@ -286,10 +362,11 @@ impl Session {
 
     /// Where in the last minute it is.
     pub(crate) fn within(&self) -> Option<Within> {
-        let Recorded { timeline, fault, repeats, .. } = &**self.recorded.as_ref()?;
+        let Recorded { timeline, fault, repeats, journey, .. } = &**self.recorded.as_ref()?;
         Some(Within {
             range: timeline.range(),
-            now: self.ticks(),
+            at: journey.as_ref().map_or_else(|| self.ticks(), |journey| journey.to()),
+            left: journey.as_ref().map_or(0, |journey| journey.ticks_left()),
             keyframes: timeline.keyframes().map(|(tick, _)| tick).collect(),
             fault: fault.clone(),
             repeats: *repeats,
