@@ -208,6 +208,24 @@ fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
     assert_eq!(run(true), run(false));
 }
 
+/// Of a place that is refused the others in a group of position Verlet know nothing: they do not begin anew.
+#[test]
+fn a_place_that_is_refused_is_noticed_by_nobody() {
+    for refused in [DVec3::X * f64::INFINITY, DVec3::splat(f64::NAN)] {
+        let run = |request: fn(Entity, DVec3) -> Request| {
+            let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
+            lab.run(5);
+            lab.world.resource_mut::<Requests>().ask(request(bodies[0], refused));
+            lab.run(5);
+            [lab.x(bodies[1]), lab.v(bodies[1])].map(|part| part.to_array().map(f64::to_bits))
+        };
+        let gone = run(|body, _| Request::Remove(body));
+        assert_eq!(run(Request::SetPosition), gone);
+        assert_eq!(run(|body, to| Request::SetInverseMass(body, to.x)), gone);
+        assert_eq!(run(Request::SetVelocity), gone);
+    }
+}
+
 /// The panel of costs has scenes of any tick.
 #[test]
 fn a_study_of_the_shortest_ticks_is_begun() {

@@ -100,10 +100,6 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             end_half_steps(world);
         }
         effects_changed |= matches!(request, Request::Switch(..) | Request::SetDamping(_));
-        if let Request::SetPosition(body, _) | Request::SetInverseMass(body, _) = request {
-            // Its next kick would be one of the new place or mass, for the last step as well.
-            start_anew(world, body);
-        }
         match request {
             Request::Impulse(body, impulse) => change(world, body, |_, body| {
                 if body.inverse_mass > 0.0 {
@@ -119,7 +115,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 look_again(world, body);
             }
             Request::SetPosition(body, position) => {
-                change(world, body, |at, _| at.position = position);
+                displace(world, body, |at, _| at.position = position);
                 // It did not travel there: nothing is drawn between.
                 let now = world.get::<Transform>(body).map(|at| at.position);
                 if let (Some(now), Some(mut before)) = (now, world.get_mut::<PreviousPosition>(body)) {
@@ -127,7 +123,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 }
             }
             Request::SetInverseMass(body, w) => {
-                change(world, body, |_, body| body.inverse_mass = w);
+                displace(world, body, |_, body| body.inverse_mass = w);
                 if let Some(mut groups) = world.get_resource_mut::<Groups>() {
                     groups.outdate();
                 }
@@ -175,47 +171,71 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
     effects_changed
 }
 
+/// Place and what moves of a body.
+type State = (Transform, PhysicsBody);
+
+/// A body as it is and as it is asked to be, with what is wrong with that; `None` if it is frozen or gone.
+type Change = (State, Result<State, (&'static str, Fault)>);
+
+fn proposed(
+    world: &World,
+    entity: Entity,
+    edit: impl FnOnce(&mut Transform, &mut PhysicsBody),
+) -> Option<Change> {
+    let body = world.get_entity(entity).ok().filter(|body| !body.contains::<Quarantined>())?;
+    let old = (*body.get::<Transform>()?, *body.get::<PhysicsBody>()?);
+    let mut new = old;
+    edit(&mut new.0, &mut new.1);
+    let fault = fault_of(&old, &new, world.get_resource::<Range>());
+    Some((old, fault.map_or(Ok(new), Err)))
+}
+
 /// Changes one body, or quarantines it at its present state where the change is not finite or out of range.
 fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &mut PhysicsBody)) {
-    let range = world.get_resource::<Range>().copied();
-    let Ok((mut transform, mut body)) = world
-        .query_filtered::<(&mut Transform, &mut PhysicsBody), Without<Quarantined>>()
-        .get_mut(world, entity)
-    else {
-        return;
-    };
-    let (old_transform, old_body) = (*transform, *body);
-    let (mut new_transform, mut new_body) = (old_transform, old_body);
-    edit(&mut new_transform, &mut new_body);
-    match fault_of(&new_transform, &new_body, range) {
-        None => (*transform, *body) = (new_transform, new_body),
-        Some((component, fault)) => {
+    let Some(((transform, state), new)) = proposed(world, entity, edit) else { return };
+    match new {
+        Ok((transform, state)) => {
+            let mut both = world.query::<(&mut Transform, &mut PhysicsBody)>();
+            if let Ok((mut old_transform, mut old_state)) = both.get_mut(world, entity) {
+                (*old_transform, *old_state) = (transform, state);
+            }
+        }
+        Err((component, fault)) => {
             let cause = Cause { system: Cause::REQUESTS, component, fault };
-            let refused = Refused { body: entity, transform: old_transform, state: old_body, cause };
+            let refused = Refused { body: entity, transform, state, cause };
             world.resource_mut::<Quarantine>().refuse(refused);
             world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
         }
     }
 }
 
-/// What is wrong with a state that is asked for.
-fn fault_of(
-    transform: &Transform,
-    body: &PhysicsBody,
-    range: Option<Range>,
-) -> Option<(&'static str, Fault)> {
-    let (x, v) = (transform.position, body.velocity);
-    let bounds = Bounds::<Scalar>::of(range.as_ref());
-    let Range { position, speed } = range.unwrap_or_default();
-    if !x.is_finite() {
+/// Gives one body another place or mass: position Verlet starts anew with its group, because its next kick would be one
+/// of the new place or mass for the last step as well. What is refused is noticed by no other body.
+fn displace(world: &mut World, entity: Entity, edit: impl Fn(&mut Transform, &mut PhysicsBody)) {
+    if proposed(world, entity, &edit).is_some_and(|(_, new)| new.is_ok()) {
+        start_anew(world, entity);
+    }
+    change(world, entity, edit);
+}
+
+/// What is wrong with what a request makes another one of a state.
+fn fault_of(old: &State, new: &State, range: Option<&Range>) -> Option<(&'static str, Fault)> {
+    let changed =
+        |old: Vector, new: Vector| old.to_array().map(f64::to_bits) != new.to_array().map(f64::to_bits);
+    let (x, v, w) = (new.0.position, new.1.velocity, new.1.inverse_mass);
+    let moved = changed(old.0.position, x);
+    let kicked = changed(old.1.velocity, v);
+    let bounds = Bounds::<Scalar>::of(range);
+    let Range { position, speed } = range.copied().unwrap_or_default();
+    if moved && !x.is_finite() {
         Some((place::POSITION, Fault::Request))
-    } else if !v.is_finite() {
+    } else if kicked && !v.is_finite() {
         Some((place::VELOCITY, Fault::Request))
-    } else if !(body.inverse_mass.is_finite() && body.inverse_mass >= 0.0) {
+    } else if w.to_bits() != old.1.inverse_mass.to_bits() && !(w.is_finite() && w >= 0.0) {
         Some((place::INVERSE_MASS, Fault::Request))
-    } else if !bounds.holds_position(&x.to_array()) {
+    } else if moved && !bounds.holds_position(&x.to_array()) {
         Some((place::POSITION, Fault::Range(position)))
-    } else if !bounds.holds_velocity(&v.to_array()) {
+    } else if kicked && !bounds.holds_velocity(&v.to_array()) {
         Some((place::VELOCITY, Fault::Range(speed)))
     } else {
         None
