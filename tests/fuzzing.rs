@@ -5,13 +5,13 @@
 
 use acceptance::targets::{TARGETS, Target};
 use bevy_ecs::prelude::Entity;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lab::{Rerun, TIMELINE_BYTES};
 use motion::{Damping, DampingModel, Gravity, Method, Request, Requests, Spring, Substeps, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use sandbox::input::{Experiment, Input};
+use sandbox::input::{Button, Experiment, Input};
 use scene::Scene;
 
 use crate::drive::Drive;
@@ -223,6 +223,18 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
         assert_eq!(run(Request::SetPosition), gone);
         assert_eq!(run(|body, to| Request::SetInverseMass(body, to.x)), gone);
         assert_eq!(run(Request::SetVelocity), gone);
+    }
+}
+
+/// A script has pixels and notches that no screen has.
+#[test]
+fn a_pointer_goes_to_the_end_of_the_world_and_back() {
+    let mut drive = Drive::tutorial();
+    drive.press("Q").press("H");
+    for (x, notches) in [(1e300, 1e300), (-1e300, -1e300), (3e38, 4e38), (0.0, 0.0), (1e39, 1.0)] {
+        let events = [Input::Mouse(x, -x), Input::Wheel(notches)];
+        drive.frame(1.0 / 60.0, events).click(Button::Left, DVec2::new(x, 1e30)).ticks(3);
+        drive.session.picture();
     }
 }
 

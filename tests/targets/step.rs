@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
     Damping, DampingModel, Effect, Fault, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests,
-    StableId, Stepper, TimeStep, Transform,
+    StableId, Stepper, TimeStep, Transform, compile_groups,
 };
 use scene::{Scene, unsolvable};
 
@@ -32,8 +32,23 @@ type Bits = Option<[u64; 6]>;
 struct Trace {
     /// After each tick, by stable id.
     states: Vec<Vec<Bits>>,
-    /// Who was frozen in which tick, and whether by a request.
-    frozen: Vec<(u32, u64, bool)>,
+    frozen: Vec<Frozen>,
+}
+
+/// Who was frozen, and in which tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Frozen {
+    body: u32,
+    tick: u64,
+    by: By,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum By {
+    Request,
+    Step,
+    /// The step of what cannot be moved: in that tick it has still held what hangs on it.
+    StepOfHeld,
 }
 
 /// A random scene with pushes and requests of any size.
@@ -48,11 +63,13 @@ pub fn step(bytes: &[u8]) {
         assert!(run(&scene, &events, &[]) == first, "two runs differ: {}", context());
         return;
     }
-    let without = run(&scene, &events, &first.frozen);
-    assert!(without.frozen.is_empty(), "{:?} are frozen without the others: {}", without.frozen, context());
+    let (held, gone): (Vec<_>, Vec<_>) =
+        first.frozen.iter().copied().partition(|frozen| frozen.by == By::StepOfHeld);
+    let without = run(&scene, &events, &gone);
+    assert!(without.frozen == held, "{:?} are frozen without the others: {}", without.frozen, context());
     for (tick, (with, without)) in (1..).zip(first.states.iter().zip(&without.states)) {
         for (id, (with, without)) in (0..).zip(with.iter().zip(without)) {
-            let gone = first.frozen.iter().any(|(body, since, _)| *body == id && *since <= tick);
+            let gone = gone.iter().any(|frozen| frozen.body == id && frozen.tick <= tick);
             assert!(gone || with == without, "body {id} noticed it in tick {tick}: {}", context());
         }
     }
@@ -104,15 +121,15 @@ fn event(u: &mut Unstructured<'_>, body: u32, scene: &Scene) -> Result<Event> {
 }
 
 /// A run in which the bodies `removed` are taken out in the ticks that they would not survive.
-fn run(scene: &Scene, events: &[(u64, Event)], removed: &[(u32, u64, bool)]) -> Trace {
+fn run(scene: &Scene, events: &[(u64, Event)], removed: &[Frozen]) -> Trace {
     let mut world = World::new();
     let bodies = scene.spawn(&mut world);
     let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
     let body = |id: u32| bodies[id as usize];
-    let mut states = Vec::new();
+    let (mut states, mut frozen, mut seen) = (Vec::new(), Vec::new(), 0);
     for tick in 1..=TICKS {
-        let goes = |id: u32| removed.iter().any(|(gone, at, _)| *gone == id && *at == tick);
-        let asked_to_go = |id: u32| removed.contains(&(id, tick, true));
+        let goes = |id: u32| removed.iter().any(|gone| gone.body == id && gone.tick == tick);
+        let asked_to_go = |id: u32| removed.contains(&Frozen { body: id, tick, by: By::Request });
         for (_, event) in events.iter().filter(|(at, _)| *at == tick) {
             match *event {
                 Event::Push(id, newtons) if !goes(id) => {
@@ -129,19 +146,35 @@ fn run(scene: &Scene, events: &[(u64, Event)], removed: &[(u32, u64, bool)]) -> 
                 Event::Method(method) => stepper.set_method(&mut world, method),
             }
         }
-        for (id, ..) in removed.iter().filter(|(_, at, _)| *at == tick) {
-            world.resource_mut::<Requests>().ask(Request::Remove(body(*id)));
+        let going = |by: By| removed.iter().filter(move |gone| gone.tick == tick && gone.by == by);
+        for by in [By::Request, By::Step] {
+            for gone in going(by) {
+                world.resource_mut::<Requests>().ask(Request::Remove(body(gone.body)));
+            }
+            if by == By::Request && going(By::Step).next().is_some() {
+                // Who froze in the step was there when requests were carried out: who joined its group has its method.
+                stepper.carry_out_requests(&mut world);
+                compile_groups(&mut world);
+            }
         }
         stepper.tick(&mut world);
         assert_finite(&mut world);
         states.push(bodies.iter().map(|body| bits(&world, *body)).collect());
+        // At once: the body may be gone later.
+        let records = &world.resource::<Quarantine>().records()[seen..];
+        seen += records.len();
+        frozen.extend(records.iter().filter_map(|record| {
+            let held = world.get::<PhysicsBody>(record.body).is_some_and(|body| body.inverse_mass == 0.0);
+            let by = match record.cause.system {
+                _ if record.cause.fault == Fault::Request => By::Request,
+                "integrate_groups" => By::Step,
+                _ if held => By::StepOfHeld,
+                _ => By::Step,
+            };
+            Some(Frozen { body: record.id?.0, tick: record.tick, by })
+        }));
     }
-    let frozen = world.resource::<Quarantine>().records().iter().map(|record| {
-        // Of the record: the body may be gone since.
-        let id = record.id.map_or(u32::MAX, |id| id.0);
-        (id, record.tick, record.cause.fault == Fault::Request)
-    });
-    Trace { states, frozen: frozen.filter(|(id, ..)| *id != u32::MAX).collect() }
+    Trace { states, frozen }
 }
 
 fn bits(world: &World, body: Entity) -> Bits {

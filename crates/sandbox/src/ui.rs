@@ -14,6 +14,9 @@ use crate::session::{Order, Session, SwitchedBy};
 /// How long a notice stays, s.
 const NOTICE_S: f64 = 4.0;
 
+/// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
+const FAR: f64 = 1e6;
+
 /// Points that the panels need, the help being the widest. A smaller picture has smaller points, down to half
 /// the size: below that nobody could read them.
 const ROOM: [f32; 2] = [960.0, 540.0];
@@ -183,7 +186,8 @@ impl Ui {
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels")]
     pub fn pointer(&mut self, x: f64, y: f64) {
-        self.pointer = Pos2::new(x as f32, y as f32) / self.pixels_per_point();
+        let pixel = |number: f64| number.clamp(-FAR, FAR) as f32;
+        self.pointer = Pos2::new(pixel(x), pixel(y)) / self.pixels_per_point();
         self.events.push(Event::PointerMoved(self.pointer));
     }
 
@@ -209,7 +213,7 @@ impl Ui {
     pub fn wheel(&mut self, notches: f64) {
         self.events.push(Event::MouseWheel {
             unit: egui::MouseWheelUnit::Line,
-            delta: Vec2::new(0.0, notches as f32),
+            delta: Vec2::new(0.0, notches.clamp(-FAR, FAR) as f32),
             phase: egui::TouchPhase::Move,
             modifiers: Modifiers::NONE,
             source: egui::MouseWheelSource::Unknown,
