@@ -1,7 +1,9 @@
 //! The targets of `tests/fuzz` on bytes by chance: a bounded number in every test run, more if `FUZZ_CASES` says so.
 //!
-//! The bytes are the same in every run, unless `FUZZ_SEED` is another number than 0. What once broke a promise is a
-//! test of its own below.
+//! The bytes are the same in every run, unless `FUZZ_SEED` is another number than 0; with `FUZZ_INPUT` they are those of
+//! that file instead. What once broke a promise is a test of its own below.
+
+use std::fs;
 
 use acceptance::targets::{TARGETS, Target};
 use bevy_ecs::prelude::Entity;
@@ -26,6 +28,10 @@ fn number(name: &str) -> Option<u32> {
 #[track_caller]
 fn holds(name: &str, cases: u32) {
     let (_, target): &(&str, Target) = TARGETS.iter().find(|(other, _)| *other == name).unwrap();
+    if let Some(path) = std::env::var_os("FUZZ_INPUT") {
+        target(&fs::read(&path).unwrap_or_else(|error| panic!("FUZZ_INPUT {}: {error}", path.display())));
+        return;
+    }
     let config = Config {
         cases: number("FUZZ_CASES").unwrap_or(cases),
         failure_persistence: None,
@@ -226,6 +232,31 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
     }
 }
 
+/// Engines that only a frozen body has are switched, and no body of position Verlet begins anew for them.
+#[test]
+fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
+    let text =
+        "(version: 1, step_hz: 60, method: position_verlet, drag: (linear_per_s: 3.0, quadratic_per_m: 0.5),
+        gravity: (acceleration_m_s2: (0, -9.8, 0), on_at_start: true),
+        bodies: [(name: \"ship\", mass_kg: 1.0), (name: \"stone\", mass_kg: 1.0, velocity_m_s: (7, 3, 1))],
+        thrusts: [(body: \"ship\", curve: polynomial([(1, 0, 0)]), from_s: 0.0, until_s: 9.0)])";
+    let run = |frozen: bool| {
+        let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+        drive.ticks(3);
+        let away = match frozen {
+            true => Experiment::Push("ship".to_owned(), [f64::NAN; 3]),
+            false => Experiment::Remove("ship".to_owned()),
+        };
+        drive.frame(H, [Input::Experiment(away)]);
+        let switched =
+            drive.session.switch_effect(motion::Effect::Thrusts, false, sandbox::SwitchedBy::Script);
+        assert_eq!(switched.is_ok(), frozen);
+        drive.ticks(5);
+        [drive.x("stone"), drive.v("stone")].map(|part| part.to_array().map(f64::to_bits))
+    };
+    assert_eq!(run(true), run(false));
+}
+
 /// A script has pixels and notches that no screen has.
 #[test]
 fn a_pointer_goes_to_the_end_of_the_world_and_back() {
@@ -247,28 +278,33 @@ fn a_study_of_the_shortest_ticks_is_begun() {
     drive.press("C").frame(1.0 / 60.0, []);
 }
 
-/// Velocities that are snapped to zero are so after each step, whichever kernel takes it: alone, or left by its group.
+/// Velocities that decay to next to nothing are snapped to zero at the same places whichever kernel takes the step: alone, or
+/// left by its group; also where damping acts on one side of the move alone.
 #[test]
 fn the_smallest_velocities_are_the_same_in_every_kernel() {
-    for method in Method::ALL {
-        let run = |joined: bool| {
-            let mut lab = Lab::new(method, H);
-            lab.world.insert_resource(Gravity { acceleration: DVec3::new(1.0, 1e-310, 0.0), on: true });
-            lab.world.insert_resource(Damping { model: DampingModel::Exact, rate: 33.0 });
-            lab.world.insert_resource(Substeps(3));
-            let bodies = [(); 5].map(|()| lab.body(1.0, DVec3::ZERO));
-            bodies
-                .iter()
-                .for_each(|body| lab.world.get_mut::<Transform>(*body).unwrap().position = DVec3::ZERO);
-            if joined {
-                let elastic = motion::Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.0 };
-                lab.world.spawn(Spring { ends: [bodies[0], bodies[1]], elastic });
-                lab.push(bodies[1], DVec3::splat(f64::NAN));
-            }
-            lab.stepper.recompile(&mut lab.world);
-            lab.run(1);
-            [lab.x(bodies[0]), lab.v(bodies[0])].map(|part| part.to_array().map(f64::to_bits))
-        };
-        assert_eq!(run(true), run(false), "{method:?}");
+    let models = DampingModel::ALL.into_iter().flat_map(|model| [0.5, 33.0, -33.0].map(|rate| (model, rate)));
+    let cases = models.flat_map(|damping| [1, 3].map(|substeps| (damping, substeps)));
+    for ((model, rate), substeps) in cases {
+        for method in Method::ALL {
+            let run = |joined: bool| {
+                let mut lab = Lab::new(method, H);
+                lab.world.insert_resource(Gravity { acceleration: DVec3::new(1.0, 0.0, 1e-310), on: true });
+                lab.world.insert_resource(Damping { model, rate });
+                lab.world.insert_resource(Substeps(substeps));
+                let bodies = [(); 5].map(|()| lab.body(1.0, DVec3::new(1e-289, 1e-310, 0.0)));
+                bodies
+                    .iter()
+                    .for_each(|body| lab.world.get_mut::<Transform>(*body).unwrap().position = DVec3::ZERO);
+                if joined {
+                    let elastic = motion::Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.0 };
+                    lab.world.spawn(Spring { ends: [bodies[0], bodies[1]], elastic });
+                    lab.push(bodies[1], DVec3::splat(f64::NAN));
+                }
+                lab.stepper.recompile(&mut lab.world);
+                lab.run(1);
+                [lab.x(bodies[0]), lab.v(bodies[0])].map(|part| part.to_array().map(f64::to_bits))
+            };
+            assert_eq!(run(true), run(false), "{method:?}, {model:?} {rate}, {substeps} substeps");
+        }
     }
 }

@@ -70,7 +70,14 @@ pub fn step(bytes: &[u8]) {
     for (tick, (with, without)) in (1..).zip(first.states.iter().zip(&without.states)) {
         for (id, (with, without)) in (0..).zip(with.iter().zip(without)) {
             let gone = gone.iter().any(|frozen| frozen.body == id && frozen.tick <= tick);
-            assert!(gone || with == without, "body {id} noticed it in tick {tick}: {}", context());
+            let numbers = |bits: &Bits| bits.map(|bits| bits.map(f64::from_bits));
+            assert!(
+                gone || with == without,
+                "body {id} noticed it in tick {tick}: {:?} instead of {:?}\n{}",
+                numbers(with),
+                numbers(without),
+                context()
+            );
         }
     }
 }

@@ -115,9 +115,8 @@ impl<'a, T: Real> Terms<'a, T> {
         if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.course.substeps) } else { 0 }
     }
 
-    fn depends_on_velocity(&self, own: &[Box<dyn Law<T>>]) -> bool {
-        self.rate != T::ZERO
-            || self.laws.iter().any(|law| law.depends_on_velocity())
+    fn calls_with_velocity(&self, own: &[Box<dyn Law<T>>]) -> bool {
+        self.laws.iter().any(|law| law.depends_on_velocity())
             || own.iter().any(|law| law.depends_on_velocity())
     }
 }

@@ -17,6 +17,7 @@ mod split;
 mod suspects;
 mod system;
 
+use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 pub use compile::compile_groups;
@@ -148,14 +149,21 @@ impl Groups {
         self.list.iter().map(|group| (&group.coupling, &group.bodies[..], group.substeps))
     }
 
-    /// The members of the group of `body`; itself alone if it is in none.
-    pub(crate) fn members_of(world: &World, body: Entity) -> Vec<Entity> {
-        let groups = world.get_resource::<Self>().map_or(&[][..], |groups| &groups.list);
-        let members = groups.iter().map(|group| &group.bodies[..group.coupling.movable]);
-        members
-            .into_iter()
-            .find(|members| members.contains(&body))
-            .map_or_else(|| vec![body], <[Entity]>::to_vec)
+    /// `bodies` and all members of their groups, each once.
+    pub(crate) fn with_members(world: &World, bodies: &[Entity]) -> Vec<Entity> {
+        let mut alone: EntityHashSet = bodies.iter().copied().collect();
+        let mut all = Vec::new();
+        for Group { bodies, coupling, .. } in
+            world.get_resource::<Self>().into_iter().flat_map(|all| &all.list)
+        {
+            let members = &bodies[..coupling.movable];
+            // All of them are looked at: none is left among those that are alone.
+            if members.iter().filter(|member| alone.remove(*member)).count() > 0 {
+                all.extend(members);
+            }
+        }
+        all.extend(bodies.iter().filter(|body| alone.remove(*body)));
+        all
     }
 
     /// What acts between the bodies of each group, and the bodies by row.

@@ -213,7 +213,7 @@ fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &
 /// of the new place or mass for the last step as well. What is refused is noticed by no other body.
 fn displace(world: &mut World, entity: Entity, edit: impl Fn(&mut Transform, &mut PhysicsBody)) {
     if proposed(world, entity, &edit).is_some_and(|(_, new)| new.is_ok()) {
-        start_anew(world, entity);
+        start_anew(world, &[entity]);
     }
     change(world, entity, edit);
 }

@@ -340,21 +340,31 @@ fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
 #[derive(Component)]
 struct Leaves;
 
-/// Lets one body of position Verlet start anew, and with it its group, with the velocity at the time of its
-/// position.
-pub(crate) fn start_anew(world: &mut World, body: Entity) {
-    if world.get::<LastStep>(body).is_some() && world.get::<Quarantined>(body).is_none() {
+/// Lets `bodies`, where they are of position Verlet, start anew, and with them their groups, with velocities at the time of
+/// their positions. Of frozen ones nobody does.
+pub(crate) fn start_anew(world: &mut World, bodies: &[Entity]) {
+    let starts = |body: &&Entity| {
+        world
+            .get_entity(**body)
+            .is_ok_and(|body| body.contains::<LastStep>() && !body.contains::<Quarantined>())
+    };
+    let bodies: Vec<_> = bodies.iter().filter(starts).copied().collect();
+    if !bodies.is_empty() {
         // First: who has left its group since the last tick does not begin anew with it.
         compile_groups(world);
-        let members = Groups::members_of(world, body);
-        members.iter().for_each(|body| {
-            world.entity_mut(*body).insert(Leaves);
-        });
-        synchronise_bodies::<With<Leaves>>(world);
-        members.iter().for_each(|body| {
-            world.entity_mut(*body).remove::<Leaves>();
-        });
+        leaving(world, &bodies, synchronise_bodies::<With<Leaves>>);
     }
+}
+
+/// Does `what` with the marks of `bodies` and of the members of their groups, which it returns.
+fn leaving(world: &mut World, bodies: &[Entity], what: fn(&mut World)) -> Vec<Entity> {
+    let members = Groups::with_members(world, bodies);
+    world.insert_batch(members.iter().map(|body| (*body, Leaves)).collect::<Vec<_>>());
+    what(world);
+    members.iter().for_each(|body| {
+        world.entity_mut(*body).remove::<Leaves>();
+    });
+    members
 }
 
 /// Gives one body, and with it its group, a method of its own, or the world's again.
@@ -363,14 +373,7 @@ pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Me
         return;
     }
     compile_groups(world);
-    let members = Groups::members_of(world, body);
-    members.iter().for_each(|body| {
-        world.entity_mut(*body).insert(Leaves);
-    });
-    leave_methods::<With<Leaves>>(world);
-    for body in members {
-        let mut body = world.entity_mut(body);
-        body.remove::<Leaves>();
-        mark_method(&mut body, method);
+    for body in leaving(world, &[body], leave_methods::<With<Leaves>>) {
+        mark_method(&mut world.entity_mut(body), method);
     }
 }

@@ -15,7 +15,7 @@ use crate::laws::{Drag, Gravity, MutualGravity, Wells, Wind};
 use crate::own::OwnLaws;
 use crate::springs::{SoftBody, Spring};
 use crate::step::TimeStep;
-use crate::stepper::synchronise_bodies;
+use crate::stepper::{start_anew, synchronise_bodies};
 
 /// An effect that a scene can call for. In a run in which it is off, or was never declared, no system, column or
 /// branch of it exists.
@@ -194,7 +194,7 @@ pub fn state(world: &mut World, effect: Effect) -> EffectState {
 
 /// Switches an effect off or on again, between two ticks; [`Stepper::recompile`](crate::Stepper::recompile) has to
 /// follow. Off and on again leaves everything bit for bit as it was, with two exceptions: bodies of position
-/// Verlet start anew, as under every change of laws, and of an emitter that was off for a tick nothing is born that
+/// Verlet start anew where laws change that act on them or on their groups, and of an emitter that was off for a tick nothing is born that
 /// was due meanwhile. Particles that fly when their emitter is switched off live out their lives.
 ///
 /// # Errors
@@ -206,8 +206,10 @@ pub fn switch(world: &mut World, effect: Effect, on: bool) -> Result<(), NeverDe
         EffectState::Off if !on => return Ok(()),
         EffectState::On | EffectState::Off => {}
     }
-    if effect.acts_on_velocity() {
-        end_half_steps(world);
+    match bodies_of(world, effect) {
+        Some(bodies) if is_prepared(world) => start_anew(world, &bodies),
+        None if effect.acts_on_velocity() => end_half_steps(world),
+        _ => {}
     }
     match effect {
         Effect::Gravity => {
@@ -241,12 +243,36 @@ pub fn switch(world: &mut World, effect: Effect, on: bool) -> Result<(), NeverDe
     Ok(())
 }
 
+type Lawful = Or<(With<OwnLaws>, With<Off<OwnLaws>>)>;
+
+/// Those that an effect acts on, if it is one of single bodies alone.
+fn bodies_of(world: &mut World, effect: Effect) -> Option<Vec<Entity>> {
+    let everywhere = world.contains_resource::<Wells>() || world.contains_resource::<OffResource<Wells>>();
+    let name = match effect {
+        Effect::Thrusts => "thrusts",
+        Effect::Wells if !everywhere => "wells",
+        _ => return None,
+    };
+    let has = |laws: &OwnLaws| laws.laws().iter().any(|law| law.name() == name);
+    let mut bodies = world.query_filtered::<(Entity, Option<&OwnLaws>, Option<&Off<OwnLaws>>), Lawful>();
+    let named = bodies
+        .iter(world)
+        .filter(|(_, on, off)| on.is_some_and(has) || off.is_some_and(|Off(laws)| has(laws)))
+        .map(|(body, ..)| body);
+    Some(named.collect())
+}
+
 /// Brings velocities of position Verlet to the time of positions: its next kick is half of the last step's, which
 /// was taken under the old laws.
 pub(crate) fn end_half_steps(world: &mut World) {
-    if world.contains_resource::<TimeStep>() {
+    if is_prepared(world) {
         synchronise_bodies::<()>(world);
     }
+}
+
+/// Whether steps can be taken: a world that is built is switched before that, too.
+fn is_prepared(world: &World) -> bool {
+    world.contains_resource::<TimeStep>()
 }
 
 fn exists<F: bevy_ecs::query::QueryFilter>(world: &mut World) -> bool {

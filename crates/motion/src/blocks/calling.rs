@@ -286,7 +286,8 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
     }
 
     fn after_tick(&mut self, v: Self::Space) -> Self::Space {
-        self.restrain(self.decay_after(v))
+        let decayed = self.after_move(v);
+        self.restrain(decayed)
     }
 }
 

@@ -40,8 +40,8 @@ pub(crate) struct Constants<T: Real, S: Simd> {
     least: T::Lanes<S>,
     gain: T,
     h: T,
-    /// Whether a law takes velocities away.
-    drags: bool,
+    /// Which of `KEEP`, `BEFORE`, `AFTER` and `DRAG` there is.
+    slows: u8,
 }
 
 impl<T: Real, S: Simd> Clone for Constants<T, S> {
@@ -69,7 +69,7 @@ impl<T: Real, S: Simd> Constants<T, S> {
             // No inverse mass is above infinity: the last lane, the inverse mass itself, is never accelerated.
             immovable: three(T::ZERO, T::INFINITY),
             least: three(T::ZERO, T::ZERO),
-            drags: terms.rate > T::ZERO,
+            slows: if terms.rate > T::ZERO { DRAG } else { 0 },
             gain: T::ZERO,
             h: terms.course.substep(),
         };
@@ -86,10 +86,12 @@ impl<T: Real, S: Simd> Constants<T, S> {
         (self.keep, self.before, self.after) =
             (factor(decay.keep), factor(decay.before_move), factor(decay.after_move));
         self.gain = decay.gain;
-        let decays =
-            self.drags || [decay.keep, decay.before_move, decay.after_move].iter().any(Option::is_some);
+        let Decay { keep, before_move, after_move, .. } = decay;
+        for (part, factor) in [(KEEP, keep), (BEFORE, before_move), (AFTER, after_move)] {
+            self.slows = if factor.is_some() { self.slows | part } else { self.slows & !part };
+        }
         // No inverse mass is below 0: the last lane is never snapped. Neither is what does not decay.
-        let least = if decays { T::SNAP } else { T::ZERO };
+        let least = if self.slows == 0 { T::ZERO } else { T::SNAP };
         self.least = T::Lanes::of(self.simd, [least, least, least, T::ZERO]);
     }
 
@@ -196,18 +198,19 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         if PARTS & CALLS != 0
             && let Some(calls) = &calls
         {
-            depends_on_velocity = terms.depends_on_velocity(calls.own);
+            let called = terms.calls_with_velocity(calls.own);
+            depends_on_velocity = terms.rate != T::ZERO || called;
             // Snapping follows from it in every piece that is entered.
-            constants.drags |= depends_on_velocity;
+            constants.slows |= if called { DRAG } else { 0 };
             linear = (terms.laws.is_empty() && calls.own.is_empty()).then_some(terms.rate);
         }
         Self { constants, movable, applied, depends_on_velocity, linear, calls, piece: None, called: zero }
     }
 
-    /// Whether the kernel has that part. Kernels with calls have every part, because bodies differ.
+    /// Whether velocities decay in that way. Kernels with calls are asked as they run, because bodies differ.
     #[inline(always)]
-    const fn has(part: u8) -> bool {
-        PARTS & (part | CALLS) != 0
+    const fn decays(&self, part: u8) -> bool {
+        (if PARTS & CALLS == 0 { PARTS } else { self.constants.slows }) & part != 0
     }
 
     /// Goes on to the next piece of the tick. Only kernels with calls know of pieces.
@@ -221,7 +224,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     #[inline(always)]
     fn affine(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let mut a = Rows::splat(self.constants.gravity);
-        if Self::has(DRAG) {
+        if PARTS & (DRAG | CALLS) != 0 {
             each_row!(k in N {
                 a.0[k] -= v.0[k] * self.constants.rate;
             });
@@ -284,7 +287,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     /// Snaps velocities that drag has slowed down to next to nothing.
     #[inline(always)]
     pub fn snap_drag(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
-        if self.constants.drags { self.constants.snap(v) } else { v }
+        if self.constants.slows & DRAG == 0 { v } else { self.constants.snap(v) }
     }
 
     fn moment(&self, part: T) -> Moment<T> {
@@ -341,21 +344,21 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
         let mut kicked = v;
         let Constants { keep, gain, .. } = self.constants;
         each_row!(k in N {
-            let kept = if Self::has(KEEP) { v.0[k] * keep } else { v.0[k] };
+            let kept = if self.decays(KEEP) { v.0[k] * keep } else { v.0[k] };
             kicked.0[k] = kept + a.0[k] * gain;
         });
-        if Self::has(KEEP | DRAG) { self.constants.snap(kicked) } else { kicked }
+        if self.decays(KEEP | DRAG) { self.constants.snap(kicked) } else { kicked }
     }
 
     #[inline(always)]
     fn before_move(&mut self, v: Self::Space) -> Self::Space {
-        let v = if Self::has(BEFORE) { self.decay_before(v) } else { v };
+        let v = if self.decays(BEFORE) { self.decay_before(v) } else { v };
         if PARTS & CALLS == 0 { v } else { self.restrain(v) }
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: Self::Space) -> Self::Space {
-        if Self::has(AFTER) { self.decay_after(v) } else { v }
+        if self.decays(AFTER) { self.decay_after(v) } else { v }
     }
 
     #[inline(always)]
