@@ -232,6 +232,24 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
     }
 }
 
+/// A group of position Verlet begins anew for another method, and breaks as it does: who is at fault is out of it before
+/// the coming tick.
+#[test]
+fn who_breaks_between_two_ticks_is_frozen_there() {
+    let mut lab = Lab::new(Method::PositionVerlet, H);
+    let bodies = [DVec3::ZERO, DVec3::X * 1e12].map(|velocity| lab.body(1.0, velocity));
+    lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.x += 1.0;
+    let rest_length = lab.x(bodies[0]).distance(lab.x(bodies[1]));
+    let elastic = motion::Elastic { stiffness: 1e300, damping: 0.0, rest_length };
+    lab.world.spawn(Spring { ends: bodies, elastic });
+    lab.stepper.recompile(&mut lab.world);
+    let frozen = |lab: &Lab| bodies.map(|body| lab.world.get::<motion::Quarantined>(body).is_some());
+    lab.run(1);
+    assert_eq!(frozen(&lab), [false; 2]);
+    lab.stepper.set_method(&mut lab.world, Method::ImplicitEuler);
+    assert_ne!(frozen(&lab), [false; 2]);
+}
+
 /// Engines that only a frozen body has are switched, and no body of position Verlet begins anew for them.
 #[test]
 fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
