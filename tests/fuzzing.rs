@@ -250,6 +250,24 @@ fn who_breaks_between_two_ticks_is_frozen_there() {
     assert_ne!(frozen(&lab), [false; 2]);
 }
 
+/// What rests is passed by, and turned round it rests as well: as the zeros that a step would leave.
+#[test]
+fn rest_that_is_turned_round_has_no_sign() {
+    let mut lab = Lab::new(Method::RungeKutta4, H);
+    let bodies = [0.0, 1.0].map(|w| lab.body(w, DVec3::ZERO));
+    for velocity in [DVec3::ZERO, DVec3::splat(-0.0)] {
+        for body in bodies {
+            lab.world.resource_mut::<Requests>().ask(Request::SetVelocity(body, velocity));
+        }
+        lab.run(2);
+        lab.world.resource_mut::<Requests>().ask(Request::ReverseVelocities);
+        lab.run(2);
+        for body in bodies {
+            assert_eq!(lab.v(body).to_array().map(f64::to_bits), [0; 3], "{velocity}");
+        }
+    }
+}
+
 /// Engines that only a frozen body has are switched, and no body of position Verlet begins anew for them.
 #[test]
 fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {

@@ -133,7 +133,8 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 let mut bodies =
                     world.query_filtered::<(&mut PhysicsBody, Option<&mut LastStep>), Without<Quarantined>>();
                 for (mut body, last) in bodies.iter_mut(world) {
-                    body.velocity = -body.velocity;
+                    // Not "-velocity": at rest nothing turns round, not even the sign of 0.
+                    body.velocity = Vector::ZERO - body.velocity;
                     if let Some(mut last) = last {
                         last.0 = -last.0;
                     }

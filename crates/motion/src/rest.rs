@@ -4,7 +4,6 @@ use bevy_ecs::prelude::*;
 
 use crate::components::PhysicsBody;
 use crate::springs::structure_changed;
-use crate::units::Vector;
 
 /// A body that is immovable and at rest. Nothing that a step does could change it, so that no step looks at it.
 ///
@@ -15,8 +14,9 @@ use crate::units::Vector;
 pub struct Static;
 
 fn is_static(body: &PhysicsBody) -> bool {
-    // Only values above 0 count as movable.
-    body.inverse_mass <= 0.0 && body.velocity == Vector::ZERO
+    // Only values above 0 count as movable. A step turns -0 into 0: what has one is not passed by yet.
+    let rests = body.velocity.to_array().iter().all(|part| part.to_bits() == 0);
+    body.inverse_mass <= 0.0 && rests
 }
 
 /// Marks every body that has come to be static since.
