@@ -201,7 +201,7 @@ impl<T: Real> Bare<T> {
     /// Turns every velocity round.
     pub fn reverse_velocities(&mut self) {
         for body in &mut self.bodies {
-            body[..3].iter_mut().for_each(|v| *v = -*v);
+            body[..3].iter_mut().for_each(|v| *v = T::ZERO - *v);
         }
         if let Some(residues) = &mut self.residues {
             residues.v.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
