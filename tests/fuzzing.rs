@@ -17,7 +17,7 @@ use sandbox::input::{Button, Experiment, Input};
 use scene::Scene;
 
 use crate::drive::Drive;
-use crate::harness::{H, Lab};
+use crate::harness::{H, Lab, bits};
 
 fn number(name: &str) -> Option<u32> {
     let text = std::env::var(name).ok()?;
@@ -209,7 +209,7 @@ fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
             lab.world.resource_mut::<Requests>().ask(Request::SetPosition(bodies[0], DVec3::ZERO));
         }
         lab.run(5);
-        [lab.x(bodies[1]), lab.v(bodies[1])].map(|part| part.to_array().map(f64::to_bits))
+        lab.bits(bodies[1])
     };
     assert_eq!(run(true), run(false));
 }
@@ -223,7 +223,7 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
             lab.run(5);
             lab.world.resource_mut::<Requests>().ask(request(bodies[0], refused));
             lab.run(5);
-            [lab.x(bodies[1]), lab.v(bodies[1])].map(|part| part.to_array().map(f64::to_bits))
+            lab.bits(bodies[1])
         };
         let gone = run(|body, _| Request::Remove(body));
         assert_eq!(run(Request::SetPosition), gone);
@@ -288,7 +288,7 @@ fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
             drive.session.switch_effect(motion::Effect::Thrusts, false, sandbox::SwitchedBy::Script);
         assert_eq!(switched.is_ok(), frozen);
         drive.ticks(5);
-        [drive.x("stone"), drive.v("stone")].map(|part| part.to_array().map(f64::to_bits))
+        bits(drive.x("stone"), drive.v("stone"))
     };
     assert_eq!(run(true), run(false));
 }
@@ -338,7 +338,7 @@ fn the_smallest_velocities_are_the_same_in_every_kernel() {
                 }
                 lab.stepper.recompile(&mut lab.world);
                 lab.run(1);
-                [lab.x(bodies[0]), lab.v(bodies[0])].map(|part| part.to_array().map(f64::to_bits))
+                lab.bits(bodies[0])
             };
             assert_eq!(run(true), run(false), "{method:?}, {model:?} {rate}, {substeps} substeps");
         }

@@ -10,6 +10,13 @@ pub const H: f64 = 1.0 / 120.0;
 /// Gravity of the tutorial, m/s².
 pub const G: f64 = -9.8;
 
+/// Position and velocity of a body, bit for bit.
+pub type Bits = [u64; 6];
+
+pub fn bits(x: Vector, v: Vector) -> Bits {
+    [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits)
+}
+
 /// A world and its stepper.
 pub struct Lab {
     pub world: World,
@@ -57,6 +64,10 @@ impl Lab {
 
     pub fn v(&self, body: Entity) -> Vector {
         self.world.get::<PhysicsBody>(body).unwrap().velocity
+    }
+
+    pub fn bits(&self, body: Entity) -> Bits {
+        bits(self.x(body), self.v(body))
     }
 }
 

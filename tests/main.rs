@@ -15,6 +15,7 @@ mod determinism;
 mod dice;
 mod drive;
 mod effects;
+mod film;
 mod forecast;
 mod fuzzing;
 mod ghosts;

@@ -1,233 +1,19 @@
 //! Pictures against references, and relations between pictures.
 
-use std::path::Path;
 use std::process::Command;
 
-use glam::{DVec2, DVec3};
-use motion::{FrameClock, Transform};
-use render::{AdapterSummary, Gpu, Image, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer};
-use sandbox::actions::Key;
-use sandbox::input::{Button, Experiment, Input, InputFrame};
+use glam::DVec2;
+use motion::FrameClock;
+use render::Image;
+use sandbox::input::{Button, Experiment, Input};
 use sandbox::player::Player;
 use sandbox::{Mode, Options, Order, Session};
 use scene::{Scene, Script};
 
+use crate::film::{
+    CHANNEL, Difference, Film, SIZE, Studio, assert_pictures, compared, green, places, yellow,
+};
 use crate::harness::{program, root};
-
-/// Small: drawn in software, and stored; large enough that the panels leave the bodies in sight.
-pub const SIZE: [u32; 2] = [640, 360];
-
-/// A channel may be off by this much of 255. Versions of a software renderer differ by 1 or 2 where they round
-/// and interpolate otherwise; a body, a shadow, a word in the wrong place is off by dozens.
-const CHANNEL: u8 = 8;
-
-/// Of this many pixels one may be off by more: on the edges of bodies and shadows another rounding is another
-/// surface. Vulkan and OpenGL in software differ in one or two pixels of these pictures; a test below shows that
-/// a single small body cannot hide in what is allowed.
-const ONE_OF: usize = 5000;
-
-/// How two pictures differ.
-pub struct Difference {
-    /// Pixels that are off by more than [`CHANNEL`].
-    pub pixels: usize,
-    /// What may be.
-    pub allowed: usize,
-    /// Their worst channel.
-    pub worst: u8,
-    /// White where they differ, the first picture darkened elsewhere.
-    pub picture: Image,
-}
-
-impl Difference {
-    /// Between pictures of one size.
-    pub fn between(a: &Image, b: &Image) -> Self {
-        assert_eq!(a.size_px, b.size_px, "pictures of two sizes");
-        let mut difference =
-            Self { pixels: 0, allowed: a.rgba.len() / 4 / ONE_OF, worst: 0, picture: a.clone() };
-        let pixels = difference.picture.rgba.chunks_exact_mut(4).zip(b.rgba.chunks_exact(4));
-        for (shown, other) in pixels {
-            let off = shown.iter().zip(other).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-            difference.worst = difference.worst.max(off);
-            if off > CHANNEL {
-                difference.pixels += 1;
-                shown.copy_from_slice(&[255; 4]);
-            } else {
-                shown[..3].iter_mut().for_each(|channel| *channel /= 4);
-            }
-        }
-        difference
-    }
-
-    /// Whether it is small enough.
-    pub fn accepted(&self) -> bool {
-        self.pixels <= self.allowed
-    }
-}
-
-impl std::fmt::Display for Difference {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { pixels, allowed, worst, .. } = self;
-        write!(
-            out,
-            "{pixels} pixels are off by more than {CHANNEL}, {allowed} may be (worst channel {worst})"
-        )
-    }
-}
-
-/// What keeps `actual` from being the picture `name` of `references`; the reasons are left in `evidence`.
-fn compared(
-    actual: &Image,
-    name: &str,
-    references: &Path,
-    evidence: &Path,
-    bless: bool,
-) -> Result<(), String> {
-    let reference = references.join(format!("{name}.png"));
-    std::fs::create_dir_all(evidence).unwrap();
-    let write = |what: &str, image: &Image| {
-        let path = evidence.join(format!("{name}.{what}.png"));
-        image.write_png(&path, &[]).unwrap();
-        path.display().to_string()
-    };
-    if bless {
-        actual.write_png(&reference, &[]).unwrap();
-        return Err(format!("{} is blessed: look at it, and run again without BLESS", reference.display()));
-    }
-    let Ok(expected) = Image::read_png(&reference) else {
-        let seen = write("actual", actual);
-        return Err(format!("{} is missing; the picture is {seen}; BLESS=1 stores it", reference.display()));
-    };
-    if expected.size_px != actual.size_px {
-        let seen = write("actual", actual);
-        return Err(format!("{} has another size than {seen}", reference.display()));
-    }
-    let difference = Difference::between(actual, &expected);
-    if difference.accepted() {
-        return Ok(());
-    }
-    let [seen, wanted, off] =
-        [("actual", actual), ("expected", &expected), ("difference", &difference.picture)]
-            .map(|(what, image)| write(what, image));
-    Err(format!("{name}: {difference}: compare {seen}, {wanted} and {off}; BLESS=1 stores the new picture"))
-}
-
-/// Fails unless each picture is the stored one of its name.
-#[track_caller]
-pub fn assert_pictures<const N: usize>(names: [&str; N], pictures: &[Image]) {
-    assert_eq!(pictures.len(), N);
-    let bless = std::env::var("BLESS").is_ok_and(|value| value == "1");
-    let (references, evidence) = (root().join("tests/pictures"), root().join("target/pictures"));
-    let compare = |(name, picture)| compared(picture, name, &references, &evidence, bless).err();
-    let faults: Vec<_> = names.into_iter().zip(pictures).filter_map(compare).collect();
-    assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-/// Draws sessions without a window.
-pub struct Studio {
-    gpu: Gpu,
-    renderer: Renderer,
-    target: Offscreen,
-}
-
-impl Studio {
-    /// # Panics
-    /// Without a graphics adapter; the message says what to install.
-    pub fn new(size_px: [u32; 2]) -> Self {
-        Self::of_quality(size_px, |_| Quality::FIXED)
-    }
-
-    /// The same with the quality that the window has.
-    pub fn like_the_window(size_px: [u32; 2]) -> Self {
-        Self::of_quality(size_px, Quality::for_adapter)
-    }
-
-    fn of_quality(size_px: [u32; 2], quality: fn(&AdapterSummary) -> Quality) -> Self {
-        let gpu = Gpu::headless().unwrap_or_else(|error| panic!("{error}"));
-        let renderer = Renderer::new(&gpu, OFFSCREEN_FORMAT, quality(&gpu.info));
-        let target = Offscreen::new(&gpu, size_px).unwrap();
-        Self { gpu, renderer, target }
-    }
-
-    /// The present picture of `session`.
-    pub fn draw(&mut self, session: &mut Session) -> Image {
-        let frame = session.picture();
-        assert_eq!(frame.size_px, self.target.size_px());
-        self.renderer.draw(&self.gpu, &frame, self.target.view());
-        self.target.read(&self.gpu).unwrap()
-    }
-
-    /// The same without words and panels.
-    pub fn draw_bodies(&mut self, session: &mut Session) -> Image {
-        let mut frame = session.picture();
-        if let Some(panels) = &mut frame.panels {
-            panels.primitives.clear();
-        }
-        self.renderer.draw(&self.gpu, &frame, self.target.view());
-        self.target.read(&self.gpu).unwrap()
-    }
-}
-
-/// A session and its frames, 60 a second.
-pub struct Film {
-    pub session: Session,
-    clock: FrameClock,
-}
-
-impl Film {
-    pub fn of(scene: Scene) -> Self {
-        let mut film = Self {
-            session: Session::new(scene, Options { size_px: SIZE, ..Options::default() }),
-            clock: FrameClock::default(),
-        };
-        film.frame([]);
-        film
-    }
-
-    /// A shipped scene.
-    pub fn shipped(name: &str) -> Self {
-        Self::of(scene::load(name).unwrap())
-    }
-
-    pub fn frame(&mut self, events: impl IntoIterator<Item = Input>) {
-        let time = self.clock.advance_to(self.session.frames() as f64 / 60.0).unwrap();
-        self.session.advance(&events.into_iter().collect::<InputFrame>(), time);
-        let _ = self.session.take_orders();
-    }
-
-    pub fn frames(&mut self, count: u32) {
-        (0..count).for_each(|_| self.frame([]));
-    }
-
-    pub fn press(&mut self, key: &str) {
-        let key: Key = key.parse().unwrap();
-        self.frame([Input::KeyDown(key.clone())]);
-        self.frame([Input::KeyUp(key)]);
-    }
-
-    pub fn click(&mut self, button: Button) {
-        self.frame([Input::ButtonDown(button)]);
-        self.frame([Input::ButtonUp(button)]);
-    }
-
-    fn position(&self, body: &str) -> DVec3 {
-        self.session.world().get::<Transform>(self.session.body(body).unwrap()).unwrap().position
-    }
-
-    /// Where the middle of `body` is seen.
-    pub fn pixel(&self, body: &str) -> DVec2 {
-        let size = DVec2::from_array(SIZE.map(f64::from));
-        self.session.camera().viewpoint().project(self.position(body), size).unwrap()
-    }
-
-    /// Changes to selection mode and selects `body` by a click on its middle.
-    fn select(&mut self, body: &str) {
-        self.press("Q");
-        let at = self.pixel(body);
-        self.frame([Input::Mouse(at.x, at.y)]);
-        self.click(Button::Left);
-        assert_eq!(self.session.selection(), self.session.body(body));
-    }
-}
 
 /// A stage close by, `offset` meters along x and z from the world's origin.
 fn stage(offset: f64, shadows: bool, grid: bool) -> Scene {
@@ -265,25 +51,6 @@ fn stage(offset: f64, shadows: bool, grid: bool) -> Scene {
         right = offset + 2.0,
     );
     Scene::parse("stage", &text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Places of the pixels that `wanted` accepts.
-pub fn places(image: &Image, wanted: impl Fn([u8; 4]) -> bool) -> Vec<DVec2> {
-    let [width, height] = image.size_px;
-    let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    all.filter(|(x, y)| wanted(image.pixel(*x, *y).unwrap()))
-        .map(|(x, y)| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))
-        .collect()
-}
-
-/// The green of a selected body, lit or in shade.
-pub fn green([r, g, b, _]: [u8; 4]) -> bool {
-    g > r.saturating_add(30) && g > b.saturating_add(30)
-}
-
-/// The yellow of its outline.
-pub fn yellow([r, g, b, _]: [u8; 4]) -> bool {
-    r > 200 && g > 200 && b < 100
 }
 
 fn middle(places: &[DVec2]) -> DVec2 {

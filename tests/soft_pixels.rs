@@ -6,7 +6,7 @@ use render::Image;
 use sandbox::input::{Button, Input};
 use scene::{PointRadius, Scene};
 
-use crate::pixels::{Film, SIZE, Studio, green, places, yellow};
+use crate::film::{Film, SIZE, Studio, green, places, yellow};
 use crate::soft::Soft;
 
 /// A floor with its top at y = 0, seen from `eye` at 3 m height along -z, or from behind along +z.
@@ -252,7 +252,7 @@ fn a_cloth_100_km_from_the_origin_draws_the_same_picture() {
         cloth.places.iter_mut().for_each(|place| *place += offset);
         draw_once(&mut film(scene, [cloth]), "far")
     });
-    let difference = crate::pixels::Difference::between(&pictures[0], &pictures[1]);
+    let difference = crate::film::Difference::between(&pictures[0], &pictures[1]);
     assert!(difference.accepted(), "{difference}");
 }
 

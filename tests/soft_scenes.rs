@@ -4,7 +4,7 @@ use glam::DVec3;
 use sandbox::input::{Button, Input};
 
 use crate::drive::Drive;
-use crate::pixels::{Film, SIZE, Studio, assert_pictures};
+use crate::film::{Film, SIZE, Studio, assert_pictures};
 
 /// Rows and columns of points of the flag, and the distance between two neighbors at the start, m.
 const ROWS: u32 = 17;

@@ -19,8 +19,8 @@ use sandbox::{Mode, Options, Order, Session};
 use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
+use crate::film::{Difference, Studio};
 use crate::harness::program;
-use crate::pixels::{Difference, Studio};
 
 const DEADLINE: Duration = Duration::from_secs(90);
 const POLL: Duration = Duration::from_millis(20);

@@ -5,7 +5,7 @@ use render::Frame;
 use sandbox::Session;
 use scene::Scene;
 
-use crate::pixels::{Film, SIZE, Studio};
+use crate::film::{Film, SIZE, Studio};
 
 /// Four weights on a row of springs, the third of which is the stiffest, in a scene at 60 Hz.
 fn hung(stiffest: f64) -> Film {
@@ -110,7 +110,7 @@ fn the_panel_is_drawn() {
         film.frames(3);
         Studio::new(SIZE).draw(&mut film.session)
     };
-    assert!(crate::pixels::Difference::between(&picture, &closed).pixels > 5_000);
+    assert!(crate::film::Difference::between(&picture, &closed).pixels > 5_000);
     if let Ok(folder) = std::env::var("FORECAST_PICTURES") {
         picture.write_png(std::path::Path::new(&folder).join("panel.png").as_path(), &[]).unwrap();
     }

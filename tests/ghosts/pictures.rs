@@ -4,7 +4,7 @@ use render::{Frame, Line};
 use sandbox::input::{Experiment, Input};
 use scene::Scene;
 
-use crate::pixels::{Film, SIZE, Studio, assert_pictures};
+use crate::film::{Film, SIZE, Studio, assert_pictures};
 
 /// Seconds of `scene` with ghosts from the start.
 fn haunted(scene: Scene, seconds: u32) -> Film {

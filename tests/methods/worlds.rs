@@ -21,7 +21,7 @@ use motion::{
 
 use super::numbers;
 use crate::dice::Dice;
-use crate::harness::Lab;
+use crate::harness::{Bits, Lab, bits};
 
 const H: f64 = 1.0 / 60.0;
 
@@ -133,19 +133,9 @@ impl Scene {
     }
 }
 
-type Bits = [u64; 6];
-
-fn bits(x: DVec3, v: DVec3) -> Bits {
-    [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits)
-}
-
 impl Lab {
     fn spawn(&mut self, start: Start) -> Entity {
         self.world.spawn(start.components()).id()
-    }
-
-    fn bits(&self, body: Entity) -> Bits {
-        bits(self.x(body), self.v(body))
     }
 
     fn all_bits(&self, bodies: &[Entity]) -> Vec<Bits> {

@@ -38,19 +38,17 @@ struct Keyframe {
     bytes: usize,
     /// Simulated time, s.
     seconds: f64,
-    /// Number of the first event that came after it.
-    next_event: u64,
     /// What energies were measured by, J.
     energy_scale: f64,
 }
 
 impl Keyframe {
-    fn of(world: &mut World, method: Method, next_event: u64, energy_scale: f64) -> Self {
+    fn of(world: &mut World, method: Method, energy_scale: f64) -> Self {
         // What waits is noted as an event when the tick takes it.
         let snapshot = Snapshot::of(world, method).without_inputs();
         let bytes = size_of::<Self>() + snapshot.bytes();
         let (state_hash, seconds) = (snapshot.state_hash(), world.resource::<StepClock>().seconds());
-        Self { snapshot, state_hash, bytes, seconds, next_event, energy_scale }
+        Self { snapshot, state_hash, bytes, seconds, energy_scale }
     }
 }
 
@@ -64,9 +62,8 @@ pub struct Timeline {
     keyframes: VecDeque<Keyframe>,
     /// A snapshot more, where the run went back to last.
     near: Option<Box<Keyframe>>,
+    /// What came since the oldest snapshot, ascending by tick.
     events: VecDeque<Event>,
-    /// Number of the first event that is left.
-    first_event: u64,
     spacing: u64,
     head: u64,
     step: f64,
@@ -86,7 +83,6 @@ impl Timeline {
             keyframes: VecDeque::new(),
             near: None,
             events: VecDeque::new(),
-            first_event: 0,
             spacing: FIRST_SPACING,
             head: world.resource::<StepClock>().ticks(),
             step: world.resource::<TimeStep>().0,
@@ -174,8 +170,7 @@ impl Timeline {
     #[must_use]
     pub fn origin(&self) -> Option<(&Snapshot, Vec<Event>, f64)> {
         let first = self.keyframes.front()?;
-        let events = self.events_from(first.next_event).cloned().collect();
-        Some((&first.snapshot, events, first.energy_scale))
+        Some((&first.snapshot, self.events.iter().cloned().collect(), first.energy_scale))
     }
 
     /// What was done to the world after tick number `tick` and before the next one.
@@ -184,14 +179,8 @@ impl Timeline {
         self.events.iter().skip(first).take_while(move |event| event.tick == tick)
     }
 
-    fn events_from(&self, number: u64) -> impl Iterator<Item = &Event> {
-        let skipped = usize::try_from(number.saturating_sub(self.first_event)).unwrap_or(usize::MAX);
-        self.events.iter().skip(skipped)
-    }
-
     fn take_keyframe(&mut self, world: &mut World, method: Method, energy_scale: f64) {
-        let next_event = self.first_event + self.events.len() as u64;
-        let keyframe = Keyframe::of(world, method, next_event, energy_scale);
+        let keyframe = Keyframe::of(world, method, energy_scale);
         self.keyframe_bytes += keyframe.bytes;
         self.keyframes.push_back(keyframe);
     }
@@ -202,11 +191,6 @@ impl Timeline {
         let regular = self.keyframes.iter().rfind(not_after)?;
         let near = self.near.as_deref().filter(not_after);
         Some(near.filter(|near| near.snapshot.ticks() > regular.snapshot.ticks()).unwrap_or(regular))
-    }
-
-    /// Number of the first event at tick number `tick` or later.
-    fn first_event_from(&self, tick: u64) -> u64 {
-        self.first_event + self.events.partition_point(|event| event.tick < tick) as u64
     }
 
     /// Keeps a snapshot more, in place of the last such one, if there is room for it.
@@ -267,14 +251,11 @@ impl Timeline {
         if let Some(oldest) = self.keyframes.pop_front() {
             self.keyframe_bytes -= oldest.bytes;
         }
-        let first = self.range();
-        self.near.take_if(|near| near.snapshot.ticks() < *first.start());
-        let needed = self.keyframes.front().map_or(u64::MAX, |first| first.next_event);
-        while self.first_event < needed
-            && let Some(event) = self.events.pop_front()
-        {
+        // A snapshot is taken before anything is done to its world: what came at its tick came after it.
+        let first = *self.range().start();
+        self.near.take_if(|near| near.snapshot.ticks() < first);
+        while let Some(event) = self.events.pop_front_if(|event| event.tick < first) {
             self.event_bytes -= event.bytes();
-            self.first_event += 1;
         }
     }
 }

@@ -156,6 +156,9 @@ impl Groups {
         for Group { bodies, coupling, .. } in
             world.get_resource::<Self>().into_iter().flat_map(|all| &all.list)
         {
+            if alone.is_empty() {
+                break;
+            }
             let members = &bodies[..coupling.movable];
             // All of them are looked at: none is left among those that are alone.
             if members.iter().filter(|member| alone.remove(*member)).count() > 0 {

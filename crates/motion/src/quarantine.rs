@@ -224,6 +224,11 @@ pub fn quarantine_bodies(
     records[before..].sort_by_key(|record| record.id.map_or(u32::MAX, |id| id.0));
 }
 
+/// [`quarantine_bodies`] between two ticks.
+pub(crate) fn quarantine_refused(world: &mut World) {
+    world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
+}
+
 fn sound_place(transform: Transform, previous: Option<Vector>) -> Transform {
     if transform.position.is_finite() {
         return transform;

@@ -11,7 +11,7 @@ use crate::interpolate::PreviousPosition;
 use crate::laws::Gravity;
 use crate::method::Method;
 use crate::own::LastStep;
-use crate::quarantine::{Cause, Fault, Quarantine, Refused, place, quarantine_bodies};
+use crate::quarantine::{Cause, Fault, Quarantine, Refused, place, quarantine_refused};
 use crate::range::{Bounds, Range};
 use crate::rest::look_again;
 use crate::stepper::{set_body_method, start_anew};
@@ -205,7 +205,7 @@ fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &
             let cause = Cause { system: Cause::REQUESTS, component, fault };
             let refused = Refused { body: entity, transform, state, cause };
             world.resource_mut::<Quarantine>().refuse(refused);
-            world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
+            quarantine_refused(world);
         }
     }
 }

@@ -16,7 +16,7 @@ use crate::laws::{Affine, Declared, Gravity};
 use crate::method::Method;
 use crate::methods::{Integrator, with_method};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substeps, mark_method, own_method};
-use crate::quarantine::{Quarantine, quarantine_bodies};
+use crate::quarantine::{Quarantine, quarantine_refused};
 use crate::requests::{self, Requests};
 use crate::rest::{Static, mark_static};
 use crate::step::{Passes, StepPlan, TimeStep, insert_step_resources, step_schedule};
@@ -323,7 +323,7 @@ pub(crate) fn synchronise_bodies<Who: ArchetypeFilter + 'static>(world: &mut Wor
             .expect("its resources are inserted with the step's and the groups");
     }
     // Now: the coming tick is to be one without those that were refused.
-    world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
+    quarantine_refused(world);
 }
 
 /// Lets the bodies `Who` forget what their methods keep of them, with velocities that any other can start from.

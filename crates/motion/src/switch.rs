@@ -193,9 +193,9 @@ pub fn state(world: &mut World, effect: Effect) -> EffectState {
 }
 
 /// Switches an effect off or on again, between two ticks; [`Stepper::recompile`](crate::Stepper::recompile) has to
-/// follow. Off and on again leaves everything bit for bit as it was, with two exceptions: bodies of position
-/// Verlet start anew where laws change that act on them or on their groups, and of an emitter that was off for a tick nothing is born that
-/// was due meanwhile. Particles that fly when their emitter is switched off live out their lives.
+/// follow. Off and on again leaves everything bit for bit as it was, with two exceptions: bodies of position Verlet
+/// start anew where laws change that act on them or on their groups, and of an emitter that was off for a tick nothing
+/// is born that was due meanwhile. Particles that fly when their emitter is switched off live out their lives.
 ///
 /// # Errors
 /// An effect that nobody declared.
@@ -247,17 +247,16 @@ type Lawful = Or<(With<OwnLaws>, With<Off<OwnLaws>>)>;
 
 /// Those that an effect acts on, if it is one of single bodies alone.
 fn bodies_of(world: &mut World, effect: Effect) -> Option<Vec<Entity>> {
-    let everywhere = world.contains_resource::<Wells>() || world.contains_resource::<OffResource<Wells>>();
-    let name = match effect {
-        Effect::Thrusts => "thrusts",
-        Effect::Wells if !everywhere => "wells",
+    let everywhere = state_of_resource::<Wells>(world) != EffectState::NotDeclared;
+    let has = match effect {
+        Effect::Thrusts => has_law("thrusts"),
+        Effect::Wells if !everywhere => has_law("wells"),
         _ => return None,
     };
-    let has = |laws: &OwnLaws| laws.laws().iter().any(|law| law.name() == name);
     let mut bodies = world.query_filtered::<(Entity, Option<&OwnLaws>, Option<&Off<OwnLaws>>), Lawful>();
     let named = bodies
         .iter(world)
-        .filter(|(_, on, off)| on.is_some_and(has) || off.is_some_and(|Off(laws)| has(laws)))
+        .filter(|(_, on, off)| on.is_some_and(&has) || off.is_some_and(|Off(laws)| has(laws)))
         .map(|(body, ..)| body);
     Some(named.collect())
 }
@@ -339,10 +338,14 @@ fn switch_wind(world: &mut World, on: bool) {
     }
 }
 
+fn has_law(name: &str) -> impl Fn(&OwnLaws) -> bool {
+    move |laws| laws.laws().iter().any(|law| law.name() == name)
+}
+
 /// Whether a body has laws of that name that are on, and off.
 fn own_laws_named(world: &mut World, name: &str) -> [bool; 2] {
-    let has = |laws: &OwnLaws| laws.laws().iter().any(|law| law.name() == name);
-    let on = world.query::<&OwnLaws>().iter(world).any(has);
+    let has = has_law(name);
+    let on = world.query::<&OwnLaws>().iter(world).any(&has);
     let off = world.query::<&Off<OwnLaws>>().iter(world).any(|Off(laws)| has(laws));
     [on, off]
 }

@@ -16,6 +16,7 @@ mod read;
 mod repeat;
 mod soft;
 mod timeline;
+mod worlds;
 
 pub use bundle::Repetition;
 pub(crate) use cost::SHARE as COST_SHARE;
@@ -31,20 +32,19 @@ pub use options::{Options, Overrides};
 pub(crate) use pose::drawn;
 pub(crate) use soft::SoftSum;
 pub(crate) use timeline::Within;
+use worlds::{build, ids_of};
 
 use std::collections::HashMap;
-use std::num::NonZero;
 use std::ops::ControlFlow;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Evaluations, FrameTime, Method, MutualGravity, OwnMethod, Particle, PhysicsBody, PreviousPosition, Push,
-    PushQueue, Request, Requests, StepClock, Stepper, Threads, TickClock, TimeStep, Transform,
-    remember_positions,
+    FrameTime, Method, MutualGravity, OwnMethod, Particle, Push, PushQueue, Request, Requests, Stepper,
+    TickClock, TimeStep, remember_positions,
 };
 use pick::{SoftTargets, Targets};
-use scene::{EffectsState, Happening, PushSpec, Scene, StepKind, unsolvable};
+use scene::{Happening, PushSpec, Scene, StepKind, unsolvable};
 
 use crate::camera::Camera;
 use crate::control::Control;
@@ -436,99 +436,4 @@ impl Session {
             thing.take_if(|thing| self.world.get_entity(*thing).is_err());
         }
     }
-
-    /// Builds the world anew; camera, gravity, damping, what is switched off and click force stay, the selection does
-    /// not.
-    pub(crate) fn reset_world(&mut self) {
-        // Gravity and damping may have been asked for in this very frame.
-        self.carry_out_requests();
-        let method = self.stepper.method();
-        let step = *self.world.resource::<TimeStep>();
-        let (mut world, stepper, entities) = build(&self.scene, self.options);
-        self.hand_over(&mut world);
-        world.insert_resource(step);
-        EffectsState::of(&mut self.world).put(&mut world);
-        (self.world, self.stepper, self.entities) = (world, stepper, entities);
-        self.ids = ids_of(&self.entities);
-        self.stepper.recompile(&mut self.world);
-        if method != self.stepper.method() {
-            self.stepper.set_method(&mut self.world, method);
-        }
-        self.control.selection = None;
-        self.control.locked = None;
-        self.records_seen = 0;
-        self.targets = Targets::default();
-        self.soft = SoftTargets::default();
-        self.targets_current = false;
-        self.trails = Trails::default();
-        self.acting.clear();
-        self.shown_forecast = None;
-        self.restart_ghosts();
-        self.restart_recording();
-    }
-
-    /// Goes on with another scene; window size and panels stay.
-    pub fn open(&mut self, scene: Scene) {
-        let mut next = Self::new(scene, Options { paused: false, ..self.options });
-        std::mem::swap(&mut next.ui, &mut self.ui);
-        next.ui.ghosts = false;
-        next.clock.start_at(self.clock.now());
-        next.measured = self.measured;
-        next.control.mode = self.control.mode;
-        next.control.pointer = self.control.pointer;
-        (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
-        self.hand_over(&mut next.world);
-        next.count_effects_from_now();
-        next.ticks_left = self.ticks_left;
-        next.dropped = self.dropped;
-        next.ledger_asked = self.ledger_asked;
-        next.open_or_close_ledger();
-        next.recording = self.recording;
-        next.restart_recording();
-        *self = next;
-    }
-}
-
-impl Session {
-    /// Lets another world go on with the time and the counts of this one: it is the same run.
-    fn hand_over(&mut self, world: &mut World) {
-        let mut clock = *self.world.resource::<StepClock>();
-        clock.begin_scene();
-        world.insert_resource(clock);
-        world.insert_resource(std::mem::take(&mut *self.world.resource_mut::<Evaluations>()));
-    }
-}
-
-fn ids_of(entities: &[Entity]) -> HashMap<Entity, u32> {
-    (0..).zip(entities).map(|(id, entity)| (*entity, id)).collect()
-}
-
-/// Lets threads share a large world.
-fn share_among_threads(world: &mut World, bodies: usize, options: Options) {
-    if bodies >= Threads::FROM {
-        let usual = || std::thread::available_parallelism().map_or(1, NonZero::get);
-        world.insert_resource(Threads::new(options.threads.unwrap_or_else(usual)));
-    }
-}
-
-fn build(scene: &Scene, options: Options) -> (World, Stepper, Vec<Entity>) {
-    let mut world = World::new();
-    let entities = scene.spawn(&mut world);
-    share_among_threads(&mut world, entities.len(), options);
-    if options.interpolate {
-        draw_between_ticks(&mut world);
-    }
-    let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-    (world, stepper, entities)
-}
-
-/// Lets movable bodies be drawn between two ticks.
-fn draw_between_ticks(world: &mut World) {
-    let movable: Vec<_> = world
-        .query_filtered::<(Entity, &Transform, &PhysicsBody), Without<PreviousPosition>>()
-        .iter(world)
-        .filter(|(_, _, body)| body.inverse_mass > 0.0)
-        .map(|(entity, transform, _)| (entity, PreviousPosition(transform.position)))
-        .collect();
-    world.insert_batch(movable);
 }

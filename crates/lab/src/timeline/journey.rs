@@ -7,11 +7,10 @@ use super::{Broken, FIRST_SPACING, Keyframe, Replay, Timeline};
 /// A world on its way from a snapshot to the end of a later tick.
 pub struct Journey {
     replay: Replay,
+    from: u64,
     to: u64,
     /// A snapshot shortly before the end of a long way: who went there may go further back.
     near: Option<Keyframe>,
-    /// Whether one is to be taken.
-    long: bool,
 }
 
 impl Journey {
@@ -42,7 +41,7 @@ impl Timeline {
         if replay.state_hash() != keyframe.state_hash {
             return Err(Broken { tick: keyframe.snapshot.ticks() });
         }
-        Ok(Journey { to, near: None, long: replay.ticks() + FIRST_SPACING < to, replay })
+        Ok(Journey { from: replay.ticks(), to, near: None, replay })
     }
 
     /// Lets a way end at tick number `tick` instead, if that is ahead of it and no snapshot is nearer; whether it is so.
@@ -61,11 +60,11 @@ impl Timeline {
         if left == 0 {
             return false;
         }
-        let Journey { replay, near, long, .. } = journey;
-        if *long && left <= FIRST_SPACING && near.is_none() {
+        let Journey { replay, from, to, near } = journey;
+        let long = *to - *from > FIRST_SPACING;
+        if long && left <= FIRST_SPACING && near.is_none() {
             let (method, scale) = (replay.stepper.method(), replay.watch.scale());
-            let first = self.first_event_from(replay.ticks());
-            *near = Some(Keyframe::of(&mut replay.world, method, first, scale));
+            *near = Some(Keyframe::of(&mut replay.world, method, scale));
         }
         let mut events = self.events_after(replay.ticks()).peekable();
         replay.tick(&mut events);

@@ -8,7 +8,8 @@ use motion::{Ledger, PushQueue, SoftBody, Stepper, TimeStep, remember_positions}
 use pick::{SoftTargets, Targets};
 use scene::{FileIndex, Happening, StepKind};
 
-use super::{Order, Session, Simulated, draw_between_ticks, ids_of, share_among_threads};
+use super::worlds::{draw_between_ticks, ids_of, share_among_threads};
+use super::{Order, Session, Simulated};
 use crate::trails::Trails;
 
 /// What a session does when something goes wrong.
@@ -35,24 +36,18 @@ pub(crate) struct Recorded {
     /// Whether going on from the past repeats what came from outside, until something else does.
     pub(super) repeats: bool,
     /// The way to another tick, while it takes frames.
-    journey: Option<Box<Journey>>,
+    way: Option<Box<Way>>,
+}
+
+struct Way {
+    journey: Journey,
     /// What the person is told at its end.
     news: Option<String>,
 }
 
 impl Recorded {
     pub(super) const fn new(timeline: Timeline, watch: Watch) -> Self {
-        Self {
-            timeline,
-            watch,
-            found: None,
-            fault: None,
-            met: true,
-            passed: None,
-            repeats: false,
-            journey: None,
-            news: None,
-        }
+        Self { timeline, watch, found: None, fault: None, met: true, passed: None, repeats: false, way: None }
     }
 
     /// One tick, booked by `books` if there are some.
@@ -184,13 +179,14 @@ impl Session {
         let Some(fault) = recorded.fault.clone() else { return };
         recorded.passed = Some(fault.tick);
         if self.recording == Some(OnFault::Pause) {
+            // Whom it froze has been said.
+            if !fault.quarantined {
+                self.notice(fault.what.clone());
+            }
             self.set_out_before(&fault);
-            let good = fault.tick.saturating_sub(1);
-            let back = format!("back at tick {good}, the last good one; Ctrl+S saves the run");
-            let news = if fault.quarantined { back } else { format!("{}; {back}", fault.what) };
-            match &mut self.recorded {
-                Some(recorded) if recorded.journey.is_some() => recorded.news = Some(news),
-                _ => self.notice(news),
+            if let Some(way) = self.recorded.as_mut().and_then(|recorded| recorded.way.as_mut()) {
+                let good = fault.tick.saturating_sub(1);
+                way.news = Some(format!("back at tick {good}, the last good one; Ctrl+S saves the run"));
             }
         }
     }
@@ -198,7 +194,7 @@ impl Session {
     /// Goes back to the last good tick, in one go, and selects the body that is at fault.
     pub fn rewind_before(&mut self, fault: &Fault) {
         self.set_out_before(fault);
-        self.travel(&mut |_, _| ControlFlow::Continue(()));
+        self.arrive();
     }
 
     fn set_out_before(&mut self, fault: &Fault) {
@@ -213,6 +209,10 @@ impl Session {
     /// drops what came after it, unless it is repeated.
     pub fn seek(&mut self, tick: u64) {
         self.set_out(tick);
+        self.arrive();
+    }
+
+    fn arrive(&mut self) {
         self.travel(&mut |_, _| ControlFlow::Continue(()));
     }
 
@@ -223,25 +223,29 @@ impl Session {
             self.notice("no timeline is kept to go back in");
             return;
         };
-        recorded.news = None;
-        let Recorded { timeline, journey, .. } = &mut **recorded;
-        if !journey.as_mut().is_some_and(|journey| timeline.turn(journey, tick)) {
-            *journey = None;
-            match timeline.set_out(&self.scene, tick) {
-                Ok(begun) => *journey = Some(Box::new(begun)),
-                Err(broken) => self.notice(broken.to_string()),
-            }
+        let Recorded { timeline, way, .. } = &mut **recorded;
+        if let Some(way) = way
+            && timeline.turn(&mut way.journey, tick)
+        {
+            way.news = None;
+            return;
+        }
+        *way = None;
+        match timeline.set_out(&self.scene, tick) {
+            Ok(journey) => *way = Some(Box::new(Way { journey, news: None })),
+            Err(broken) => self.notice(broken.to_string()),
         }
     }
 
     /// Goes on with a journey for as long as `look` lets it; whether it has not arrived.
     pub(super) fn travel(&mut self, look: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>) -> bool {
-        let Some(mut journey) = self.recorded.as_mut().and_then(|recorded| recorded.journey.take()) else {
+        let Some(mut way) = self.recorded.as_mut().and_then(|recorded| recorded.way.take()) else {
             return false;
         };
         while let Some(recorded) = &mut self.recorded {
-            if !recorded.timeline.go_on(&mut journey) {
-                let (there, news) = (recorded.timeline.arrive(*journey), recorded.news.take());
+            if !recorded.timeline.go_on(&mut way.journey) {
+                let Way { journey, news } = *way;
+                let there = recorded.timeline.arrive(journey);
                 self.go_on_from(there);
                 news.into_iter().for_each(|news| self.notice(news));
                 return false;
@@ -251,23 +255,21 @@ impl Session {
             }
         }
         if let Some(recorded) = &mut self.recorded {
-            recorded.journey = Some(journey);
+            recorded.way = Some(way);
         }
         true
     }
 
     /// Pushes that wait for the next tick, while another one is gone to.
     pub(super) fn pushes_on_the_way(&self) -> Option<usize> {
-        self.recorded.as_ref()?.journey.as_ref()?;
+        self.recorded.as_ref()?.way.as_ref()?;
         Some(self.world.resource::<PushQueue>().pending().count())
     }
 
     /// What was done here makes the way to another tick worthless.
     pub(super) fn give_up_journey(&mut self) {
-        let Some(recorded) = &mut self.recorded else { return };
-        recorded.news = None;
-        if let Some(journey) = recorded.journey.take() {
-            self.notice(format!("not gone to tick {}, for something was done here", journey.to()));
+        if let Some(way) = self.recorded.as_mut().and_then(|recorded| recorded.way.take()) {
+            self.notice(format!("not gone to tick {}, for something was done here", way.journey.to()));
         }
     }
 
@@ -283,8 +285,8 @@ impl Session {
     /// One tick back, paused.
     pub(crate) fn step_back(&mut self) {
         self.control.paused = true;
-        let way = self.recorded.as_ref().and_then(|recorded| recorded.journey.as_ref());
-        let now = way.map_or_else(|| self.ticks(), |journey| journey.to());
+        let way = self.recorded.as_ref().and_then(|recorded| recorded.way.as_ref());
+        let now = way.map_or_else(|| self.ticks(), |way| way.journey.to());
         match self.recorded.as_ref().map(|recorded| *recorded.timeline.range().start()) {
             Some(first) if first >= now => self.notice("nothing is kept of the time before this tick"),
             _ => self.set_out(now.saturating_sub(1)),
@@ -362,11 +364,11 @@ impl Session {
 
     /// Where in the last minute it is.
     pub(crate) fn within(&self) -> Option<Within> {
-        let Recorded { timeline, fault, repeats, journey, .. } = &**self.recorded.as_ref()?;
+        let Recorded { timeline, fault, repeats, way, .. } = &**self.recorded.as_ref()?;
         Some(Within {
             range: timeline.range(),
-            at: journey.as_ref().map_or_else(|| self.ticks(), |journey| journey.to()),
-            left: journey.as_ref().map_or(0, |journey| journey.ticks_left()),
+            at: way.as_ref().map_or_else(|| self.ticks(), |way| way.journey.to()),
+            left: way.as_ref().map_or(0, |way| way.journey.ticks_left()),
             keyframes: timeline.keyframes().map(|(tick, _)| tick).collect(),
             fault: fault.clone(),
             repeats: *repeats,

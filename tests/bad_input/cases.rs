@@ -1,0 +1,293 @@
+//! Bad input, its exit codes and its messages.
+
+/// The files of the folder that every case runs in.
+pub const FILES: &[(&str, &[u8])] = &[
+    ("fine.ron", br#"(version: 1, gravity: (), bodies: [(name: "ball")])"#),
+    ("damped.ron", b"(version: 1, damping: (rate_per_s: 0.4))"),
+    ("folder/inside.txt", b""),
+    ("file", b"not a folder"),
+    ("latin.ron", b"(version: 1,\n name: \"caf\xe9\")"),
+    (
+        "comma.ron",
+        b"(version: 1,
+ step_hz: 60
+ seed: 3)",
+    ),
+    ("open.ron", br#"(version: 1, bodies: [(name: "ball")"#),
+    ("text.ron", br#"(version: 1, bodies: [(mass_kg: "1")])"#),
+    (
+        "faults.ron",
+        b"(version: 1, step_hz: 0, gravty: (),
+ bodies: [(mass_kg: -1), (mass_kg: 0)], grids: [(rows: 0, columns: 5)])",
+    ),
+    ("unknown.ron", b"(version: 1, bodies: [(positon_m: (0, 1, 0), wobble: 1)])"),
+    ("names.ron", br#"(version: 1, bodies: [(name: "a"), (name: "a"), (name: "the ball")])"#),
+    ("infinite.ron", b"(version: 1, bodies: [(position_m: (0, inf, nan))])"),
+    ("moving_wall.ron", b"(version: 1, bodies: [(immovable: true, velocity_m_s: (1, 0, 0))])"),
+    ("no_version.ron", br#"(name: "old")"#),
+    ("version_2.ron", b"(version: 2, bodies: {}, portals: [1, 2])"),
+    ("coupled.ron", br#"(version: 1, wind: (), springs: [(between: ("a", "b"))])"#),
+    (
+        "laws.ron",
+        br#"(version: 1, method: rk4, substeps: 0, drag: (), bodies: [(name: "ship"), (name: "rock", immovable: true)],
+ wells: [(softening_m: -1, bodies: ["sip"])],
+ thrusts: [(body: "rock", curve: polynomial([]), from_s: 2, until_s: 1)])"#,
+    ),
+    ("curve.ron", br#"(version: 1, thrusts: [(body: "ship", curve: sinus(amplitude_n: (1, 0, 0)))])"#),
+    ("many.ron", b"(version: 1, clouds: [(count: 4000001)])"),
+    ("comma.script", br#"[(at_s: 0.5 do: press("G"))]"#),
+    (
+        "keys.script",
+        br#"[(at_s: 0.5, do: press("Foo")),
+ (at_s: 1, do: hold("toggle_gravty", 1))]"#,
+    ),
+    ("action.script", br#"[(at_s: 0.5, do: pres("G"))]"#),
+    (
+        "body.script",
+        br#"[(at_s: 0.5, do: push("bal", (1, 0, 0))),
+ (at_s: 0.6, do: remove("cloud.3"))]"#,
+    ),
+    ("slash.script", br#"[(at_s: 0.5, do: screenshot("../shot.png"))]"#),
+    ("backwards.script", br#"[(at_s: 0.5, do: press("G")), (at_s: 0.25, do: press("G"))]"#),
+    (
+        "faults.script",
+        br#"[(do: press("G")),
+ (at_s: -1, do: press("G")),
+ (at_s: 1, at_tick: 1, do: press("")),
+ (at_s: 2, od: press("G"))]"#,
+    ),
+    ("shot.script", br#"[(at_s: 0.5, do: screenshot("shot.png"))]"#),
+    (
+        "recorded.script",
+        br#"(version: 1, scene: "tutorial", size_px: (16, 16), frame_ends_s: [0.1, 0.2], steps: [])"#,
+    ),
+    ("header.script", b"(version: 2, frame_ends_s: [0.2, 0.1])"),
+    (
+        "bad.times",
+        b"0.1 # fine
+-1
+nan
+inf
+soon
+",
+    ),
+    (
+        "empty.times",
+        b"# nothing
+",
+    ),
+];
+
+/// A command line in that folder and what has to come of it: the exit code, nothing on standard output, nothing
+/// left behind, and on standard error this text. `{SCENES}`, `{CASES}` and `{METHODS}` stand for the names that there are.
+pub struct Case {
+    pub name: &'static str,
+    pub line: &'static str,
+    pub code: i32,
+    pub message: &'static str,
+}
+
+pub const CASES: &[Case] = &[
+    Case { name: "a scene that is misspelled", line: "run tutorail", code: 2, message: "sandbox: tutorail: there is no such scene; did you mean tutorial? shipped scenes are {SCENES}; a file needs its path" },
+    Case { name: "a scene that is like no other", line: "run xyzzy", code: 2, message: "sandbox: xyzzy: there is no such scene; shipped scenes are {SCENES}; a file needs its path" },
+    Case { name: "a misspelled scene for the window", line: "tutorail", code: 2, message: "sandbox: tutorail: there is no such scene; did you mean tutorial? shipped scenes are {SCENES}; a file needs its path" },
+    Case { name: "a subcommand without a scene", line: "run", code: 2, message: "error: the following required arguments were not provided:
+  <SCENE>
+
+Usage: sandbox run <SCENE>
+
+For more information, try '--help'." },
+    Case { name: "a misspelled subcommand", line: "runn tutorial", code: 2, message: "error: 'tutorial' is one argument too many; the commands are run, list, plan, effects, ablate, cost, recommend, stability, replay
+
+Usage: sandbox [OPTIONS] [SCENE]
+       sandbox <COMMAND>
+
+For more information, try '--help'." },
+    Case { name: "a command as a scene", line: "run run", code: 2, message: "sandbox: run: there is no such scene; shipped scenes are {SCENES}; a file needs its path" },
+    Case { name: "a scene and then a subcommand", line: "tutorial run tutorial", code: 2, message: "error: the subcommand 'run' cannot be used with '[SCENE]'
+
+Usage: sandbox [OPTIONS] [SCENE]
+       sandbox <COMMAND>
+
+For more information, try '--help'." },
+    Case { name: "a scene file that is not there", line: "run missing.ron", code: 2, message: "sandbox: missing.ron: there is no such file; check the path" },
+    Case { name: "a folder as a scene", line: "run folder", code: 2, message: "sandbox: folder: this is a folder; give the path of a file in it" },
+    Case { name: "a scene that is not UTF-8", line: "run latin.ron", code: 2, message: "sandbox: latin.ron: line 2 is not UTF-8 text; save the file as UTF-8" },
+    Case { name: "a scene without a comma", line: "run comma.ron", code: 2, message: "sandbox: comma.ron:3:2: seed: a comma is expected here; put one between two entries" },
+    Case { name: "a scene that ends too early", line: "run open.ron", code: 2, message: r#"sandbox: open.ron:1:37: bodies[0].name: the text ends too early; close every `(`, `[` and `"` that was opened"# },
+    Case { name: "a text for a number", line: "run text.ron", code: 2, message: "sandbox: text.ron:1:33: bodies[0].mass_kg: a number is expected here; write one such as 1.5" },
+    Case { name: "several faults at once", line: "run faults.ron --state out.csv --summary out.json", code: 2, message: "sandbox: faults.ron:1:14: step_hz: 0 is not a step rate; give a positive number of steps a second
+faults.ron:1:26: gravty: unknown key `gravty`; did you mean `gravity`?
+faults.ron:2:12: bodies[0].mass_kg: -1 is not a mass; give a positive number of kilograms, or immovable: true
+faults.ron:2:27: bodies[1].mass_kg: 0 is not a mass; give a positive number of kilograms, or immovable: true
+faults.ron:2:50: grids[0].rows: rows is 0, which makes no body; give a whole number from 1 up" },
+    Case { name: "unknown keys", line: "run unknown.ron", code: 2, message: "sandbox: unknown.ron:1:24: bodies[0].positon_m: unknown key `positon_m`; did you mean `position_m`?
+unknown.ron:1:46: bodies[0].wobble: unknown key `wobble`; known here: name, shape, position_m, rotation_deg, velocity_m_s, verlet_previous_position_m, mass_kg, immovable, scenery, texture, color, label, method, substeps, damping_per_s, max_speed_m_s, locked_axes, gravity_off" },
+    Case { name: "a name taken twice", line: "run names.ron", code: 2, message: r#"sandbox: names.ron:1:37: bodies[1].name: the name `a` is taken; give every body a name of its own
+names.ron:1:50: bodies[2].name: "the ball" cannot be a name; use letters, digits, `_` and `-`"# },
+    Case { name: "a position that is not finite", line: "run infinite.ron", code: 2, message: "sandbox: infinite.ron:1:24: bodies[0].position_m: (0, inf, NaN) is not finite; give three finite numbers" },
+    Case { name: "an immovable body that moves", line: "run moving_wall.ron", code: 2, message: "sandbox: moving_wall.ron:1:41: bodies[0].velocity_m_s: an immovable body has no velocity; remove it, or immovable: true" },
+    Case { name: "a scene without a version", line: "plan no_version.ron", code: 2, message: "sandbox: no_version.ron:1:1: version: the version is missing; add `version: 1`" },
+    Case { name: "a scene of a later version", line: "plan version_2.ron", code: 2, message: "sandbox: version_2.ron:1:2: version: version 2 of the format is newer than this program, which reads version 1; use a newer program" },
+    Case { name: "wind without drag, a spring without ends", line: "plan coupled.ron", code: 2, message: r#"sandbox: coupled.ron:1:14: wind: `velocity_m_s` is missing; add one such as `velocity_m_s: (3.0, 0.0, 0.0)`
+coupled.ron:1:14: wind: wind moves the air that drag sees, and there is no drag; declare `drag`, or remove it
+coupled.ron:1:34: springs[0]: `stiffness_n_m` is missing; add one such as `stiffness_n_m: 100.0`
+coupled.ron:1:45: springs[0].between[0]: there is no body "a"; give the name of a body of the scene
+coupled.ron:1:50: springs[0].between[1]: there is no body "b"; give the name of a body of the scene"# },
+    Case { name: "laws with faults", line: "run laws.ron", code: 2, message: r#"sandbox: laws.ron:1:14: method: unknown word `rk4`; give explicit_euler, semi_implicit_euler, implicit_euler, position_verlet, velocity_verlet, runge_kutta_2_midpoint, runge_kutta_2_heun, runge_kutta_4 or yoshida_4
+laws.ron:1:27: substeps: 0 is not a number of substeps; give a whole number from 1 to 100000
+laws.ron:1:40: drag: drag without a coefficient is nothing; add `linear_per_s`, `quadratic_per_m` or both
+laws.ron:2:10: wells[0]: `strength_m3_s2` is missing; add one such as `strength_m3_s2: 1000.0`
+laws.ron:2:11: wells[0].softening_m: -1 is not a softening; give a number of meters from 0 up
+laws.ron:2:37: wells[0].bodies[0]: there is no body "sip"; did you mean "ship"?
+laws.ron:3:13: thrusts[0].body: "rock" is immovable, so no engine moves it; name a body that can move
+laws.ron:3:27: thrusts[0].curve: a polynomial without coefficients is nothing; give at least the constant force, as in `polynomial([(10.0, 0.0, 0.0)])`
+laws.ron:3:61: thrusts[0].until_s: 1 s is not after the start at 2 s; give a later time, or leave it out"# },
+    Case { name: "an unknown curve", line: "run curve.ron", code: 2, message: "sandbox: curve.ron:1:46: thrusts[0].curve: unknown word `sinus`; did you mean `sine`?" },
+    Case { name: "too many bodies", line: "run many.ron", code: 2, message: "sandbox: many.ron:1:14: clouds: 4000001 bodies are too many; give at most 4000000 in all" },
+    Case { name: "an unknown flag", line: "run fine.ron --sed 3", code: 2, message: "error: unexpected argument '--sed' found
+
+  tip: to pass '--sed' as a value, use '-- --sed'
+
+Usage: sandbox run <SCENE>
+
+For more information, try '--help'." },
+    Case { name: "an unknown method", line: "run fine.ron --method euler", code: 2, message: "error: invalid value 'euler' for '--method <M>': the methods are {METHODS}
+
+For more information, try '--help'." },
+    Case { name: "an unknown method for the plan", line: "plan fine.ron --method rk4", code: 2, message: "error: invalid value 'rk4' for '--method <M>': the methods are {METHODS}
+
+For more information, try '--help'." },
+    Case { name: "an unknown damping model", line: "run damped.ron --damping wet", code: 2, message: "error: invalid value 'wet' for '--damping <MODEL>': the models are tutorial, clamped, exact
+
+For more information, try '--help'." },
+    Case { name: "a damping model for no damping", line: "run fine.ron --damping exact --state out.csv --summary out.json", code: 2, message: "sandbox: fine.ron declares no damping; leave --damping out" },
+    Case { name: "no step rate", line: "run fine.ron --hz 0", code: 2, message: "error: invalid value '0' for '--hz <H>': give a finite number above 0
+
+For more information, try '--help'." },
+    Case { name: "a negative step rate", line: "run fine.ron --hz -60", code: 2, message: "error: invalid value '-60' for '--hz <H>': give a finite number above 0
+
+For more information, try '--help'." },
+    Case { name: "a step rate that is no number", line: "run fine.ron --hz nan", code: 2, message: "error: invalid value 'nan' for '--hz <H>': give a finite number above 0
+
+For more information, try '--help'." },
+    Case { name: "a step rate whose step is infinite", line: "run fine.ron --hz 1e-320", code: 2, message: "error: invalid value '1e-320' for '--hz <H>': give a number farther above 0
+
+For more information, try '--help'." },
+    Case { name: "no time at all", line: "run fine.ron --seconds 0", code: 2, message: "error: invalid value '0' for '--seconds <S>': give a finite number above 0
+
+For more information, try '--help'." },
+    Case { name: "endless time", line: "run fine.ron --seconds inf", code: 2, message: "error: invalid value 'inf' for '--seconds <S>': give a finite number above 0
+
+For more information, try '--help'." },
+    Case { name: "more ticks than can be", line: "run fine.ron --seconds 1e300", code: 2, message: "sandbox: 1e300 s at 1.2e2 Hz are more ticks than a run can have; give fewer" },
+    Case { name: "a rate of more ticks than can be", line: "run fine.ron --hz 1e308", code: 2, message: "sandbox: 1e1 s at 1e308 Hz are more ticks than a run can have; give fewer" },
+    Case { name: "ticks beside seconds", line: "run fine.ron --ticks 1 --seconds 1", code: 2, message: "error: the argument '--ticks <N>' cannot be used with '--seconds <S>'
+
+Usage: sandbox run --ticks <N> <SCENE>
+
+For more information, try '--help'." },
+    Case { name: "negative ticks", line: "run fine.ron --ticks -1", code: 2, message: "error: invalid value '-1' for '--ticks <N>': give a whole number from 0 up
+
+For more information, try '--help'." },
+    Case { name: "half a tick", line: "run fine.ron --ticks 1.5", code: 2, message: "error: invalid value '1.5' for '--ticks <N>': give a whole number from 0 up
+
+For more information, try '--help'." },
+    Case { name: "no frame rate", line: "run fine.ron --fps 0", code: 2, message: "error: invalid value '0' for '--fps <F>': give a finite number above 0
+
+For more information, try '--help'." },
+    Case { name: "a frame rate beside frame times", line: "run fine.ron --fps 30 --frame-times bad.times", code: 2, message: "error: the argument '--fps <F>' cannot be used with '--frame-times <FILE>'
+
+Usage: sandbox run --fps <F> <SCENE>
+
+For more information, try '--help'." },
+    Case { name: "a state every 0 ticks", line: "run fine.ron --state out.csv --every 0", code: 2, message: "error: invalid value '0' for '--every <K>': give a whole number from 1 up
+
+For more information, try '--help'." },
+    Case { name: "a distance of states without states", line: "run fine.ron --every 2", code: 2, message: "error: the following required arguments were not provided:
+  --state <FILE.csv>
+
+Usage: sandbox run --state <FILE.csv> --every <K> <SCENE>
+
+For more information, try '--help'." },
+    Case { name: "a distance of pictures without pictures", line: "run fine.ron --frame-every 2", code: 2, message: "error: the following required arguments were not provided:
+  --frames <DIR>
+
+Usage: sandbox run --frames <DIR> --frame-every <K> <SCENE>
+
+For more information, try '--help'." },
+    Case { name: "a picture without width", line: "run fine.ron --size 0x10", code: 2, message: "error: invalid value '0x10' for '--size <WxH>': give width and height from 1 to 16384 pixels, as in 1280x720
+
+For more information, try '--help'." },
+    Case { name: "a picture with one side", line: "run fine.ron --size 10", code: 2, message: "error: invalid value '10' for '--size <WxH>': give width and height from 1 to 16384 pixels, as in 1280x720
+
+For more information, try '--help'." },
+    Case { name: "a picture that is too wide", line: "run fine.ron --size 99999x1", code: 2, message: "error: invalid value '99999x1' for '--size <WxH>': give width and height from 1 to 16384 pixels, as in 1280x720
+
+For more information, try '--help'." },
+    Case { name: "no substeps", line: "run fine.ron --substeps 0", code: 2, message: "error: invalid value '0' for '--substeps <K>': give a whole number from 1 to 100000
+
+For more information, try '--help'." },
+    Case { name: "too many substeps", line: "run fine.ron --substeps 100001", code: 2, message: "error: invalid value '100001' for '--substeps <K>': give a whole number from 1 to 100000
+
+For more information, try '--help'." },
+    Case { name: "no threads", line: "fine.ron --threads 0", code: 2, message: "error: invalid value '0' for '--threads <N>': give a whole number from 1 up
+
+For more information, try '--help'." },
+    Case { name: "negative threads", line: "run fine.ron --threads -2", code: 2, message: "error: invalid value '-2' for '--threads <N>': give a whole number from 1 up
+
+For more information, try '--help'." },
+    Case { name: "a case that is misspelled", line: "stability stif_spring --out out", code: 2, message: "sandbox: stif_spring: there is no such case; did you mean stiff_spring? the cases are {CASES}; a file needs its path" },
+    Case { name: "a scene that is no case", line: "stability hitch fine.ron --out out", code: 2, message: "sandbox: fine.ron: the scene is no hard case; add `expect: (survival: (measure: energy, seconds: 10, bounded_below: 0.1))`, or name a case of `sandbox list cases`" },
+    Case { name: "an unknown method for the matrix", line: "stability --method euler --out out", code: 2, message: "error: invalid value 'euler' for '--method <M>': the methods are {METHODS}
+
+For more information, try '--help'." },
+    Case { name: "an unknown list", line: "list bodies", code: 2, message: "error: invalid value 'bodies' for '[WHAT]'
+  [possible values: scenes, cases, methods, laws, keys]
+
+For more information, try '--help'." },
+    Case { name: "an unknown format", line: "list keys --format xml", code: 2, message: "error: invalid value 'xml' for '--format <FORMAT>'
+  [possible values: table, json]
+
+For more information, try '--help'." },
+    Case { name: "a script that is not there", line: "run fine.ron --script missing.script --state out.csv --summary out.json", code: 2, message: "sandbox: missing.script: there is no such file; check the path" },
+    Case { name: "a folder as a script", line: "run fine.ron --script folder", code: 2, message: "sandbox: folder: this is a folder; give the path of a file in it" },
+    Case { name: "a script that is not UTF-8", line: "run fine.ron --script latin.ron", code: 2, message: "sandbox: latin.ron: line 2 is not UTF-8 text; save the file as UTF-8" },
+    Case { name: "a script without a comma", line: "run fine.ron --script comma.script --state out.csv --summary out.json", code: 2, message: "sandbox: comma.script:1:13: steps[0].do: a comma is expected here; put one between two entries" },
+    Case { name: "keys that there are not", line: "run fine.ron --script keys.script --state out.csv --summary out.json", code: 2, message: "sandbox: keys.script:1:14: steps[0].do: there is no key or action `Foo`; `sandbox list keys` names them all
+keys.script:2:12: steps[1].do: there is no key or action `toggle_gravty`; `sandbox list keys` names them all" },
+    Case { name: "an unknown action", line: "run fine.ron --script action.script --state out.csv --summary out.json", code: 2, message: "sandbox: action.script:1:18: steps[0].do: unknown word `pres`; did you mean `press`?" },
+    Case { name: "bodies that there are not", line: "run fine.ron --script body.script --state out.csv --summary out.json", code: 2, message: r#"sandbox: body.script:1:14: steps[0].do: there is no body "bal"; did you mean "ball"?
+body.script:2:14: steps[1].do: there is no body "cloud.3"; give the name of a body of the scene"# },
+    Case { name: "a picture outside its folder", line: "run fine.ron --script slash.script --frames pictures", code: 2, message: r#"sandbox: slash.script:1:14: steps[0].do: "../shot.png" is not a plain file name that ends in .png; give one such as "push.png""# },
+    Case { name: "a script that goes back in time", line: "run fine.ron --script backwards.script --state out.csv --summary out.json", code: 2, message: "sandbox: backwards.script:1:32: steps[1].at_s: 0.25 s comes after 0.5 s; give times that never go backwards" },
+    Case { name: "several faults of a script at once", line: "run fine.ron --script faults.script --state out.csv --summary out.json", code: 2, message: r#"sandbox: faults.script:1:2: steps[0]: the step has no time; add at_s, at_tick or at_frame
+faults.script:2:3: steps[1].at_s: -1 is not a time; give seconds from 0 up
+faults.script:3:2: steps[2]: the step has several times; keep one of at_s, at_tick and at_frame
+faults.script:3:24: steps[2].do: an empty text is no key; give the name of a key
+faults.script:4:2: steps[3]: the step does nothing; add an action such as `do: press("G")`
+faults.script:4:12: steps[3].od: unknown key `od`; known here: at_s, at_tick, at_frame, do"# },
+    Case { name: "a recording of another scene", line: "run fine.ron --script recorded.script", code: 2, message: "sandbox: recorded.script: this was recorded in tutorial, not in fine.ron; open tutorial" },
+    Case { name: "a recording for the window of another scene", line: "fine.ron --script recorded.script", code: 2, message: "sandbox: recorded.script: this was recorded in tutorial, not in fine.ron; open tutorial" },
+    Case { name: "a recording with frame times", line: "run tutorial --script recorded.script --fps 30", code: 2, message: "sandbox: a recording has frame times of its own; leave --fps and --frame-times out" },
+    Case { name: "a recording with a bad header", line: "run tutorial --script header.script", code: 2, message: r#"sandbox: header.script:1:1: scene: the scene is missing; add the name of a scene, such as `scene: "tutorial"`
+header.script:1:1: size_px: the window has no size; give one such as `size_px: (1280, 720)`
+header.script:1:2: version: version 2 of recordings is not one that this program reads; record again with this program, which writes version 1
+header.script:1:34: frame_ends_s[1]: a frame cannot end at 0.1 s after one that ended at 0.2 s; give finite times that never go backwards"# },
+    Case { name: "frame times that are not there", line: "run fine.ron --frame-times missing.times", code: 2, message: "sandbox: missing.times: there is no such file; check the path" },
+    Case { name: "frame times that are none", line: "run fine.ron --frame-times bad.times --state out.csv --summary out.json", code: 2, message: r#"sandbox: bad.times:2:1: "-1" is not a frame time; give seconds from 0 up, one number a line
+bad.times:3:1: "nan" is not a frame time; give seconds from 0 up, one number a line
+bad.times:4:1: "inf" is not a frame time; give seconds from 0 up, one number a line
+bad.times:5:1: "soon" is not a frame time; give seconds from 0 up, one number a line"# },
+    Case { name: "no frame times", line: "run fine.ron --frame-times empty.times", code: 2, message: "sandbox: empty.times: there is no frame time; give one number of seconds a line" },
+    Case { name: "a folder as frame times", line: "run fine.ron --frame-times folder", code: 2, message: "sandbox: folder: this is a folder; give the path of a file in it" },
+    Case { name: "a state file below a file", line: "run fine.ron --state file/out.csv --summary out.json", code: 2, message: "sandbox: cannot make the folder file: a file is in the way; give another path" },
+    Case { name: "a state file far below a file", line: "run fine.ron --state file/a/b/out.csv --summary out.json", code: 2, message: "sandbox: cannot make the folder file/a/b: a file is in the way; give another path" },
+    Case { name: "a folder as a state file", line: "run fine.ron --state folder --summary out.json", code: 2, message: "sandbox: cannot write folder: it is a folder; give the path of a file" },
+    Case { name: "a folder as a summary", line: "run fine.ron --state out.csv --summary folder", code: 2, message: "sandbox: cannot write folder: it is a folder; give the path of a file" },
+    Case { name: "a summary below a file", line: "run fine.ron --state out.csv --summary file/out.json", code: 2, message: "sandbox: cannot make the folder file: a file is in the way; give another path" },
+    Case { name: "one file for state and summary", line: "run fine.ron --state out --summary out", code: 2, message: "sandbox: --state and --summary name the same file; give two" },
+    Case { name: "a window without a display", line: "", code: 5, message: "sandbox: no display found; `sandbox run tutorial` runs without a window" },
+    Case { name: "a scene in a window without a display", line: "fine.ron --size 16x16 --paused", code: 5, message: "sandbox: no display found; `sandbox run tutorial` runs without a window" },
+    Case { name: "a recording without a display", line: "tutorial --record out.ron", code: 5, message: "sandbox: no display found; `sandbox run tutorial` runs without a window" },
+];
