@@ -26,6 +26,15 @@ fn with_settings() -> (Drive, DVec2) {
     (drive, player)
 }
 
+/// Clicks the field of `step_hz` in the settings, somewhere above their middle, which makes it a text field.
+pub fn write_step_hz(drive: &mut Drive) {
+    let field = (0..20).find(|row| {
+        let pixel = DVec2::new(100.0, 346.0 - 3.0 * f64::from(*row));
+        drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2).session.takes_text()
+    });
+    assert!(field.is_some());
+}
+
 /// Whether Escape finds nothing to close or to clear.
 fn escape_quits(drive: &mut Drive) -> bool {
     drive.press("Escape").session.take_orders() == [Order::Quit]
@@ -143,12 +152,7 @@ fn letters_typed_into_the_finder_do_not_press_their_keys() {
 #[test]
 fn a_number_being_typed_into_the_settings_takes_the_keys() {
     let (mut drive, _) = with_settings();
-    // Somewhere above the middle is the field of step_hz; a click makes it a text field.
-    let field = (0..20).find(|row| {
-        let pixel = DVec2::new(100.0, 346.0 - 3.0 * f64::from(*row));
-        drive.frame(H, [at(pixel)]).frame(H, click(Button::Left)).ticks(2).session.takes_text()
-    });
-    assert!(field.is_some());
+    write_step_hz(&mut drive);
     let gravity = *drive.session.world().resource::<Gravity>();
     drive.frame(H, tap("G")).frame(H, tap("Q")).ticks(1);
     assert_eq!(*drive.session.world().resource::<Gravity>(), gravity);

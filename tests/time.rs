@@ -23,6 +23,9 @@ fn ticks_due_come_from_total_time_and_never_drift() {
     let uneven = ticks(120.0, (1..=144).map(|i| f64::from(i) / 144.0));
     assert_eq!(uneven.iter().sum::<u64>(), 120);
     assert!(uneven.iter().all(|ticks| *ticks <= 1));
+    // After hours, too, every frame has its two ticks.
+    let even = ticks(120.0, (1..=1_000_000).map(|i| f64::from(i) / 60.0));
+    assert!(even.iter().all(|ticks| *ticks == 2));
     // A million frames of 1/144 s into steps of 1/60 s.
     let total: u64 = ticks(60.0, (1..=1_000_000).map(|i| f64::from(i) / 144.0)).iter().sum();
     assert_eq!(total, 416_666);

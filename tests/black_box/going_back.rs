@@ -6,8 +6,10 @@ use sandbox::input::{Experiment, Input};
 use sandbox::report::state_hash;
 use scene::Bundle;
 
-use crate::drive::Drive;
+use crate::drive::{Drive, tap};
 use crate::ghosts::mixed;
+use crate::harness::H;
+use crate::panels::write_step_hz;
 
 pub fn recording() -> Drive {
     let mut drive = Drive::of(mixed());
@@ -27,7 +29,7 @@ pub fn go(drive: &mut Drive, ticks: std::ops::Range<u32>) -> Vec<u64> {
             inputs.push(push("ball", [2.0, 0.0, 1.0]));
         }
         if tick % 25 == 11 {
-            inputs.extend(crate::drive::tap("G"));
+            inputs.extend(tap("G"));
         }
         drive.frame(1.0 / 60.0, inputs);
         state_hash(&drive.session)
@@ -99,6 +101,29 @@ fn selection_and_ledger_go_along_and_a_reset_or_another_scene_begins_anew() {
     drive.run(3, 1.0 / 60.0);
     drive.session.seek(ticks);
     assert_eq!(drive.hash(), hash);
+}
+
+#[test]
+fn ticks_are_asked_for_as_often_as_their_length_says_that_was_gone_back_to() {
+    let mut drive = Drive::tutorial();
+    drive.session.keep_timeline();
+    let in_a_second = |drive: &mut Drive| {
+        let before = drive.session.ticks();
+        drive.run(60, 1.0 / 60.0).session.ticks() - before
+    };
+    assert_eq!(in_a_second(&mut drive), 120);
+    drive.press("Q").press("Tab").ticks(2);
+    write_step_hz(&mut drive);
+    drive.frame(H, [Input::Text("30".to_owned())]).frame(H, tap("Enter")).press("Tab").ticks(4);
+    let later = drive.session.ticks();
+    assert_eq!(drive.session.step_hz(), 30.0);
+    assert_eq!(in_a_second(&mut drive), 30);
+    for (tick, rate) in [(100, 120.0), (later + 10, 30.0), (50, 120.0)] {
+        drive.session.seek(tick);
+        assert_eq!((drive.session.ticks(), drive.session.step_hz()), (tick, rate));
+    }
+    drive.press("P");
+    assert_eq!(in_a_second(&mut drive), 120);
 }
 
 #[test]

@@ -69,6 +69,25 @@ fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_fault_is_told_and_decides_the_exit_code_where_its_bundle_cannot_be_written() {
+    let folder = folder();
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("link")).unwrap();
+    let full = "is the last good one; cannot write link: the disk is full; make room, or give another path\n";
+    for (line, expected, tick) in [("sheet.ron --script nan.script", 3, 70), ("stiff.ron", 1, 0)] {
+        let line = format!("run {line} --seconds 2 --black-box link --summary summary.json");
+        let (code, _, err) = run(folder.path(), &line);
+        assert_eq!(code, expected, "{err}");
+        assert!(err.ends_with(&format!("; tick {tick} {full}")), "{err}");
+        let summary = fs::read(folder.path().join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        let black_box = &summary["black_box"];
+        assert_eq!((&black_box["path"], &black_box["tick"]), (&serde_json::Value::Null, &tick.into()));
+        assert_eq!(black_box["fault"]["tick"], tick + 1);
+    }
+}
+
+#[test]
 fn a_run_without_fault_writes_nothing_and_ends_as_it_would() {
     let folder = folder();
     let (code, out, err) = run(folder.path(), "run sheet.ron --ticks 60 --black-box box.zip");

@@ -10,9 +10,10 @@ use crate::failure::Failure;
 use crate::files::Output;
 use crate::session::Session;
 
-/// What was written.
+/// What went wrong in a run.
 pub(crate) struct BlackBox {
-    pub path: PathBuf,
+    /// What is wrong with the file, if it could not be written.
+    pub written: Result<PathBuf, Failure>,
     /// The last good tick.
     pub tick: u64,
     pub fault: FaultEntry,
@@ -27,29 +28,31 @@ pub(crate) fn write(
     file: Output,
     session: &mut Session,
     picture: impl FnOnce(&mut Session) -> Result<Image, Failure>,
-) -> Result<Option<BlackBox>, Failure> {
-    let Some(fault) = session.fault().cloned() else { return Ok(None) };
+) -> Option<BlackBox> {
+    let fault = session.fault()?.clone();
     session.rewind_before(&fault);
     let image = picture(session);
     if let Err(failure) = &image {
         eprintln!("the bundle has no picture: {failure}");
     }
-    finish_bundle(path, file, session, image.ok().as_ref())?;
-    Ok(Some(BlackBox {
-        path: path.to_owned(),
+    let written = finish_bundle(path, file, session, image.ok().as_ref());
+    Some(BlackBox {
+        written: written.map(|()| path.to_owned()),
         tick: session.ticks(),
         quarantined: fault.quarantined,
         fault: fault.named(&session.scene().names),
-    }))
+    })
 }
 
 impl BlackBox {
-    /// How the run ends.
+    /// How the run ends: by what went wrong in it, even if that could not be written down.
     pub(crate) fn verdict(&self) -> Failure {
-        let Self { path, tick, fault, quarantined } = self;
-        let path = path.display();
-        let what =
-            format!("{fault}; tick {tick} is the last good one; {path} holds the run, for `sandbox replay`");
+        let Self { written, tick, fault, quarantined } = self;
+        let file = match written {
+            Ok(path) => format!("{} holds the run, for `sandbox replay`", path.display()),
+            Err(failure) => failure.to_string(),
+        };
+        let what = format!("{fault}; tick {tick} is the last good one; {file}");
         if *quarantined { Failure::Quarantined(what) } else { Failure::Expectation(what) }
     }
 }

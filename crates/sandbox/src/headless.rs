@@ -286,13 +286,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
     let mut summary = Summary::of(&mut session, start, pictures, adapter);
     let picture = |session: &mut Session| still(session, camera);
-    let written = args
-        .black_box
-        .as_deref()
-        .zip(box_file)
-        .map(|(path, file)| black_box::write(path, file, &mut session, picture));
-    if let Some(written) = &written {
-        summary.add_black_box(written.as_ref().ok().and_then(Option::as_ref));
+    let mut black_box = None;
+    if let Some((path, file)) = args.black_box.as_deref().zip(box_file) {
+        black_box = black_box::write(path, file, &mut session, picture);
+        summary.add_black_box(black_box.as_ref());
     }
     show(&summary.to_table());
     let unconverged = session.evaluations().unconverged_steps();
@@ -305,14 +302,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
         written.map_err(|error| Failure::file("write", path, &error))?;
     }
-    match written {
-        Some(Ok(Some(black_box))) => Err(black_box.verdict()),
-        Some(Err(failure)) => {
-            // What went wrong in the run is told even if it could not be written down.
-            eprintln!("{failure}");
-            verdict(args, &session).and(Err(failure))
-        }
-        _ => verdict(args, &session).and(refused),
+    match black_box {
+        Some(black_box) => Err(black_box.verdict()),
+        None => verdict(args, &session).and(refused),
     }
 }
 

@@ -135,9 +135,9 @@ impl Summary {
     }
 
     /// Adds what the black box of the run has written.
-    pub(crate) fn add_black_box(&mut self, written: Option<&BlackBox>) {
-        let value = written.map_or(Value::Null, |BlackBox { path, tick, fault, .. }| {
-            let path = path.display().to_string();
+    pub(crate) fn add_black_box(&mut self, black_box: Option<&BlackBox>) {
+        let value = black_box.map_or(Value::Null, |BlackBox { written, tick, fault, .. }| {
+            let path = written.as_ref().ok().map(|path| path.display().to_string());
             json!({ "path": path, "tick": tick, "fault": fault_json(Some(fault)) })
         });
         self.fields.insert("black_box".to_owned(), value);
