@@ -156,7 +156,14 @@ fn the_program_gives_the_pinned_hashes() {
 /// State hash of the crowd below.
 const CROWD: u64 = 0xb36a_ad57_e0de_1c65;
 
-/// No shipped scene has so many bodies that threads share them.
+#[test]
+fn two_threads_give_the_pinned_hashes() {
+    all_are_pinned(|scene| {
+        Run::start(scene, World::new(), |world| world.insert_resource(Threads::new(2))).hash()
+    });
+}
+
+/// Of the shipped scenes only `sparks` has so many bodies that threads share them.
 #[test]
 fn any_number_of_threads_hashes_a_crowd_alike() {
     let count = Threads::FROM + 777;

@@ -6,7 +6,7 @@ use sandbox::{Options, Repetition, Session};
 use scene::Bundle;
 
 use super::going_back::{go, push, recording, with_a_fault};
-use crate::drive::Drive;
+use crate::drive::{Drive, tap};
 
 /// A session of what `bundle` is when it was a file, at the end of its run.
 fn reopened(bundle: &Bundle, interpolate: bool) -> (Drive, Repetition) {
@@ -137,6 +137,40 @@ fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_me
     // Going on goes through it, and it stays known.
     again.press("P").run(10, 0.01);
     assert_eq!((again.session.ticks(), again.session.fault()), (10, Some(&fault)));
+}
+
+#[test]
+fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
+    let mut drive = Drive::of(scene::Scene::parse("stiff", super::program::STIFF).unwrap());
+    drive.session.keep_timeline();
+    drive.run(10, 0.01);
+    assert_eq!(drive.session.ticks(), 0);
+    // Another method that explodes, and a push.
+    for events in [tap("Shift+I").to_vec(), vec![push("ball", [0.0, 1.0, 0.0])]] {
+        drive.give(events);
+        drive.press("P").run(10, 0.01);
+        assert!(drive.session.paused());
+        assert_eq!((drive.session.ticks(), drive.session.fault().unwrap().tick), (0, 1));
+    }
+    drive.press("P").run(10, 0.01);
+    assert_eq!(drive.session.ticks(), 10);
+}
+
+#[test]
+fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
+    let saves = |drive: &mut Drive| drive.session.take_orders() == [sandbox::Order::Bundle];
+    let mut drive = Drive::of(scene::Scene::parse("stiff", super::program::STIFF).unwrap());
+    drive.session.keep_timeline();
+    drive.session.save_faults();
+    assert!(saves(drive.run(10, 0.01)) && drive.session.paused());
+    let bundle = drive.session.bundle(None).unwrap();
+    assert_eq!(bundle.manifest.fault.as_ref().unwrap().tick, 1);
+    // The next one is for the person to save, and one that is looked at is in a file.
+    assert!(!saves(drive.press("F1").press("P").run(10, 0.01)) && drive.session.paused());
+    let (mut again, _) = reopened(&bundle, true);
+    again.session.save_faults();
+    again.session.rewind_before_fault();
+    assert!(!saves(again.press("P").run(10, 0.01)) && again.session.paused());
 }
 
 #[test]

@@ -88,6 +88,38 @@ fn a_fault_is_told_and_decides_the_exit_code_where_its_bundle_cannot_be_written(
 }
 
 #[test]
+fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
+    let folder = folder();
+    let script =
+        "[(at_tick: 10, do: press(\"G\")), (at_tick: 20, do: press(\",\")), (at_frame: 30, do: press(\"P\")),
+        (at_tick: 70, do: push(\"cloth.r2.c2\", (nan, 0, 0)))]";
+    fs::write(folder.path().join("back.script"), script).unwrap();
+    fs::write(folder.path().join("late.script"), "[(at_frame: 1000, do: press(\",\"))]").unwrap();
+    let line = "run sheet.ron --script back.script --seconds 2 --summary summary.json";
+    let (code, _, err) = run(folder.path(), line);
+    assert_eq!(code, 3, "{err}");
+    assert!(err.contains("cloth.r2.c2 quarantined in tick 72: "), "{err}");
+    let summary = fs::read(folder.path().join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    assert_eq!((&summary["ticks"], summary["quarantined"].as_array().unwrap().len()), (&71.into(), 1));
+    assert_eq!(summary["quarantined"][0]["tick"], 72);
+    let (code, _, err) = run(folder.path(), "run stiff.ron --script late.script --ticks 50");
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("ball, tick 1: energy out of nowhere"), "{err}");
+}
+
+#[test]
+fn a_bundle_beside_pictures_has_one() {
+    let folder = folder();
+    fs::write(folder.path().join("save.script"), "[(at_frame: 20, do: press(\"save_bundle\"))]").unwrap();
+    let line = "run sheet.ron --script save.script --ticks 60 --frames out --frame-every 1000 --size 320x200";
+    let (code, _, err) = run(folder.path(), line);
+    assert_eq!(code, 0, "{err}");
+    let saved = bundle(folder.path(), "out/bundle_000020.zip");
+    assert!(saved.picture.is_some_and(|picture| picture.starts_with(b"\x89PNG")));
+}
+
+#[test]
 fn a_run_without_fault_writes_nothing_and_ends_as_it_would() {
     let folder = folder();
     let (code, out, err) = run(folder.path(), "run sheet.ron --ticks 60 --black-box box.zip");

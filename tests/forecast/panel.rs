@@ -71,6 +71,16 @@ fn a_spring_turns_red_before_the_run_diverges() {
 }
 
 #[test]
+fn a_spring_that_is_faster_than_every_number_is_red() {
+    let mut film = hung(1e308);
+    film.press("P");
+    film.press("V");
+    film.frames(1);
+    let seen = colors(&film.session.picture());
+    assert!(is_red(seen[2]), "{seen:?}: {:?}", film.session.shown_forecast());
+}
+
+#[test]
 fn the_panel_follows_the_method_and_forgets_when_it_is_closed() {
     let mut film = hung(1.15 * 7200.0);
     film.frames(1);
@@ -121,7 +131,9 @@ fn no_shipped_scene_is_unstable_but_those_that_show_it() {
     let mut said = Vec::new();
     for shipped in scene::shipped() {
         let mut session = Session::new(scene::load(shipped.name).unwrap(), sandbox::Options::default());
-        said.extend(session.foretell().iter().map(|row| format!("{}: {}", shipped.name, row.line())));
+        said.extend(
+            session.foretell(1.0 / 60.0).iter().map(|row| format!("{}: {}", shipped.name, row.line())),
+        );
     }
     // It shows what explicit Euler makes of an orbit.
     let [race] = &said[..] else { panic!("{said:#?}") };

@@ -67,6 +67,37 @@ fn the_limit_is_where_warnings_begin() {
     assert!(run(at(1.01), "").errors.contains("needs 2 substeps, or implicit_euler"));
 }
 
+/// A weight on a spring of 1 rad/s, at one tick a frame.
+const FRAMES: &str = "(version: 1, step: frame, bodies: [(name: \"anchor\", immovable: true),
+    (name: \"weight\", position_m: (1.1, 0, 0), mass_kg: 1.0)],
+    springs: [(between: (\"anchor\", \"weight\"), stiffness_n_m: 1.0, rest_length_m: 1.0)])";
+
+#[test]
+fn a_step_of_frames_is_as_long_as_the_longest_frame() {
+    let said = run_scene(FRAMES, "--fps 0.4 --refuse-unstable");
+    assert!(said.code == 1 && said.errors.contains("w h = 2.5, the limit"), "{}", said.errors);
+    let calm = run_scene(FRAMES, "--fps 0.6 --refuse-unstable");
+    assert!(calm.code == 0 && calm.errors.is_empty(), "{}", calm.errors);
+}
+
+#[test]
+fn what_grows_slowly_in_a_second_and_fast_in_a_tick_is_told() {
+    let scene = FRAMES.replace("step: frame", "step_hz: 0.001").replace("1.0, rest", "4.4e-6, rest");
+    let said = run_scene(&scene, "--refuse-unstable");
+    assert!(said.code == 1 && said.errors.contains("w h = 2.098, the limit"), "{}", said.errors);
+}
+
+/// Runge-Kutta 2 at w h = 0.1 grows by 1.25e-5 a tick (numerics: G2 = 1 + z^4 / 4).
+#[test]
+fn what_grows_too_slowly_to_be_told_is_in_the_summary() {
+    let said = run(36.0, "--method runge_kutta_2_midpoint --refuse-unstable");
+    assert!(said.code == 0 && said.errors.is_empty(), "{}", said.errors);
+    let [row] = &said.summary["forecast"].as_array().unwrap()[..] else { panic!("{}", said.summary) };
+    let growth = row["growth_per_s"].as_f64().unwrap();
+    assert!((growth.ln() / 60.0 - 1e-4 / 8.0).abs() < 1e-7, "{row}");
+    assert_eq!(run(36.0, "").summary["forecast"], Value::Array(Vec::new()));
+}
+
 #[test]
 fn a_run_that_was_refused_wrote_nothing() {
     let said = run(1e8, "--refuse-unstable");

@@ -56,7 +56,23 @@ fn assert_same(different: &[String]) {
 #[test]
 fn every_cell_is_what_the_committed_matrix_has() {
     let cases = scene::cases().iter().map(|case| case.load().unwrap()).collect();
-    assert_same(&differences(&committed(), &found(cases, &Method::ALL, Some(PREFIX)), beginning));
+    let (before, now) = (committed(), found(cases, &Method::ALL, Some(PREFIX)));
+    for row in before.rows.iter().chain(&now.rows) {
+        assert!(row.cells.iter().map(|cell| cell.method).eq(Method::ALL), "{}", row.title());
+    }
+    assert_same(&differences(&before, &now, beginning));
+}
+
+/// All other runs of more than [`PREFIX`] ticks, whole.
+#[test]
+fn a_close_passage_is_what_the_committed_matrix_has_to_its_end() {
+    let mut before = committed();
+    let long = before.rows.iter().filter(|row| row.ticks > PREFIX && row.case != "at_rest");
+    assert!(long.map(|row| row.case.as_str()).eq(["close_passage"]));
+    before.rows.retain(|row| row.case == "close_passage");
+    let case = scene::load_case("close_passage").unwrap();
+    let now = found(vec![case], &Method::ALL, None);
+    assert_same(&differences(&before, &now, |cell| Prefix { class: cell.class, number: cell.number }));
 }
 
 /// The whole run of one method, in both precisions.

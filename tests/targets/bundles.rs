@@ -5,6 +5,7 @@ use std::io::{Cursor, Read as _, Write as _};
 use arbitrary::{Result, Unstructured};
 use bevy_ecs::prelude::World;
 use motion::{Method, Stepper, TimeStep};
+use sandbox::{Options, Session};
 use scene::{BUNDLE_FORMAT, Bundle, Event, Happening, Manifest, Scene, Settings, Snapshot};
 use xxhash_rust::xxh3::xxh3_64;
 use zip::write::SimpleFileOptions;
@@ -13,6 +14,10 @@ use zip::{ZipArchive, ZipWriter};
 use super::numbers::{any_vector, at_least_0};
 use super::scenes;
 use super::step::assert_finite;
+
+/// What there is time for.
+const MOST_TICKS: u64 = 50;
+const MOST_BODIES: usize = 200;
 
 /// Hexadecimal digits of the checksum at the end.
 const DIGITS: usize = 16;
@@ -31,6 +36,7 @@ pub fn bundle(bytes: &[u8]) {
             && let Some(bundle) = read(&damaged)
         {
             goes_on(&bundle, &scene);
+            opens(&bundle);
         }
     }
 }
@@ -59,6 +65,27 @@ fn goes_on(bundle: &Bundle, scene: &Scene) -> bool {
             assert!(!error.to_string().trim().is_empty(), "an error without words");
             false
         }
+    }
+}
+
+/// Opens what was read as the program does, with its own scene and settings.
+fn opens(bundle: &Bundle) {
+    let Manifest { snapshot_tick, end_tick, .. } = bundle.manifest;
+    let short = end_tick.saturating_sub(snapshot_tick) <= MOST_TICKS;
+    let few = |scene: &Scene| {
+        let substeps = scene.bodies.iter().filter_map(|body| body.substeps).chain([scene.substeps]);
+        substeps.max() <= Some(8) && scene.bodies.len() <= MOST_BODIES
+    };
+    if !short || !bundle.scene("any").is_ok_and(|scene| few(&scene)) {
+        return;
+    }
+    let options = Options { pictures: false, ..Options::default() };
+    match Session::of_bundle(bundle, "any", options, &mut |_| ()) {
+        Ok((mut session, _)) => {
+            session.rewind_before_fault();
+            assert!(session.bundle(None).is_some(), "what was opened can be saved");
+        }
+        Err(failure) => assert!(!failure.to_string().trim().is_empty(), "an error without words"),
     }
 }
 

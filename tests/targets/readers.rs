@@ -5,7 +5,7 @@ use bevy_ecs::prelude::World;
 use motion::{Stepper, TimeStep};
 use scene::{Scene, SceneError, Script};
 
-/// Digits in a row that make a number too large for a test: of bodies, it would be millions.
+/// A whole number of more digits is too large for a test: of bodies, it would be millions.
 const LONG: usize = 4;
 
 /// Bodies that a test has time for.
@@ -39,8 +39,9 @@ pub fn script(bytes: &[u8]) {
 }
 
 fn read_scene(text: &str) {
-    let many = text.split(|c: char| !c.is_ascii_digit()).any(|number| number.len() > LONG);
-    if many {
+    let part_of_number = |c: char| c.is_ascii_alphanumeric() || "+-._".contains(c);
+    let is_large = |word: &str| word.len() > LONG && word.chars().all(|c| c.is_ascii_digit());
+    if text.split(|c| !part_of_number(c)).any(is_large) {
         return;
     }
     match Scene::parse("any", text) {

@@ -140,10 +140,10 @@ impl Timeline {
         some
     }
 
-    /// Notes what the coming tick takes in.
-    pub fn before_tick(&mut self, world: &World) {
+    /// Notes what the coming tick takes in; whether somebody asked or pushed.
+    pub fn before_tick(&mut self, world: &World) -> bool {
         self.forget_after(world.resource::<StepClock>().ticks());
-        self.note_requests(world);
+        let mut some = self.note_requests(world);
         let TimeStep(step) = *world.resource::<TimeStep>();
         if step.to_bits() != self.step.to_bits() {
             self.note(world, Happening::Step(step));
@@ -151,8 +151,10 @@ impl Timeline {
         for input in pending(world) {
             if let Input::Push(body, newtons) = input {
                 self.note(world, Happening::Push(body, newtons));
+                some = true;
             }
         }
+        some
     }
 
     /// Notes that the tick is over. `energy_scale` is [`Watch::scale`].

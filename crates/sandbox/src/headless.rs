@@ -24,7 +24,7 @@ use crate::session::{CATCH_UP, Options, Order, Overrides, Session, Simulated, Sw
 const DEFAULT_SECONDS: f64 = 10.0;
 
 /// Frames a second of a run that does not say.
-const DEFAULT_FPS: f64 = 60.0;
+pub(crate) const DEFAULT_FPS: f64 = 60.0;
 
 /// When frames end.
 enum FrameEnds {
@@ -45,6 +45,18 @@ impl FrameEnds {
             Self::Recorded(ends) => clock.advance_to(ends.next()?),
         };
         Some(time.expect("checked when the times were read"))
+    }
+
+    /// The longest frame, s.
+    fn longest(&self) -> f64 {
+        match self {
+            Self::Constant { rate } => 1.0 / rate,
+            Self::Lengths(lengths) => lengths.as_slice().iter().copied().fold(0.0, f64::max),
+            Self::Recorded(ends) => {
+                let starts = [0.0].iter().chain(ends.as_slice());
+                ends.as_slice().iter().zip(starts).map(|(end, start)| end - start).fold(0.0, f64::max)
+            }
+        }
     }
 }
 
@@ -82,6 +94,12 @@ impl Camera {
         }
         self.renderer.draw(&self.gpu, frame, self.target.view());
         Ok(())
+    }
+
+    /// The present picture of `session`.
+    fn picture(&mut self, session: &mut Session) -> Result<Image, Failure> {
+        self.draw(&session.picture())?;
+        Ok(self.target.read(&self.gpu)?)
     }
 
     fn write(&mut self, name: &str, session: &Session) -> Result<(), Failure> {
@@ -200,7 +218,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         })?;
     }
     // Before anything is written.
-    foretell(args, &mut session)?;
+    let longest_frame = ends.longest();
+    foretell(args, &mut session, longest_frame)?;
     let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
     let mut camera = if wants_pictures { Some(Camera::new(size_px, folder)?) } else { None };
     // Opened before the run: a place that cannot be written is found out now, and not after an hour.
@@ -257,7 +276,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         }
         if orders.contains(&Order::Bundle) {
             let folder = args.frames.as_deref().unwrap_or(Path::new("."));
-            write_bundle(&folder.join(format!("bundle_{frame_number:06}.zip")), &session, None)?;
+            let image = match &mut camera {
+                Some(camera) => Some(camera.picture(&mut session)?),
+                None => None,
+            };
+            let path = folder.join(format!("bundle_{frame_number:06}.zip"));
+            write_bundle(&path, &session, image.as_ref())?;
         }
         if let Some(error) = watch.error.take() {
             let path = args.state.clone().unwrap_or_default();
@@ -269,7 +293,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         for order in orders {
             if let Order::Open(name) = order {
                 session.open(scene::load(&name)?);
-                refused = foretell(args, &mut session);
+                refused = foretell(args, &mut session, longest_frame);
                 keep_books(args, &mut session);
             }
         }
@@ -326,17 +350,16 @@ fn still(session: &mut Session, camera: Option<Camera>) -> Result<Image, Failure
         None => Camera::without_folder(session.size_px())?,
     };
     session.lay_out_still();
-    camera.draw(&session.picture())?;
-    Ok(camera.target.read(&camera.gpu)?)
+    camera.picture(session)
 }
 
 /// Lines about what would grow: more of them say the same.
 const MOST_WARNINGS: usize = 3;
 
 /// Says what would grow without bound, and refuses it where that was asked for.
-fn foretell(args: &RunArgs, session: &mut Session) -> Result<(), Failure> {
+fn foretell(args: &RunArgs, session: &mut Session, frame: f64) -> Result<(), Failure> {
     let scene = session.scene().name.clone();
-    let rows = session.foretell();
+    let rows = session.foretell(frame);
     let Some((worst, others)) = rows.split_first() else { return Ok(()) };
     let worst = format!("{scene} is unstable: {}", worst.line());
     if args.refuse_unstable {
@@ -451,13 +474,18 @@ impl Watch {
 }
 
 fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
-    if let Some(first) = session.quarantined().first() {
-        let count = session.quarantined().len();
+    let quarantined = session.all_quarantined();
+    if let Some(first) = quarantined.first() {
+        let count = quarantined.len();
         let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
         return Err(Failure::Quarantined(format!(
             "{}{more} quarantined in tick {}: {}",
             first.body, first.tick, first.what
         )));
+    }
+    // A run that went back from a fault, and was not gone on with, has not got past it.
+    if let Some(fault) = session.fault().filter(|fault| fault.tick > session.ticks()) {
+        return Err(Failure::Expectation(fault.named(&session.scene().names).to_string()));
     }
     let Some(expect) = session.scene().expect.filter(|_| args.assert) else { return Ok(()) };
     let Some(bound) = expect.energy_drift_below else { return Ok(()) };

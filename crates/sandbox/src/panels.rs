@@ -24,7 +24,9 @@ use motion::{
 
 use crate::control::Mode;
 use crate::input::Experiment;
-use crate::session::{ForecastRow, GhostLabel, GhostRow, Label, Measured, Session, SoftSum, Within};
+use crate::session::{
+    ForecastRow, GhostLabel, GhostRow, Label, Measured, QuarantinedBody, Session, SoftSum, Within,
+};
 use crate::ui::Ui;
 
 pub(crate) use cost::Axes;
@@ -67,7 +69,8 @@ pub(crate) struct Model {
     pub bodies: usize,
     pub drops_time: bool,
     pub measured: Option<Measured>,
-    pub quarantined: usize,
+    /// How many bodies are frozen, and the first of them.
+    pub quarantined: (usize, Vec<QuarantinedBody>),
     pub notices: Vec<String>,
     pub selection: Option<Selected>,
     pub labels: Vec<Label>,
@@ -90,6 +93,9 @@ pub(crate) struct Model {
     pub within: Option<Within>,
 }
 
+/// So many quarantined bodies are listed.
+const FROZEN: usize = 6;
+
 /// The selected thing in the tutorial's terms.
 pub(crate) struct Selected {
     pub entity: Entity,
@@ -106,7 +112,8 @@ pub(crate) struct Selected {
     pub damping: f64,
     /// The method that it asks for, whatever the scene's is.
     pub own_method: Option<Method>,
-    pub quarantined: bool,
+    /// Why and when it was frozen, if it was.
+    pub quarantined: Option<String>,
     /// What is summed up over the points, of a soft body.
     pub soft: Option<SoftSum>,
 }
@@ -133,7 +140,7 @@ impl Model {
             bodies: session.entities.len(),
             drops_time: session.drops_time(),
             measured: session.measured,
-            quarantined: session.quarantined().len(),
+            quarantined: (session.frozen().len(), session.frozen().iter().take(FROZEN).cloned().collect()),
             notices,
             effects,
             cost: if session.ui.cost { cost::View::of(session) } else { None },
@@ -171,7 +178,7 @@ impl Selected {
             gravity: DVec3::ZERO,
             damping: 0.0,
             own_method: None,
-            quarantined: false,
+            quarantined: None,
             soft: Some(soft),
         }
     }
@@ -198,7 +205,7 @@ impl Selected {
             gravity: acting,
             damping,
             own_method: session.world.get_entity(entity).ok().and_then(motion::own_method),
-            quarantined: session.world.get::<motion::Quarantined>(entity).is_some(),
+            quarantined: session.frozen_because(entity),
             soft: None,
         })
     }

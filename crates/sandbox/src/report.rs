@@ -76,7 +76,7 @@ impl Summary {
         let (newton_iterations, unconverged_steps) =
             (evaluations.newton_iterations(), evaluations.unconverged_steps());
         let quarantined: Vec<_> = session
-            .quarantined()
+            .all_quarantined()
             .iter()
             .map(|QuarantinedBody { body, tick, what, system, component, cause }| {
                 json!({

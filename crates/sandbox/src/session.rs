@@ -139,6 +139,8 @@ pub struct Session {
     recorded: Option<Box<timeline::Recorded>>,
     /// Whether it is, in this scene and the next, and what a fault does.
     recording: Option<timeline::OnFault>,
+    /// Whether the next fault of this scene orders a bundle.
+    saves_faults: bool,
     targets: Targets,
     soft: SoftTargets,
     targets_current: bool,
@@ -183,6 +185,7 @@ impl Session {
             foretold: Vec::new(),
             recorded: None,
             recording: None,
+            saves_faults: false,
             targets: Targets::default(),
             soft: SoftTargets::default(),
             targets_current: false,

@@ -28,7 +28,7 @@ use crate::actions::{Action, Key, binding};
 use crate::bundle::{self, write_bundle};
 use crate::cli::{StepArgs, WindowArgs};
 use crate::failure::Failure;
-use crate::headless::{load_script, player_of, write_picture};
+use crate::headless::{DEFAULT_FPS, load_script, player_of, write_picture};
 use crate::input::{Button, Input, InputFrame};
 use crate::player::Player;
 use crate::session::{Measured, Options, Order, Overrides, Session};
@@ -73,7 +73,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         measured: Measured::default(),
         failure: None,
     };
-    shell.session.foretell();
+    shell.session.foretell(1.0 / DEFAULT_FPS);
     event_loop.run_app(&mut shell).map_err(|error| {
         Failure::NoDisplay(format!(
             "the window system failed: {}",
@@ -102,6 +102,7 @@ fn session(args: &WindowArgs, name: &str) -> Result<Session, Failure> {
     overrides.check(&scene)?;
     let mut session = Session::new(scene, Options { overrides, ..options });
     session.keep_timeline();
+    session.save_faults();
     Ok(session)
 }
 
@@ -368,7 +369,8 @@ impl Shell {
         match scene::load(name) {
             Ok(scene) => {
                 self.session.open(scene);
-                self.session.foretell();
+                self.session.foretell(1.0 / DEFAULT_FPS);
+                self.session.save_faults();
             }
             Err(error) => self.session.notice(error.to_string()),
         }

@@ -32,8 +32,17 @@ pub(super) fn look(
         return (None, Vec::new());
     }
     let shares = bounds.iter().map(|bound| times_over(*bound, h));
+    let springs = |ratio: &dyn Fn(Scalar) -> Scalar| -> Vec<_> {
+        let each = group.springs().iter().zip(shares.clone());
+        each.map(|(spring, share)| SpringMargin {
+            ends: spring.ends.map(|end| bodies[end]),
+            ratio: ratio(share),
+        })
+        .collect()
+    };
     if !over.is_finite() {
-        return (Some(endless(&group, shares, coupling.movable, bodies, pace, solvable)), Vec::new());
+        let margin = endless(&group, shares.clone(), coupling.movable, bodies, pace, solvable);
+        return (Some(margin), springs(&|share| share));
     }
     let (system, y) = modes_of(&group, world.get_resource::<Damping>().copied(), h / over, stiffest);
     let [stiffness, damping] = quotients(&group, &y);
@@ -49,11 +58,8 @@ pub(super) fn look(
     };
     let margin = system.margin(part, coupling.movable, values, pace, solvable);
     let most = shares.clone().fold(0.0, f64::max);
-    let springs = group.springs().iter().zip(shares).map(|(spring, share)| SpringMargin {
-        ends: spring.ends.map(|end| bodies[end]),
-        ratio: if share > 0.0 { margin.ratio() * share / most } else { 0.0 },
-    });
-    (Some(margin), springs.collect())
+    let springs = springs(&|share| if share > 0.0 { margin.ratio() * share / most } else { 0.0 });
+    (Some(margin), springs)
 }
 
 /// The margin of a group whose fastest mode is faster than every number; `shares` are those of its springs in that.

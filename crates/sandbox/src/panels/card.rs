@@ -52,20 +52,20 @@ fn rows(selected: &Selected, scene: Method) -> Vec<(&'static str, String)> {
     let acceleration = if movable { applied + gravity } else { DVec3::ZERO };
     rows.extend([
         ("velocity", vector(body.velocity, "m/s")),
-        ("speed", format!("{} m/s", number(body.velocity.length()))),
+        ("speed", format!("{} m/s", number(length(body.velocity)))),
         ("acceleration", vector(acceleration, "m/s²")),
         ("forces", vector(selected.applied + weight + of_laws, "N")),
         ("mass", if movable { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() }),
         ("inverse mass", format!("{} 1/kg", number(body.inverse_mass))),
         ("momentum", vector(body.momentum(), "kg m/s")),
-        ("weight", format!("{} N", number(weight.length()))),
+        ("weight", format!("{} N", number(length(weight)))),
     ]);
     if movable {
         let (method, whose) = selected.own_method.map_or((scene, "the scene's"), |own| (own, "its own"));
         rows.push(("method", format!("{}, {whose}", method.claims().title)));
     }
-    if selected.quarantined {
-        rows.push(("quarantined", "frozen at its last finite state".to_owned()));
+    if let Some(why) = &selected.quarantined {
+        rows.push(("quarantined", why.clone()));
     }
     rows
 }
@@ -83,7 +83,7 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
         if body.inverse_mass > 0.0 { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() };
     vec![
         ("velocity", vector(body.velocity, "m/s")),
-        ("speed", format!("{} m/s", number(body.velocity.length()))),
+        ("speed", format!("{} m/s", number(length(body.velocity)))),
         ("points", counted),
         ("springs", springs.to_string()),
         ("mass", mass),
@@ -95,6 +95,12 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
 
 fn vector(v: DVec3, unit: &str) -> String {
     format!("({}, {}, {}) {unit}", number(v.x), number(v.y), number(v.z))
+}
+
+/// Also where its square is beyond every number.
+fn length(v: DVec3) -> f64 {
+    let largest = v.abs().max_element();
+    if largest > 0.0 && largest.is_finite() { (v / largest).length() * largest } else { largest }
 }
 
 /// Three decimals, or a power of ten where they would say nothing.

@@ -118,8 +118,10 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
     if model.drops_time {
         lines.push(("slower than real time: simulated time is dropped".to_owned(), WARNING));
     }
-    if model.quarantined > 0 {
-        lines.push((format!("{} bodies quarantined", model.quarantined), WARNING));
+    match model.quarantined.0 {
+        0 => {}
+        1 => lines.push(("1 body quarantined: R says why".to_owned(), WARNING)),
+        many => lines.push((format!("{many} bodies quarantined: R says why"), WARNING)),
     }
     if cfg!(debug_assertions) && model.measured.is_some() {
         lines.push(("debug build: slow".to_owned(), WARNING));

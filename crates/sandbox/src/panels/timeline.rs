@@ -5,7 +5,7 @@ use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 use super::labels::FAULT;
 use super::{Edit, Model};
 use crate::control::Mode;
-use crate::session::Within;
+use crate::session::{QuarantinedBody, Within};
 
 const WIDTH: f32 = 460.0;
 const MARKS_HEIGHT: f32 = 14.0;
@@ -26,6 +26,7 @@ pub(super) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>
                 Some(within) => scrubber(ui, within, model.paused, edits),
                 None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
             }
+            frozen(ui, &model.quarantined);
         });
 }
 
@@ -75,6 +76,18 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, edits: &mut Vec<Edit>) {
         mebibytes(within.bytes),
         mebibytes(within.cap)
     ));
+}
+
+/// Who was quarantined, when, by which system and why.
+fn frozen(ui: &mut Ui, (count, first): &(usize, Vec<QuarantinedBody>)) {
+    for QuarantinedBody { body, tick, what, system, cause, .. } in first {
+        ui.separator();
+        ui.label(format!("{body}: quarantined in tick {tick} by {system}, cause {cause}"));
+        ui.weak(what);
+    }
+    if *count > first.len() {
+        ui.weak(format!("and {} more", count - first.len()));
+    }
 }
 
 /// Snapshots, the present and the fault along the slider.

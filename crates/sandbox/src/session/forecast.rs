@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use motion::{Damping, Forecast, FrameTime, Groups, Margin, Method, Part, Substeps, TimeStep};
 
+use scene::StepKind;
+
 use super::Session;
 
 /// How long a forecast is shown before it is made anew, s: speeds and distances change all the time.
@@ -14,7 +16,8 @@ const FRESH_S: f64 = 0.25;
 const FRESH_LARGE_S: f64 = 2.0;
 const LARGE_NET: usize = 20_000;
 
-/// What grows by less than this factor in a second is listed and not told: Runge-Kutta 2 is never quite stable.
+/// What grows by less than this factor in a second, and in a tick, is listed and not told: Runge-Kutta 2 is never quite
+/// stable.
 const TOLD_GROWTH: f64 = 1.01;
 
 /// How far from instability something is, in words.
@@ -145,15 +148,24 @@ impl Session {
         }
     }
 
-    /// Looks ahead at the start of a scene: what would grow is kept for the summary, and told.
-    pub fn foretell(&mut self) -> &[ForecastRow] {
-        let tells = |row: &ForecastRow| row.margin.is_unstable && row.margin.growth_per_s >= TOLD_GROWTH;
-        self.foretold = self.forecast().into_iter().filter(tells).collect();
-        if let Some(worst) = self.foretold.first() {
-            let text = format!("unstable: {}", worst.line());
-            self.ui.notice(text);
+    /// Looks ahead at the start of a scene, whose frames are to have that length, s: what would grow is kept for the
+    /// summary; what would soon be seen is told, and given here.
+    pub fn foretell(&mut self, frame: f64) -> Vec<ForecastRow> {
+        if self.scene.step == StepKind::Frame {
+            self.world.insert_resource(TimeStep(frame));
         }
-        &self.foretold
+        let tick = self.world.resource::<TimeStep>().0;
+        let grows = |row: &ForecastRow| row.margin.is_unstable;
+        self.foretold = self.forecast().into_iter().filter(grows).collect();
+        let is_seen = |row: &&ForecastRow| {
+            let a_second = row.margin.growth_per_s;
+            a_second.max(a_second.powf(tick)) >= TOLD_GROWTH
+        };
+        let told: Vec<_> = self.foretold.iter().filter(is_seen).cloned().collect();
+        if let Some(worst) = told.first() {
+            self.ui.notice(format!("unstable: {}", worst.line()));
+        }
+        told
     }
 
     /// What would grow when it was looked at last, at the start of the scene.
@@ -194,7 +206,7 @@ impl Session {
             substeps: self.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
             damping: self.world.get_resource::<Damping>().copied(),
             structure: groups.map_or([0; 4], |groups| {
-                [groups.len(), groups.springs(), groups.bodies(), self.quarantined().len()]
+                [groups.len(), groups.springs(), groups.bodies(), self.frozen().len()]
             }),
         }
     }

@@ -122,6 +122,31 @@ mod tests {
     }
 
     #[test]
+    fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
+        let mut session = session();
+        let mut clock = motion::FrameClock::default();
+        let mut nan = |session: &mut Session| {
+            let push = crate::input::Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
+            let input = [crate::input::Input::Experiment(push)].into_iter().collect();
+            session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
+            let names: Vec<_> = session.frozen().iter().map(|frozen| frozen.body.as_str()).collect();
+            assert_eq!(names, ["ahead"]);
+            let body = session.body("ahead").expect("it is there");
+            let why = session.frozen_because(body).expect("it is frozen");
+            assert!(why.ends_with(" by integrate_acceleration"), "{why}");
+        };
+        nan(&mut session);
+        session.reset_world();
+        assert!(session.frozen().is_empty());
+        assert_eq!(session.quarantined().len(), 1);
+        nan(&mut session);
+        session.open(session.scene.clone());
+        assert!(session.frozen().is_empty());
+        nan(&mut session);
+        assert_eq!(session.all_quarantined().len(), 3);
+    }
+
+    #[test]
     fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
         let mut session = session();
         session.keep_timeline();

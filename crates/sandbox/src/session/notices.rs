@@ -4,14 +4,17 @@ use motion::{Cause, Evaluations, Fault, Quarantine, QuarantineRecord};
 
 use super::{QuarantinedBody, Session};
 
+/// So many quarantined bodies of a world are told of, one by one.
+const TOLD: usize = 3;
+
 impl Session {
     pub(super) fn note_quarantined(&mut self) {
-        let records = &self.world.resource::<Quarantine>().records()[self.records_seen..];
-        let records = records.to_vec();
+        let seen = self.records_seen;
+        let records = self.world.resource::<Quarantine>().records()[seen..].to_vec();
         self.records_seen += records.len();
-        for QuarantineRecord { body, tick, cause, .. } in records {
+        for (number, QuarantineRecord { body, tick, cause, .. }) in (seen..).zip(records) {
             let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
-            if self.quarantined.len() < 3 {
+            if number < TOLD {
                 self.ui.notice(format!("{body} was quarantined in tick {tick}: {what}"));
             }
             let cause = match fault {
@@ -19,7 +22,11 @@ impl Session {
                 Fault::Spring(other) => format!("spring to {}", self.name(other)),
                 fault => fault.name().to_owned(),
             };
-            self.quarantined.push(QuarantinedBody { body, tick, what, system, component, cause });
+            let frozen = QuarantinedBody { body, tick, what, system, component, cause };
+            // A run that goes on from the past may repeat what came after.
+            if !self.quarantined.contains(&frozen) {
+                self.quarantined.push(frozen);
+            }
         }
     }
 

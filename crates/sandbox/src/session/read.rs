@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    BodyState, Drag, Evaluations, Law, Laws, Method, Moment, OwnLaws, PhysicsBody, Quarantined, StepClock,
-    Stepper, TimeStep, Transform, Wells,
+    BodyState, Drag, Evaluations, Law, Laws, Method, Moment, OwnLaws, PhysicsBody, Quarantine, Quarantined,
+    StepClock, Stepper, TimeStep, Transform, Wells,
 };
 use scene::Scene;
 
@@ -138,10 +138,31 @@ impl Session {
         drag.into_iter().chain(wells).chain(called).map(|law| law.acceleration(at, state)).sum()
     }
 
-    /// Every body that was quarantined.
+    /// Every body that was quarantined in the run up to now, in earlier scenes and before a reset too, by tick.
     #[must_use]
     pub fn quarantined(&self) -> &[QuarantinedBody] {
+        let now = self.ticks();
+        &self.quarantined[..self.quarantined.partition_point(|frozen| frozen.tick <= now)]
+    }
+
+    /// The same with those that the run has gone back before, and whose ticks it has not dropped.
+    #[must_use]
+    pub fn all_quarantined(&self) -> &[QuarantinedBody] {
         &self.quarantined
+    }
+
+    /// Why `body` is frozen, in a few words.
+    pub(crate) fn frozen_because(&self, body: Entity) -> Option<String> {
+        let records = self.world.resource::<Quarantine>().records();
+        let record = records.iter().find(|record| record.body == body)?;
+        Some(format!("in tick {} by {}", record.tick, record.cause.system))
+    }
+
+    /// Those of this world.
+    pub(crate) fn frozen(&self) -> &[QuarantinedBody] {
+        let count = self.world.resource::<Quarantine>().records().len();
+        let all = self.quarantined();
+        &all[all.len().saturating_sub(count)..]
     }
 
     /// The body of that name, if there is one and it was not removed.

@@ -31,7 +31,7 @@ pub(crate) struct Recorded {
     pub(super) fault: Option<Fault>,
     /// Whether it is to be met at the end of the frame.
     met: bool,
-    /// The tick of a fault that the person was told of: going on goes through it.
+    /// The tick of a fault that the person was told of: going on goes through it, if nothing is done before.
     passed: Option<u64>,
     /// Whether going on from the past repeats what came from outside, until something else does.
     pub(super) repeats: bool,
@@ -41,8 +41,8 @@ pub(crate) struct Recorded {
 
 struct Way {
     journey: Journey,
-    /// What the person is told at its end.
-    news: Option<String>,
+    /// Whether it ends at the last good tick before a fault, which the person is told.
+    tells: bool,
 }
 
 impl Recorded {
@@ -92,6 +92,11 @@ impl Session {
         self.restart_recording();
     }
 
+    /// Orders a bundle by itself at the first fault of this scene and of each that is opened.
+    pub const fn save_faults(&mut self) {
+        self.saves_faults = true;
+    }
+
     /// Records the last minute from now on, and simulates no further when a body is quarantined or energy jumps.
     pub fn keep_black_box(&mut self) {
         self.recording = Some(OnFault::Stop);
@@ -131,6 +136,7 @@ impl Session {
     pub(crate) fn record(&mut self, what: Happening) {
         if let Some(recorded) = &mut self.recorded {
             recorded.timeline.note(&self.world, what);
+            recorded.passed = None;
             self.give_up_journey();
         }
     }
@@ -139,15 +145,20 @@ impl Session {
         if let Some(recorded) = &mut self.recorded
             && recorded.timeline.note_requests(&self.world)
         {
+            recorded.passed = None;
             self.give_up_journey();
         }
     }
 
     /// Records what the coming tick takes in, which nobody has recorded before.
     pub(super) fn record_before_tick(&mut self) {
+        let now = self.ticks();
         if let Some(recorded) = &mut self.recorded {
-            recorded.timeline.before_tick(&self.world);
+            if recorded.timeline.before_tick(&self.world) {
+                recorded.passed = None;
+            }
             recorded.forget_fault();
+            self.quarantined.truncate(self.quarantined.partition_point(|frozen| frozen.tick <= now));
         }
     }
 
@@ -185,8 +196,7 @@ impl Session {
             }
             self.set_out_before(&fault);
             if let Some(way) = self.recorded.as_mut().and_then(|recorded| recorded.way.as_mut()) {
-                let good = fault.tick.saturating_sub(1);
-                way.news = Some(format!("back at tick {good}, the last good one; Ctrl+S saves the run"));
+                way.tells = true;
             }
         }
     }
@@ -227,12 +237,12 @@ impl Session {
         if let Some(way) = way
             && timeline.turn(&mut way.journey, tick)
         {
-            way.news = None;
+            way.tells = false;
             return;
         }
         *way = None;
         match timeline.set_out(&self.scene, tick) {
-            Ok(journey) => *way = Some(Box::new(Way { journey, news: None })),
+            Ok(journey) => *way = Some(Box::new(Way { journey, tells: false })),
             Err(broken) => self.notice(broken.to_string()),
         }
     }
@@ -244,10 +254,12 @@ impl Session {
         };
         while let Some(recorded) = &mut self.recorded {
             if !recorded.timeline.go_on(&mut way.journey) {
-                let Way { journey, news } = *way;
+                let Way { journey, tells } = *way;
                 let there = recorded.timeline.arrive(journey);
                 self.go_on_from(there);
-                news.into_iter().for_each(|news| self.notice(news));
+                if tells {
+                    self.tell_of_last_good_tick();
+                }
                 return false;
             }
             if look(self, Simulated::Again).is_break() {
@@ -258,6 +270,18 @@ impl Session {
             recorded.way = Some(way);
         }
         true
+    }
+
+    fn tell_of_last_good_tick(&mut self) {
+        let good = format!("back at tick {}, the last good one", self.ticks());
+        // What is opened to be looked at is in a file, and so is the first fault of a scene: the next ones may be many.
+        if self.saves_faults && !self.repeats() {
+            self.saves_faults = false;
+            self.orders.push(Order::Bundle);
+            self.notice(good);
+        } else {
+            self.notice(format!("{good}; Ctrl+S saves the run"));
+        }
     }
 
     /// Pushes that wait for the next tick, while another one is gone to.
@@ -313,7 +337,6 @@ impl Session {
         if let Some(left) = &mut self.ticks_left {
             *left = left.saturating_add(before).saturating_sub(now);
         }
-        self.quarantined.retain(|frozen| frozen.tick <= now);
         self.records_seen = self.world.resource::<motion::Quarantine>().records().len();
         (self.targets, self.soft) = (Targets::default(), SoftTargets::default());
         self.targets_current = false;
