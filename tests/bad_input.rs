@@ -191,6 +191,78 @@ fn places_that_take_no_files_are_refused() {
     }
 }
 
+#[test]
+#[cfg(target_os = "linux")]
+fn a_quarantined_body_is_told_although_a_file_cannot_be_written() {
+    let folder = with_link("/dev/full");
+    write(folder.path(), "nan.script", "[(at_tick: 5, do: push(\"ball\", (nan, 0, 0)))]");
+    for (flags, written) in [("--summary link", false), ("--state link --summary out.json", true)] {
+        let said = run(folder.path(), &format!("run fine.ron --script nan.script --ticks 20 {flags}"));
+        assert_eq!(said.code, 3);
+        assert!(said.err.contains("cannot write link: the disk is full"), "{}", said.err);
+        assert!(said.err.contains("ball quarantined in tick 7: "), "{}", said.err);
+        assert_eq!(folder.path().join("out.json").exists(), written);
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_standard_output_is_told() {
+    let folder = folder();
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut program = Command::new(program());
+    let said = program.args(["list", "methods"]).current_dir(&folder).stdout(full).output().unwrap();
+    assert_eq!(said.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("cannot write standard output: the disk is full"));
+}
+
+#[test]
+fn a_run_writes_over_nothing_that_it_reads_or_writes() {
+    let folder = folder();
+    write(folder.path(), "empty.script", "[]");
+    for (flags, names) in [
+        ("--state a.out --summary ./a.out", "--state and --summary"),
+        ("--summary fine.ron", "the scene and --summary"),
+        ("--script empty.script --black-box ./empty.script", "--script and --black-box"),
+    ] {
+        let before = listing(folder.path());
+        let said = run(folder.path(), &format!("run fine.ron --ticks 3 {flags}"));
+        assert_eq!((said.code, said.err), (2, format!("sandbox: {names} name the same file; give two\n")));
+        assert_eq!(listing(folder.path()), before);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_leaves_nothing() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = folder();
+        let before = listing(folder.path());
+        let line =
+            "run fine.ron --ticks 1000000000000 --state out.csv --summary out.json --black-box out.zip";
+        let mut program = Command::new(program());
+        let program = program.args(line.split(' ')).current_dir(&folder);
+        let mut run = program.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        while listing(folder.path()).len() < before.len() + 3 {
+            assert!(run.try_wait().unwrap().is_none(), "it has ended by itself");
+            std::thread::yield_now();
+        }
+        assert!(Command::new("kill").args([signal, &run.id().to_string()]).status().unwrap().success());
+        assert_eq!(run.wait().unwrap().code(), Some(130));
+        assert_eq!(listing(folder.path()), before);
+    }
+}
+
+#[test]
+fn ticks_of_days_need_no_frames_between_them() {
+    let folder = folder();
+    let said = run(folder.path(), "run fine.ron --hz 1e-6 --ticks 3");
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    let said = run(folder.path(), "run fine.ron --ticks 5 --fps 1e300");
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("are more frames, at 1e300 a second, than a run can have"), "{}", said.err);
+}
+
 /// Devices are reached by links: a program that renames over what it writes destroys the link and no device.
 #[cfg(target_os = "linux")]
 fn with_link(to: &str) -> TempDir {

@@ -184,7 +184,7 @@ fn unwrap_is_for_tests() {
 #[test]
 fn one_version_of_glam_wgpu_and_winit() {
     let metadata = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--locked", "--offline", "--manifest-path"])
+        .args(["metadata", "--format-version", "1", "--locked", "--manifest-path"])
         .arg(root().join("Cargo.toml"))
         .output()
         .unwrap();

@@ -231,10 +231,10 @@ For more information, try '--help'." },
     Case { name: "too many substeps", line: "run fine.ron --substeps 100001", code: 2, message: "error: invalid value '100001' for '--substeps <K>': give a whole number from 1 to 100000
 
 For more information, try '--help'." },
-    Case { name: "no threads", line: "fine.ron --threads 0", code: 2, message: "error: invalid value '0' for '--threads <N>': give a whole number from 1 up
+    Case { name: "no threads", line: "fine.ron --threads 0", code: 2, message: "error: invalid value '0' for '--threads <N>': give a whole number from 1 to 256
 
 For more information, try '--help'." },
-    Case { name: "negative threads", line: "run fine.ron --threads -2", code: 2, message: "error: invalid value '-2' for '--threads <N>': give a whole number from 1 up
+    Case { name: "negative threads", line: "run fine.ron --threads -2", code: 2, message: "error: invalid value '-2' for '--threads <N>': give a whole number from 1 to 256
 
 For more information, try '--help'." },
     Case { name: "a case that is misspelled", line: "stability stif_spring --out out", code: 2, message: "sandbox: stif_spring: there is no such case; did you mean stiff_spring? the cases are {CASES}; a file needs its path" },

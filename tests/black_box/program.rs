@@ -109,6 +109,47 @@ fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
 }
 
 #[test]
+fn a_script_that_waits_for_what_a_paused_run_never_comes_to_is_refused() {
+    let folder = folder();
+    for (pause, when, waits) in [
+        (",", "at_tick: 60", "tick 60"),
+        ("P", "at_frame: 18446744073709551615", "frame 18446744073709551615"),
+        (".", "at_s: 1e9", "1000000000 s"),
+    ] {
+        let script = format!("[(at_s: 0.5, do: press(\"{pause}\")), ({when}, do: press(\"G\"))]");
+        fs::write(folder.path().join("vain.script"), script).unwrap();
+        let (code, _, err) = run(folder.path(), "run sheet.ron --ticks 100 --script vain.script");
+        assert_eq!(code, 2, "{err}");
+        assert!(
+            err.contains("the run is paused at tick ") && err.contains(&format!("waits for {waits};")),
+            "{err}"
+        );
+    }
+}
+
+#[test]
+fn what_was_asked_for_and_refused_is_told() {
+    let folder = folder();
+    let script = "[(at_tick: 3, do: switch_effect(\"drag\", false)), (at_tick: 4, do: press(\"Ctrl+S\"))]";
+    fs::write(folder.path().join("drag.script"), script).unwrap();
+    let (code, _, err) = run(folder.path(), "run sheet.ron --ticks 10 --script drag.script");
+    assert_eq!((code, err.as_str()), (0, "sheet: this scene never declared drag\n"));
+}
+
+#[test]
+fn a_scene_that_is_too_large_for_a_black_box_is_refused_before_the_run() {
+    let folder = folder();
+    let scene = "(version: 1, clouds: [(count: 600000, half_extents_m: (9, 9, 9))])";
+    fs::write(folder.path().join("large.ron"), scene).unwrap();
+    let (code, _, err) = run(folder.path(), "run large.ron --ticks 1 --black-box box.zip");
+    assert_eq!(
+        (code, err.as_str()),
+        (2, "sandbox: large.ron: too many bodies for a black box; leave --black-box out\n")
+    );
+    assert!(!folder.path().join("box.zip").exists());
+}
+
+#[test]
 fn a_bundle_beside_pictures_has_one() {
     let folder = folder();
     fs::write(folder.path().join("save.script"), "[(at_frame: 20, do: press(\"save_bundle\"))]").unwrap();

@@ -98,6 +98,76 @@ fn what_grows_too_slowly_to_be_told_is_in_the_summary() {
     assert_eq!(run(36.0, "").summary["forecast"], Value::Array(Vec::new()));
 }
 
+/// A weight of 1 kg at a wall, from which twenty links of a gram hang that are faster than it is.
+fn slow_and_links(of_scene: &str, of_slow: &str, of_links: &str, damping_n_s_m: f64) -> String {
+    use std::fmt::Write as _;
+    let mut bodies =
+        format!("(name: \"wall\", immovable: true), (name: \"slow\", position_m: (1.01, 0, 0), {of_slow}),");
+    let link = format!("stiffness_n_m: 0.144, damping_n_s_m: {damping_n_s_m:?}, rest_length_m: 1.0");
+    let mut springs =
+        "(between: (\"wall\", \"slow\"), stiffness_n_m: 1296.0, rest_length_m: 1.0),".to_owned();
+    let mut last = "slow".to_owned();
+    for i in 0..20 {
+        let name = format!("b{i}");
+        let x = f64::from(i) + 2.0;
+        write!(bodies, "(name: \"{name}\", position_m: ({x:?}, 0, 0), mass_kg: 0.001, {of_links}),").unwrap();
+        write!(springs, "(between: (\"{last}\", \"{name}\"), {link}),").unwrap();
+        last = name;
+    }
+    format!("(version: 1, step_hz: 120, {of_scene}, bodies: [{bodies}], springs: [{springs}])")
+}
+
+/// Every fast link is damped, and the slow weight is not: explicit Euler blows it up.
+#[test]
+fn the_mode_with_too_little_damping_is_found_among_faster_ones() {
+    let scene = slow_and_links("method: explicit_euler", "", "", 0.036);
+    let said = run_scene(&scene, "--refuse-unstable");
+    assert!(
+        said.code == 1
+            && said.errors.contains("spring wall - slow: w h = 0.2999, explicit_euler is never stable"),
+        "{}",
+        said.errors
+    );
+}
+
+/// Damping acts once a tick and springs a hundred times: of all that is there it is the least stable.
+#[test]
+fn damping_of_ticks_is_weighed_by_ticks() {
+    let damped = "damping: (model: tutorial, rate_per_s: 0.0)";
+    let scene = slow_and_links(
+        &format!("method: velocity_verlet, substeps: 100, {damped}"),
+        "damping_per_s: 300.0",
+        "damping_per_s: 0.0",
+        0.0,
+    );
+    let said = run_scene(&scene, "--refuse-unstable");
+    assert!(said.code == 1 && said.errors.contains("damping of slow: c h"), "{}", said.errors);
+    let scene =
+        "(version: 1, method: implicit_euler, substeps: 100, damping: (model: tutorial, rate_per_s: 300.0),
+        bodies: [(name: \"w\", immovable: true), (name: \"a\", position_m: (1.1, 0, 0), damping_per_s: 0.0),
+            (name: \"b\", position_m: (2.1, 0, 0))],
+        springs: [(between: (\"w\", \"a\"), stiffness_n_m: 300000.0, rest_length_m: 1.0),
+            (between: (\"a\", \"b\"), stiffness_n_m: 1.0, rest_length_m: 1.0)])";
+    let said = run_scene(scene, "");
+    assert!(
+        said.errors.contains("hung is unstable: damping of b: c h = 2.5, the limit of implicit_euler is 2"),
+        "{}",
+        said.errors
+    );
+}
+
+#[test]
+fn particles_that_are_not_born_yet_are_looked_at() {
+    let scene = "(version: 1, damping: (model: tutorial, rate_per_s: 300.0),
+        emitters: [(rate_per_s: 100.0, speed_m_s: 1.0, life_s: 1.0)])";
+    let said = run_scene(scene, "--refuse-unstable");
+    assert!(
+        said.code == 1 && said.errors.contains("c h = 2.5, the limit of semi_implicit_euler is 2"),
+        "{}",
+        said.errors
+    );
+}
+
 #[test]
 fn a_run_that_was_refused_wrote_nothing() {
     let said = run(1e8, "--refuse-unstable");

@@ -25,8 +25,7 @@ pub(crate) fn ablate(args: &AblateArgs) -> Result<(), Failure> {
     if let Some(failure) = failed {
         return Err(failure);
     }
-    show(&text);
-    Ok(())
+    show(&text)
 }
 
 /// Draws the ends of runs, without words.

@@ -1,7 +1,7 @@
 //! The command line.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
@@ -9,6 +9,7 @@ use motion::{DampingModel, Effect, Method, Substeps};
 use scene::{Scene, StepKind};
 
 pub use crate::failure::Failure;
+use crate::files::leave_nothing_when_interrupted;
 use crate::instructions::TicksOf;
 use crate::list::{Format, Listed, listed};
 use crate::recommend::RecommendArgs;
@@ -251,24 +252,20 @@ pub(crate) struct RunArgs {
 /// # Errors
 /// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
 pub fn run() -> Result<(), Failure> {
+    leave_nothing_when_interrupted();
     let Cli { command, window } = Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
     match command {
         None => window::open(&window),
         Some(Command::Run(args)) => headless::run(&args),
-        Some(Command::List { what, format }) => {
-            show(&listed(what, format));
-            Ok(())
-        }
+        Some(Command::List { what, format }) => show(&listed(what, format)),
         Some(Command::Plan { scene, method }) => {
             let overrides = Overrides { method, ..Overrides::default() };
             let scene = scene::load(&scene)?;
             overrides.check(&scene)?;
-            show(&crate::plan::text(scene, overrides));
-            Ok(())
+            show(&crate::plan::text(scene, overrides))
         }
         Some(Command::Effects { scene, ticks, format }) => {
-            show(&effects::receipt(scene::load(&scene)?, ticks, format));
-            Ok(())
+            show(&effects::receipt(scene::load(&scene)?, ticks, format))
         }
         Some(Command::Ablate(args)) => ablate::ablate(&args),
         Some(Command::Cost(args)) => cost::cost(&args),
@@ -291,8 +288,14 @@ fn worded(error: clap::Error) -> clap::Error {
 }
 
 /// Prints results; a reader who has seen enough (`| head`) is no failure.
-pub(crate) fn show(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+pub(crate) fn show(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::file("write", Path::new("standard output"), &error))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {
@@ -334,9 +337,12 @@ fn substeps(text: &str) -> Result<u32, String> {
     found.ok_or_else(|| format!("give a whole number from 1 to {}", Substeps::MOST))
 }
 
+/// More threads than this only wait for each other.
+const MOST_THREADS: usize = 256;
+
 fn threads(text: &str) -> Result<usize, String> {
-    let found = text.parse().ok().filter(|threads| *threads > 0);
-    found.ok_or_else(|| "give a whole number from 1 up".to_owned())
+    let found = text.parse().ok().filter(|threads| (1..=MOST_THREADS).contains(threads));
+    found.ok_or_else(|| format!("give a whole number from 1 to {MOST_THREADS}"))
 }
 
 fn method(text: &str) -> Result<Method, String> {

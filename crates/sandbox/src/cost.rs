@@ -78,10 +78,9 @@ pub(crate) fn cost(args: &CostArgs) -> Result<(), Failure> {
         }
     }
     match args.format {
-        Format::Table => report.studies.iter().for_each(|study| show(&text(study))),
+        Format::Table => report.studies.iter().try_for_each(|study| show(&text(study))),
         Format::Json => show(&lab::report::json(&report)),
     }
-    Ok(())
 }
 
 fn names(args: &CostArgs) -> Vec<&str> {

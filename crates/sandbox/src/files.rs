@@ -1,12 +1,53 @@
 //! Output files that are whole or absent: written beside their place, then renamed into it.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::process;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
+
+/// Files that are not finished, and that nobody would look for.
+static BEGUN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn begun() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    BEGUN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What a shell takes for a program that was interrupted: 128 and the number of the signal.
+const INTERRUPTED: i32 = 130;
+
+/// Lets an interrupt or a request to end leave no file that is not finished.
+pub(crate) fn leave_nothing_when_interrupted() {
+    let clear = || {
+        for path in &*begun() {
+            let _ = fs::remove_file(path);
+        }
+        process::exit(INTERRUPTED);
+    };
+    // Where the system takes no handler, an interrupt ends the program as it always does.
+    let _ = ctrlc::try_set_handler(clear);
+}
+
+/// A file that is not finished.
+struct Begun(PathBuf);
+
+impl Begun {
+    fn new(file: &NamedTempFile) -> Self {
+        begun().insert(file.path().to_owned());
+        Self(file.path().to_owned())
+    }
+}
+
+impl Drop for Begun {
+    fn drop(&mut self) {
+        begun().remove(&self.0);
+    }
+}
 
 /// A file that appears under its name when it is finished.
 pub struct Output {
@@ -15,7 +56,7 @@ pub struct Output {
 
 enum Writer {
     /// Renamed to `path` at the end.
-    Beside { path: PathBuf, file: BufWriter<NamedTempFile> },
+    Beside { path: PathBuf, file: BufWriter<NamedTempFile>, begun: Begun },
     /// Devices and pipes such as `/dev/stdout`: renaming over one would destroy it.
     Straight(BufWriter<File>),
 }
@@ -37,7 +78,8 @@ impl Output {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let file = tempfile::Builder::new().prefix(".sandbox-").tempfile_in(folder)?;
-        Ok(Self { writer: Writer::Beside { path, file: BufWriter::new(file) } })
+        let begun = Begun::new(&file);
+        Ok(Self { writer: Writer::Beside { path, file: BufWriter::new(file), begun } })
     }
 
     /// Puts the file in its place.
@@ -45,8 +87,8 @@ impl Output {
     /// # Errors
     /// A full disk, or a place that cannot be renamed into; nothing is left behind.
     pub fn finish(self) -> io::Result<()> {
-        let (path, file) = match self.writer {
-            Writer::Beside { path, file } => (path, file),
+        let (path, file, begun) = match self.writer {
+            Writer::Beside { path, file, begun } => (path, file, begun),
             Writer::Straight(mut file) => return file.flush(),
         };
         let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
@@ -58,6 +100,7 @@ impl Output {
             file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
         }
         file.persist(path).map_err(|error| error.error)?;
+        drop(begun);
         Ok(())
     }
 }

@@ -189,11 +189,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     };
     overrides.check(&scene)?;
     overrides.apply(&mut scene);
-    let mut ends = frame_ends(args, recording.as_ref().map(|recording| recording.frame_ends_s.clone()))?;
-    let ticks = tick_limit(args, &scene, &ends)?;
     let takes_pictures =
         |script: &Script| script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)));
     let wants_pictures = args.frames.is_some() || script.as_ref().is_some_and(takes_pictures);
+    // Frames between two ticks are for who looks at them, or acts in them.
+    let unwatched = script.is_none() && !wants_pictures && !follows_frames(&scene);
+    let usual = if unwatched { scene.step_hz.min(DEFAULT_FPS) } else { DEFAULT_FPS };
+    let recorded_ends = recording.as_ref().map(|recording| recording.frame_ends_s.clone());
+    let mut ends = frame_ends(args, recorded_ends, usual)?;
+    let ticks = tick_limit(args, &scene, &ends)?;
     // As the window does, whose recording it is.
     let goes_back = recording.is_some() || script.as_ref().is_some_and(goes_back);
     let size_px = recording.map_or(args.size, |recording| recording.size_px.into());
@@ -234,6 +238,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     keep_books(args, &mut session);
     if args.black_box.is_some() {
         session.keep_black_box();
+        if !session.records() {
+            let what = "too many bodies for a black box; leave --black-box out";
+            return Err(Failure::Usage(format!("{}: {what}", args.scene)));
+        }
     } else if goes_back {
         session.keep_timeline();
     }
@@ -283,9 +291,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             let path = folder.join(format!("bundle_{frame_number:06}.zip"));
             write_bundle(&path, &session, image.as_ref())?;
         }
-        if let Some(error) = watch.error.take() {
-            let path = args.state.clone().unwrap_or_default();
-            return Err(Failure::file("write", &path, &error));
+        for refusal in session.take_refusals() {
+            eprintln!("{}: {refusal}", session.scene().name);
+        }
+        if watch.error.is_some() {
+            break;
         }
         if orders.contains(&Order::Quit) || args.black_box.is_some() && session.fault().is_some() {
             break;
@@ -298,14 +308,32 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             }
         }
         progress.set_position(session.ticks());
-        let idle = player.as_ref().is_none_or(Player::finished);
-        if session.paused() && idle && matches!(ends, FrameEnds::Constant { .. }) {
-            // Nobody is left who could go on.
-            break;
+        if let FrameEnds::Constant { rate } = ends
+            && session.paused()
+            && session.arrived()
+        {
+            if player.as_ref().is_none_or(Player::finished) {
+                // Nobody is left who could go on.
+                break;
+            }
+            if let Some(when) = player.as_ref().and_then(|player| player.waits_in_vain(&session, rate)) {
+                let now = session.ticks();
+                refused = Err(Failure::Usage(format!(
+                    "{}: the run is paused at tick {now}, and the next step of the script waits for {when}; let one before \
+                     it press P",
+                    args.scene
+                )));
+            }
         }
     }
     progress.finish_and_clear();
-    watch.finish(&session, args.state.as_deref())?;
+    if let Err(failure) = watch.finish(&session, args.state.as_deref()) {
+        if session.fault().is_none() && session.all_quarantined().is_empty() {
+            return Err(failure);
+        }
+        // What went wrong in the run is worse, and is written where that can be done.
+        eprintln!("{failure}");
+    }
     let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
     let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
     let mut summary = Summary::of(&mut session, start, pictures, adapter);
@@ -315,32 +343,61 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         black_box = black_box::write(path, file, &mut session, picture);
         summary.add_black_box(black_box.as_ref());
     }
-    show(&summary.to_table());
+    let shown = show(&summary.to_table());
     let unconverged = session.evaluations().unconverged_steps();
     if unconverged > 0 {
         eprintln!(
             "{unconverged} implicit steps did not converge; a higher step rate or more substeps may help"
         );
     }
+    let mut written = shown;
     if let (Some(path), Some(mut file)) = (&args.summary, summary_file) {
-        let written = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
-        written.map_err(|error| Failure::file("write", path, &error))?;
+        let summary = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
+        written = written.and(summary.map_err(|error| Failure::file("write", path, &error)));
     }
-    match black_box {
+    let verdict = match black_box {
         Some(black_box) => Err(black_box.verdict()),
         None => verdict(args, &session).and(refused),
+    };
+    if let (Err(_), Err(failure)) = (&verdict, &written) {
+        eprintln!("{failure}");
     }
+    verdict.and(written)
 }
 
-/// Files of different kinds at one place would be written over each other.
+/// Files at one place would be written over each other, or over what is read.
 fn refuse_same_files(args: &RunArgs) -> Result<(), Failure> {
-    let files = [("--state", &args.state), ("--summary", &args.summary), ("--black-box", &args.black_box)];
+    let scene = Path::new(&args.scene);
+    let files = [
+        ("the scene", Some(scene).filter(|scene| scene.is_file())),
+        ("--script", args.script.as_deref()),
+        ("--frame-times", args.frame_times.as_deref()),
+        ("--state", args.state.as_deref()),
+        ("--summary", args.summary.as_deref()),
+        ("--black-box", args.black_box.as_deref()),
+    ];
+    let files: Vec<_> = files.into_iter().filter_map(|(name, path)| Some((name, place(path?)))).collect();
     for (number, (flag, path)) in files.iter().enumerate() {
-        if let Some((other, _)) = files[..number].iter().find(|(_, other)| path.is_some() && other == path) {
+        if let Some((other, _)) = files[..number].iter().find(|(_, other)| other == path)
+            && !INPUTS.contains(flag)
+        {
             return Err(Failure::Usage(format!("{other} and {flag} name the same file; give two")));
         }
     }
     Ok(())
+}
+
+/// What is read may be read twice.
+const INPUTS: [&str; 2] = ["--script", "--frame-times"];
+
+/// Where a file is, or will be.
+fn place(path: &Path) -> PathBuf {
+    let there = fs::canonicalize(path);
+    there.unwrap_or_else(|_| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = fs::canonicalize(folder).or_else(|_| std::path::absolute(folder));
+        folder.unwrap_or_default().join(path.file_name().unwrap_or_default())
+    })
 }
 
 /// A picture of the present state, by `camera` if there is one already.
@@ -386,13 +443,14 @@ fn keep_books(args: &RunArgs, session: &mut Session) {
     }
 }
 
-fn frame_ends(args: &RunArgs, recorded: Option<Vec<f64>>) -> Result<FrameEnds, Failure> {
+/// The ends of the frames, `usual` a second where nobody says otherwise.
+fn frame_ends(args: &RunArgs, recorded: Option<Vec<f64>>, usual: f64) -> Result<FrameEnds, Failure> {
     if let Some(path) = &args.frame_times {
         let text = scene::read_text(path)?;
         let times = scene::parse_frame_times(&path.display().to_string(), &text)?;
         return Ok(FrameEnds::Lengths(times.into_iter()));
     }
-    let constant = FrameEnds::Constant { rate: args.fps.unwrap_or(DEFAULT_FPS) };
+    let constant = FrameEnds::Constant { rate: args.fps.unwrap_or(usual) };
     Ok(recorded.map_or(constant, |ends| FrameEnds::Recorded(ends.into_iter())))
 }
 
@@ -403,18 +461,28 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
         FrameEnds::Constant { rate } if follows_frames(scene) => *rate,
         _ => scene.step_hz,
     };
-    let seconds = match (args.ticks, args.seconds, ends) {
-        (Some(ticks), ..) => return Ok(Some(ticks)),
-        (_, Some(seconds), _) => seconds,
-        (None, None, FrameEnds::Constant { .. }) => DEFAULT_SECONDS,
-        _ => return Ok(None),
+    let ticks = match (args.ticks, args.seconds, ends) {
+        (Some(ticks), ..) => ticks,
+        (None, None, FrameEnds::Lengths(_) | FrameEnds::Recorded(_)) => return Ok(None),
+        (None, seconds, _) => {
+            let seconds = seconds.unwrap_or(DEFAULT_SECONDS);
+            let ticks = (seconds * rate).round();
+            if ticks > MOST_TICKS {
+                let what = format!("{seconds:e} s at {rate:e} Hz are more ticks than a run can have");
+                return Err(Failure::Usage(format!("{what}; give fewer")));
+            }
+            ticks as u64
+        }
     };
-    let ticks = (seconds * rate).round();
-    if ticks > MOST_TICKS {
-        let what = format!("{seconds:e} s at {rate:e} Hz are more ticks than a run can have; give fewer");
-        return Err(Failure::Usage(what));
+    #[expect(clippy::cast_precision_loss, reason = "a bound")]
+    if let FrameEnds::Constant { rate: fps } = ends
+        && ticks as f64 / rate * fps > MOST_TICKS
+    {
+        let what =
+            format!("{ticks} ticks at {rate:e} Hz are more frames, at {fps:e} a second, than a run can have");
+        return Err(Failure::Usage(format!("{what}; give a lower --fps, or fewer ticks")));
     }
-    Ok(Some(ticks as u64))
+    Ok(Some(ticks))
 }
 
 /// Starts an output file, and makes its folder.

@@ -8,6 +8,9 @@ use crate::actions::{self, Key, UnknownKey};
 use crate::input::{Button, Experiment, Input, InputFrame};
 use crate::session::Session;
 
+/// Frames that a paused run waits for the next step of its script.
+const MOST_PAUSED_FRAMES: u64 = 100_000;
+
 /// A script on its way.
 #[derive(Clone, Debug)]
 pub struct Player {
@@ -48,6 +51,22 @@ impl Player {
     #[must_use]
     pub fn finished(&self) -> bool {
         self.next.is_none() && self.afterwards.is_empty() && self.held.is_empty()
+    }
+
+    /// What a run that is paused after `session`'s last frame waits for in vain, at `rate` frames a second: a tick, or a
+    /// frame that is too far ahead for anybody to wait.
+    #[must_use]
+    pub fn waits_in_vain(&self, session: &Session, rate: f64) -> Option<String> {
+        #[expect(clippy::cast_precision_loss, reason = "counts of frames")]
+        let last = session.frames().saturating_add(MOST_PAUSED_FRAMES) as f64;
+        let next = self.next.as_ref().filter(|_| self.afterwards.is_empty() && self.held.is_empty())?;
+        match next.when {
+            When::Tick(tick) if tick > session.ticks() => Some(format!("tick {tick}")),
+            #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
+            When::Frame(frame) if frame as f64 > last => Some(format!("frame {frame}")),
+            When::Seconds(time) if time * rate > last => Some(format!("{time} s")),
+            _ => None,
+        }
     }
 
     /// The input of the frame that ends at `total` seconds, the session's next.

@@ -71,7 +71,7 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     show(&match args.format {
         Format::Table => table(&scene, &found, &studies),
         Format::Json => json(&scene, &found, &parts, &studies),
-    });
+    })?;
     target.map_or(Ok(()), |target| target.write(args, &scene, &parts, &found))
 }
 

@@ -26,14 +26,13 @@ pub(crate) fn replay(path: &Path, out: Option<&Path>) -> Result<(), Failure> {
         unpack(folder, &bundle, &session, &summary(&name, &bundle, &repetition))?;
     }
     let (from, to) = (manifest.snapshot_tick, manifest.end_tick);
-    show(&format!("{}, ticks {from} to {to}, written by {}\n", manifest.scene, manifest.program));
+    show(&format!("{}, ticks {from} to {to}, written by {}\n", manifest.scene, manifest.program))?;
     if !repetition.same() {
         return Err(Failure::Expectation(format!("{name}: {}", repetition.differences(manifest).join("; "))));
     }
     let fault = manifest.fault.as_ref();
     let fault = fault.map_or("no fault, as then".to_owned(), |fault| format!("the same fault, {fault}"));
-    show(&format!("the same state, hash {:016x}; {fault}\n", repetition.state_hash));
-    Ok(())
+    show(&format!("the same state, hash {:016x}; {fault}\n", repetition.state_hash))
 }
 
 fn summary(name: &str, bundle: &Bundle, repetition: &Repetition) -> Value {

@@ -54,6 +54,9 @@ use crate::ui::Ui;
 /// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.
 pub(crate) const CATCH_UP: f64 = 0.25;
 
+/// Refusals that wait to be told.
+const MOST_REFUSALS: usize = 16;
+
 /// Newtons of a held push key.
 pub(crate) const KEY_PUSH: f64 = 10.0;
 
@@ -131,6 +134,7 @@ pub struct Session {
     ledger: Option<Box<ledger::Kept>>,
     /// Whether they are kept while their panel is closed, too.
     ledger_asked: bool,
+    refusals: Vec<String>,
     /// The forecast, while its panel is open.
     shown_forecast: Option<forecast::Shown>,
     /// What would grow, as it was at the start of the scene.
@@ -181,6 +185,7 @@ impl Session {
             cost: None,
             ledger: None,
             ledger_asked: false,
+            refusals: Vec::new(),
             shown_forecast: None,
             foretold: Vec::new(),
             recorded: None,
@@ -244,6 +249,20 @@ impl Session {
     /// Says something to the person for a few seconds.
     pub fn notice(&mut self, text: impl Into<String>) {
         self.ui.notice(text.into());
+    }
+
+    /// Says to the person, and to a run that nobody looks at, that something was not done.
+    pub(crate) fn refuse(&mut self, what: impl Into<String>) {
+        let what = what.into();
+        if self.refusals.len() < MOST_REFUSALS {
+            self.refusals.push(what.clone());
+        }
+        self.notice(what);
+    }
+
+    /// What was asked for and not done, lately; takes it.
+    pub fn take_refusals(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.refusals)
     }
 
     /// One frame: everything but pixels.
@@ -399,7 +418,7 @@ impl Session {
     fn refuses(&mut self, methods: impl IntoIterator<Item = Method>, mutual_gravity: bool) -> bool {
         let why = methods.into_iter().find_map(|method| unsolvable(method, mutual_gravity));
         if let Some(why) = why {
-            self.ui.notice(format!("{why}; take another method"));
+            self.refuse(format!("{why}; take another method"));
         }
         why.is_some()
     }

@@ -26,6 +26,8 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let scenes = scenes(&args.cases)?;
     if let Some(folder) = &args.out {
         fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+        // Found out now, and not after minutes.
+        tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
     }
     let mut survey = Survey::new(scenes, &methods, args.ticks);
     let progress = Progress::new(1);
@@ -38,15 +40,16 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     }
     drop(progress);
     let matrix = survey.matrix();
+    // First: what was measured is not lost where a file cannot be written.
+    match args.format {
+        Format::Table => show(&aligned(&report::table(matrix)))?,
+        Format::Json => show(&matrix.json())?,
+    }
     if let Some(folder) = &args.out {
         let (sections, files) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
         for (name, bytes) in report::files(matrix, &sections).into_iter().chain(files) {
             write(&folder.join(name), &bytes)?;
         }
-    }
-    match args.format {
-        Format::Table => show(&aligned(&report::table(matrix))),
-        Format::Json => show(&matrix.json()),
     }
     Ok(())
 }

@@ -155,9 +155,11 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
             step_hz,
             substeps,
             damping,
-            falls: gravity.is_some(),
+            falls: gravity.is_some_and(|gravity| gravity.acceleration != motion::units::Vector::ZERO),
+            differ: bodies.bodies.iter().any(|body| body.gravity_off || body.damping_rate.is_some()),
             emits: !raw.emitters.is_empty(),
-            stretches: !(raw.springs.is_empty() && raw.soft_bodies.is_empty()),
+            stretches: !raw.soft_bodies.is_empty()
+                || springs.iter().any(|spring| spring.elastic.rest_length > 0.0),
             names: bodies.names.as_ref(),
         };
         resolve_survival::survival(raw_survival, &around, faults)

@@ -28,6 +28,8 @@ pub(crate) struct Around<'a> {
     pub substeps: u32,
     pub damping: Option<Damping>,
     pub falls: bool,
+    /// Whether bodies have damping of their own, or no gravity.
+    pub differ: bool,
     pub emits: bool,
     pub stretches: bool,
     pub names: Option<&'a Names>,
@@ -49,7 +51,9 @@ pub(crate) fn survival(raw: &RawSurvival, around: &Around<'_>, faults: &mut Faul
     let mut all = Vec::new();
     for (i, row) in raw.rows.iter().enumerate() {
         let scope = Scope::item("expect.survival.rows", i);
-        if row.label.as_deref().is_none_or(str::is_empty) {
+        if row.label.iter().flat_map(|label| label.chars()).any(|c| c.is_control() || c == '|') {
+            faults.add(scope.key("label"), "it breaks the table that it stands in", "give words of one line");
+        } else if row.label.as_deref().is_none_or(str::is_empty) {
             faults.missing(scope.path(), "label", "say what tells this row from the others");
         } else if raw.rows[..i].iter().any(|other| other.label == row.label) {
             let what = "a row before this one has the same label";
@@ -149,16 +153,22 @@ fn measure(raw: Pair<'_>, around: &Around<'_>, faults: &mut Faults) -> Measure {
     let known = Measure::ALL.map(|measure| (measure.name(), measure));
     let measure = faults.word((scope, "measure"), word, Measure::Energy, &known);
     let names = Measure::ALL.map(Measure::name).join(", ");
-    let damped = around.damping.is_some() || raw.get(|raw| raw.damping_per_s).is_some();
+    let damped = raw.get(|raw| raw.damping_per_s).or(around.damping.map(|damping| damping.rate));
+    let damped = damped.is_some_and(|rate| rate > 0.0);
     match measure {
         _ if word.is_none() => faults.missing(scope.path(), "measure", &format!("give one of {names}")),
         Measure::TerminalSpeed if !(around.falls && damped) => {
             let what = "there is no terminal speed without gravity and damping";
             faults.add(scope.key("measure"), what, "declare both, or measure something else");
         }
+        Measure::TerminalSpeed if around.differ => {
+            let what =
+                "bodies with a damping_per_s of their own, or without gravity, have no speed in common";
+            faults.add(scope.key("measure"), what, "remove both, or measure something else");
+        }
         Measure::Stretch if !around.stretches => {
-            let what = "there is no spring to stretch";
-            faults.add(scope.key("measure"), what, "add one, or measure something else");
+            let what = "there is no spring with a length to stretch from";
+            faults.add(scope.key("measure"), what, "add one with a rest_length_m, or measure something else");
         }
         _ => {}
     }

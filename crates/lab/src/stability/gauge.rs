@@ -1,5 +1,6 @@
 //! The number of a run at a moment of it.
 
+use motion::Energies;
 use motion::units::{Scalar, Vector};
 use scene::{Measure, Scene, SurvivalRow};
 
@@ -140,7 +141,10 @@ impl Gauge {
     fn energy(&self, host: &Host) -> Scalar {
         let Some(ledger) = host.ledger() else { return Scalar::NAN };
         let start = ledger.energies_at_opening();
-        let scale = self.scale.unwrap_or_else(|| start.total().abs().max(start.kinetic));
+        let size = |energies: &Energies| energies.total().abs().max(energies.kinetic);
+        // What begins without any is measured by what it has got.
+        let at_start = Some(size(start)).filter(|scale| *scale > 0.0);
+        let scale = self.scale.or(at_start).unwrap_or_else(|| size(ledger.energies()));
         let residual = ledger.since_opening().energy.residual;
         // What has no energy and invents none is exact.
         if residual == 0.0 { 0.0 } else { residual / scale }

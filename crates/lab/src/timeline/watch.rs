@@ -172,8 +172,8 @@ fn most_energetic(world: &mut World) -> Option<u32> {
 impl Doubt {
     /// Looks at a tick that was booked; the first that went wrong, if this one is not the only one.
     fn judge(&mut self, tick: u64, invented: f64, scale: f64) -> Option<u64> {
-        // Written so that what is not a number is too much.
-        if invented <= ENERGY_JUMP * scale {
+        // Written so that what is not a number is too much; beyond every number there is nothing to compare.
+        if invented <= ENERGY_JUMP * scale || scale.is_infinite() {
             self.jumped = None;
             return None;
         }

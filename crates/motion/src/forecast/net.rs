@@ -10,6 +10,7 @@ use super::{Margin, Part, SpringMargin};
 use crate::effects::Damping;
 use crate::groups::{Coupling, Holder, LinearGroup, larger};
 use crate::method::Method;
+use crate::methods::{Integrator, with_method};
 use crate::units::Scalar;
 
 /// The margin of a group, if anything acts in it, and of each of its springs.
@@ -20,7 +21,9 @@ pub(super) fn look(
     pace: Pace,
     solvable: &dyn Fn(Method) -> bool,
 ) -> (Option<Margin>, Vec<SpringMargin>) {
-    let group = LinearGroup::of(world, coupling, bodies);
+    let damps_inside = with_method!(pace.method, M => M::DAMPS_INSIDE);
+    let times = if damps_inside { 1.0 } else { f64::from(pace.substeps) };
+    let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
     let h = pace.tick / f64::from(pace.substeps);
     let bounds: Vec<_> = group.bounds().collect();
     let [stiffest, rate] = bounds
@@ -44,7 +47,9 @@ pub(super) fn look(
         let margin = endless(&group, shares.clone(), coupling.movable, bodies, pace, solvable);
         return (Some(margin), springs(&|share| share));
     }
-    let (system, y) = modes_of(&group, world.get_resource::<Damping>().copied(), h / over, stiffest);
+    let damping = world.get_resource::<Damping>().copied();
+    let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
+    let (system, y) = modes_of(&group, damping, h / over, stiffest, restless);
     let [stiffness, damping] = quotients(&group, &y);
     let at_limit = [h * h / over / over, 2.0 * h / over];
     let (part, values) = match group.holder(at_limit, &y) {
@@ -80,6 +85,9 @@ fn endless(
     System::one(Modes::one(value, 0.0, None)).margin(part, movable, [value; 2], pace, solvable)
 }
 
+/// Modes that are looked for besides the fastest, by methods that only damping keeps stable.
+const MOST_UNDAMPED: usize = 4;
+
 /// How many times too long a step of `h` seconds is for semi-implicit Euler: where `h² stiffness + 2 h rate` is 4 it is
 /// just stable. Other methods differ by a factor of about 1, and find out.
 fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
@@ -101,13 +109,15 @@ fn dot(a: &[Scalar], b: &[Scalar]) -> Scalar {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What decides whether a group is stable at steps of about `h` seconds, and its fastest mode. `stiffest` is a bound of
-/// its stiffness, 1/s².
+/// What decides whether a group is stable at steps of about `h` seconds, and the mode that limits it: the fastest. By a
+/// method that only damping keeps stable, at steps of `restless` seconds, it is the one with too little of it.
+/// `stiffest` is a bound of the stiffness, 1/s².
 fn modes_of(
     group: &LinearGroup,
     damping: Option<Damping>,
     h: Scalar,
     stiffest: Scalar,
+    restless: Option<Scalar>,
 ) -> (System, Vec<Scalar>) {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
@@ -126,18 +136,55 @@ fn modes_of(
         let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, rate, scenes(own)));
         return (System::apart(parts.to_vec()), fastest);
     }
+    let undamped: Vec<_> = restless.map_or_else(Vec::new, |h| {
+        // A mode of explicit Euler grows where h² w² - h c is above 0; the shift lets no eigenvalue be below.
+        let shift = h * (group.bounds().map(|[_, rate]| rate).fold(0.0, larger) + group.largest_rate());
+        let less = |y: &[Scalar], out: &mut [Scalar]| {
+            group.apply([h * h, -h], true, y, out);
+            out.iter_mut().zip(y).for_each(|(out, y)| *out += shift * y);
+        };
+        largest(n, MOST_UNDAMPED, less).pairs.into_iter().map(|(_, y)| y).collect()
+    });
+    let limiting = undamped.first().unwrap_or(&fastest).clone();
     let basis: Vec<Vec<Scalar>> = if n <= MOST {
         (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
     } else {
-        pairs.into_iter().map(|(_, y)| y).collect()
+        let fast = pairs.into_iter().map(|(_, y)| y);
+        orthonormal(undamped.into_iter().chain(fast), MOST)
     };
     let modes = reduced(group, damping, &basis);
-    let [stiffness, all] = quotients(group, &fastest);
+    let [stiffness, all] = quotients(group, &limiting);
     // What of it is the scene's damping has its own formula; the guess need not be exact.
-    let own =
-        group.rates().iter().zip(fastest.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y)).sum::<Scalar>();
-    let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(group.rates().first().map(|_| own)));
-    (System::joined(modes, guess), fastest)
+    let mut own = vec![0.0; n];
+    group.damp(1.0, &limiting, &mut own);
+    let own = dot(&own, &limiting);
+    let rate = group.rates().iter().zip(limiting.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
+    let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
+    let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(rate));
+    (System::joined(modes, guess), limiting)
+}
+
+/// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span
+/// (Gram-Schmidt, twice).
+fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>, most: usize) -> Vec<Vec<Scalar>> {
+    let mut basis: Vec<Vec<Scalar>> = Vec::new();
+    for mut vector in vectors {
+        if basis.len() == most {
+            break;
+        }
+        for _ in 0..2 {
+            for other in &basis {
+                let along = dot(&vector, other);
+                vector.iter_mut().zip(other).for_each(|(part, other)| *part -= along * other);
+            }
+        }
+        let length = dot(&vector, &vector).sqrt();
+        if length > 1e-3 {
+            vector.iter_mut().for_each(|part| *part /= length);
+            basis.push(vector);
+        }
+    }
+    basis
 }
 
 /// The group in an orthonormal basis.

@@ -26,6 +26,7 @@ type Bodies = (
     Option<&'static OwnLaws>,
     Has<OwnMethod>,
     Has<Grouped>,
+    Has<Dormant>,
 );
 
 /// One body as an oscillator.
@@ -62,12 +63,12 @@ impl Forecast {
         let damping = world.get_resource::<Damping>().copied();
         let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
         let wells = wells.unwrap_or_default().0;
-        let mut query = world.query_filtered::<Bodies, (Without<Quarantined>, Without<Dormant>)>();
+        let mut query = world.query_filtered::<Bodies, Without<Quarantined>>();
         let world = &*world;
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
         let at = Moment { time, inside: time };
         let mut kinds: Vec<Alike> = Vec::new();
-        for (entity, transform, body, rate, substeps, own, marked, grouped) in query.iter(world) {
+        for (entity, transform, body, rate, substeps, own, marked, grouped, dormant) in query.iter(world) {
             if body.inverse_mass <= 0.0 {
                 continue;
             }
@@ -79,7 +80,8 @@ impl Forecast {
             };
             let state = BodyState::<Scalar> {
                 position: transform.position,
-                velocity: body.velocity,
+                // Nobody knows that of a particle that will be born.
+                velocity: if dormant { DVec3::ZERO } else { body.velocity },
                 inverse_mass: body.inverse_mass,
             };
             // Along the motion; across it, half of the quadratic part.
@@ -104,6 +106,9 @@ impl Forecast {
             kinds[kind].bodies += 1;
             if !grouped {
                 keep_faster(&mut kinds[kind].damped, one, |one| one.drag + one.damping);
+            }
+            if dormant {
+                continue;
             }
             for (well, fastest) in wells.iter().zip(&mut kinds[kind].wells) {
                 let one = One { stiffness: well.squared_frequency(transform.position), ..one };

@@ -38,6 +38,8 @@ pub(crate) struct LinearGroup {
     drag: Vec<DMat3>,
     /// Rates of the scene's damping by row, 1/s, where it has damping.
     rates: Vec<Scalar>,
+    /// How much longer the steps are that it acts on than those of laws.
+    decays: Scalar,
 }
 
 /// What a mode is held by most.
@@ -70,6 +72,7 @@ impl LinearGroup {
             sheets: Vec::new(),
             drag: Vec::new(),
             rates: Vec::new(),
+            decays: 1.0,
         };
         if let Some(drag) = world.get_resource::<Drag>() {
             let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
@@ -118,6 +121,12 @@ impl LinearGroup {
 
     pub fn springs(&self) -> &[Stiff] {
         &self.springs
+    }
+
+    /// The same where the scene's damping acts on steps that are so many times as long.
+    pub const fn with_longer_decays(mut self, times: Scalar) -> Self {
+        self.decays = times;
+        self
     }
 
     /// Rates of the scene's damping by row, 1/s; none where it has no damping.
@@ -173,9 +182,15 @@ impl LinearGroup {
             (0..3).for_each(|axis| out[3 * row + axis] += part[axis]);
         }
         if decays {
-            for (row, own) in self.rates.iter().enumerate() {
-                (0..3).for_each(|axis| out[3 * row + axis] += rate * own * y[3 * row + axis]);
-            }
+            self.damp(rate, y, out);
+        }
+    }
+
+    /// `out = out + rate C y`, where C is the scene's damping alone.
+    pub fn damp(&self, rate: Scalar, y: &[Scalar], out: &mut [Scalar]) {
+        for (row, own) in self.rates.iter().enumerate() {
+            let own = rate * self.decays * own;
+            (0..3).for_each(|axis| out[3 * row + axis] += own * y[3 * row + axis]);
         }
     }
 
@@ -211,13 +226,13 @@ impl LinearGroup {
             }
         }
         let air = sheets.into_iter().fold(drag, larger);
-        air + self.rates.iter().copied().fold(0.0, larger)
+        air + self.decays * self.rates.iter().copied().fold(0.0, larger)
     }
 
     /// The row with the largest drag or damping of its own.
     pub fn fastest_drag(&self) -> usize {
         let rate = |row: usize| {
-            let damping = self.rates.get(row).copied().unwrap_or_default();
+            let damping = self.decays * self.rates.get(row).copied().unwrap_or_default();
             larger(self.drag.get(row).map_or(0.0, size), damping)
         };
         (0..self.root.len()).max_by(|a, b| rate(*a).total_cmp(&rate(*b))).unwrap_or_default()
@@ -253,7 +268,8 @@ impl LinearGroup {
             .rates
             .iter()
             .enumerate()
-            .map(|(row, damping)| (rate * damping * own(row).length_squared(), Holder::Damping(row)));
+            .map(|(row, damping)| (row, rate * self.decays * damping * own(row).length_squared()))
+            .map(|(row, part)| (part, Holder::Damping(row)));
         let all = by_springs.chain(by_sheets).chain(by_drag).chain(by_damping);
         all.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, holder)| holder)
     }

@@ -70,7 +70,7 @@ impl Session {
         self.carry_out_requests();
         if motion::state(&mut self.world, effect) == EffectState::NotDeclared {
             let error = NeverDeclared(effect);
-            self.notice(error.to_string());
+            self.refuse(error.to_string());
             return Err(error);
         }
         if effect == Effect::MutualGravity && on && self.refuses_mutual_gravity() {

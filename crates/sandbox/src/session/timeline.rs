@@ -128,7 +128,7 @@ impl Session {
         let watch = Watch::new(&mut self.world, None);
         match Timeline::new(&mut self.world, self.stepper.method(), TIMELINE_BYTES, watch.scale()) {
             Some(timeline) => self.recorded = Some(Box::new(Recorded::new(timeline, watch))),
-            None => self.notice("too many bodies to go back in time"),
+            None => self.refuse("too many bodies to go back in time"),
         }
     }
 
@@ -230,7 +230,7 @@ impl Session {
     pub(crate) fn set_out(&mut self, tick: u64) {
         self.control.paused = true;
         let Some(recorded) = &mut self.recorded else {
-            self.notice("no timeline is kept to go back in");
+            self.refuse("no timeline is kept to go back in");
             return;
         };
         let Recorded { timeline, way, .. } = &mut **recorded;
@@ -284,6 +284,12 @@ impl Session {
         }
     }
 
+    /// Whether it is at the tick that was gone to.
+    #[must_use]
+    pub fn arrived(&self) -> bool {
+        self.recorded.as_ref().is_none_or(|recorded| recorded.way.is_none())
+    }
+
     /// Pushes that wait for the next tick, while another one is gone to.
     pub(super) fn pushes_on_the_way(&self) -> Option<usize> {
         self.recorded.as_ref()?.way.as_ref()?;
@@ -302,7 +308,7 @@ impl Session {
         if self.recorded.is_some() {
             self.orders.push(Order::Bundle);
         } else {
-            self.notice("no timeline is kept that could be saved");
+            self.refuse("no timeline is kept that could be saved");
         }
     }
 
