@@ -163,6 +163,31 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
 }
 
 #[test]
+fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_next() {
+    let velocity = [f64::NAN, 0.0, 0.0];
+    let nan = Experiment::OfBody("ball".to_owned(), motion::Request::SetVelocity, velocity);
+    let frozen = |drive: &Drive| -> Vec<(String, u64)> {
+        drive.session.quarantined().iter().map(|frozen| (frozen.body.clone(), frozen.tick)).collect()
+    };
+    let ball = [("ball".to_owned(), 21)];
+    for records in [false, true] {
+        let mut drive = if records { recording() } else { Drive::of(mixed()) };
+        go(&mut drive, 0..20);
+        drive.press("P").give([Input::Experiment(nan.clone())]);
+        assert_eq!(frozen(&drive), ball);
+        drive.press("P").run(5, 1.0 / 60.0);
+        if records {
+            assert!(drive.session.paused() && drive.session.ticks() == 20 && frozen(&drive).is_empty());
+            assert_eq!(drive.session.all_quarantined().len(), 1);
+            drive.press("P").run(5, 1.0 / 60.0);
+            assert!(drive.session.all_quarantined().is_empty());
+        } else {
+            assert_eq!(frozen(&drive), ball);
+        }
+    }
+}
+
+#[test]
 fn a_session_that_records_is_the_same_session() {
     let (mut plain, mut recorded) = (Drive::of(mixed()), recording());
     assert_eq!(go(&mut plain, 0..40), go(&mut recorded, 0..40));

@@ -203,10 +203,13 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
     }
     assert!(body(20.1, DampingModel::Tutorial, Method::SemiImplicitEuler).is_unstable);
 
-    // Quadratic drag by its slope at the present speed: c + 2 k |v|.
+    // Quadratic drag by what it takes of the present speed, c + k |v|, and where gravity drives by its slope, c + 2 k |v|.
     let around = Around { drag: Some(Drag::new(1.0, 0.5)), ..Around::default() };
     let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::Y * 30.0)], springs: Vec::new() }
         .rig(&around, Method::ExplicitEuler, 0.1);
+    let margin = worst(&forecast(&mut rig));
+    assert!(!margin.is_unstable && (margin.value - 1.6).abs() < 1e-12, "{margin:?}");
+    rig.lab.world.insert_resource(motion::Gravity::EARTH);
     let margin = worst(&forecast(&mut rig));
     assert!(margin.is_unstable && (margin.value - 3.1).abs() < 1e-12, "{margin:?}");
     assert_eq!((margin.part, margin.cure.substeps), (Part::Drag(rig.bodies[0]), Some(2)));

@@ -156,6 +156,19 @@ fn damping_of_ticks_is_weighed_by_ticks() {
     );
 }
 
+/// Explicit Euler turns a speed v that only drag k v slows down into v (1 - k v h): it grows from k v h = 2 on.
+#[test]
+fn drag_that_turns_a_body_back_and_slows_it_down_is_stable() {
+    for (drag, unstable) in [(19.8, false), (20.2, true)] {
+        let scene = format!(
+            "(version: 1, step_hz: 10, method: explicit_euler, drag: (quadratic_per_m: {drag:?}),
+              bodies: [(name: \"a\", velocity_m_s: (1, 0, 0))])"
+        );
+        let said = run_scene(&scene, "--refuse-unstable");
+        assert_eq!(said.code, i32::from(unstable), "{drag}: {}", said.errors);
+    }
+}
+
 #[test]
 fn particles_that_are_not_born_yet_are_looked_at() {
     let scene = "(version: 1, damping: (model: tutorial, rate_per_s: 300.0),

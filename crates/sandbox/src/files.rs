@@ -21,7 +21,7 @@ fn begun() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 /// What a shell takes for a program that was interrupted: 128 and the number of the signal.
 const INTERRUPTED: i32 = 130;
 
-/// Lets an interrupt or a request to end leave no file that is not finished.
+/// Lets an interrupt leave no file that is not finished.
 pub(crate) fn leave_nothing_when_interrupted() {
     let clear = || {
         for path in &*begun() {
@@ -29,7 +29,7 @@ pub(crate) fn leave_nothing_when_interrupted() {
         }
         process::exit(INTERRUPTED);
     };
-    // Where the system takes no handler, an interrupt ends the program as it always does.
+    // Where interrupts are ignored, as in the background of a script, they stay so.
     let _ = ctrlc::try_set_handler(clear);
 }
 

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use motion::{FrameClock, FrameTime, Ledger};
+use motion::{FrameClock, FrameTime, Ledger, Totals};
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 use scene::{Action, Recording, Scene, Script, Source};
 
@@ -327,42 +327,66 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         }
     }
     progress.finish_and_clear();
-    if let Err(failure) = watch.finish(&session, args.state.as_deref()) {
-        if session.fault().is_none() && session.all_quarantined().is_empty() {
-            return Err(failure);
+    let outputs = Outputs { args, watch, camera, summary: summary_file, black_box: box_file };
+    outputs.finish(session, start, refused)
+}
+
+/// What a run is written into when it is over.
+struct Outputs<'a> {
+    args: &'a RunArgs,
+    watch: Watch,
+    camera: Option<Camera>,
+    summary: Option<Output>,
+    black_box: Option<Output>,
+}
+
+impl Outputs<'_> {
+    /// Writes all of it, and says how the run of `session` ended, which began with `start`; `refused` is why it was not
+    /// gone on with.
+    fn finish(
+        self,
+        mut session: Session,
+        start: Totals,
+        refused: Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let Self { args, mut watch, camera, summary: summary_file, black_box: box_file } = self;
+        if let Err(failure) = watch.finish(&session, args.state.as_deref()) {
+            if session.fault().is_none() && session.all_quarantined().is_empty() {
+                return Err(failure);
+            }
+            // What went wrong in the run is worse, and is written where that can be done.
+            eprintln!("{failure}");
         }
-        // What went wrong in the run is worse, and is written where that can be done.
-        eprintln!("{failure}");
+        let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
+        let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
+        let mut summary = Summary::of(&mut session, start, pictures, adapter);
+        let picture = |session: &mut Session| still(session, camera);
+        let mut black_box = None;
+        if let Some((path, file)) = args.black_box.as_deref().zip(box_file) {
+            black_box = black_box::write(path, file, &mut session, picture);
+            summary.add_black_box(black_box.as_ref());
+        }
+        let shown = show(&summary.to_table());
+        let unconverged = session.evaluations().unconverged_steps();
+        if unconverged > 0 {
+            eprintln!(
+                "{unconverged} implicit steps did not converge; a higher step rate or more substeps may help"
+            );
+        }
+        let mut written = shown;
+        if let (Some(path), Some(mut file)) = (&args.summary, summary_file) {
+            let summary = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
+            written = written.and(summary.map_err(|error| Failure::file("write", path, &error)));
+        }
+        let verdict = match black_box {
+            Some(black_box) => Err(black_box.verdict()),
+            None => verdict(args, &session).and(refused),
+        };
+        if let (Err(_), Err(failure)) = (&verdict, &written) {
+            eprintln!("{failure}");
+        }
+        verdict.and(written)
     }
-    let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
-    let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
-    let mut summary = Summary::of(&mut session, start, pictures, adapter);
-    let picture = |session: &mut Session| still(session, camera);
-    let mut black_box = None;
-    if let Some((path, file)) = args.black_box.as_deref().zip(box_file) {
-        black_box = black_box::write(path, file, &mut session, picture);
-        summary.add_black_box(black_box.as_ref());
-    }
-    let shown = show(&summary.to_table());
-    let unconverged = session.evaluations().unconverged_steps();
-    if unconverged > 0 {
-        eprintln!(
-            "{unconverged} implicit steps did not converge; a higher step rate or more substeps may help"
-        );
-    }
-    let mut written = shown;
-    if let (Some(path), Some(mut file)) = (&args.summary, summary_file) {
-        let summary = file.write_all(summary.to_json().as_bytes()).and_then(|()| file.finish());
-        written = written.and(summary.map_err(|error| Failure::file("write", path, &error)));
-    }
-    let verdict = match black_box {
-        Some(black_box) => Err(black_box.verdict()),
-        None => verdict(args, &session).and(refused),
-    };
-    if let (Err(_), Err(failure)) = (&verdict, &written) {
-        eprintln!("{failure}");
-    }
-    verdict.and(written)
 }
 
 /// Files at one place would be written over each other, or over what is read.

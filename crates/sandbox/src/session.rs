@@ -155,6 +155,8 @@ pub struct Session {
     dropped: f64,
     dropped_lately: f64,
     quarantined: Vec<QuarantinedBody>,
+    /// How many of them are of other worlds.
+    quarantined_before: usize,
     records_seen: usize,
     /// Whether the person knows that an implicit step did not converge.
     unconverged_told: bool,
@@ -201,6 +203,7 @@ impl Session {
             dropped: 0.0,
             dropped_lately: 0.0,
             quarantined: Vec::new(),
+            quarantined_before: 0,
             records_seen: 0,
             unconverged_told: false,
             acting: HashMap::new(),

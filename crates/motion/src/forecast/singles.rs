@@ -8,11 +8,11 @@ use super::lanczos::largest;
 use super::modes::{Modes, Pace};
 use super::{Forecast, Part};
 use crate::clock::StepClock;
-use crate::components::{PhysicsBody, Quarantined, Transform};
+use crate::components::{GravityOff, PhysicsBody, Quarantined, Transform};
 use crate::effects::{Damping, DampingRate};
 use crate::emitter::Dormant;
 use crate::groups::Grouped;
-use crate::laws::{BodyState, Drag, Jacobians, Law, Laws, Moment, Wells};
+use crate::laws::{BodyState, Drag, Gravity, Jacobians, Law, Laws, Moment, Wells};
 use crate::method::Method;
 use crate::own::{OwnLaws, OwnMethod, OwnSubsteps, own_method};
 use crate::units::Scalar;
@@ -27,6 +27,7 @@ type Bodies = (
     Has<OwnMethod>,
     Has<Grouped>,
     Has<Dormant>,
+    Has<GravityOff>,
 );
 
 /// One body as an oscillator.
@@ -61,6 +62,8 @@ impl Forecast {
     ) {
         let (drag, wells) = (world.get_resource::<Drag>().copied(), world.get_resource::<Wells>().cloned());
         let damping = world.get_resource::<Damping>().copied();
+        let gravity = world.get_resource::<Gravity>().and_then(Gravity::acting);
+        let gravity = gravity.is_some_and(|acceleration| acceleration != DVec3::ZERO);
         let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
         let wells = wells.unwrap_or_default().0;
         let mut query = world.query_filtered::<Bodies, Without<Quarantined>>();
@@ -68,7 +71,9 @@ impl Forecast {
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
         let at = Moment { time, inside: time };
         let mut kinds: Vec<Alike> = Vec::new();
-        for (entity, transform, body, rate, substeps, own, marked, grouped, dormant) in query.iter(world) {
+        for (entity, transform, body, rate, substeps, own, marked, grouped, dormant, floats) in
+            query.iter(world)
+        {
             if body.inverse_mass <= 0.0 {
                 continue;
             }
@@ -84,9 +89,11 @@ impl Forecast {
                 velocity: if dormant { DVec3::ZERO } else { body.velocity },
                 inverse_mass: body.inverse_mass,
             };
-            // Along the motion; across it, half of the quadratic part.
+            // k |u| u slows a body down that nothing drives, and drives it beyond where it came from from k |u| h = 2 on.
+            // One that falls has a speed to come to, around which its slope is twice as steep.
+            let slope = if gravity && !floats { 2.0 } else { 1.0 };
             let of_drag =
-                |drag: &Drag| drag.linear + 2.0 * drag.quadratic * drag.against(time, state).length();
+                |drag: &Drag| drag.linear + slope * drag.quadratic * drag.against(time, state).length();
             let one = One {
                 body: entity,
                 stiffness: 0.0,

@@ -22,10 +22,9 @@ impl Session {
                 Fault::Spring(other) => format!("spring to {}", self.name(other)),
                 fault => fault.name().to_owned(),
             };
-            let frozen = QuarantinedBody { body, tick, what, system, component, cause };
             // A run that goes on from the past may repeat what came after.
-            if !self.quarantined.contains(&frozen) {
-                self.quarantined.push(frozen);
+            if self.quarantined.len() == self.quarantined_before + number {
+                self.quarantined.push(QuarantinedBody { body, tick, what, system, component, cause });
             }
         }
     }

@@ -138,11 +138,10 @@ impl Session {
         drag.into_iter().chain(wells).chain(called).map(|law| law.acceleration(at, state)).sum()
     }
 
-    /// Every body that was quarantined in the run up to now, in earlier scenes and before a reset too, by tick.
+    /// Every body that was quarantined in the run up to now, in earlier scenes and before a reset too, in that order.
     #[must_use]
     pub fn quarantined(&self) -> &[QuarantinedBody] {
-        let now = self.ticks();
-        &self.quarantined[..self.quarantined.partition_point(|frozen| frozen.tick <= now)]
+        &self.quarantined[..self.quarantined_end()]
     }
 
     /// The same with those that the run has gone back before, and whose ticks it has not dropped.
@@ -160,9 +159,12 @@ impl Session {
 
     /// Those of this world.
     pub(crate) fn frozen(&self) -> &[QuarantinedBody] {
-        let count = self.world.resource::<Quarantine>().records().len();
-        let all = self.quarantined();
-        &all[all.len().saturating_sub(count)..]
+        &self.quarantined[self.quarantined_before..self.quarantined_end()]
+    }
+
+    fn quarantined_end(&self) -> usize {
+        let frozen = self.world.resource::<Quarantine>().records().len();
+        (self.quarantined_before + frozen).min(self.quarantined.len())
     }
 
     /// The body of that name, if there is one and it was not removed.

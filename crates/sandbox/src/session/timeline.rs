@@ -137,6 +137,7 @@ impl Session {
         if let Some(recorded) = &mut self.recorded {
             recorded.timeline.note(&self.world, what);
             recorded.passed = None;
+            self.forget_ahead();
             self.give_up_journey();
         }
     }
@@ -146,19 +147,24 @@ impl Session {
             && recorded.timeline.note_requests(&self.world)
         {
             recorded.passed = None;
+            self.forget_ahead();
             self.give_up_journey();
         }
     }
 
+    /// What was gone back before, and is dropped, was not quarantined.
+    pub(super) fn forget_ahead(&mut self) {
+        self.quarantined.truncate(self.quarantined_before + self.records_seen);
+    }
+
     /// Records what the coming tick takes in, which nobody has recorded before.
     pub(super) fn record_before_tick(&mut self) {
-        let now = self.ticks();
         if let Some(recorded) = &mut self.recorded {
             if recorded.timeline.before_tick(&self.world) {
                 recorded.passed = None;
             }
             recorded.forget_fault();
-            self.quarantined.truncate(self.quarantined.partition_point(|frozen| frozen.tick <= now));
+            self.forget_ahead();
         }
     }
 

@@ -31,7 +31,8 @@ impl Session {
         }
         self.control.selection = None;
         self.control.locked = None;
-        self.records_seen = 0;
+        self.forget_ahead();
+        (self.quarantined_before, self.records_seen) = (self.quarantined.len(), 0);
         self.targets = Targets::default();
         self.soft = SoftTargets::default();
         self.targets_current = false;
@@ -51,7 +52,9 @@ impl Session {
         next.measured = self.measured;
         next.control.mode = self.control.mode;
         next.control.pointer = self.control.pointer;
+        self.forget_ahead();
         (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
+        next.quarantined_before = next.quarantined.len();
         self.hand_over(&mut next.world);
         next.count_effects_from_now();
         next.ticks_left = self.ticks_left;
