@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use scene::Bundle;
+use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::harness::program;
@@ -36,6 +37,10 @@ pub fn folder() -> TempDir {
 
 pub fn bundle(folder: &Path, name: &str) -> Bundle {
     Bundle::read(&fs::read(folder.join(name)).unwrap()).unwrap()
+}
+
+pub fn json(folder: &Path, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(folder.join(name)).unwrap()).unwrap()
 }
 
 #[test]
@@ -79,10 +84,9 @@ fn a_fault_is_told_and_decides_the_exit_code_where_its_bundle_cannot_be_written(
         let (code, _, err) = run(folder.path(), &line);
         assert_eq!(code, expected, "{err}");
         assert!(err.ends_with(&format!("; tick {tick} {full}")), "{err}");
-        let summary = fs::read(folder.path().join("summary.json")).unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+        let summary = json(folder.path(), "summary.json");
         let black_box = &summary["black_box"];
-        assert_eq!((&black_box["path"], &black_box["tick"]), (&serde_json::Value::Null, &tick.into()));
+        assert_eq!((&black_box["path"], &black_box["tick"]), (&Value::Null, &tick.into()));
         assert_eq!(black_box["fault"]["tick"], tick + 1);
     }
 }
@@ -99,8 +103,7 @@ fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
     let (code, _, err) = run(folder.path(), line);
     assert_eq!(code, 3, "{err}");
     assert!(err.contains("cloth.r2.c2 quarantined in tick 72: "), "{err}");
-    let summary = fs::read(folder.path().join("summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    let summary = json(folder.path(), "summary.json");
     assert_eq!((&summary["ticks"], summary["quarantined"].as_array().unwrap().len()), (&71.into(), 1));
     assert_eq!(summary["quarantined"][0]["tick"], 72);
     let (code, _, err) = run(folder.path(), "run stiff.ron --script late.script --ticks 50");
@@ -183,11 +186,7 @@ fn a_script_goes_back_and_saves_as_a_person_does() {
     assert_eq!(code, 0, "{out}{err}");
     assert!(out.contains("no fault, as then"), "{out}");
     run(folder.path(), "run sheet.ron --ticks 70 --summary straight.json");
-    let hash = |file: &str| {
-        let text = fs::read(folder.path().join(file)).unwrap();
-        let summary: serde_json::Value = serde_json::from_slice(&text).unwrap();
-        summary["state_hash"].clone()
-    };
+    let hash = |file: &str| json(folder.path(), file)["state_hash"].clone();
     assert_eq!(hash("back.json"), hash("straight.json"));
 }
 

@@ -1,17 +1,12 @@
 //! `replay --out`, the summary of a black box, and bundles where scenes are meant.
 
 use std::fs;
-use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::program::{CLOTH, bundle, folder, run};
+use super::program::{CLOTH, bundle, folder, json, run};
 
 const FAILING: &str = "run sheet.ron --script nan.script --seconds 2 --black-box box.zip --summary s.json";
-
-fn json(folder: &Path, name: &str) -> Value {
-    serde_json::from_slice(&fs::read(folder.join(name)).unwrap()).unwrap()
-}
 
 #[test]
 fn a_replay_writes_what_a_person_wants_to_look_at() {

@@ -12,7 +12,7 @@ use crate::session::Session;
 
 /// What went wrong in a run.
 pub(crate) struct BlackBox {
-    /// What is wrong with the file, if it could not be written.
+    /// Where it was written, or why not.
     pub written: Result<PathBuf, Failure>,
     /// The last good tick.
     pub tick: u64,

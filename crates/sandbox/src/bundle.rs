@@ -1,15 +1,15 @@
 //! Bundles as files: written of a session, read, and opened as one.
 
 use std::fs;
-use std::io::{Read as _, Write as _};
+use std::io::Read as _;
 use std::path::Path;
 
 use render::Image;
 use scene::Bundle;
 
 use crate::failure::Failure;
-use crate::files::Output;
-use crate::headless::{output_file, progress_bar, write_picture};
+use crate::files::{Output, output_file};
+use crate::headless::{progress_bar, write_picture};
 use crate::session::{Options, Repetition, Session};
 
 /// Largest file that is read, bytes.
@@ -23,7 +23,7 @@ pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>
 /// The same, into a file that was begun before.
 pub(crate) fn finish_bundle(
     path: &Path,
-    mut file: Output,
+    file: Output,
     session: &Session,
     image: Option<&Image>,
 ) -> Result<(), Failure> {
@@ -37,7 +37,7 @@ pub(crate) fn finish_bundle(
         return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
     };
     let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
-    file.write_all(&bytes).and_then(|()| file.finish()).map_err(|error| cannot(&error))
+    file.finish_with(&bytes).map_err(|error| cannot(&error))
 }
 
 /// Reads the bundle at `path`.

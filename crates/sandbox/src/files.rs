@@ -82,6 +82,15 @@ impl Output {
         Ok(Self { writer: Writer::Beside { path, file: BufWriter::new(file), begun } })
     }
 
+    /// Writes the rest, and puts the file in its place.
+    ///
+    /// # Errors
+    /// As [`Self::finish`].
+    pub fn finish_with(mut self, rest: &[u8]) -> io::Result<()> {
+        self.write_all(rest)?;
+        self.finish()
+    }
+
     /// Puts the file in its place.
     ///
     /// # Errors
@@ -105,13 +114,20 @@ impl Output {
     }
 }
 
+/// Starts an output file, and makes its folder.
+pub(crate) fn output_file(path: &Path) -> Result<Output, Failure> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+    }
+    Output::create(path).map_err(|error| Failure::file("write", path, &error))
+}
+
 /// Writes a whole file.
 ///
 /// # Errors
 /// As [`Output`].
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let written =
-        Output::create(path).and_then(|mut file| file.write_all(bytes).and_then(|()| file.finish()));
+    let written = Output::create(path).and_then(|file| file.finish_with(bytes));
     written.map_err(|error| Failure::file("write", path, &error))
 }
 

@@ -123,6 +123,7 @@ impl Model {
         let effects = if session.ui.effects { session.receipt() } else { Vec::new() };
         let ghosts = if session.ui.ghosts { session.ghosts() } else { Vec::new() };
         let gravity = session.world.get_resource::<Gravity>().copied();
+        let frozen = session.frozen();
         Self {
             mode: session.control.mode,
             gravity,
@@ -140,7 +141,7 @@ impl Model {
             bodies: session.entities.len(),
             drops_time: session.drops_time(),
             measured: session.measured,
-            quarantined: (session.frozen().len(), session.frozen().iter().take(FROZEN).cloned().collect()),
+            quarantined: (frozen.len(), frozen.iter().take(FROZEN).cloned().collect()),
             notices,
             effects,
             cost: if session.ui.cost { cost::View::of(session) } else { None },

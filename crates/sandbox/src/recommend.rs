@@ -1,6 +1,5 @@
 //! `sandbox recommend`: a method and substeps for each part of a scene, from what they measure here.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -12,8 +11,7 @@ use serde_json::{Value, json};
 use crate::cli::{positive, show};
 use crate::effects::tidy;
 use crate::failure::Failure;
-use crate::files::Output;
-use crate::headless::output_file;
+use crate::files::{Output, output_file};
 use crate::list::{Format, aligned};
 use crate::progress::Progress;
 use crate::report::number;
@@ -115,7 +113,7 @@ impl<'a> Target<'a> {
     }
 
     fn write(
-        mut self,
+        self,
         args: &RecommendArgs,
         scene: &Scene,
         parts: &[Part],
@@ -124,7 +122,7 @@ impl<'a> Target<'a> {
         let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
         let settings: Vec<_> = parts.iter().zip(settings).collect();
         let text = scene::edit(&args.scene, &self.text, &scene::changes(scene, &settings))?;
-        let written = self.file.write_all(text.as_bytes()).and_then(|()| self.file.finish());
+        let written = self.file.finish_with(text.as_bytes());
         written.map_err(|error| Failure::file("write", self.path, &error))
     }
 }

@@ -79,8 +79,19 @@ fn scattered(n: usize) -> Vec<f64> {
     (0..n).map(|_| next()).collect()
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Takes out of a vector what an orthonormal basis has of it (Gram-Schmidt).
+pub(super) fn orthogonalize(vector: &mut [f64], basis: &[Vec<f64>]) {
+    // Twice: what rounding leaves of a large share would come back as a copy of it.
+    for _ in 0..2 {
+        for other in basis {
+            let share = dot(other, vector);
+            vector.iter_mut().zip(other).for_each(|(part, other)| *part -= share * other);
+        }
+    }
 }
 
 /// An orthonormal basis in which the operator has three diagonals: `alpha`, and `beta` beside it.
@@ -107,13 +118,7 @@ fn tridiagonal(
         size = size.max(dot(&product, &product).sqrt());
         alpha.push(diagonal);
         basis.push(next);
-        // Against all of them, twice: what rounding leaves of a large one would come back as a copy of it.
-        for _ in 0..2 {
-            for vector in &basis {
-                let share = dot(vector, &product);
-                product.iter_mut().zip(vector).for_each(|(part, vector)| *part -= share * vector);
-            }
-        }
+        orthogonalize(&mut product, &basis);
         next = product;
     }
 }

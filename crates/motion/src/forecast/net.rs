@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::cure::System;
-use super::lanczos::{Largest, largest};
+use super::lanczos::{Largest, dot, largest, orthogonalize};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Pace};
 use super::{Margin, Part, SpringMargin};
@@ -49,7 +49,7 @@ pub(super) fn look(
     }
     let damping = world.get_resource::<Damping>().copied();
     let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
-    let (system, y) = modes_of(&group, damping, h / over, stiffest, restless);
+    let (system, y) = modes_of(&group, damping, h / over, [stiffest, rate], restless);
     let [stiffness, damping] = quotients(&group, &y);
     let at_limit = [h * h / over / over, 2.0 * h / over];
     let (part, values) = match group.holder(at_limit, &y) {
@@ -105,18 +105,14 @@ fn quotients(group: &LinearGroup, y: &[Scalar]) -> [Scalar; 2] {
     })
 }
 
-fn dot(a: &[Scalar], b: &[Scalar]) -> Scalar {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// What decides whether a group is stable at steps of about `h` seconds, and the mode that limits it: the fastest. By a
 /// method that only damping keeps stable, at steps of `restless` seconds, it is the one with too little of it.
-/// `stiffest` is a bound of the stiffness, 1/s².
+/// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping.
 fn modes_of(
     group: &LinearGroup,
     damping: Option<Damping>,
     h: Scalar,
-    stiffest: Scalar,
+    [stiffest, rate]: [Scalar; 2],
     restless: Option<Scalar>,
 ) -> (System, Vec<Scalar>) {
     let n = group.coordinates();
@@ -130,15 +126,15 @@ fn modes_of(
     let Largest { pairs, converged } =
         largest(n, count, |y, out| group.apply(factors, alike.is_none(), y, out));
     let fastest = pairs.first().map_or_else(Vec::new, |(_, y)| y.clone());
-    if let Some((rate, own)) = alike {
+    if let Some((all, own)) = alike {
         // A net too large for the iteration is held to the bound.
         let stiffness = if converged { quotients(group, &fastest)[0] } else { stiffest };
-        let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, rate, scenes(own)));
+        let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
         return (System::apart(parts.to_vec()), fastest);
     }
     let undamped: Vec<_> = restless.map_or_else(Vec::new, |h| {
         // A mode of explicit Euler grows where h² w² - h c is above 0; the shift lets no eigenvalue be below.
-        let shift = h * (group.bounds().map(|[_, rate]| rate).fold(0.0, larger) + group.largest_rate());
+        let shift = h * rate;
         let less = |y: &[Scalar], out: &mut [Scalar]| {
             group.apply([h * h, -h], true, y, out);
             out.iter_mut().zip(y).for_each(|(out, y)| *out += shift * y);
@@ -164,20 +160,14 @@ fn modes_of(
     (System::joined(modes, guess), limiting)
 }
 
-/// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span
-/// (Gram-Schmidt, twice).
+/// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span.
 fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>, most: usize) -> Vec<Vec<Scalar>> {
     let mut basis: Vec<Vec<Scalar>> = Vec::new();
     for mut vector in vectors {
         if basis.len() == most {
             break;
         }
-        for _ in 0..2 {
-            for other in &basis {
-                let along = dot(&vector, other);
-                vector.iter_mut().zip(other).for_each(|(part, other)| *part -= along * other);
-            }
-        }
+        orthogonalize(&mut vector, &basis);
         let length = dot(&vector, &vector).sqrt();
         if length > 1e-3 {
             vector.iter_mut().for_each(|part| *part /= length);

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
 use motion::{Damping, Forecast, FrameTime, Groups, Margin, Method, Part, Substeps, TimeStep};
-
 use scene::StepKind;
 
 use super::Session;

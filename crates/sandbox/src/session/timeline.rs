@@ -136,9 +136,7 @@ impl Session {
     pub(crate) fn record(&mut self, what: Happening) {
         if let Some(recorded) = &mut self.recorded {
             recorded.timeline.note(&self.world, what);
-            recorded.passed = None;
-            self.forget_ahead();
-            self.give_up_journey();
+            self.take_another_course();
         }
     }
 
@@ -146,10 +144,17 @@ impl Session {
         if let Some(recorded) = &mut self.recorded
             && recorded.timeline.note_requests(&self.world)
         {
-            recorded.passed = None;
-            self.forget_ahead();
-            self.give_up_journey();
+            self.take_another_course();
         }
+    }
+
+    /// What was done now makes another run of what is ahead.
+    fn take_another_course(&mut self) {
+        if let Some(recorded) = &mut self.recorded {
+            recorded.passed = None;
+        }
+        self.forget_ahead();
+        self.give_up_journey();
     }
 
     /// What was gone back before, and is dropped, was not quarantined.

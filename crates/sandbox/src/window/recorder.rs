@@ -1,6 +1,5 @@
 //! Records inputs and frame times, so that `sandbox run --script` comes to the same state.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use motion::Method;
@@ -48,7 +47,7 @@ impl Recorder {
     }
 
     /// Writes the recording.
-    pub fn finish(mut self) -> Result<(), Failure> {
+    pub fn finish(self) -> Result<(), Failure> {
         let recording = Recording {
             scene: self.scene,
             method: self.method,
@@ -56,7 +55,7 @@ impl Recorder {
             frame_ends_s: self.frame_ends_s,
         };
         let script = Script { recording: Some(recording), ..self.script };
-        let written = self.output.write_all(script.to_ron().as_bytes()).and_then(|()| self.output.finish());
+        let written = self.output.finish_with(script.to_ron().as_bytes());
         written.map_err(|error| Failure::file("write", &self.path, &error))
     }
 }
