@@ -128,8 +128,8 @@ pub trait Lanes<S: Simd, T>: SimdFloat<S, Element = T> {
     /// 0 where the mask holds and the number itself elsewhere.
     #[must_use]
     fn except(self, mask: Self::Mask) -> Self;
-    /// Whether the mask holds everywhere.
-    fn all(mask: Self::Mask) -> bool;
+    /// Whether all of them are +0.
+    fn is_zero(self) -> bool;
 }
 
 macro_rules! real {
@@ -253,8 +253,9 @@ macro_rules! real {
                 self.only(!mask)
             }
             #[inline(always)]
-            fn all(mask: Self::Mask) -> bool {
-                mask.all_true()
+            fn is_zero(self) -> bool {
+                // By bits: one instruction, where a comparison of numbers takes three.
+                self.bitcast::<$bytes<S>>().simd_eq(0).all_true()
             }
         }
     };

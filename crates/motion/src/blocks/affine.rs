@@ -201,7 +201,6 @@ impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
         let Self { simd, terms, table: Table { positions, bodies, memory }, applied, refuse } = self;
         let step = StepOf { constants: Constants::new(simd, terms), terms };
         let limit = Limit::of::<M>(terms);
-        let bound = T::Lanes::splat(simd, limit.of_sums);
         let mut pushed = Pushed::new(applied, bodies.len());
         let count = bodies.len().saturating_sub(1) / BLOCK;
         let (blocks, _) = bodies.as_chunks_mut::<BLOCK>();
@@ -220,7 +219,7 @@ impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
             } else {
                 step.block::<M, PARTS, false>(simd, x, block, None, steps)
             };
-            if !M::CHECKED || is_finite::<T, M, S>(&new, bound) {
+            if !M::CHECKED || limit.is_of_numbers && is_finite::<T, M, S>(&new) {
                 store::<T, M, S>(&new, x, block);
             } else {
                 let (x, rows) = (&mut x[..3 * BLOCK], (&new.0.rows(), &new.1.rows()));
@@ -389,23 +388,23 @@ fn load_triples<T: Real, S: Simd>(simd: S, numbers: &Triples<T>) -> Rows<T, S, B
 /// What new rows may be at most.
 struct Limit<T> {
     bounds: Bounds<T>,
-    /// What a sum of lanes may be at most for the rows to be stored without another look; below zero where none is.
-    of_sums: T,
+    /// Whether rows may be stored if every number of them is finite.
+    is_of_numbers: bool,
 }
 
 impl<T: Real> Limit<T> {
     fn of<M: Integrator>(terms: &Terms<'_, T>) -> Self {
         // A factor after the move may enlarge a velocity that the position has not seen.
         let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
-        let finite_is_enough = terms.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
-        Self { bounds: terms.bounds, of_sums: if finite_is_enough { T::MAX } else { -T::ONE } }
+        let is_of_numbers = terms.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
+        Self { bounds: terms.bounds, is_of_numbers }
     }
 }
 
-/// `true` proves that every number is finite and that `bound`, of sums, admits it: what is not finite leaves no sum
-/// finite. Sums of numbers near the largest one may deny it.
+/// `true` proves that every number is finite: what is not finite leaves no sum finite. Sums of numbers near the largest
+/// one may deny it.
 #[inline(always)]
-fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>, bound: T::Lanes<S>) -> bool {
+fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>) -> bool {
     let [a, b, c, d] = x.0;
     let mut sum = (a + b) + (c + d);
     // A step that moves with its own new velocity has a finite position only if that is finite as well.
@@ -413,7 +412,8 @@ fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>, bound: T::La
         let [a, b, c, d] = v.0;
         sum += (a + b) + (c + d);
     }
-    T::Lanes::all(sum.abs().simd_le(bound))
+    // +0 of a number, NaN of what is none.
+    (sum - sum).is_zero()
 }
 
 /// Stores positions and rows.
