@@ -403,6 +403,7 @@ impl<T: Real> Limit<T> {
 
 /// `true` proves that every number is finite: what is not finite leaves no sum finite. Sums of numbers near the largest
 /// one may deny it.
+#[expect(clippy::eq_op, reason = "+0 of a number, NaN of what is none")]
 #[inline(always)]
 fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>) -> bool {
     let [a, b, c, d] = x.0;
@@ -412,7 +413,6 @@ fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>) -> bool {
         let [a, b, c, d] = v.0;
         sum += (a + b) + (c + d);
     }
-    // +0 of a number, NaN of what is none.
     (sum - sum).is_zero()
 }
 
