@@ -153,9 +153,9 @@ pub const MUTANTS: &[Mutant] = &[
     edited(
         "a comparison that lets pass what is not a number",
         &[Edit {
-            file: "crates/motion/src/blocks/affine.rs",
-            from: "(sum - sum).is_zero()",
-            to: "!(sum - sum).simd_lt(sum - sum).any_true()",
+            file: "crates/motion/src/real.rs",
+            from: "self.bitcast::<$bytes<S>>().simd_eq(0).all_true()",
+            to: "!(self.simd_lt(0.0) | self.simd_gt(0.0)).any_true()",
         }],
         "quarantine::a_non_finite_push_freezes_its_body_and_no_other",
     ),
