@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::harness::{program, root};
+use crate::harness::{output, program, root};
 use cases::{CASES, Case, FILES};
 
 /// What the program said.
@@ -50,18 +50,11 @@ fn listing(folder: &Path) -> Vec<PathBuf> {
 
 fn run_with(folder: &Path, line: &str, variables: &[(&str, &str)]) -> Said {
     let runtime = TempDir::new().unwrap();
-    let output = Command::new(program())
-        .args(line.split_whitespace())
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .env("XDG_RUNTIME_DIR", runtime.path())
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
-        .env_remove("RUST_LOG")
-        .envs(variables.iter().copied())
-        .output()
-        .unwrap();
+    let mut command = Command::new(program());
+    command.args(line.split_whitespace()).current_dir(folder).env("XDG_RUNTIME_DIR", runtime.path());
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    command.env_remove("RUST_LOG").envs(variables.iter().copied());
+    let output = output(&mut command);
     let text = |bytes| String::from_utf8(bytes).unwrap().replace(folder.to_str().unwrap(), "FOLDER");
     let said =
         Said { code: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) };
@@ -209,9 +202,10 @@ fn a_quarantined_body_is_told_although_a_file_cannot_be_written() {
 #[cfg(target_os = "linux")]
 fn a_full_standard_output_is_told() {
     let folder = folder();
-    let full = fs::File::options().write(true).open("/dev/full").unwrap();
-    let mut program = Command::new(program());
-    let said = program.args(["list", "methods"]).current_dir(&folder).stdout(full).output().unwrap();
+    // The shell leads standard output to where nothing can be written.
+    let mut shell = Command::new("sh");
+    let said =
+        output(shell.args(["-c", "\"$0\" list methods > /dev/full"]).arg(program()).current_dir(&folder));
     assert_eq!(said.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&said.stderr).contains("cannot write standard output: the disk is full"));
 }

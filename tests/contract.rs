@@ -3,18 +3,17 @@
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{program, root};
+use crate::harness::{root, sandbox};
 
 /// What the program prints for `line` in `folder`, where it must succeed.
 #[track_caller]
 fn run_in(folder: &Path, line: &str) -> String {
-    let output = Command::new(program()).args(line.split_whitespace()).current_dir(folder).output().unwrap();
+    let output = sandbox(folder, line);
     assert!(output.status.success(), "sandbox {line}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
@@ -394,7 +393,7 @@ fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
                   (at_tick: 10, do: press(\"F1\")), (at_tick: 12, do: push(\"grid.x0.z0\", (nan, 0, 0)))]";
     fs::write(folder.path().join("s.ron"), script).unwrap();
     let line = "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --summary s.json --state s.csv";
-    let output = Command::new(program()).args(line.split(' ')).current_dir(&folder).output().unwrap();
+    let output = sandbox(folder.path(), line);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
     let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
     assert_eq!(summary["scene"], "tutorial_large");
@@ -410,7 +409,7 @@ fn implicit_steps_that_do_not_converge_are_counted_and_told() {
     let folder = TempDir::new().unwrap();
     // Implicit Euler falls into its sun.
     let line = "run orbits_race --seconds 24 --summary s.json";
-    let output = Command::new(program()).args(line.split(' ')).current_dir(&folder).output().unwrap();
+    let output = sandbox(folder.path(), line);
     assert!(output.status.success());
     let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
     let steps = summary["unconverged_steps"].as_u64().unwrap();

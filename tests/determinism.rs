@@ -13,7 +13,7 @@ use scene::{Scene, Snapshot, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{program, root};
+use crate::harness::{output, program, root};
 
 /// Ticks of a run; `scripts/hashes` has the same number.
 const TICKS: u64 = 240;
@@ -132,21 +132,11 @@ fn the_program_gives_the_pinned_hashes() {
     let folder = TempDir::new().unwrap();
     let summary = folder.path().join("summary.json");
     all_are_pinned(|scene| {
-        let output = Command::new(program())
-            .args([
-                "run",
-                &scene.name,
-                "--ticks",
-                &TICKS.to_string(),
-                "--fps",
-                &fps(scene).to_string(),
-                "--script",
-            ])
-            .arg(root().join("tests/determinism/script.ron"))
-            .arg("--summary")
-            .arg(&summary)
-            .output()
-            .unwrap();
+        let script = root().join("tests/determinism/script.ron");
+        let line = ["run", &scene.name, "--ticks", &TICKS.to_string(), "--fps", &fps(scene).to_string()];
+        let mut program = Command::new(program());
+        program.args(line).arg("--script").arg(script).arg("--summary").arg(&summary);
+        let output = output(&mut program);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let summary: serde_json::Value = serde_json::from_slice(&fs::read(&summary).unwrap()).unwrap();
         u64::from_str_radix(summary["state_hash"].as_str().unwrap(), 16).unwrap()

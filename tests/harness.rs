@@ -1,8 +1,14 @@
 //! A world of bodies that is stepped and looked at: the `check` of these tests.
 
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{Damping, Gravity, Method, PhysicsBody, PushQueue, Stepper, TimeStep, Transform};
+use process_control::{ChildExt as _, Control as _};
 
 /// The tutorial's tick, s.
 pub const H: f64 = 1.0 / 120.0;
@@ -100,7 +106,57 @@ pub fn program() -> std::path::PathBuf {
     program
 }
 
+/// Longest that a test waits for a program, many times what any of them takes.
+const DEADLINE: Duration = Duration::from_secs(600);
+
+/// Runs `command`, which reads nothing, to its end: exit code, standard output and standard error.
+///
+/// # Panics
+/// When it does not end by itself: it is killed.
+#[track_caller]
+pub fn output(command: &mut Command) -> Output {
+    output_within(DEADLINE, command)
+}
+
+/// Runs `command` for at most `deadline`: see [`output`].
+#[track_caller]
+fn output_within(deadline: Duration, command: &mut Command) -> Output {
+    let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let child = child.unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let ended = child.controlled_with_output().time_limit(deadline).terminate_for_timeout().wait().unwrap();
+    ended.unwrap_or_else(|| panic!("{command:?} did not end within {deadline:?}")).into_std_lossy()
+}
+
+/// Looks again and again until there is something.
+///
+/// # Panics
+/// When it does not come.
+#[track_caller]
+pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(start.elapsed() < DEADLINE, "gave up waiting for {what}");
+        sleep(Duration::from_millis(20));
+    }
+}
+
+/// Runs `sandbox line` in `folder`: see [`output`].
+#[track_caller]
+pub fn sandbox(folder: &Path, line: &str) -> Output {
+    output(Command::new(program()).args(line.split_whitespace()).current_dir(folder))
+}
+
+#[test]
+#[cfg(unix)]
+#[should_panic = "did not end within"]
+fn a_program_that_waits_for_ever_is_ended() {
+    output_within(Duration::from_millis(50), Command::new("tail").args(["-f", "/dev/null"]));
+}
+
 /// Root of the repository.
-pub fn root() -> &'static std::path::Path {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }

@@ -30,6 +30,7 @@ mod picking;
 mod pixels;
 mod plans;
 mod quarantine;
+mod readme;
 mod recommend;
 mod robust;
 mod scripts;

@@ -13,7 +13,7 @@ use scene::{Scene, Script};
 use crate::film::{
     CHANNEL, Difference, Film, SIZE, Studio, assert_pictures, compared, green, places, yellow,
 };
-use crate::harness::{program, root};
+use crate::harness::{output, program, root};
 
 /// A stage close by, `offset` meters along x and z from the world's origin.
 fn stage(offset: f64, shadows: bool, grid: bool) -> Scene {
@@ -282,15 +282,12 @@ fn a_reference_is_missing_blessed_matched_or_missed() {
 #[test]
 fn pictures_without_an_adapter_are_exit_code_4_that_says_what_to_install() {
     let folder = tempfile::tempdir().unwrap();
-    let output = Command::new(program())
-        .args(["run", "tutorial", "--ticks", "1", "--frames"])
-        .arg(folder.path())
-        // Hides every driver.
-        .env("WGPU_BACKEND", "vulkan")
-        .env("VK_ICD_FILENAMES", "/nonexistent.json")
-        .env("VK_DRIVER_FILES", "/nonexistent.json")
-        .output()
-        .unwrap();
+    let mut program = Command::new(program());
+    program.args(["run", "tutorial", "--ticks", "1", "--frames"]).arg(folder.path());
+    // Hides every driver.
+    program.env("WGPU_BACKEND", "vulkan");
+    program.env("VK_ICD_FILENAMES", "/nonexistent.json").env("VK_DRIVER_FILES", "/nonexistent.json");
+    let output = output(&mut program);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(4), "{message}");
     assert!(message.contains("mesa-vulkan-drivers"), "{message}");

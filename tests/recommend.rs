@@ -10,7 +10,7 @@ use motion::{Method, PhysicsBody, StableId, Stepper, TimeStep, Transform};
 use scene::{Change, Scene, edit, load, shipped};
 use serde_json::Value;
 
-use crate::harness::program;
+use crate::harness::{output, program};
 
 /// Stiff cloth, a rope with a weight, and free debris: three parts that differ in what they need.
 const GROUPS: &str = r#"// Stiff cloth and free debris.
@@ -175,7 +175,7 @@ fn settings_are_written_into_every_shipped_scene() {
 }
 
 fn sandbox(folder: &Path, line: &[&str]) -> Output {
-    Command::new(program()).args(line).current_dir(folder).output().unwrap()
+    output(Command::new(program()).args(line).current_dir(folder))
 }
 
 #[track_caller]

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use sandbox::{actions, methods};
 
-use crate::harness::root;
+use crate::harness::{output, program, root};
 
 /// Every Rust file of the workspace with its text.
 fn sources() -> Vec<(PathBuf, String)> {
@@ -168,6 +168,15 @@ fn no_test_is_ignored_and_nothing_is_left_to_do() {
 }
 
 #[test]
+fn what_a_test_starts_has_a_deadline() {
+    never(
+        "tests",
+        &["tests/harness.rs", "tests/tidy.rs", "tests/bin"],
+        &[".output()", ".wait_with_output()"],
+    );
+}
+
+#[test]
 fn unwrap_is_for_tests() {
     for (path, text) in sources().iter().filter(|(path, _)| in_folder(path, "crates")) {
         let test = ["tests", "benches", "examples"]
@@ -181,15 +190,18 @@ fn unwrap_is_for_tests() {
     }
 }
 
+/// What cargo says of the workspace.
+pub fn cargo_metadata(flags: &[&str]) -> serde_json::Value {
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["metadata", "--format-version", "1", "--manifest-path"]).arg(root().join("Cargo.toml"));
+    let metadata = output(cargo.args(flags));
+    assert!(metadata.status.success(), "{}", String::from_utf8_lossy(&metadata.stderr));
+    serde_json::from_slice(&metadata.stdout).unwrap()
+}
+
 #[test]
 fn one_version_of_glam_wgpu_and_winit() {
-    let metadata = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--locked", "--manifest-path"])
-        .arg(root().join("Cargo.toml"))
-        .output()
-        .unwrap();
-    assert!(metadata.status.success(), "{}", String::from_utf8_lossy(&metadata.stderr));
-    let metadata: serde_json::Value = serde_json::from_slice(&metadata.stdout).unwrap();
+    let metadata = cargo_metadata(&["--locked"]);
     let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for package in metadata["packages"].as_array().unwrap() {
         versions
@@ -224,7 +236,7 @@ fn the_contract_names_every_flag() {
         ["", "run", "list", "plan", "effects", "ablate", "cost", "recommend", "stability", "replay"]
     {
         let arguments: Vec<_> = command.split_whitespace().chain(["--help"]).collect();
-        let help = Command::new(crate::harness::program()).args(&arguments).output().unwrap();
+        let help = output(Command::new(program()).args(&arguments));
         let help = String::from_utf8(help.stdout).unwrap();
         let flags = help.split_whitespace().filter_map(|word| word.strip_prefix("--"));
         for flag in flags
@@ -283,7 +295,7 @@ fn what_the_architecture_names_exists() {
 
 #[test]
 fn the_scripts_check_the_machine_before_they_build() {
-    let output = Command::new("bash").arg(root().join("scripts/requirements-test")).output().unwrap();
+    let output = output(Command::new("bash").arg(root().join("scripts/requirements-test")));
     let text =
         String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{text}");

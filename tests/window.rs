@@ -6,8 +6,6 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
 use motion::{FrameClock, Method, PhysicsBody};
@@ -20,24 +18,9 @@ use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
 use crate::film::{Difference, Studio};
-use crate::harness::program;
+use crate::harness::{output, program, sandbox, wait_for};
 
-const DEADLINE: Duration = Duration::from_secs(90);
-const POLL: Duration = Duration::from_millis(20);
 const SIZE: [u32; 2] = [640, 360];
-
-/// Looks again and again until there is something.
-#[track_caller]
-fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(found) = look() {
-            return found;
-        }
-        assert!(start.elapsed() < DEADLINE, "gave up waiting for {what}");
-        sleep(POLL);
-    }
-}
 
 /// Starts a tool of the tests.
 fn tool(command: &mut Command) -> Child {
@@ -74,8 +57,7 @@ impl Display {
     /// What xdotool prints; `None` if it fails.
     fn xdotool(&self, arguments: &[&str]) -> Option<String> {
         let mut command = Command::new("xdotool");
-        command.args(arguments).env("DISPLAY", &self.name).stdin(Stdio::null());
-        let output = tool(command.stdout(Stdio::piped()).stderr(Stdio::null())).wait_with_output().unwrap();
+        let output = output(command.args(arguments).env("DISPLAY", &self.name));
         output.status.success().then(|| String::from_utf8(output.stdout).unwrap())
     }
 
@@ -327,11 +309,8 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     let difference = Difference::between(&in_window, &in_replay);
     assert!(difference.accepted(), "the window's picture and the replay's: {difference}");
 
-    let output = Command::new(program())
-        .args(["run", "tutorial", "--script", "recording.ron", "--summary", "summary.json"])
-        .current_dir(window.folder.path())
-        .output()
-        .unwrap();
+    let line = "run tutorial --script recording.ron --summary summary.json";
+    let output = sandbox(window.folder.path(), line);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let summary = fs::read_to_string(window.folder.path().join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
@@ -434,7 +413,7 @@ fn without_a_display_the_program_ends_with_5_and_one_line_that_names_the_run_wit
     for display in [None, Some(":65534")] {
         let mut command = Command::new(program());
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        let output = command.envs(display.map(|name| ("DISPLAY", name))).output().unwrap();
+        let output = output(command.envs(display.map(|name| ("DISPLAY", name))));
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(5), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");

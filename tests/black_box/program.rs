@@ -2,17 +2,16 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use scene::Bundle;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::harness::program;
+use crate::harness::sandbox;
 
 /// Exit code, standard output and standard error.
 pub fn run(folder: &Path, line: &str) -> (i32, String, String) {
-    let output = Command::new(program()).args(line.split_whitespace()).current_dir(folder).output().unwrap();
+    let output = sandbox(folder, line);
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }

@@ -1,13 +1,13 @@
 //! The panel of accuracy and cost: the numbers of the command line, in the running session.
 
-use std::process::Command;
+use std::path::Path;
 
 use glam::DVec2;
 use lab::cost::{Bench, Cell, Outcome, Plan, Report, Study, Subject, Truth};
 use sandbox::input::Button;
 
 use crate::drive::Drive;
-use crate::harness::program;
+use crate::harness::sandbox;
 
 /// A session of `scene` with the panel open and its study done.
 fn studied(scene: &str) -> Drive {
@@ -48,11 +48,8 @@ fn the_panel_finds_what_a_study_of_the_scene_finds() {
 fn the_panel_and_the_command_line_agree() {
     let drive = studied("orbit");
     let panel = drive.session.cost_study().unwrap();
-    let output = Command::new(program())
-        .args(["cost", "orbit", "--quick", "--format", "json", "--seconds"])
-        .arg(panel.simulated_s.to_string())
-        .output()
-        .unwrap();
+    let line = format!("cost orbit --quick --format json --seconds {}", panel.simulated_s);
+    let output = sandbox(Path::new("."), &line);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let report: Report = serde_json::from_slice(&output.stdout).unwrap();
     let line = &report.studies[0];

@@ -7,7 +7,7 @@ use scene::Scene;
 use serde_json::Value;
 
 use crate::drive::Drive;
-use crate::harness::program;
+use crate::harness::{output, program};
 
 const SCENE: &str = "(version: 1, step_hz: 100, method: runge_kutta_4, gravity: (), drag: (quadratic_per_m: 0.1),
     wells: [(strength_m3_s2: 3, softening_m: 1, bodies: [\"a\"])],
@@ -112,7 +112,7 @@ fn the_ablation_names_the_effect_that_is_not_needed() {
 }
 
 fn sandbox(arguments: &[&str], folder: &std::path::Path) -> (i32, String, String) {
-    let output = std::process::Command::new(program()).args(arguments).current_dir(folder).output().unwrap();
+    let output = output(std::process::Command::new(program()).args(arguments).current_dir(folder));
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
 }
@@ -218,10 +218,9 @@ fn a_session_with_pictures_lists_what_pictures_need() {
 
 #[test]
 fn what_watching_energy_costs_is_measured() {
-    let output = std::process::Command::new(program())
-        .args(["effects", "tutorial", "--ticks", "60", "--format", "json"])
-        .output();
-    let report: Value = serde_json::from_slice(&output.unwrap().stdout).unwrap();
+    let line = ["effects", "tutorial", "--ticks", "60", "--format", "json"];
+    let (_, report, _) = sandbox(&line, std::path::Path::new("."));
+    let report: Value = serde_json::from_str(&report).unwrap();
     let rows = report["effects"].as_array().unwrap();
     let row = rows.iter().find(|row| row["effect"] == "energy_watch").unwrap();
     assert_eq!(row["state"], "on");

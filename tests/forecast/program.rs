@@ -1,12 +1,11 @@
 //! What `sandbox run` says and records of it.
 
 use std::fs;
-use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::harness::program;
+use crate::harness::sandbox;
 
 struct Said {
     code: i32,
@@ -29,7 +28,7 @@ fn run_scene(scene: &str, flags: &str) -> Said {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("hung.ron"), scene).unwrap();
     let line = format!("run hung.ron --seconds 0.1 --summary out/summary.json --state out/state.csv {flags}");
-    let said = Command::new(program()).args(line.split_whitespace()).current_dir(&folder).output().unwrap();
+    let said = sandbox(folder.path(), &line);
     let summary = fs::read(folder.path().join("out/summary.json")).unwrap_or_default();
     let files = fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
     let mut files: Vec<_> = files.collect();

@@ -2,13 +2,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::drive::Drive;
-use crate::harness::{H, program};
+use crate::harness::{H, sandbox};
 
 /// Runs the program on a scene in a folder of its own; exit code, standard error and summary.
 fn run(scene: &str, script: &str, flags: &str) -> (i32, String, Value) {
@@ -18,7 +17,7 @@ fn run(scene: &str, script: &str, flags: &str) -> (i32, String, Value) {
     write("books.script", script);
     let script = if script.is_empty() { "" } else { " --script books.script" };
     let line = format!("run books.ron --summary out.json{script} {flags}");
-    let said = Command::new(program()).args(line.split_whitespace()).current_dir(&folder).output().unwrap();
+    let said = sandbox(folder.path(), &line);
     let summary = fs::read(folder.path().join("out.json")).unwrap_or_default();
     let summary = serde_json::from_slice(&summary).unwrap_or(Value::Null);
     (said.status.code().unwrap(), String::from_utf8(said.stderr).unwrap(), summary)

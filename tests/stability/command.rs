@@ -7,10 +7,10 @@ use motion::Method;
 use tempfile::TempDir;
 
 use super::committed;
-use crate::harness::program;
+use crate::harness::{output, program};
 
 fn said(arguments: &[&str]) -> String {
-    let output = Command::new(program()).args(arguments).output().unwrap();
+    let output = output(Command::new(program()).args(arguments));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
