@@ -109,8 +109,8 @@ pub struct StableId(pub u32);
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLimit(pub Scalar);
 
-/// World axes along which the body cannot move: their velocity is set to zero just before the move (PhysX,
-/// `DyBodyCoreIntegrator.h`). Present only on bodies that ask for it.
+/// World axes along which the body cannot move: their velocity is set to zero just before the move, after the speed
+/// limit (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies that ask for it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisLocks {
     /// No motion along x.

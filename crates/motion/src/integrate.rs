@@ -481,6 +481,7 @@ impl Integrator for Kick {
     const METHOD: Method = Method::SemiImplicitEuler;
     const DAMPS_INSIDE: bool = true;
     const MOVES: bool = false;
+    const LIMITS_AFTER_KICK: bool = true;
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {

@@ -158,6 +158,9 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     const MOVES_WITH_NEW_VELOCITY: bool = false;
     /// Whether a step changes velocities by what acts.
     const KICKS: bool = true;
+    /// Whether the speed limit and the locks of a body follow the kick within a step (PhysX's order): a velocity along a
+    /// locked axis counts towards the limit before it is dropped.
+    const LIMITS_AFTER_KICK: bool = false;
     /// Whether time passes: damping and substeps are for methods in which it does.
     const PASSES_TIME: bool = true;
     /// Whether a state is looked at before it is stored. `false` is for measuring what that costs, and for nothing else.

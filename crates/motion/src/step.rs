@@ -9,7 +9,7 @@ use bevy_ecs::schedule::{
 use bevy_ecs::system::ScheduleSystem;
 
 use crate::clock::StepClock;
-use crate::components::{PhysicsBody, Quarantined};
+use crate::components::{AxisLocks, PhysicsBody, Quarantined, SpeedLimit};
 use crate::effects::Damping;
 use crate::emission::{self, emit_particles};
 use crate::emitter::Dormant;
@@ -108,7 +108,11 @@ impl StepPlan {
         let substeps = Substeps::parts(world.get_resource());
         // Of a range only the end of a tick is asked, which neither half knows to be one.
         let bounded = world.contains_resource::<Range>();
-        let apart = !looks_at_state && !asks && !bounded && substeps == 1;
+        // The kick alone does not know whether a speed limit is before it or after it.
+        let restrained =
+            |kind: &Archetype| contains::<SpeedLimit>(world, kind) && contains::<AxisLocks>(world, kind);
+        let moves_first = method == Method::ExplicitEuler && world.archetypes().iter().any(restrained);
+        let apart = !looks_at_state && !asks && !bounded && !moves_first && substeps == 1;
         let passes = if apart { Passes::for_bodies(bodies) } else { Passes::One };
         Self { method, passes, own, grouped_only, groups, emits, keeps_accelerations }
     }

@@ -1,9 +1,13 @@
 //! Axis locks and speed limits, whatever the method.
 
 use glam::DVec3;
-use motion::{AxisLocks, Damping, DampingModel, Drag, Gravity, Method, SpeedLimit};
+use motion::{
+    AxisLocks, Bare, Damping, DampingModel, Drag, Elastic, Gravity, Method, PhysicsBody, SpeedLimit, Spring,
+    StableId, Transform,
+};
 
 use super::{H, Scene, engines, pushes, starts, wells};
+use crate::harness::Lab;
 
 const TICKS: usize = 100;
 
@@ -29,8 +33,11 @@ fn nothing_moves_along_a_locked_axis() {
                 let locked = [locks.x, locks.y, locks.z];
                 let mut lab = scene.lab(method, H);
                 let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
-                for body in &bodies {
+                for (number, body) in bodies.iter().enumerate() {
                     lab.world.entity_mut(*body).insert(locks);
+                    if number % 2 == 1 {
+                        lab.world.entity_mut(*body).insert(SpeedLimit(1.5));
+                    }
                 }
                 lab.world.entity_mut(bodies[3]).insert(engines());
                 let mut pushes = pushes(u64::from(lock), TICKS, bodies.len()).into_iter().peekable();
@@ -86,6 +93,60 @@ fn a_speed_limit_holds_at_the_end_of_every_tick() {
                 }
             }
             assert!(fastest >= LIMIT * 0.99, "{method:?}: {fastest} {scene:?}");
+        }
+    }
+}
+
+/// PhysX's order: what gravity adds along a locked axis counts towards the speed, and is dropped after the limit.
+#[test]
+fn semi_implicit_euler_limits_the_speed_before_it_locks_an_axis() {
+    const TICK: f64 = 0.1;
+    const RATE: f64 = 0.4;
+    let method = Method::SemiImplicitEuler;
+    // Two systems, one pass, a group.
+    for others in ["none", "many", "a spring"] {
+        for model in
+            [None, Some(DampingModel::Tutorial), Some(DampingModel::Clamped), Some(DampingModel::Exact)]
+        {
+            let mut lab = Lab::new(method, TICK).with_gravity();
+            let start = (Transform::default(), PhysicsBody { velocity: DVec3::X, inverse_mass: 0.5 });
+            let locks = AxisLocks { y: true, ..AxisLocks::default() };
+            let body = lab.world.spawn((StableId(0), start, SpeedLimit(1.0), locks)).id();
+            let more = if others == "many" { 300 } else { 1 };
+            for id in 0..more {
+                lab.world.spawn((StableId(id + 1), Transform::default(), PhysicsBody::with_mass(1.0)));
+            }
+            if others == "a spring" {
+                let other = lab.body(1.0, DVec3::ZERO);
+                let elastic = Elastic { stiffness: 0.0, damping: 0.0, rest_length: 0.0 };
+                lab.world.spawn(Spring { ends: [body, other], elastic });
+            }
+            if let Some(model) = model {
+                lab.world.insert_resource(Damping { model, rate: RATE });
+            }
+            lab.stepper.recompile(&mut lab.world);
+            let mut double =
+                Bare::<f64>::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
+            let single = Bare::<f32>::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
+            let mut single = single.compensated();
+            double.tick();
+            single.tick();
+            lab.run(1);
+            let q = RATE * TICK;
+            let (along, fallen) = match model {
+                Some(DampingModel::Exact) => ((-q).exp(), 0.98 * -(-q).exp_m1() / q),
+                Some(DampingModel::Clamped) => (1.0 - q, 0.98 * (1.0 - q)),
+                _ => (1.0, 0.98),
+            };
+            let moved = TICK * along / f64::hypot(along, fallen);
+            assert!(
+                (lab.x(body) - DVec3::X * moved).length() < 1e-15,
+                "{others} {model:?}: {:?}",
+                lab.x(body)
+            );
+            assert_eq!(double.positions[0], lab.x(body).to_array(), "{others} {model:?}");
+            let [x, y, z] = single.positions[0];
+            assert!((f64::from(x) - moved).abs() < 1e-8 && [y, z] == [0.0; 2], "{others} {model:?}: {x}");
         }
     }
 }

@@ -12,6 +12,7 @@ use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
 use super::memory::{Known, MemoryRows};
 use super::{Account, Applied, Asks, BLOCK, Refuse, Row, Table, Terms};
+use crate::components::AxisLocks;
 use crate::course::{Piece, Pieces};
 use crate::effects::Decay;
 use crate::methods::{Carry, Field, Integrator, Memory};
@@ -88,7 +89,9 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     account.calls.resize(terms.laws.len(), 0);
     let breaks = terms.laws.iter().flat_map(|law| law.breaks());
     let pieces = terms.course.pieces(breaks.chain(asks.laws.iter().flat_map(|law| law.breaks())));
-    let kernel = Kernel { terms, asks, pieces };
+    // A limit sees the kick along locked axes, if it comes after it.
+    let closed = asks.locks.filter(|_| !(asks.limit.is_some() && M::LIMITS_AFTER_KICK));
+    let kernel = Kernel { terms, asks, closed, pieces };
     let mut start = 0;
     while start < table.bodies.len() {
         let mut rows = start..table.bodies.len().min(start + N);
@@ -158,6 +161,8 @@ impl<T: Real, const N: usize> Block<T, N> {
 pub(crate) struct Kernel<'a, 't, T: Real> {
     terms: &'a Terms<'t, T>,
     asks: &'a Asks<'a, T>,
+    /// Axes along which nothing accelerates the bodies.
+    closed: Option<AxisLocks>,
     pieces: Pieces,
 }
 
@@ -168,11 +173,11 @@ impl<T: Real> Kernel<'_, '_, T> {
         block: &Block<T, N>,
         account: &'a mut Account,
     ) -> BlockField<'a, T, Fallback, N, CALLS, true> {
-        let Self { terms, asks, .. } = self;
+        let Self { terms, asks, closed, .. } = self;
         let simd = Fallback::new();
         let rows = block.bodies.iter().filter(|body| is_movable(body)).count() as u64;
         let Asks { limit, locks, .. } = **asks;
-        let calls = Calls { laws: terms.laws, own: asks.laws, limit, locks, account, rows };
+        let calls = Calls { laws: terms.laws, own: asks.laws, limit, locks, closed: *closed, account, rows };
         let forces = Rows::of(simd, &block.forces);
         let constants = Constants::new(simd, terms);
         BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))

@@ -122,6 +122,8 @@ pub(crate) struct Calls<'a, T: Real> {
     pub own: &'a [Box<dyn Law<T>>],
     pub limit: Option<T>,
     pub locks: Option<AxisLocks>,
+    /// Axes along which nothing accelerates it.
+    pub closed: Option<AxisLocks>,
     pub account: &'a mut Account,
     /// Bodies of the block that count.
     pub rows: u64,
@@ -176,9 +178,9 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         let zero = Rows::splat(T::Lanes::splat(simd, T::ZERO));
         let mut least = constants.immovable;
         if PARTS & CALLS != 0
-            && let Some(Calls { locks: Some(AxisLocks { x, y, z }), .. }) = calls
+            && let Some(Calls { closed: Some(AxisLocks { x, y, z }), .. }) = calls
         {
-            // Along a locked axis, too, nothing is above infinity.
+            // Along a closed axis, too, nothing is above infinity.
             let zero_or_infinity = |locked: bool| if locked { T::INFINITY } else { T::ZERO };
             let [x, y, z] = [x, y, z].map(zero_or_infinity);
             least = T::Lanes::of(simd, [x, y, z, T::INFINITY]);
@@ -389,8 +391,8 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
         let (h, at) = (self.constants.h, self.moment(T::ONE));
         let (x, v, mut rows) = (x.rows(), v.rows(), residual.rows());
         let rate = self.constants.rate.row()[0];
-        let Some(Calls { laws, own, locks, .. }) = &self.calls else { return residual };
-        let open = locks.map_or([true; 3], |locks| [!locks.x, !locks.y, !locks.z]);
+        let Some(Calls { laws, own, closed, .. }) = &self.calls else { return residual };
+        let open = closed.map_or([true; 3], |closed| [!closed.x, !closed.y, !closed.z]);
         for k in 0..N {
             let body = BodyState::of_rows(&x[k], &v[k]);
             if body.inverse_mass.is_at_most(T::ZERO) {
@@ -410,7 +412,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
             let columns = [0, 1, 2].map(|axis| {
                 let column = slope.times(T::Vector::from_array(unit(axis))).to_array();
                 let unit = unit(axis);
-                // Along a locked axis nothing depends on anything.
+                // Along a closed axis nothing depends on anything.
                 let entry = |row: usize| if open[row] { unit[row] - column[row] } else { unit[row] };
                 T::Vector::from_array([0, 1, 2].map(entry))
             });

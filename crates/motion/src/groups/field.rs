@@ -94,6 +94,8 @@ pub(crate) struct GroupField<'a, T: Real> {
     heavy: u64,
     /// Whether what they hang on is at rest: the velocities of all rows may then be multiplied alike.
     anchors_rest: bool,
+    /// As the method has it.
+    limits_after_kick: bool,
     watch: Watch,
     /// The rows that turned non-finite first, ascending; none while there are none or nobody looks.
     found: Vec<usize>,
@@ -141,6 +143,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             pushed: false,
             heavy: 0,
             anchors_rest: true,
+            limits_after_kick: false,
             watch: Watch::Off,
             found: Vec::new(),
         }
@@ -154,6 +157,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         kept: Option<&mut Kept<T>>,
     ) -> Outcome {
         self.watch = watch;
+        self.limits_after_kick = M::LIMITS_AFTER_KICK;
         self.sort_into_classes::<M>();
         self.apply_pushes();
         let mut carry = Carry::new();

@@ -38,6 +38,7 @@ impl Integrator for SemiImplicitEuler {
     const METHOD: Method = Method::SemiImplicitEuler;
     const DAMPS_INSIDE: bool = true;
     const MOVES_WITH_NEW_VELOCITY: bool = true;
+    const LIMITS_AFTER_KICK: bool = true;
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {

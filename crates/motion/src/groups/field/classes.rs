@@ -34,6 +34,13 @@ pub(crate) struct Class<T: Real> {
     pub(super) weightless: bool,
 }
 
+impl<T: Real> Class<T> {
+    /// Axes along which nothing accelerates the rows: those that are locked, unless a limit has to see the kick first.
+    pub(super) fn closed(&self, limits_after_kick: bool) -> Option<AxisLocks> {
+        self.locks.filter(|_| !(limits_after_kick && self.limit.is_some()))
+    }
+}
+
 impl<T: Real> GroupField<'_, T> {
     pub(super) fn sort_into_classes<M: Integrator>(&mut self) {
         let Surroundings { terms, gravity, drag, .. } = self.around;

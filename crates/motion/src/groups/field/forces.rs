@@ -8,6 +8,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         if !self.pushed {
             return;
         }
+        let limits_after_kick = self.limits_after_kick;
         let Scratch { slots, pushes, classes, class_of, .. } = &mut *self.scratch;
         let applied = &mut slots[APPLIED];
         applied.resize(self.coupling.rows);
@@ -15,9 +16,9 @@ impl<'a, T: Real> GroupField<'a, T> {
         for (row, force) in pushes.drain(..) {
             let w = self.rows.w[row];
             if row < self.coupling.movable && w > T::ZERO {
-                let class = &classes[class_at(class_of, row)];
+                let closed = classes[class_at(class_of, row)].closed(limits_after_kick);
                 for axis in 0..3 {
-                    applied[row][axis] = if is_open(class.locks, axis) { force[axis] * w } else { T::ZERO };
+                    applied[row][axis] = if is_open(closed, axis) { force[axis] * w } else { T::ZERO };
                 }
             }
         }
@@ -141,8 +142,8 @@ impl<'a, T: Real> GroupField<'a, T> {
     pub(super) fn lock(&self, sum: &mut [Row<T>]) {
         for row in self.rows.asking {
             let row = *row as usize;
-            let locks = self.class(row).locks;
-            (0..3).filter(|axis| !is_open(locks, *axis)).for_each(|axis| sum[row][axis] = T::ZERO);
+            let closed = self.class(row).closed(self.limits_after_kick);
+            (0..3).filter(|axis| !is_open(closed, *axis)).for_each(|axis| sum[row][axis] = T::ZERO);
         }
     }
 
