@@ -55,6 +55,19 @@ fn a_bound_of_the_energy_is_checked_where_something_does_work() {
     }
 }
 
+/// What a click gives is no fault of the method.
+#[test]
+fn a_bound_of_the_energy_holds_with_clicks() {
+    let scene = "bodies: [(name: \"ball\", velocity_m_s: (3, 1, 0), mass_kg: 2)], push: (), expect: (energy_drift_below: 1e-12)";
+    let script =
+        "[(at_tick: 12, do: push(\"ball\", (300, 0, 0))), (at_tick: 40, do: push(\"ball\", (-30, 900, 0)))]";
+    for method in ["explicit_euler", "semi_implicit_euler", "implicit_euler"] {
+        let (code, said, summary) = run(scene, script, &format!("--assert --seconds 1 --method {method}"));
+        assert_eq!((code, said.as_str()), (0, ""), "{method}: {summary}");
+        assert!(summary["ledger"]["push_work_j"].as_f64().unwrap() > 10.0, "{method}: {summary}");
+    }
+}
+
 #[test]
 fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
     let scene = "gravity: (), drag: (linear_per_s: 0.4), bodies: [(name: \"ball\", velocity_m_s: (3, 1, 0), mass_kg: 2)]";

@@ -27,6 +27,7 @@ use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::range::{Bounds, Breach};
 use crate::real::Real;
+use crate::record::Recorder;
 
 pub(crate) use affine::LEVEL;
 pub(crate) use calling::{Plain, Sums};
@@ -157,7 +158,7 @@ pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
 }
 
 /// What a tick took: counted where laws are called, so that it is exact.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Account {
     /// Accelerations of one body, by all laws together.
     pub accelerations: u64,
@@ -171,6 +172,8 @@ pub(crate) struct Account {
     pub unconverged: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
+    /// What is written down of every row, if it is.
+    pub record: Option<Recorder>,
 }
 
 impl Account {
@@ -178,7 +181,7 @@ impl Account {
         count(&mut self.own, name, rows);
     }
 
-    /// Takes another account into this one.
+    /// Takes the counts of another account into this one.
     pub fn add(&mut self, other: &Self) {
         self.accelerations += other.accelerations;
         self.calls.resize(self.calls.len().max(other.calls.len()), 0);
@@ -265,11 +268,12 @@ pub(crate) fn integrate_summed<T: Real, M: Integrator>(
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && course.substeps > 1 && factors;
     if laws.is_empty() && !drags_and_damps && M::PASSES_TIME {
-        let in_registers = !around && sums.are_plain();
+        let in_registers = !around && sums.are_plain() && account.record.is_none();
         if !in_registers || !affine::run::<T, M>(terms, &mut table, applied, refuse) {
             // The same bits; what it would count is known without it.
-            let account = &mut Account::default();
-            calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, account, refuse);
+            let mut uncounted = Account { record: account.record.take(), ..Account::default() };
+            calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, &mut uncounted, refuse);
+            account.record = uncounted.record;
         }
     } else {
         calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, account, refuse);

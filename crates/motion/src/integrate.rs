@@ -27,6 +27,7 @@ use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Su
 use crate::quarantine::{Quarantine, Refused};
 use crate::range::{self, Bounds, Breach};
 use crate::real::Real as _;
+use crate::record::TickRecords;
 use crate::rest::Static;
 use crate::step::TimeStep;
 use crate::threads::Threads;
@@ -82,6 +83,7 @@ pub struct Acting<'w, 's> {
 pub struct Notes<'w> {
     pub(crate) quarantine: ResMut<'w, Quarantine>,
     pub(crate) evaluations: ResMut<'w, Evaluations>,
+    pub(crate) records: ResMut<'w, TickRecords>,
 }
 
 impl Acting<'_, '_> {
@@ -244,14 +246,16 @@ impl<'a> Chunk<'a> {
     }
 
     /// Integrates a tick of every row; `pushed` are the pushed ones of the table, in which the chunk begins at
-    /// row `start`.
+    /// row `start`; `records` tells whether it is written down.
     fn integrate<M: Integrator>(
         mut self,
         terms: &Terms<'_, Scalar>,
         pushed: &[(usize, usize)],
         start: usize,
+        records: &TickRecords,
     ) -> Done {
         let mut done = Done::default();
+        done.account.record = records.recorder(self.bodies.len());
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let asks = self.limits.is_some()
             || self.locks.is_some()
@@ -284,6 +288,9 @@ impl<'a> Chunk<'a> {
         row: usize,
         account: &mut Account,
     ) -> Result<(), Breach> {
+        if let Some(record) = &mut account.record {
+            record.first = row;
+        }
         let own = self.own.map(|own| &own[row]);
         let rate = self.rates.as_ref().map(|rates| rates[row].rate());
         let asks = Asks {
@@ -382,6 +389,7 @@ fn shared<M: Integrator>(
     chunk: Chunk<'_>,
     terms: &Terms<'_, Scalar>,
     pushed: &[(usize, usize)],
+    records: &TickRecords,
 ) -> Done {
     let share = chunk.bodies.len().div_ceil(threads.count()).next_multiple_of(blocks::BLOCK);
     let mut parts: Vec<(Done, Option<Chunk<'_>>, usize)> = Vec::new();
@@ -396,7 +404,7 @@ fn shared<M: Integrator>(
     let jobs = parts.iter_mut().map(|(done, chunk, start)| {
         move || {
             if let Some(chunk) = chunk.take() {
-                *done = chunk.integrate::<M>(terms, pushed, *start);
+                *done = chunk.integrate::<M>(terms, pushed, *start, records);
             }
         }
     });
@@ -404,6 +412,9 @@ fn shared<M: Integrator>(
     let mut sum = Done::default();
     for (done, ..) in parts {
         sum.account.add(&done.account);
+        if let Some(record) = done.account.record {
+            sum.account.record.get_or_insert_default().append(record);
+        }
         sum.missed.extend(done.missed);
     }
     sum
@@ -458,11 +469,12 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
         let pushed = acting.pushed_of(entities[0]);
         let done = match acting.threads.as_deref() {
             Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
-                shared::<M>(threads, chunk, terms, pushed)
+                shared::<M>(threads, chunk, terms, pushed, &notes.records)
             }
-            _ => chunk.integrate::<M>(terms, pushed, 0),
+            _ => chunk.integrate::<M>(terms, pushed, 0, &notes.records),
         };
         notes.evaluations.add(&done.account, called, acting.affine(gravity_off));
+        notes.records.add(entities, done.account.record);
         for missed in done.missed {
             notes.quarantine.refuse(acting.judge(missed, M::KICKS, gravity_off));
         }

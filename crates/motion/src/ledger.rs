@@ -6,12 +6,12 @@
 mod around;
 mod books;
 mod coupled;
-mod damped;
 mod path;
 mod rows;
 
 use std::collections::VecDeque;
 
+use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
 pub use books::{Books, Energies, Lines};
@@ -20,6 +20,7 @@ use crate::clock::StepClock;
 use crate::emission::{Emissions, emit_particles};
 use crate::groups::{Groups, compile_groups};
 use crate::method::Method;
+use crate::record::{TickRecord, TickRecords};
 use crate::step::TimeStep;
 use crate::stepper::Stepper;
 use crate::units::{Scalar, Vector};
@@ -36,20 +37,19 @@ const SAMPLES_PER_SECOND: Scalar = 128.0;
 /// The *residual* is what is left of the change when everything that acted is accounted for: what the method
 /// invented, or lost. How the other lines are found, for a tick of h seconds:
 ///
-/// - a push is constant over the tick: its work is `F (x1 - x0)`, its impulse F h;
+/// - a push is constant over the tick: its impulse is F h, its work the kinetic energy that it gives. In the three Eulers,
+///   which change velocity and position one after the other, that is in each step the impulse times the mean of the
+///   velocities around the kick; in all other methods it is `F (x1 - x0)`;
 /// - a law [with a potential](crate::Law::has_potential) works through the change of that potential, which is part of
 ///   the energy. The work of all others is their power, and the impulse of all laws their force, integrated by
 ///   Simpson's rule along the cubic that has position and velocity of both ends (Hermite 1878), split where a law
 ///   jumps. Both are of order 4, as the best of the methods are, in the length of the *tick*: substeps are not seen;
-/// - damping and limits follow from the multipliers, where the method has them. What a speed limit cuts off is known
-///   from the acceleration at the start of the tick; a damping factor of 0 is taken to have met the velocity at the
-///   start of the step. Exact damping in the Eulers goes along the exponential between the velocities of a step, in
-///   all other methods it is a law. With more than one substep the Eulers' velocities between are those of
-///   a parabola.
+/// - damping and limits are written down by the kernels, substep by substep, as the velocities before and after them.
+///   Exact damping in the two explicit Eulers goes along the exponential between the velocities of a step, in all other
+///   methods it is a law.
 ///
 /// Position Verlet shows velocities half a step late, and with them its kinetic energy. Sums are in stable-id order.
-/// A tick takes a time in proportion to bodies and springs, and to pairs under mutual gravity; where the Eulers have
-/// damping, also to their substeps.
+/// A tick takes a time in proportion to bodies and springs, and to pairs under mutual gravity.
 #[derive(Clone, Debug)]
 pub struct Ledger {
     opened_at: Scalar,
@@ -82,7 +82,7 @@ impl Ledger {
         compile_groups(world);
         let mut query = Bodies::new(world);
         let world = &*world;
-        let mut bodies = rows::bodies(world, &mut query, &Opening::default());
+        let mut bodies = rows::bodies(world, &mut query, Method::default(), &Opening::default());
         let members = coupled::members(world.get_resource::<Groups>(), &mut bodies);
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let around = Around::of(world, Method::default(), clock, 0.0);
@@ -112,17 +112,26 @@ impl Ledger {
         }
         let opening = Opening::of(world);
         let clock = *world.resource::<StepClock>();
+        world.resource_mut::<TickRecords>().0 = Some(EntityHashMap::default());
         stepper.tick(world);
-        self.book(world, stepper.method(), clock, &opening);
+        let records = world.resource_mut::<TickRecords>().0.take().unwrap_or_default();
+        self.book(world, stepper.method(), clock, &opening, &records);
     }
 
-    fn book(&mut self, world: &mut World, method: Method, clock: StepClock, opening: &Opening) {
+    fn book(
+        &mut self,
+        world: &mut World,
+        method: Method,
+        clock: StepClock,
+        opening: &Opening,
+        records: &EntityHashMap<TickRecord>,
+    ) {
         // Without the springs of a body that was frozen in the tick: it was as if it had been gone before.
         compile_groups(world);
         let mut query = Bodies::new(world);
         let world = &*world;
         let TimeStep(tick) = *world.resource::<TimeStep>();
-        let mut bodies = rows::bodies(world, &mut query, opening);
+        let mut bodies = rows::bodies(world, &mut query, method, opening);
         let members = coupled::members(world.get_resource::<Groups>(), &mut bodies);
         let around = Around::of(world, method, clock, tick);
         let [mut start, mut end] = [Sums::default(), Sums::default()];
@@ -132,16 +141,11 @@ impl Ledger {
             sums.add_momentum(&bodies, number);
         }
         let mut books = Books::default();
-        let mut forces = Vec::new();
-        if bodies.iter().any(|body| body.limit.is_some()) {
-            forces.resize(bodies.len(), Vector::ZERO);
-            members.iter().for_each(|group| group.add_forces(&around, &bodies, &mut forces));
-        }
         let mut paths = Vec::with_capacity(bodies.len());
-        for (number, body) in bodies.iter().enumerate() {
-            let coupled = || forces.get(number).copied().unwrap_or_default();
+        for body in &bodies {
+            let record = records.get(&body.entity).copied().unwrap_or_default();
             paths.push(match body.acts() {
-                true => around.book(body, coupled, &mut books),
+                true => around.book(body, &record, &mut books),
                 false => Path::new(body.ends, tick),
             });
         }

@@ -31,6 +31,7 @@ mod own;
 mod quarantine;
 mod range;
 pub mod real;
+mod record;
 mod requests;
 mod rest;
 mod springs;

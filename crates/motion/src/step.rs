@@ -26,6 +26,7 @@ use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
 use crate::quarantine::{Quarantine, quarantine_bodies};
 use crate::range::Range;
+use crate::record::TickRecords;
 use crate::rest::Static;
 use crate::units::Scalar;
 
@@ -270,6 +271,7 @@ pub fn insert_step_resources(world: &mut World, step: TimeStep) {
     world.init_resource::<PushedBodies>();
     world.init_resource::<Quarantine>();
     world.init_resource::<Epoch>();
+    world.init_resource::<TickRecords>();
 }
 
 /// Turns queued pushes into the forces of this tick.

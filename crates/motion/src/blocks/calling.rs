@@ -23,6 +23,12 @@ pub(crate) trait TickField: Field {
     /// Goes on to the next piece of the tick.
     fn enter(&mut self, piece: Piece<Self::Real>, decay: Decay<Self::Real>);
 
+    /// Notes the velocities with which such a method begins its tick.
+    fn note_begin(&mut self, _v: Self::Space) {}
+
+    /// Notes the velocities with which such a method ends its tick.
+    fn note_end(&mut self, _v: Self::Space) {}
+
     /// What is done to velocities after each step of such a method.
     fn after_step(&mut self, v: Self::Space) -> Self::Space {
         v
@@ -116,6 +122,9 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
             }
         }
         let memory = table.memory.part(rows.clone());
+        if let Some(record) = &mut account.record {
+            record.enter(&rows);
+        }
         let (x, v, left) = sums.tick::<M, N>(&kernel, &block, rows.clone(), memory, account);
         for k in 0..rows.len() {
             let row = start + k;
@@ -196,6 +205,7 @@ impl<T: Real> Kernel<'_, '_, T> {
         let mut carry = Carry { last_step, start };
         if !M::DAMPS_INSIDE {
             v = field.before_move(v);
+            field.note_begin(v);
         }
         for piece in self.pieces.iter() {
             field.enter(piece, self.decay::<M>(piece));
@@ -209,6 +219,7 @@ impl<T: Real> Kernel<'_, '_, T> {
             }
         }
         if !M::DAMPS_INSIDE {
+            field.note_end(v);
             v = field.after_tick(v);
         }
         (x, v, carry)
@@ -285,6 +296,14 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
         BlockField::enter(self, piece, decay);
     }
 
+    fn note_begin(&mut self, v: Self::Space) {
+        self.write_down(v, v, |record, _, v, _| record.begin(v));
+    }
+
+    fn note_end(&mut self, v: Self::Space) {
+        self.write_down(v, v, |record, _, v, _| record.end(v));
+    }
+
     /// As the affine kernel, of which each step may be the last, so that subnormal numbers are the same as well.
     fn after_step(&mut self, v: Self::Space) -> Self::Space {
         self.snap_drag(v)
@@ -292,7 +311,7 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
 
     fn after_tick(&mut self, v: Self::Space) -> Self::Space {
         let decayed = self.after_move(v);
-        self.restrain(decayed)
+        self.limited(decayed)
     }
 }
 

@@ -10,6 +10,8 @@ use crate::effects::{Decay, Factor};
 use crate::laws::{BodyState, Law, Moment};
 use crate::methods::{Field, Newton, NewtonField, newton_velocity};
 use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
+use crate::record::{TickRecord, vector};
+use crate::units::Vector;
 
 /// Parts of the arithmetic that a kernel is compiled with; the others cost it nothing.
 pub(crate) mod parts {
@@ -274,6 +276,48 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         Rows::of(self.constants.simd, &rows)
     }
 
+    /// The same, written down.
+    pub fn limited(&mut self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        let limited = self.restrain(v);
+        self.write_down(v, limited, |record, _, from, to| record.limits.turn(from, to));
+        limited
+    }
+
+    /// Writes down what became of the velocities `from`, where anything is. Only kernels with calls do.
+    #[inline(always)]
+    pub fn write_down(
+        &mut self,
+        from: Rows<T, S, N>,
+        to: Rows<T, S, N>,
+        note: impl Fn(&mut TickRecord, usize, Vector, Vector),
+    ) {
+        if PARTS & CALLS != 0
+            && let Some(Calls { account, .. }) = &mut self.calls
+            && let Some(record) = &mut account.record
+        {
+            record.note(&from.rows(), &to.rows(), note);
+        }
+    }
+
+    /// Writes a kick down.
+    #[inline(always)]
+    fn write_kick_down(&mut self, v: Rows<T, S, N>, a: Rows<T, S, N>, kicked: Rows<T, S, N>) {
+        if PARTS & CALLS == 0 {
+            return;
+        }
+        let Constants { keep, gain, h, .. } = self.constants;
+        let h = h.to_f64();
+        if self.decays(KEEP) {
+            let q = h * (1.0 - keep.row()[0].to_f64()) / gain.to_f64();
+            let a = a.rows();
+            self.write_down(v, kicked, |record, k, from, to| {
+                record.damped_kick(h, q, vector(&a[k]), from, to)
+            });
+        } else {
+            self.write_down(v, kicked, |record, _, from, to| record.kick(h, from, to));
+        }
+    }
+
     /// The factor before the move.
     #[inline(always)]
     pub fn decay_before(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
@@ -349,18 +393,23 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
             let kept = if self.decays(KEEP) { v.0[k] * keep } else { v.0[k] };
             kicked.0[k] = kept + a.0[k] * gain;
         });
-        if self.decays(KEEP | DRAG) { self.constants.snap(kicked) } else { kicked }
+        let kicked = if self.decays(KEEP | DRAG) { self.constants.snap(kicked) } else { kicked };
+        self.write_kick_down(v, a, kicked);
+        kicked
     }
 
     #[inline(always)]
     fn before_move(&mut self, v: Self::Space) -> Self::Space {
-        let v = if self.decays(BEFORE) { self.decay_before(v) } else { v };
-        if PARTS & CALLS == 0 { v } else { self.restrain(v) }
+        let decayed = if self.decays(BEFORE) { self.decay_before(v) } else { v };
+        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        if PARTS & CALLS == 0 { decayed } else { self.limited(decayed) }
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: Self::Space) -> Self::Space {
-        if self.decays(AFTER) { self.decay_after(v) } else { v }
+        let decayed = if self.decays(AFTER) { self.decay_after(v) } else { v };
+        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        decayed
     }
 
     #[inline(always)]
@@ -375,7 +424,10 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
 
     #[inline(always)]
     fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
-        newton_velocity(self, x, v)
+        let solved = newton_velocity(self, x, v);
+        let h = self.constants.h.to_f64();
+        self.write_down(v, solved, |record, _, from, to| record.kick(h, from, to));
+        solved
     }
 }
 

@@ -4,6 +4,7 @@ mod arrays;
 mod classes;
 mod forces;
 mod kept;
+mod noted;
 mod solving;
 
 use classes::class_at;
@@ -172,8 +173,8 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
         let (x, mut v) = (Combination::of(POSITION), Combination::of(VELOCITY));
         if !M::DAMPS_INSIDE {
-            let decayed = self.decay_before(v);
-            v = self.restrain(decayed);
+            v = self.before_move(v);
+            self.write_down(v, v, |record, _, v, _| record.begin(v));
             self.finish_if_changed(x, v);
         }
         for piece in self.pieces().iter() {
@@ -188,8 +189,10 @@ impl<'a, T: Real> GroupField<'a, T> {
             carry.start = carry.start.and_then(|start| self.keep(start));
         }
         if !M::DAMPS_INSIDE {
-            let decayed = self.decay_after(Combination::of(VELOCITY));
-            v = self.restrain(decayed);
+            v = Combination::of(VELOCITY);
+            self.write_down(v, v, |record, _, v, _| record.end(v));
+            let decayed = self.after_move(v);
+            v = self.limited(decayed);
             self.finish_if_changed(x, v);
         }
         self.snap();
@@ -268,7 +271,7 @@ impl<T: Real> Field for GroupField<'_, T> {
     }
 
     fn kick(&mut self, v: Combination<T>, a: Combination<T>) -> Combination<T> {
-        match self.uniform() {
+        let kicked = match self.uniform() {
             Some(Class { decay, .. }) if self.anchors_rest || decay.keep.is_none() => {
                 self.times(v, decay.keep) + a * decay.gain
             }
@@ -278,16 +281,21 @@ impl<T: Real> Field for GroupField<'_, T> {
                 let gained = self.each_row(a, |class| Some(class.decay.gain));
                 kept + gained
             }
-        }
+        };
+        self.write_kick_down(v, a, kicked);
+        kicked
     }
 
     fn before_move(&mut self, v: Combination<T>) -> Combination<T> {
         let decayed = self.decay_before(v);
-        self.restrain(decayed)
+        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        self.limited(decayed)
     }
 
     fn after_move(&mut self, v: Combination<T>) -> Combination<T> {
-        self.decay_after(v)
+        let decayed = self.decay_after(v);
+        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        decayed
     }
 
     fn laws_before_jump(&mut self, x: Combination<T>, v: Combination<T>) -> Option<Combination<T>> {
@@ -297,6 +305,9 @@ impl<T: Real> Field for GroupField<'_, T> {
 
     fn implicit_velocity(&mut self, x: Combination<T>, v: Combination<T>) -> Combination<T> {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
-        self.solve(v)
+        let solved = self.solve(v);
+        let h = self.length().to_f64();
+        self.write_down(v, solved, |record, _, from, to| record.kick(h, from, to));
+        solved
     }
 }

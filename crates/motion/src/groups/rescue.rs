@@ -105,13 +105,15 @@ impl Rescue<'_, '_, '_, '_> {
             let parts = coupling.parts(&dead);
             let mut after =
                 Before { x: before.x.clone(), v: before.v.clone(), w: Vec::new(), last: before.last.clone() };
-            let mut account = Account::default();
+            let record = self.notes.records.recorder(coupling.rows);
+            let mut account = Account { record, ..Account::default() };
             let culprits: Vec<_> = parts
                 .iter()
                 .flat_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut account))
                 .collect();
             if culprits.is_empty() {
                 self.notes.evaluations.add(&account, &[], std::iter::empty());
+                self.notes.records.add(&group.bodies, account.record);
                 break after;
             }
             for (row, breach) in culprits {
@@ -151,6 +153,9 @@ impl Rescue<'_, '_, '_, '_> {
             let row = part.rows[0];
             let force =
                 pushes.iter().fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
+            if let Some(record) = &mut account.record {
+                record.first = row;
+            }
             let alone = self.alone::<M>(&whole, row, force, before.w[row], &mut state, account);
             if let Err(breach) = alone {
                 return vec![(row, breach)];
@@ -170,12 +175,16 @@ impl Rescue<'_, '_, '_, '_> {
                 state = (x, v, numbers(&before.last));
                 let (x, v) = (&mut state.0[..], &mut state.1[..]);
                 let rows = Rows { x, v, residues: None, w: &w, asking: &asking, lawful: &lawful };
-                let mut own = Account::default();
+                let record = self.notes.records.recorder(part.rows.len());
+                let mut own = Account { record, ..Account::default() };
                 let last = (M::MEMORY == Memory::LastStep).then(|| &mut state.2[..movable]);
                 let field = GroupField::new(coupling, self.around, rows, &askers, &mut scratch, &mut own);
                 match field.tick::<M>(watch, last, None) {
                     Outcome::Finite => {
                         account.add(&own);
+                        if let (Some(all), Some(own)) = (&mut account.record, &own.record) {
+                            all.take_over(&part.rows, own);
+                        }
                         break;
                     }
                     Outcome::Broken(first) if !first.is_empty() => {

@@ -114,9 +114,11 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
             around.terms = around.terms.damped::<M>(around.terms.damping);
         }
         let holds = groups.hold(number, &anchors, around.terms.bounds);
-        let mut account = Account::default();
+        let record = notes.records.recorder(groups.list[number].coupling.rows);
+        let mut account = Account { record, ..Account::default() };
         if holds && groups.tick::<M>(number, &around, &wishes, &mut account) == Outcome::Finite {
             notes.evaluations.add(&account, &[], std::iter::empty());
+            notes.records.add(&groups.list[number].bodies, account.record);
         } else {
             // A tick that broke may have spoilt what the group hangs on as well.
             let _ = groups.hold(number, &anchors, around.terms.bounds);

@@ -4,7 +4,6 @@ use bevy_ecs::prelude::*;
 use smallvec::SmallVec;
 
 use super::books::{Books, Energies};
-use super::damped::{Damper, Taken};
 use super::path::{Node, Path, cuts, nodes};
 use super::rows::{Body, State};
 use crate::clock::StepClock;
@@ -13,6 +12,7 @@ use crate::effects::Damping;
 use crate::laws::{Declared, Gravity, Law, Moment, MutualGravity};
 use crate::method::Method;
 use crate::own::{OwnLaws, Substeps};
+use crate::record::TickRecord;
 use crate::units::{Scalar, Vector};
 
 /// What acts on every body in a tick.
@@ -59,40 +59,31 @@ impl<'w> Around<'w> {
         }
     }
 
-    fn course_of(&self, body: &Body<'_>) -> Course {
-        Course { substeps: body.substeps.unwrap_or(self.course.substeps).max(1), ..self.course }
+    /// Rate of the linear drag that damping is for a body, 1/s: the exact model, where it is no part of a kick.
+    fn damping_rate(&self, body: &Body<'_>) -> Scalar {
+        let inside = matches!(self.method_of(body), Method::ExplicitEuler | Method::SemiImplicitEuler);
+        let damping = self.damping.filter(|damping| damping.is_exact() && !inside);
+        damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
     }
 
-    /// Acceleration of a body by everything but damping at the start of the tick, m/s²; `coupled` is the force of
-    /// springs, sheets and mutual gravity, N.
-    fn acceleration(&self, body: &Body<'_>, coupled: Vector) -> Vector {
-        let time = self.course.start;
-        let substep: Scalar = self.course_of(body).substep();
-        let at = Moment { time, inside: time + 0.5 * substep };
-        let state = body.state(body.ends[0]);
-        let laws: Vector = self.laws(body).map(|law| law.acceleration(at, state)).sum();
-        body.open(laws + (coupled + body.push) * body.inverse_mass)
+    fn method_of(&self, body: &Body<'_>) -> Method {
+        body.method.unwrap_or(self.method)
     }
 
-    /// Books the tick of a body that forces move; gives its way. `coupled` is asked for the force that the bodies it
-    /// is coupled to exert on it at the start, N, where that matters.
-    pub fn book(&self, body: &Body<'_>, coupled: impl FnOnce() -> Vector, books: &mut Books) -> Path {
+    /// Books the tick of a body that forces move, as it was recorded; gives its way.
+    pub fn book(&self, body: &Body<'_>, record: &TickRecord, books: &mut Books) -> Path {
         let Course { tick, .. } = self.course;
-        let acceleration = body.limit.map_or(Vector::ZERO, |_| self.acceleration(body, coupled()));
-        let damping =
-            self.damping.map(|damping| Damping { rate: body.rate.unwrap_or(damping.rate), ..damping });
-        let method = body.method.unwrap_or(self.method);
-        let damper = Damper { body, method, damping, tick, acceleration };
-        let breaks = self.laws(body).flat_map(|law| law.breaks());
-        let taken = damper.taken(self.course_of(body).pieces(breaks).iter());
         let [start, end] = body.ends;
-        let Taken { damping, limits, between: [from, to], rate } = taken;
-        books.energy.damping += damping.energy;
-        books.momentum.damping += damping.momentum;
-        books.energy.limits += limits.energy;
-        books.momentum.limits += limits.momentum;
-        books.energy.pushes += body.push.dot(end.position - start.position);
-        books.momentum.pushes += body.open(body.push) * tick;
+        let TickRecord { damping, limits, kicked, between } = record;
+        books.energy.damping += damping.energy * body.mass();
+        books.momentum.damping += damping.velocity * body.mass();
+        books.energy.limits += limits.energy * body.mass();
+        books.momentum.limits += limits.velocity * body.mass();
+        let push = body.open(body.push);
+        books.energy.pushes += push.dot(kicked.unwrap_or(end.position - start.position));
+        books.momentum.pushes += push * tick;
+        let [from, to] = between.unwrap_or([start.velocity, end.velocity]);
+        let rate = self.damping_rate(body);
         let ends = [State { velocity: from, ..start }, State { velocity: to, ..end }];
         let mut path = Path::new(ends, tick);
         let cuts = cuts(&self.course, self.laws(body).flat_map(|law| law.breaks()));

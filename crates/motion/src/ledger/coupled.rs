@@ -18,7 +18,7 @@ pub(super) struct Members<'w> {
     /// Of every row.
     rows: Vec<usize>,
     inverse_masses: Vec<Scalar>,
-    /// Whether a body cannot move along every axis.
+    /// Whether a body is not accelerated along every axis.
     locked: bool,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn members<'w>(groups: Option<&'w Groups>, bodies: &mut [Body<'_>]) -
         let Some(rows) = entities.iter().map(number).collect::<Option<Vec<_>>>() else { continue };
         coupling.in_sheets.iter().for_each(|row| bodies[rows[*row as usize]].in_sheet = true);
         let inverse_masses = rows.iter().map(|body| bodies[*body].inverse_mass).collect();
-        let locked = rows[..coupling.movable].iter().any(|body| bodies[*body].locks.is_some());
+        let locked = rows[..coupling.movable].iter().any(|body| bodies[*body].closed.is_some());
         found.push(Members { coupling, rows, inverse_masses, locked });
     }
     found
@@ -79,20 +79,6 @@ impl Members<'_> {
 
     fn attraction<'a>(&self, around: &Around<'a>) -> Option<&'a MutualGravity> {
         around.attraction.filter(|_| self.coupling.attracts)
-    }
-
-    /// Adds the forces at the start of the tick, N, to those of all bodies.
-    pub fn add_forces(&self, around: &Around<'_>, bodies: &[Body<'_>], forces: &mut [Vector]) {
-        let Rows { x, v } = self.states(|body| bodies[body].ends[0]);
-        let mut sum = vec![[0.0; 4]; x.len()];
-        self.coupling.springs.pull(&x, &v, &mut sum);
-        if let Some(drag) = around.declared.drag {
-            self.coupling.blow(drag, around.course.start, &x, &v, &mut sum);
-        }
-        if let Some(law) = self.attraction(around) {
-            self.coupling.attract(law, &x, &self.inverse_masses, &mut sum);
-        }
-        self.rows.iter().zip(sum).for_each(|(body, force)| forces[*body] += vector(force));
     }
 
     /// Books a tick whose bodies went along `paths`.

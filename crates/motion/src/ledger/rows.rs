@@ -11,7 +11,7 @@ use crate::emitter::Dormant;
 use crate::forces::PushQueue;
 use crate::laws::BodyState;
 use crate::method::Method;
-use crate::own::{OwnLaws, OwnMethod, OwnSubsteps, own_method};
+use crate::own::{OwnLaws, OwnMethod, own_method};
 use crate::units::{Scalar, Vector};
 
 /// Position, m, and velocity, m/s.
@@ -88,10 +88,8 @@ pub(super) struct Body<'w> {
     pub gravity_off: bool,
     /// Its own damping rate, 1/s.
     pub rate: Option<Scalar>,
-    pub limit: Option<Scalar>,
-    pub locks: Option<AxisLocks>,
-    /// Its own number of parts of a tick.
-    pub substeps: Option<u32>,
+    /// Axes along which nothing accelerates it.
+    pub closed: Option<AxisLocks>,
     /// Its own method.
     pub method: Option<Method>,
     pub laws: Option<&'w OwnLaws>,
@@ -119,9 +117,9 @@ impl Body<'_> {
         BodyState { position, velocity, inverse_mass: self.inverse_mass }
     }
 
-    /// What is left of a force or an acceleration where the body cannot move along every axis.
+    /// What is left of a force or an acceleration where the body is not accelerated along every axis.
     pub fn open(&self, v: Vector) -> Vector {
-        let Some(AxisLocks { x, y, z }) = self.locks else { return v };
+        let Some(AxisLocks { x, y, z }) = self.closed else { return v };
         let open = |part, locked| if locked { 0.0 } else { part };
         Vector::new(open(v.x, x), open(v.y, y), open(v.z, z))
     }
@@ -137,7 +135,6 @@ type Columns = (
     Option<&'static DampingRate>,
     Option<&'static SpeedLimit>,
     Option<&'static AxisLocks>,
-    Option<&'static OwnSubsteps>,
     Has<OwnMethod>,
     Option<&'static OwnLaws>,
 );
@@ -147,44 +144,35 @@ pub(super) type Bodies = QueryState<Columns, Without<Dormant>>;
 
 /// Every body that is there at the end of a tick, in stable-id order. One that was not there at its start, or was
 /// frozen in it, has the end for a start: what happened to it is no work.
-pub(super) fn bodies<'w>(world: &'w World, query: &mut Bodies, opening: &Opening) -> Vec<Body<'w>> {
+pub(super) fn bodies<'w>(
+    world: &'w World,
+    query: &mut Bodies,
+    world_method: Method,
+    opening: &Opening,
+) -> Vec<Body<'w>> {
     let mut rows: Vec<_> = query
         .iter(world)
-        .map(
-            |(
+        .map(|(entity, id, transform, body, frozen, gravity_off, rate, limit, locks, marked, laws)| {
+            let end = State::of(transform, body);
+            let method = if marked { world.get_entity(entity).ok().and_then(own_method) } else { None };
+            // Semi-implicit Euler limits what its kick has made of the velocity before it locks.
+            let kick_first = method.unwrap_or(world_method) == Method::SemiImplicitEuler;
+            let closed = locks.copied().filter(|_| !(limit.is_some() && kick_first));
+            let body = Body {
                 entity,
-                id,
-                transform,
-                body,
+                ends: [end; 2],
+                inverse_mass: body.inverse_mass,
+                push: Vector::ZERO,
                 frozen,
                 gravity_off,
-                rate,
-                limit,
-                locks,
-                substeps,
-                marked,
+                rate: rate.map(DampingRate::rate),
+                closed,
+                method,
                 laws,
-            )| {
-                let end = State::of(transform, body);
-                let method = if marked { world.get_entity(entity).ok().and_then(own_method) } else { None };
-                let body = Body {
-                    entity,
-                    ends: [end; 2],
-                    inverse_mass: body.inverse_mass,
-                    push: Vector::ZERO,
-                    frozen,
-                    gravity_off,
-                    rate: rate.map(DampingRate::rate),
-                    limit: limit.map(|limit| limit.0),
-                    locks: locks.copied(),
-                    substeps: substeps.map(|substeps| substeps.0),
-                    method,
-                    laws,
-                    in_sheet: false,
-                };
-                (key(id, entity), body)
-            },
-        )
+                in_sheet: false,
+            };
+            (key(id, entity), body)
+        })
         .collect();
     rows.sort_unstable_by_key(|(key, _)| *key);
     for (number, (key, body)) in rows.iter_mut().enumerate() {

@@ -1,0 +1,50 @@
+//! What a tick of a group did to its rows, written down for a ledger.
+
+use super::*;
+use crate::record::{TickRecord, vector};
+use crate::units::Vector;
+
+impl<T: Real> GroupField<'_, T> {
+    /// Writes down what became of the velocities `from`, where anything is.
+    pub(super) fn write_down(
+        &mut self,
+        from: Combination<T>,
+        to: Combination<T>,
+        note: impl Fn(&mut TickRecord, usize, Vector, Vector),
+    ) {
+        if self.account.record.is_some() {
+            let [from, to] = [from, to].map(|v| self.rows_of(&v));
+            self.account.record.iter_mut().for_each(|record| record.note(&from, &to, &note));
+        }
+    }
+
+    /// Writes a kick down.
+    pub(super) fn write_kick_down(&mut self, v: Combination<T>, a: Combination<T>, kicked: Combination<T>) {
+        if self.account.record.is_some() {
+            let h = self.length().to_f64();
+            let damped = |row| {
+                let Class { damping, decay, .. } = self.class(row);
+                damping.filter(|_| decay.keep.is_some()).map(|damping| damping.rate * h)
+            };
+            let rates: Vec<_> = (0..self.rows()).map(damped).collect();
+            let a = self.rows_of(&a);
+            self.write_down(v, kicked, |record, row, from, to| match rates[row] {
+                Some(q) => record.damped_kick(h, q, vector(&a[row]), from, to),
+                None => record.kick(h, from, to),
+            });
+        }
+    }
+
+    /// Speed limits and locks, written down.
+    pub(super) fn limited(&mut self, v: Combination<T>) -> Combination<T> {
+        let limited = self.restrain(v);
+        self.write_down(v, limited, |record, _, from, to| record.limits.turn(from, to));
+        limited
+    }
+
+    fn rows_of(&self, sum: &Combination<T>) -> RowArray<T> {
+        let mut rows = RowArray::default();
+        self.work_out(sum, &mut rows);
+        rows
+    }
+}

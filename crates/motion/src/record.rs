@@ -1,0 +1,174 @@
+//! What a tick did to each body beside forces and laws: written down by the kernels for a ledger, and for nothing else.
+
+use std::ops::Range;
+
+use bevy_ecs::entity::EntityHashMap;
+use bevy_ecs::prelude::*;
+
+use crate::real::Real;
+use crate::units::{Scalar, Vector};
+
+/// A change of energy per mass, m²/s², and of velocity, m/s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Change {
+    pub energy: Scalar,
+    pub velocity: Vector,
+}
+
+impl Change {
+    /// A velocity became another one.
+    pub fn turn(&mut self, from: Vector, to: Vector) {
+        let change = to - from;
+        self.velocity += change;
+        self.energy += change.dot(from + to) * 0.5;
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.energy += other.energy;
+        self.velocity += other.velocity;
+    }
+}
+
+/// The tick of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct TickRecord {
+    /// By damping, except where it is a law.
+    pub damping: Change,
+    /// By speed limit and axis locks.
+    pub limits: Change,
+    /// Sum over the kicks of their length times the mean of the velocities around them, m: what a constant force does
+    /// work along. `None` where velocity and position do not change one after the other.
+    pub kicked: Option<Vector>,
+    /// Velocities after what stands before the tick and before what stands after it, m/s; `None` where nothing does.
+    pub between: Option<[Vector; 2]>,
+}
+
+impl TickRecord {
+    /// A kick of `h` seconds.
+    pub fn kick(&mut self, h: Scalar, from: Vector, to: Vector) {
+        *self.kicked.get_or_insert_default() += (from + to) * (0.5 * h);
+    }
+
+    /// A kick with the acceleration `a` by forces and laws, in which exact damping takes the fraction `1 - e^-q`.
+    pub fn damped_kick(&mut self, h: Scalar, q: Scalar, a: Vector, from: Vector, to: Vector) {
+        let way = (from + (to - from) * mean(q)) * h;
+        *self.kicked.get_or_insert_default() += way;
+        self.damping.velocity += to - from - a * h;
+        self.damping.energy += (to - from).dot(from + to) * 0.5 - a.dot(way);
+    }
+
+    /// The method begins with the velocity `v`.
+    pub fn begin(&mut self, v: Vector) {
+        self.between = Some([v; 2]);
+    }
+
+    /// The method ends with the velocity `v`.
+    pub fn end(&mut self, v: Vector) {
+        if let Some([_, end]) = &mut self.between {
+            *end = v;
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.damping.add(&other.damping);
+        self.limits.add(&other.limits);
+        if let Some(kicked) = other.kicked {
+            *self.kicked.get_or_insert_default() += kicked;
+        }
+        self.between = other.between.or(self.between);
+    }
+}
+
+/// Mean over s from 0 to 1 of `(1 - e^(-q s)) / (1 - e^-q)`: where between its ends the mean of a velocity lies that
+/// follows `v' = a - c v` for h seconds, with q = c h.
+fn mean(q: Scalar) -> Scalar {
+    // The closed form loses more to cancellation than the series leaves out.
+    if q < 0.1 {
+        let square = q * q;
+        return 0.5 + q * (1.0 / 12.0 - square * (1.0 / 720.0 - square / 30_240.0));
+    }
+    -1.0 / Real::exp_m1(-q) - 1.0 / q
+}
+
+/// The records of the rows that a kernel integrates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Recorder {
+    rows: Vec<TickRecord>,
+    /// The row that is the kernel's first.
+    pub first: usize,
+    block: Range<usize>,
+}
+
+impl Recorder {
+    pub fn of(rows: usize) -> Self {
+        Self { rows: vec![TickRecord::default(); rows], first: 0, block: 0..rows }
+    }
+
+    /// Goes on to these rows of the kernel's.
+    pub fn enter(&mut self, rows: &Range<usize>) {
+        self.block = self.first + rows.start..self.first + rows.end;
+    }
+
+    /// Notes what became of the velocities `from` of the rows at hand; `note` is told the number of the row among them.
+    #[cold]
+    pub fn note<T: Real>(
+        &mut self,
+        from: &[[T; 4]],
+        to: &[[T; 4]],
+        note: impl Fn(&mut TickRecord, usize, Vector, Vector),
+    ) {
+        let rows = self.rows[self.block.clone()].iter_mut().zip(from.iter().zip(to)).enumerate();
+        rows.for_each(|(k, (row, (from, to)))| note(row, k, vector(from), vector(to)));
+    }
+
+    /// The rows of another one after its own.
+    pub fn append(&mut self, other: Self) {
+        self.rows.extend(other.rows);
+    }
+
+    /// Takes the records of `of` over as those of the rows `rows`.
+    pub fn take_over(&mut self, rows: &[usize], of: &Self) {
+        rows.iter().zip(&of.rows).for_each(|(row, record)| self.rows[*row] = *record);
+    }
+}
+
+/// Velocity or acceleration of a row.
+pub(crate) fn vector<T: Real>([x, y, z, _]: &[T; 4]) -> Vector {
+    Vector::new(x.to_f64(), y.to_f64(), z.to_f64())
+}
+
+/// The records of the running tick; `None` while no ledger is kept.
+#[derive(Resource, Debug, Default)]
+pub(crate) struct TickRecords(pub Option<EntityHashMap<TickRecord>>);
+
+impl TickRecords {
+    /// For that many rows, if records are wanted.
+    pub fn recorder(&self, rows: usize) -> Option<Recorder> {
+        self.0.is_some().then(|| Recorder::of(rows))
+    }
+
+    /// Adds what a system did to `bodies`: some ticks of a body are two systems.
+    pub fn add(&mut self, bodies: &[Entity], recorder: Option<Recorder>) {
+        let (Some(records), Some(recorder)) = (&mut self.0, recorder) else { return };
+        for (body, record) in bodies.iter().zip(&recorder.rows) {
+            records.entry(*body).or_default().add(record);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_forms_of_the_mean_agree_with_a_sum_of_many_parts() {
+        for q in [1e-9, 1e-3, 0.05, 0.0999, 0.1001, 0.7, 5.0, 60.0] {
+            let parts = 200_000;
+            let at = |i: i32| (f64::from(i) + 0.5) / f64::from(parts);
+            let f = |s: Scalar| Real::exp_m1(-q * s) / Real::exp_m1(-q);
+            let sum = (0..parts).map(|i| f(at(i))).sum::<Scalar>() / f64::from(parts);
+            assert!((mean(q) - sum).abs() < 1e-8, "{q}: {} {sum}", mean(q));
+        }
+        assert!((mean(0.1 - 1e-13) - mean(0.1)).abs() < 1e-12);
+    }
+}
