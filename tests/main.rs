@@ -15,6 +15,7 @@ mod determinism;
 mod dice;
 mod drive;
 mod effects;
+mod embed;
 mod film;
 mod forecast;
 mod fuzzing;

@@ -75,7 +75,7 @@ pub use requests::{Request, Requests};
 pub use rest::Static;
 pub use springs::{Elastic, Link, SoftBody, Spring};
 pub use step::{
-    Passes, Step, StepPlan, TimeStep, apply_forces, clear_forces, insert_step_resources,
+    Passes, Step, StepPlan, StepSystems, TimeStep, apply_forces, clear_forces, insert_step_resources,
     remember_accelerations, remember_steps, step_schedule, step_systems,
 };
 pub use stepper::Stepper;

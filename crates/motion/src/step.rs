@@ -20,7 +20,7 @@ use crate::groups::{Grouped, Groups, integrate_groups, update_groups};
 use crate::integrate::{
     Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };
-use crate::laws::{Declared, Drag, Laws};
+use crate::laws::{Declared, Drag, MutualGravity};
 use crate::method::Method;
 use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
 use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
@@ -37,6 +37,21 @@ pub struct TimeStep(pub Scalar);
 /// The schedule of one tick.
 #[derive(ScheduleLabel, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Step;
+
+/// The parts of a tick in the order in which they run: places for systems of your own to stand before, between and after, in
+/// a schedule that [`Stepper::install`](crate::Stepper::install) has put the physics into.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StepSystems {
+    /// Queued pushes become the [`Force`](crate::Force) of their bodies. A system that adds forces stands before
+    /// [`StepSystems::Integrate`].
+    ApplyForces,
+    /// Requests are carried out, particles born, and velocities and positions brought to the end of the tick.
+    Integrate,
+    /// The forces of the tick are forgotten; until then they can be read.
+    ClearForces,
+    /// Bodies that would have turned non-finite are frozen, and the clock goes on.
+    Quarantine,
+}
 
 /// How the two middle systems of a tick are run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -85,6 +100,7 @@ impl StepPlan {
     /// The plan for `world` as it is; groups and pools of particles are made ready for it.
     #[must_use]
     pub fn of(world: &mut World, method: Method) -> Self {
+        let Demands { looks_at_state, keeps_accelerations, bounded, substeps, .. } = Demands::of(world);
         let emits = emission::prepare(world);
         update_groups(world, true);
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
@@ -100,15 +116,7 @@ impl StepPlan {
         // Where nothing acts between bodies the systems of single ones stand, be there bodies or not.
         let is_free = |kind: &Archetype| !contains::<OwnMethod>(world, kind);
         let grouped_only = !groups.is_empty() && !has_bodies(world, false, is_free);
-        let called: Vec<_> = Declared::of(world).called().collect();
-        let more = world.get_resource::<Laws>().is_some_and(|laws| !laws.0.is_empty());
-        let looks_at_state = world.contains_resource::<Drag>() || more || !called.is_empty();
-        let keeps_accelerations =
-            !called.is_empty() && called.iter().all(|law| !law.depends_on_velocity()) && !drags(world);
         let asks = may_exist::<OwnLaws>(world) || may_exist::<OwnSubsteps>(world);
-        let substeps = Substeps::parts(world.get_resource());
-        // Of a range only the end of a tick is asked, which neither half knows to be one.
-        let bounded = world.contains_resource::<Range>();
         // The kick alone does not know whether a speed limit is before it or after it.
         let restrained =
             |kind: &Archetype| contains::<SpeedLimit>(world, kind) && contains::<AxisLocks>(world, kind);
@@ -116,6 +124,33 @@ impl StepPlan {
         let apart = !looks_at_state && !asks && !bounded && !moves_first && substeps == 1;
         let passes = if apart { Passes::for_bodies(bodies) } else { Passes::One };
         Self { method, passes, own, grouped_only, groups, emits, keeps_accelerations }
+    }
+}
+
+/// What decides how bodies are integrated beside what they are: it is looked at before every tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Demands {
+    /// Whether a law looks at positions or velocities.
+    looks_at_state: bool,
+    keeps_accelerations: bool,
+    /// Of a range only the end of a tick is asked, which neither half knows to be one.
+    bounded: bool,
+    substeps: u32,
+    attracts: bool,
+}
+
+impl Demands {
+    pub fn of(world: &World) -> Self {
+        let declared = Declared::of(world);
+        let mut called = declared.called().peekable();
+        let calls = called.peek().is_some();
+        Self {
+            looks_at_state: declared.all().next().is_some(),
+            keeps_accelerations: calls && called.all(|law| !law.depends_on_velocity()) && !drags(world),
+            bounded: world.contains_resource::<Range>(),
+            substeps: Substeps::parts(world.get_resource()),
+            attracts: world.contains_resource::<MutualGravity>(),
+        }
     }
 }
 
@@ -159,13 +194,23 @@ fn is_marked<M: Integrator + Component>(world: &World, grouped: bool) -> bool {
 /// thousand bodies do.
 #[must_use]
 pub fn step_schedule(plan: &StepPlan) -> Schedule {
+    schedule_of(step_systems(plan))
+}
+
+/// The same for what [`StepSystems::Integrate`] has in it.
+pub(crate) fn inner_schedule(plan: &StepPlan) -> Schedule {
+    let births = plan.emits.then(|| emit_particles.into_configs());
+    schedule_of(births.into_iter().chain(integration(plan)))
+}
+
+fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>>) -> Schedule {
     let mut schedule = Schedule::new(Step);
     schedule.set_executor(SingleThreadedExecutor::new());
     schedule.set_build_settings(ScheduleBuildSettings {
         ambiguity_detection: LogLevel::Error,
         ..Default::default()
     });
-    let mut systems = step_systems(plan).into_iter();
+    let mut systems = systems.into_iter();
     if let Some(first) = systems.next() {
         schedule.add_systems(systems.fold(first, |before, system| (before, system).chain()));
     }
@@ -177,6 +222,14 @@ pub fn step_schedule(plan: &StepPlan) -> Schedule {
 pub fn step_systems(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let mut systems: Vec<_> = plan.emits.then(|| emit_particles.into_configs()).into_iter().collect();
     systems.push(apply_forces.into_configs());
+    systems.extend(integration(plan));
+    systems.extend([clear_forces.into_configs(), quarantine_bodies.into_configs()]);
+    systems
+}
+
+/// The systems that change velocities and positions.
+fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
+    let mut systems = Vec::new();
     // Groups first: what they hang on is then where it was when the tick began.
     for method in &plan.groups {
         match method {
@@ -212,7 +265,6 @@ pub fn step_systems(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
         systems.extend(with_method!(*method, M => remember::<M, With<M>>(plan)));
         systems.push(with_method!(*method, M => integrate::<M, With<M>>.into_configs()));
     }
-    systems.extend([clear_forces.into_configs(), quarantine_bodies.into_configs()]);
     systems
 }
 

@@ -1,5 +1,7 @@
 //! Carries a world from tick to tick.
 
+mod install;
+
 use bevy_ecs::archetype::{Archetype, ArchetypeId};
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
@@ -19,7 +21,9 @@ use crate::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substeps, mar
 use crate::quarantine::{Quarantine, quarantine_refused};
 use crate::requests::{self, Requests};
 use crate::rest::{Static, mark_static};
-use crate::step::{Passes, StepPlan, TimeStep, insert_step_resources, step_schedule};
+use crate::step::{
+    Demands, Passes, StepPlan, TimeStep, inner_schedule, insert_step_resources, step_schedule,
+};
 
 /// The compiled schedule of a world, with what happens around it: requests before a tick, the count after it.
 pub struct Stepper {
@@ -29,8 +33,10 @@ pub struct Stepper {
     archetypes: usize,
     /// How many bodies there were then.
     bodies: usize,
-    /// What [`Substeps`] was then: two passes are for one step a tick.
-    substeps: u32,
+    /// What the world asked for then.
+    demands: Demands,
+    /// Whether it stands in a schedule of the user's, which has the rest of the tick.
+    installed: bool,
     counted: Option<Counted>,
 }
 
@@ -58,27 +64,27 @@ impl Stepper {
     pub fn new(world: &mut World, method: Method, step: TimeStep) -> Self {
         insert_step_resources(world, step);
         world.init_resource::<Requests>();
-        Self::compile(world, method)
+        Self::compile(world, method, false)
     }
 
-    fn compile(world: &mut World, method: Method) -> Self {
+    fn compile(world: &mut World, method: Method, installed: bool) -> Self {
         mark_static(world);
         let plan = StepPlan::of(world, method);
-        let mut schedule = step_schedule(&plan);
+        let mut schedule = if installed { inner_schedule(&plan) } else { step_schedule(&plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
         Self {
             plan,
             schedule,
             archetypes: world.archetypes().len(),
             bodies: bodies(world),
-            substeps: Substeps::parts(world.get_resource()),
+            demands: Demands::of(world),
+            installed,
             counted: None,
         }
     }
 
-    /// Compiles the schedule anew if the world asks for another one than when it was compiled last. Markers and
-    /// components of bodies are noticed without it; a new [`Drag`](crate::Drag), [`Wells`](crate::Wells) or
-    /// [`Laws`](crate::Laws) is not.
+    /// Compiles the schedule anew if the world asks for another one than when it was compiled last. A tick does so by
+    /// itself where bodies, laws or effects have come or gone.
     ///
     /// # Panics
     /// As [`Stepper::new`].
@@ -87,11 +93,11 @@ impl Stepper {
         self.look_for_newcomers(world);
         let plan = StepPlan::of(world, self.plan.method);
         forget_accelerations(world, &plan);
-        (self.archetypes, self.substeps) = (world.archetypes().len(), Substeps::parts(world.get_resource()));
+        (self.archetypes, self.demands) = (world.archetypes().len(), Demands::of(world));
         self.bodies = bodies(world);
         self.counted = None;
         if plan != self.plan {
-            *self = Self::compile(world, plan.method);
+            *self = Self::compile(world, plan.method, self.installed);
         }
     }
 
@@ -124,7 +130,7 @@ impl Stepper {
         }
         self.look_for_newcomers(world);
         leave_methods::<Unmarked>(world);
-        *self = Self::compile(world, method);
+        *self = Self::compile(world, method, self.installed);
     }
 
     /// Lets groups be made anew where bodies have come or gone: one may be new to mutual gravity, or have held a
@@ -138,17 +144,34 @@ impl Stepper {
     }
 
     /// Simulates one tick.
+    ///
+    /// # Panics
+    /// As [`Stepper::new`], and for one that was [installed](Stepper::install): its tick is a run of the schedule that it is in.
     pub fn tick(&mut self, world: &mut World) {
-        self.make_ready(world);
-        self.count(world);
-        self.schedule.run(world);
-        if self.plan.emits || self.counted.as_ref().is_some_and(|counted| !counted.particles.is_empty()) {
-            self.count_particles(world);
+        assert!(!self.installed, "run the schedule that the stepper is installed in");
+        self.integrate(world);
+        if self.finish(world) {
             // The world remembers for others what was removed, and every birth removes a mark.
             world.clear_trackers();
         }
+    }
+
+    fn integrate(&mut self, world: &mut World) {
+        self.make_ready(world);
+        self.count(world);
+        self.schedule.run(world);
+    }
+
+    /// What a tick does after it; whether there may be particles.
+    fn finish(&mut self, world: &mut World) -> bool {
+        let emits =
+            self.plan.emits || self.counted.as_ref().is_some_and(|counted| !counted.particles.is_empty());
+        if emits {
+            self.count_particles(world);
+        }
         let TimeStep(step) = *world.resource::<TimeStep>();
         world.resource_mut::<StepClock>().count(step);
+        emits
     }
 
     /// What a tick does before it: requests, and the schedule if the world asks for another one. Doing it twice is
@@ -158,7 +181,7 @@ impl Stepper {
         if self.look_for_newcomers(world)
             || is_outdated(world)
             || world.archetypes().len() != self.archetypes
-            || Substeps::parts(world.get_resource()) != self.substeps
+            || Demands::of(world) != self.demands
             || world.get_resource::<Emissions>().is_some_and(|emissions| emissions.over)
         {
             self.recompile(world);
