@@ -6,3 +6,4 @@ mod panel;
 mod precision;
 mod readme;
 mod references;
+mod timing;

@@ -103,6 +103,7 @@ Usage: sandbox [OPTIONS] [SCENE]
        sandbox <COMMAND>
 
 For more information, try '--help'." },
+    Case { name: "copies of a scene", line: "cost flag --bodies 10", code: 2, message: "sandbox: --bodies is for problems: a scene is timed with the bodies that it has; leave it out" },
     Case { name: "a command as a scene", line: "run run", code: 2, message: "sandbox: run: there is no such scene; shipped scenes are {SCENES}; a file needs its path" },
     Case { name: "a scene and then a subcommand", line: "tutorial run tutorial", code: 2, message: "error: the subcommand 'run' cannot be used with '[SCENE]'
 

@@ -13,7 +13,7 @@ fn the_readme_says_what_the_report_says() {
     let readme = read("README.md");
     let between = readme.split_once("<!-- cost: begin").unwrap().1.split_once("<!-- cost: end").unwrap().0;
     let text = between.split_once("-->\n").unwrap().1;
-    assert_eq!(text, lab::report::markdown(study, &report.machine), "run scripts/readme-cost");
+    assert_eq!(text, lab::report::brief(study, &report.machine), "run scripts/readme-cost");
 
     let figure = readme.split_once("](docs/cost/").unwrap().1.split_once(')').unwrap().0;
     let picture = std::fs::read(root().join("docs/cost").join(figure)).unwrap();

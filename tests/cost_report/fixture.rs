@@ -201,6 +201,8 @@ fn study(subject: &str, description: &str, scales: (f64, f64), cells: Vec<Cell>)
         position_scale_m: scales.0,
         velocity_scale_m_s: scales.1,
         cells,
+        timed_bodies: None,
+        tick_times: Vec::new(),
         drifts: Vec::new(),
         rates: Vec::new(),
         notes: Vec::new(),

@@ -9,6 +9,7 @@ mod bench;
 mod drift;
 mod exact;
 mod fit;
+mod line;
 mod machine;
 mod plan;
 mod problem;
@@ -17,6 +18,7 @@ mod record;
 mod runner;
 mod subject;
 mod timing;
+mod timings;
 mod truth;
 
 pub(crate) use arrays::laws_of_bodies;
@@ -25,12 +27,13 @@ pub(crate) use truth::larger;
 
 pub use bench::Bench;
 pub use fit::{Accuracy, Cost};
+pub use line::{Crossing, Place};
 pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};
 pub use record::{
-    BLOWN_UP, Cell, Counts, Drift, Errors, FORMAT, Failure, Machine, Outcome, Precision, RateRow, Report,
-    SAMPLES, Setting, Study, Time, Truth,
+    BLOWN_UP, Cell, Counts, Drift, Errors, FORMAT, Failure, Host, Machine, Outcome, Precision, RateRow,
+    Report, SAMPLES, Setting, Study, TickTime, Time, TimedTick, Truth,
 };
-pub use runner::{Host, Make, Runner, Sample, make};
+pub use runner::{Make, Runner, Sample, make};
 pub use subject::Subject;
-pub use timing::{Trial, Yardstick};
+pub use timing::Clock;

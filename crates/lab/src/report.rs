@@ -10,6 +10,7 @@ mod marks;
 mod numbers;
 mod page;
 mod picture;
+mod ranking;
 mod reading;
 pub mod stability;
 mod summary;
@@ -21,9 +22,9 @@ use picture::Fonts;
 
 use crate::cost::{Report, Study};
 
-pub use summary::markdown;
+pub use summary::{brief, markdown};
 pub use tables::{CELLS_HEADER, table};
-pub use words::words;
+pub use words::{time_words, words};
 
 /// The files of a report by their names, none of which has a folder: `report.html` with everything in it, `report.json`
 /// as [`Report`] is read again, `summary.md`, `cells.csv`, `drift.csv`, `rates.csv`, each figure as SVG, and last, because

@@ -145,6 +145,9 @@ pub(crate) struct CostArgs {
     /// Simulated seconds of a scene [default: 10]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
+    /// Bodies that methods are ranked by time at, as copies of a problem; a scene is timed as it is [default: 1000]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = bodies)]
+    pub bodies: Option<u32>,
     /// Fewer rungs and curves: an answer within a minute
     #[arg(long)]
     pub quick: bool,
@@ -335,6 +338,14 @@ fn above_0(text: &str) -> Result<u64, String> {
 fn substeps(text: &str) -> Result<u32, String> {
     let found = text.parse().ok().filter(|parts| (1..=Substeps::MOST).contains(parts));
     found.ok_or_else(|| format!("give a whole number from 1 to {}", Substeps::MOST))
+}
+
+/// More copies of a problem than this are not timed.
+const MOST_BODIES: u32 = 100_000;
+
+fn bodies(text: &str) -> Result<u32, String> {
+    let found = text.parse().ok().filter(|bodies| (1..=MOST_BODIES).contains(bodies));
+    found.ok_or_else(|| format!("give a whole number from 1 to {MOST_BODIES}"))
 }
 
 /// More threads than this only wait for each other.

@@ -24,14 +24,19 @@ const FILE: &str = "report.json";
 /// Does what `sandbox cost` says.
 pub(crate) fn cost(args: &CostArgs) -> Result<(), Failure> {
     let names = names(args);
+    if args.bodies.is_some() && !names.iter().any(|name| problem(name).is_some()) {
+        let what = "--bodies is for problems: a scene is timed with the bodies that it has; leave it out";
+        return Err(Failure::Usage(what.to_owned()));
+    }
     let subjects = subjects(&names, args.seconds)?;
     if let Some(ticks) = args.ticks_of {
-        return subjects.iter().try_for_each(|subject| ticks.run(subject));
+        return subjects.iter().try_for_each(|subject| ticks.run(subject, args.bodies));
     }
     if args.instructions {
         instructions::check()?;
     }
-    let plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
+    let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
+    plan.bodies = args.bodies.unwrap_or(plan.bodies);
     if let Some(folder) = &args.out {
         fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
     }
@@ -115,10 +120,10 @@ fn earlier(args: &CostArgs) -> Result<Option<Report>, Failure> {
         Err(error) => return Err(Failure::file("read", &path, &error)),
     };
     let report: Report = serde_json::from_str(&text).map_err(|error| {
-        Failure::Usage(format!("{}: {error}; run without --resume to begin anew", path.display()))
+        Failure::Usage(format!("{}: {error}; run without --resume to start over", path.display()))
     })?;
     if report.format != FORMAT || report.machine != Machine::here() {
-        let what = "it was made by another version or on another machine; run without --resume to begin anew";
+        let what = "it was made by another version or on another machine; run without --resume to start over";
         return Err(Failure::Usage(format!("{}: {what}", path.display())));
     }
     Ok(Some(report))
@@ -129,6 +134,9 @@ fn command(args: &CostArgs) -> String {
     let mut command = "sandbox cost".to_owned();
     for subject in &args.subjects {
         command += &format!(" {subject}");
+    }
+    if let Some(bodies) = args.bodies {
+        command += &format!(" --bodies {bodies}");
     }
     if args.quick {
         command += " --quick";

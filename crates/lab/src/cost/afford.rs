@@ -1,12 +1,12 @@
 //! What a plan has time for: rungs and length of a study, from a trial.
 
-use cpu_time::ThreadTime;
 use motion::Method;
 
 use super::bench::REFERENCE;
 use super::plan::Plan;
 use super::record::{Precision, Setting};
 use super::subject::Subject;
+use super::timing::Clock;
 
 /// Rungs below which none are left out, however long they take.
 const AT_LEAST: usize = 3;
@@ -22,9 +22,9 @@ const LONG: &str = "more would have taken too long for this plan";
 
 /// The rungs that can be run in the plan's time, by a trial of some ticks. Long runs are shortened before the
 /// ladder gets too short to show a slope; what is left out is noted.
-pub(super) fn affordable(subject: &mut Subject, plan: &Plan) -> Vec<u32> {
+pub(super) fn affordable(subject: &mut Subject, plan: &Plan, clock: &Clock) -> Vec<u32> {
     let mut rungs = plan.rungs_of(subject);
-    let evaluation = evaluation(subject, rungs[0]);
+    let evaluation = evaluation(subject, rungs[0], clock);
     let before = rungs.len();
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     let price = |subject: &Subject, rungs: &[u32]| {
@@ -48,16 +48,16 @@ pub(super) fn affordable(subject: &mut Subject, plan: &Plan) -> Vec<u32> {
 }
 
 /// Thread CPU time of one evaluation of all bodies, s, about.
-fn evaluation(subject: &Subject, substeps: u32) -> f64 {
+fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
     let probe = Setting { method: REFERENCE, substeps, precision: Precision::F64 };
     let mut run = subject.run(probe);
     run.ticks(1);
-    let (start, mut ticks) = (ThreadTime::now(), 0.0);
-    while ticks < 8.0 && start.elapsed().as_secs_f64() < 0.02 {
+    let (start, mut ticks) = (clock(), 0.0);
+    while ticks < 8.0 && clock() - start < 0.02 {
         run.ticks(1);
         ticks += 1.0;
     }
-    start.elapsed().as_secs_f64() / ticks / (4.0 * f64::from(substeps))
+    (clock() - start) / ticks / (4.0 * f64::from(substeps))
 }
 
 /// Evaluations of a tick that all errors of a plan take together, about.

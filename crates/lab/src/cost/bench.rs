@@ -2,16 +2,16 @@
 
 use std::collections::VecDeque;
 
-use cpu_time::ThreadTime;
 use motion::Method;
 
 use super::afford::affordable;
 use super::drift::Drifting;
 use super::plan::Plan;
-use super::record::{Cell, Outcome, Precision, Setting, Study, Time, Truth};
-use super::runner::{Host, Make, Runner, Sample, make};
+use super::record::{Cell, Host, Outcome, Precision, Setting, Study, Truth};
+use super::runner::{Make, Runner, Sample, make};
 use super::subject::Subject;
-use super::timing::{Trial, Yardstick};
+use super::timing::{Clock, thread_time};
+use super::timings::Timings;
 use super::truth::{Sampled, Samples, Target};
 
 /// The method of references: the highest order that loses none to laws of the velocity.
@@ -33,12 +33,12 @@ pub struct Bench {
     truth: Subject,
     plan: Plan,
     make: Box<Make>,
+    clock: Box<Clock>,
     study: Study,
     movable: Vec<u32>,
     target: Option<Target>,
     coarse: Option<Samples>,
-    trials: Vec<[Trial; 2]>,
-    yardstick: Yardstick,
+    timings: Timings,
     jobs: VecDeque<Job>,
     current: Option<(Job, Going)>,
     /// Weight of the work that is done, and of all.
@@ -69,8 +69,8 @@ enum Job {
     Reference(u32),
     /// The error of a cell.
     Error(usize),
-    /// A timing of a cell.
-    Time(usize, Host),
+    /// One pass of a timing.
+    Time(usize),
     /// The books of a setting.
     Drift(Setting),
     /// A second at the frame rates.
@@ -81,17 +81,17 @@ impl Bench {
     /// A study of `subject`, nothing run yet.
     #[must_use]
     pub fn new(subject: Subject, plan: Plan) -> Self {
-        Self::with(subject, plan, Box::new(make))
+        Self::with(subject, plan, Box::new(make), Box::new(thread_time))
     }
 
-    /// The same of runs that `make` makes: methods of one's own.
+    /// The same of runs that `make` makes, timed by `clock`.
     #[must_use]
-    pub fn with(mut subject: Subject, plan: Plan, make: Box<Make>) -> Self {
-        let rungs = affordable(&mut subject, &plan);
-        Self::of_rungs(subject, plan, make, &rungs)
+    pub fn with(mut subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>) -> Self {
+        let rungs = affordable(&mut subject, &plan, &*clock);
+        Self::of_rungs(subject, plan, make, clock, &rungs)
     }
 
-    fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, rungs: &[u32]) -> Self {
+    fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>, rungs: &[u32]) -> Self {
         let run = subject.run(subject.own());
         let (truth, exact_damping) = subject.continuous();
         let movable = run.movable_ids();
@@ -117,6 +117,8 @@ impl Bench {
             position_scale_m: 1.0,
             velocity_scale_m_s: 1.0,
             cells: Vec::new(),
+            timed_bodies: None,
+            tick_times: Vec::new(),
             drifts: Vec::new(),
             rates: Vec::new(),
             notes: subject.notes.clone(),
@@ -130,18 +132,17 @@ impl Bench {
             study.notes.push("no single precision: particles come and go only in the world".to_owned());
         }
         study.cells = settings.iter().map(|setting| Cell::open(*setting)).collect();
-        let trials = vec![Default::default(); study.cells.len()];
         let mut bench = Self {
             subject,
             truth,
             plan,
             make,
+            clock,
             study,
             movable,
             target: None,
             coarse: None,
-            trials,
-            yardstick: Yardstick::default(),
+            timings: Timings::default(),
             jobs: VecDeque::new(),
             current: None,
             done: 0.0,
@@ -168,16 +169,18 @@ impl Bench {
         }
         self.study.drifts.clone_from(&earlier.drifts);
         self.study.rates.clone_from(&earlier.rates);
+        if earlier.timed_bodies == self.study.timed_bodies {
+            self.study.tick_times.clone_from(&earlier.tick_times);
+        }
         let drifted =
             |setting: &Setting| earlier.drifts.iter().any(|drift| drift.long && drift.setting == *setting);
         self.study.drifts.retain(|drift| drifted(&drift.setting));
-        let cells = &self.study.cells;
+        let (study, timings) = (&self.study, &self.timings);
         self.jobs.retain(|job| match job {
             Job::Drift(setting) => !drifted(setting),
             Job::Rates => earlier.rates.is_empty(),
-            Job::Error(at) => !cells[*at].is_run(),
-            Job::Time(at, Host::World) => cells[*at].time.is_none(),
-            Job::Time(at, Host::Arrays) => cells[*at].arrays_time.is_none(),
+            Job::Error(at) => !study.cells[*at].is_run(),
+            Job::Time(at) => !timings.is_known(*at, study),
             _ => true,
         });
         if !self.jobs.iter().any(|job| matches!(job, Job::Error(_))) {
@@ -197,18 +200,13 @@ impl Bench {
                 self.jobs.extend([Job::Reference(finest / 2), Job::Reference(finest)]);
             }
         }
-        let cells = 0..self.study.cells.len();
-        self.jobs.extend(cells.clone().map(Job::Error));
+        self.jobs.extend((0..self.study.cells.len()).map(Job::Error));
+        if self.plan.passes > 0 {
+            let middle = rungs[rungs.len() / 2];
+            self.timings = Timings::of(&mut self.study, &self.subject, &self.plan, middle);
+        }
         for _ in 0..self.plan.passes {
-            for cell in cells.clone() {
-                let setting = self.study.cells[cell].setting;
-                if setting.precision == Precision::F64 {
-                    self.jobs.push_back(Job::Time(cell, Host::World));
-                }
-                if self.plan.single.contains(&setting.method) && !self.subject.emits() {
-                    self.jobs.push_back(Job::Time(cell, Host::Arrays));
-                }
-            }
+            self.jobs.extend((0..self.timings.len()).map(Job::Time));
         }
         if self.plan.longer > 0 {
             self.jobs.extend(self.drifts(rungs).map(Job::Drift));
@@ -235,9 +233,9 @@ impl Bench {
     pub fn work(&mut self, seconds: f64) -> bool {
         self.credit = (self.credit + seconds).min(seconds);
         while self.credit > 0.0 {
-            let start = ThreadTime::now();
+            let start = (self.clock)();
             let more = self.piece();
-            self.credit -= start.elapsed().as_secs_f64();
+            self.credit -= (self.clock)() - start;
             if !more {
                 return true;
             }
@@ -314,8 +312,12 @@ impl Bench {
                     }
                 }
             }
-            Job::Time(cell, host) => {
-                self.time(cell, host);
+            Job::Time(timing) => {
+                let how = (&*self.make, &*self.clock);
+                self.timings.pass(timing, &mut self.study, &self.subject, &self.plan, how);
+                if !self.jobs.iter().any(|job| matches!(job, Job::Time(_))) {
+                    self.timings.finish(&mut self.study);
+                }
                 self.done += self.weight(job);
             }
             Job::Drift(setting) => {
@@ -349,7 +351,7 @@ impl Bench {
                 cell.bytes_per_body_step = runner.bytes_per_body();
             }
             // Done in one go, or without samples.
-            Job::Time(..) | Job::Drift(_) | Job::Rates => {}
+            Job::Time(_) | Job::Drift(_) | Job::Rates => {}
         }
     }
 
@@ -386,39 +388,15 @@ impl Bench {
         let mut rungs: Vec<_> = self.study.cells.iter().map(|cell| cell.setting.substeps).collect();
         rungs.dedup();
         let make = std::mem::replace(&mut self.make, Box::new(make));
+        let clock = std::mem::replace(&mut self.clock, Box::new(thread_time));
         let credit = self.credit;
-        *self = Self { credit, ..Self::of_rungs(subject, self.plan.clone(), make, &rungs) };
+        *self = Self { credit, ..Self::of_rungs(subject, self.plan.clone(), make, clock, &rungs) };
     }
 
     fn aim(&mut self, target: Target) {
         (self.study.position_scale_m, self.study.velocity_scale_m_s) =
             (target.position_scale, target.velocity_scale);
         self.target = Some(target);
-    }
-
-    fn time(&mut self, cell: usize, host: Host) {
-        let setting = self.study.cells[cell].setting;
-        if self.study.cells[cell].errors().is_none() {
-            return;
-        }
-        let Ok(mut runner) = (self.make)(&self.subject, setting, host) else { return };
-        self.yardstick.measure();
-        let trial = &mut self.trials[cell][usize::from(host == Host::Arrays)];
-        trial.pass(&mut *runner, self.subject.ticks, self.plan.timed);
-        let Some(tick) = trial.tick() else { return };
-        #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
-        let steps = self.study.bodies.max(1) as f64 * f64::from(setting.substeps);
-        let time = Time {
-            ns_per_body_step: tick * 1e9 / steps,
-            real_time_factor: 1.0 / (self.study.step_hz * tick),
-            yardsticks: tick / steps / self.yardstick.seconds(),
-            quartiles: trial.quartiles(),
-        };
-        let cell = &mut self.study.cells[cell];
-        match host {
-            Host::World => cell.time = Some(time),
-            Host::Arrays => cell.arrays_time = Some(time),
-        }
     }
 
     /// Notes how much work all jobs are.
@@ -440,7 +418,12 @@ impl Bench {
         match job {
             Job::Reference(substeps) => 4.0 * f64::from(substeps) * ticks,
             Job::Error(cell) => of(self.study.cells[cell].setting) * ticks,
-            Job::Time(cell, _) => of(self.study.cells[cell].setting) * ticks.min(20.0),
+            Job::Time(at) => match self.timings.what(at, &self.study) {
+                // As many as there is time for, of some tenths of a microsecond.
+                Some((Some(copies), _)) => (1e7 * self.plan.timed).max(f64::from(copies)),
+                Some((None, setting)) => of(setting) * ticks.min(20.0),
+                None => 0.0,
+            },
             Job::Drift(setting) => of(setting) * ticks * f64::from(self.plan.longer),
             Job::Rates => {
                 super::rates::seconds(&self.subject) as f64 * of(self.subject.own()) * self.study.step_hz

@@ -16,6 +16,8 @@ pub struct Plan {
     pub rungs: Vec<u32>,
     /// How much finer than the finest rung the reference is, at least 2.
     pub finer: u32,
+    /// Bodies of the copies of a problem that methods are ranked at, at least 1. A scene is timed as it is.
+    pub bodies: u32,
     /// How often each setting is timed; 0: not at all.
     pub passes: u32,
     /// Thread CPU time of one timing at most, s: of a longer run, its beginning is timed.
@@ -37,6 +39,7 @@ impl Plan {
             single: Method::ALL.to_vec(),
             rungs: half_octaves(1, 8192),
             finer: 4,
+            bodies: 1000,
             passes: 9,
             timed: 0.05,
             longer: 10,
@@ -85,6 +88,17 @@ impl Plan {
         rungs.sort_unstable();
         rungs.dedup();
         if rungs.is_empty() { vec![coarsest] } else { rungs }
+    }
+
+    /// Copies that a problem of so many bodies is timed with, ascending: powers of ten, and those of
+    /// [`Self::bodies`].
+    pub(crate) fn copies(&self, bodies: u32) -> Vec<u32> {
+        let powers = (0..=5).map(|power| 10_u32.pow(power));
+        let mut copies: Vec<_> =
+            powers.chain([self.bodies]).map(|size| size.div_ceil(bodies.max(1))).collect();
+        copies.sort_unstable();
+        copies.dedup();
+        copies
     }
 
     /// Every setting, coarse ones first.

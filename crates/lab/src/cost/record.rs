@@ -124,16 +124,59 @@ pub struct Counts {
     pub solver: u64,
 }
 
-/// What a run took in time: thread CPU time, the least of several runs block by block.
+/// What a run takes in thread CPU time with [`Study::size`] bodies: the least of several rounds, block by block.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Time {
-    /// Of one substep of one body, ns.
+    /// Per body per step, ns; a share of the fixed cost of the tick is in it.
     pub ns_per_body_step: f64,
-    /// Simulated seconds a second of CPU time.
+    /// Simulated seconds of all bodies per second of CPU time.
     pub real_time_factor: f64,
     /// In steps of the yardstick: a fixed loop of semi-implicit Euler, timed in turns with it.
     pub yardsticks: f64,
-    /// Quartiles of the total over the runs as ratios to the least: 1 is what the least of a quiet machine has.
+    /// Quartiles of the rounds as ratios to the least: 1 on a quiet machine.
+    pub quartiles: [f64; 3],
+}
+
+/// What a run is run in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Host {
+    /// The world of entities, as in the program; f64.
+    World,
+    /// The same kernels on plain arrays.
+    Arrays,
+}
+
+/// The thread CPU time of a tick as a line: a fixed cost, and a cost per body per step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TickTime {
+    /// Method of every body.
+    #[serde(with = "method_name")]
+    pub method: Method,
+    /// Number type.
+    pub precision: Precision,
+    /// World or arrays.
+    pub host: Host,
+    /// Cost of a tick however few bodies and steps it has, ns.
+    pub fixed_ns: f64,
+    /// Cost on top, per body per step, ns.
+    pub ns_per_body_step: f64,
+    /// Substeps of a tick of the problem that are as long as the steps that were timed; `None` for a scene.
+    pub substeps: Option<u32>,
+    /// A step of the yardstick, timed in turns with it, ns.
+    pub yardstick_ns: f64,
+    /// What was timed: copies of a problem, or a scene at its ladder of substeps; ascending.
+    pub points: Vec<TimedTick>,
+}
+
+/// A tick of one size.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimedTick {
+    /// Bodies times steps of the tick.
+    pub body_steps: f64,
+    /// Thread CPU time, the least of the rounds, ns.
+    pub ns: f64,
+    /// Quartiles of the rounds as ratios to the least.
     pub quartiles: [f64; 3],
 }
 
@@ -153,7 +196,7 @@ pub struct Cell {
     pub arrays_time: Option<Time>,
     /// Bytes of state that a step of a body reads or writes on plain arrays.
     pub bytes_per_body_step: Option<f64>,
-    /// Instructions of one tick, by callgrind.
+    /// Instructions of a tick of [`Study::size`] bodies, by callgrind.
     pub instructions_per_tick: Option<f64>,
 }
 
@@ -175,6 +218,15 @@ impl Cell {
     #[must_use]
     pub fn is_run(&self) -> bool {
         self.outcome != Outcome::Failed(Failure::NotRun)
+    }
+
+    /// Its time in the world or on arrays.
+    #[must_use]
+    pub const fn time_in(&self, host: Host) -> Option<Time> {
+        match host {
+            Host::World => self.time,
+            Host::Arrays => self.arrays_time,
+        }
     }
 
     /// The errors of a run that went through.
@@ -287,6 +339,12 @@ pub struct Study {
     pub velocity_scale_m_s: f64,
     /// In the order of substeps, methods and precisions.
     pub cells: Vec<Cell>,
+    /// Bodies of the copies of a problem that times are of; `None` where they are of the subject as it is.
+    #[serde(default)]
+    pub timed_bodies: Option<usize>,
+    /// Times of ticks by method, precision and host.
+    #[serde(default)]
+    pub tick_times: Vec<TickTime>,
     /// Energy over short and long runs.
     pub drifts: Vec<Drift>,
     /// The same second at several frame rates; empty if it was not asked for.

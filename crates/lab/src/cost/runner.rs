@@ -6,7 +6,7 @@ use glam::DVec3;
 use motion::{Evaluations, Laws, Quarantine};
 use scene::Names;
 
-use super::record::{Counts, Failure, Setting};
+use super::record::{Counts, Failure, Host, Setting};
 use super::subject::Subject;
 use crate::run::Run;
 
@@ -27,15 +27,6 @@ pub trait Runner {
     fn bytes_per_body(&self) -> Option<f64> {
         None
     }
-}
-
-/// What a subject runs in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Host {
-    /// The world of entities, as in the program; f64.
-    World,
-    /// The same kernels on plain arrays.
-    Arrays,
 }
 
 /// Makes the run of a setting, or says why there is none.

@@ -123,6 +123,30 @@ impl Subject {
         halves
     }
 
+    /// Copies of a problem that have so many bodies that move, and whose ticks are as long as one of so many substeps.
+    #[must_use]
+    pub fn of_bodies(&self, bodies: u32, substeps: u32) -> Self {
+        let each = self.scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0)).count();
+        self.copies(bodies.div_ceil(u32::try_from(each.max(1)).unwrap_or(u32::MAX)), substeps)
+    }
+
+    /// Copies that do not act on each other.
+    pub(crate) fn copies(&self, copies: u32, substeps: u32) -> Self {
+        let mut subject = self.clone();
+        let scene = &mut subject.scene;
+        scene.step_hz *= f64::from(substeps);
+        let count = u32::try_from(scene.bodies.len()).unwrap_or(u32::MAX);
+        for copy in 1..copies {
+            scene.bodies.extend_from_within(..count as usize);
+            let springs = self.scene.springs.iter().cloned();
+            scene.springs.extend(springs.map(|mut spring| {
+                spring.ends = spring.ends.map(|end| end + copy * count);
+                spring
+            }));
+        }
+        subject
+    }
+
     /// Without some of its effects.
     #[must_use]
     pub fn without(mut self, effects: Vec<Effect>) -> Self {

@@ -51,6 +51,8 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
         position_scale_m: 1.0,
         velocity_scale_m_s: 1.0,
         cells,
+        timed_bodies: None,
+        tick_times: Vec::new(),
         drifts: Vec::new(),
         rates: Vec::new(),
         notes: Vec::new(),

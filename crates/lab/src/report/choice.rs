@@ -5,12 +5,17 @@ use motion::Method;
 use super::reading::{SEEN, methods, usable};
 use crate::cost::{Accuracy, Cell, Cost, Precision, Study};
 
-/// Costs and errors that differ by less than this part are equal: the single evaluation with which some methods start
-/// is not what one chooses by, nor is what measured times differ by from run to run.
-const fn tie(cost: Cost) -> f64 {
+/// Counts and errors that differ by less than this part are equal: the single evaluation with which some methods start
+/// is not what one chooses by.
+const EVEN: f64 = 0.03;
+
+/// Part by which the costs of two methods may differ and are equal: of times, the spread of their rounds.
+pub(crate) fn tie(study: &Study, cost: Cost, methods: [Method; 2]) -> f64 {
     match cost {
-        Cost::Evaluations | Cost::Instructions => 0.03,
-        Cost::Time | Cost::RealTime => 0.1,
+        Cost::Evaluations | Cost::Instructions => EVEN,
+        Cost::Time | Cost::RealTime => {
+            methods.map(|method| study.spread(method)).into_iter().fold(0.0, f64::max)
+        }
     }
 }
 
@@ -61,9 +66,9 @@ fn leader(study: &Study, cost: Cost, error: f64) -> Option<Method> {
         .into_iter()
         .filter_map(|method| Some((method, price(study, method, cost, error)?)))
         .collect();
-    let least = prices.iter().map(|(_, price)| *price).fold(f64::INFINITY, f64::min);
-    let tied =
-        prices.into_iter().filter(|(_, price)| *price <= least * (1.0 + tie(cost))).map(|(method, _)| method);
+    let (first, least) = *prices.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let ties = |(method, price): &(Method, f64)| *price <= least * (1.0 + tie(study, cost, [first, *method]));
+    let tied = prices.into_iter().filter(ties).map(|(method, _)| method);
     tied.min_by_key(|method| std::cmp::Reverse(method.claims().velocity_order))
 }
 
@@ -124,8 +129,11 @@ fn cheapest(study: &Study, cost: Cost, below_m: f64) -> Option<&Cell> {
         let kept = cells.filter(move |cell| study.error(cell, SEEN).is_some_and(|error| error <= below_m));
         kept.filter_map(move |cell| Some((cell, study.cost(cell, cost)?)))
     };
-    let least = keeps().map(|(_, price)| price).fold(f64::INFINITY, f64::min);
-    let tied = keeps().filter(|(_, price)| *price <= least * (1.0 + tie(cost))).map(|(cell, _)| cell);
+    let method = |cell: &Cell| cell.setting.method;
+    let (first, least) = keeps().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let tied = keeps()
+        .filter(|(cell, price)| *price <= least * (1.0 + tie(study, cost, [method(first), method(cell)])))
+        .map(|(cell, _)| cell);
     let relative = |cell: &Cell| {
         let errors = cell.errors().map_or(f64::INFINITY, |errors| errors.relative);
         errors.max(study.trusted(cell, Accuracy::Relative))
@@ -171,10 +179,11 @@ fn next(leads: &[Lead], method: Method, below_m: f64) -> Option<(Method, f64)> {
 
 /// Methods whose every setting another one beats clearly in error or cost, and does not lose to in the other.
 pub(crate) fn never_best(study: &Study, cost: Cost) -> Vec<Method> {
-    let more = 1.0 + tie(cost);
-    let beats = |(_, price, error): &(&Cell, f64, f64), (_, other_price, other_error): &(&Cell, f64, f64)| {
-        (price * more < *other_price && *error <= other_error * more)
-            || (error * more < *other_error && *price <= other_price * more)
+    let beats = |(cell, price, error): &(&Cell, f64, f64),
+                 (other, other_price, other_error): &(&Cell, f64, f64)| {
+        let more = 1.0 + tie(study, cost, [cell.setting.method, other.setting.method]);
+        (price * more < *other_price && *error <= other_error * (1.0 + EVEN))
+            || (error * (1.0 + EVEN) < *other_error && *price <= other_price * more)
     };
     let all: Vec<_> = priced(study, cost).collect();
     let stands =

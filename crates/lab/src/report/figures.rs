@@ -102,10 +102,10 @@ fn error_words(accuracy: Accuracy, error: f64) -> String {
 
 fn cost_words(cost: Cost, value: f64) -> String {
     match cost {
-        Cost::Evaluations => format!("{} evaluations a body-second", number(value, 3)),
-        Cost::Time => format!("{} a body-second", duration(value, 2)),
+        Cost::Evaluations => format!("{} evaluations per body per s", number(value, 3)),
+        Cost::Time => format!("{} per body per s", duration(value, 2)),
         Cost::RealTime => format!("{} of real time", share(value, 2)),
-        Cost::Instructions => format!("{} instructions a second", number(value, 3)),
+        Cost::Instructions => format!("{} instructions per s", number(value, 3)),
     }
 }
 

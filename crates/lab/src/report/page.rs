@@ -3,7 +3,7 @@
 mod parts;
 
 pub(crate) use parts::table;
-use parts::{details, duel, failures, machine, notes, precision_table, rates, words};
+use parts::{details, duel, failures, machine, notes, precision_table, rates, times, words};
 
 use super::chart::escaped;
 use super::figures::{ACCURACIES, Figure, Kind, accuracy_name, cost_name, costs, figures};
@@ -69,7 +69,8 @@ fn section(study: &Study, slug: &str) -> String {
             escaped(&about(study)),
             escaped(&headline(study))
         ),
-        words(study, &[Topic::Tutorial, Topic::Cheapest, Topic::Verlet]),
+        words(study, &[Topic::Tutorial, Topic::Cheapest, Topic::Time, Topic::Verlet]),
+        times(study),
         duel(study),
         selected(study, slug, &figures),
         words(study, &[Topic::Never, Topic::Orders, Topic::Truth]),
@@ -165,7 +166,7 @@ fn selected(study: &Study, slug: &str, figures: &[Figure]) -> String {
 const fn cost_words(cost: Cost) -> &'static str {
     match cost {
         Cost::Evaluations => "evaluations",
-        Cost::Time => "CPU time of a body",
+        Cost::Time => "CPU time per body",
         Cost::RealTime => "part of real time",
         Cost::Instructions => "instructions",
     }

@@ -1,6 +1,7 @@
 //! Every cell as rows: comma-separated values for other programs, and columns of text for a terminal.
 
 use super::numbers::{NONE, duration, length, number};
+use super::ranking;
 use super::reading::{SEEN, ran};
 use crate::cost::{Accuracy, Cell, Cost, Outcome, Precision, Report, Study, Time};
 
@@ -8,7 +9,7 @@ use crate::cost::{Accuracy, Cell, Cost, Outcome, Precision, Report, Study, Time}
 /// measured.
 pub const CELLS_HEADER: &str = "subject,method,substeps,precision,step_s,relative_error,position_error_m,\
     velocity_error_m_s,outcome,evaluations_per_body_s,ns_per_body_step,arrays_ns_per_body_step,real_time_factor,\
-    yardsticks,bytes_per_body_step,instructions_per_tick";
+    yardsticks,bytes_per_body_step,instructions_per_tick,timed_bodies";
 
 const DRIFT_HEADER: &str = "subject,method,substeps,precision,long,time_s,relative_residual";
 
@@ -65,6 +66,7 @@ fn cell_row(study: &Study, cell: &Cell) -> Vec<String> {
         time(|time| time.yardsticks),
         plain(cell.bytes_per_body_step),
         plain(cell.instructions_per_tick),
+        study.size().to_string(),
     ]
 }
 
@@ -121,8 +123,8 @@ pub(crate) const COLUMNS: [&str; 9] = [
     "step",
     "error, relative",
     "error",
-    "evaluations a body-second",
-    "a body-step",
+    "evaluations per body per s",
+    "per body per step",
     "times real time",
 ];
 
@@ -163,7 +165,7 @@ pub(crate) fn on_front(study: &Study, cell: &Cell) -> bool {
     on(Cost::Evaluations) || on(Cost::Time)
 }
 
-/// Every cell that was run as a line of text, with a star on those of the front and columns that line up.
+/// Methods by the time of a step, then every cell that was run, with a star on those of the front; columns line up.
 #[must_use]
 pub fn table(study: &Study) -> String {
     let marked = |cell| {
@@ -174,16 +176,28 @@ pub fn table(study: &Study) -> String {
     let mut header = COLUMNS.map(str::to_owned);
     header[0] = format!("  {}", header[0]);
     let rows: Vec<_> = [header].into_iter().chain(listed(study).into_iter().map(marked)).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<_> = (0..COLUMNS.len()).map(width).collect();
+    let ranked = ranking::rows(study);
     let mut text = String::new();
-    for row in &rows {
+    if !ranked.is_empty() {
+        let rows: Vec<_> = [ranking::header(study)].into_iter().chain(ranked).collect();
+        text += &aligned(&rows);
+        text += "= ties with its neighbor: the times differ by less than the spread of their rounds.\n\n";
+    }
+    text += &aligned(&rows);
+    text + "* on the front: nothing is both cheaper and more accurate. " + ARRAYS + "\n"
+}
+
+/// Lines whose columns line up: words to the left, numbers to the right.
+fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<_> = (0..N).map(width).collect();
+    let mut text = String::new();
+    for row in rows {
         let padded = row.iter().zip(&widths).enumerate().map(|(column, (value, width))| {
-            // Words to the left, numbers to the right.
             if column == 0 { format!("{value:<width$}") } else { format!("{value:>width$}") }
         });
         text += padded.collect::<Vec<_>>().join("  ").trim_end();
         text.push('\n');
     }
-    text + "* on the front: nothing is both cheaper and more accurate. " + ARRAYS + "\n"
+    text
 }

@@ -3,10 +3,12 @@
 mod accuracy;
 mod duels;
 mod health;
+mod time;
 
 use motion::Method;
 
 pub(crate) use duels::tutorial_rounds;
+pub use time::time_words;
 
 use super::choice::{Lead, leads};
 use super::numbers::{capital, length, number};
@@ -19,6 +21,7 @@ pub(crate) enum Topic {
     Line,
     Tutorial,
     Cheapest,
+    Time,
     Verlet,
     Never,
     Precision,
@@ -34,6 +37,7 @@ impl Topic {
             Self::Line => "In one line",
             Self::Tutorial => "Four small steps or one large",
             Self::Cheapest => "Cheapest for an error",
+            Self::Time => "Time",
             Self::Verlet => "Verlet against Runge-Kutta",
             Self::Never => "Never worth it",
             Self::Precision => "Single precision",
@@ -58,6 +62,7 @@ pub(crate) fn topics(study: &Study) -> Vec<(Topic, Vec<String>)> {
         topics.extend([
             (Topic::Tutorial, duels::tutorial(study)),
             (Topic::Cheapest, accuracy::cheapest(study)),
+            (Topic::Time, time::time(study)),
             (Topic::Verlet, duels::verlet(study)),
             (Topic::Never, accuracy::never(study)),
             (Topic::Precision, accuracy::single_precision(study)),
@@ -90,21 +95,27 @@ pub(crate) fn headline(study: &Study) -> String {
             number(study.simulated_s, 3),
         );
     }
-    let leads = leads(study, Cost::Evaluations);
-    let Some((last, before)) = leads.split_last() else {
-        return "Every step that was run is too coarse: no error is below a tenth of the motion.".to_owned();
-    };
-    let exact = reading::exact(study, last.method);
-    let winner = title(last.method);
-    match before {
-        [] if exact => format!("{} is the cheapest, and exact here.", capital(&winner)),
-        [] => format!("{} is the cheapest at every accuracy that was reached.", capital(&winner)),
-        _ => {
-            let span = |lead: &Lead| format!("{} down to {}", title(lead.method), length(lead.down_to_m, 2));
-            let spans: Vec<_> = before.iter().map(span).collect();
-            let end = if exact { "is exact" } else { "below" };
-            format!("Cheapest: {}; {winner} {end}.", spans.join(", then "))
+    match &leads(study, Cost::Evaluations)[..] {
+        [] => "Every step that was run is too coarse: no error is below a tenth of the motion.".to_owned(),
+        [one] if reading::exact(study, one.method) => {
+            format!("{} is the cheapest, and exact here.", capital(&title(one.method)))
         }
+        [one] => {
+            format!("{} is the cheapest at every accuracy that was reached.", capital(&title(one.method)))
+        }
+        leads => format!("Cheapest by evaluations: {}.", spans(study, leads)),
+    }
+}
+
+/// Who leads down to which error.
+fn spans(study: &Study, leads: &[Lead]) -> String {
+    let Some((last, before)) = leads.split_last() else { return String::new() };
+    let span = |lead: &Lead| format!("{} down to {}", title(lead.method), length(lead.down_to_m, 2));
+    let spans: Vec<_> = before.iter().map(span).collect();
+    match (reading::exact(study, last.method), spans.is_empty()) {
+        (_, true) => format!("{} at every accuracy", title(last.method)),
+        (true, _) => format!("{}; {} is exact", spans.join(", then "), title(last.method)),
+        _ => format!("{}; {} below", spans.join(", then "), title(last.method)),
     }
 }
 
@@ -119,11 +130,18 @@ pub(crate) fn setting(study: &Study, cell: &Cell) -> String {
     format!("{} at {} Hz (x {})", title(cell.setting.method), number(hz, 3), cell.setting.substeps)
 }
 
-/// Evaluations a second, and a period where there is one.
-pub(crate) fn evaluations(study: &Study, a_second: f64) -> String {
-    let of_a_period = |period| format!(" ({} a period)", number(a_second * period, 3));
-    let a_period = study.period_s.map(of_a_period).unwrap_or_default();
-    format!("{} evaluations a second{a_period}", number(a_second, 3))
+/// Evaluations per second, and per period where there is one.
+pub(crate) fn evaluations(study: &Study, per_second: f64) -> String {
+    let of_a_period = |period| format!(" ({} per period)", number(per_second * period, 3));
+    let per_period = study.period_s.map(of_a_period).unwrap_or_default();
+    format!("{} evaluations per second{per_period}", number(per_second, 3))
+}
+
+/// "1 body", "1,000 bodies".
+pub(crate) fn bodies(count: usize) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+    let digits = number(count as f64, 9);
+    format!("{digits} {}", if count == 1 { "body" } else { "bodies" })
 }
 
 fn error_of(study: &Study, cell: &Cell) -> String {

@@ -1,4 +1,4 @@
-//! The panel of accuracy and cost: one dot a method and step, measured on a copy of the running scene.
+//! The panel of accuracy and cost: one dot per method and step, measured on a copy of the running scene.
 
 use egui::{Align2, Color32, Grid, ProgressBar, RichText, Ui};
 use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
@@ -73,7 +73,7 @@ pub(super) fn show(
 
 fn head(ui: &mut Ui, model: &Model, view: &View, edits: &mut Vec<Edit>) {
     if model.mode == Mode::Camera {
-        ui.weak("the pointer turns the camera: Q lets it click here");
+        ui.weak("Press Q to use the mouse here.");
     }
     ui.horizontal(|ui| {
         if view.progress < 1.0 {
@@ -100,7 +100,7 @@ fn choose(ui: &mut Ui, axes: &mut Axes) {
     });
     ui.horizontal(|ui| {
         ui.weak("cost in");
-        ui.radio_value(&mut axes.cost, Cost::Evaluations, "evaluations a body-second");
+        ui.radio_value(&mut axes.cost, Cost::Evaluations, "evaluations per body per s");
         ui.radio_value(&mut axes.cost, Cost::RealTime, "part of real time");
     });
 }
@@ -147,8 +147,8 @@ fn plot(ui: &mut Ui, view: &View, axes: Axes, edits: &mut Vec<Edit>) {
             .collect::<Vec<_>>()
     };
     let words = match axes.cost {
-        Cost::RealTime | Cost::Time => "CPU seconds a simulated second",
-        Cost::Evaluations | Cost::Instructions => "evaluations of a body a simulated second",
+        Cost::RealTime | Cost::Time => "CPU seconds per simulated second",
+        Cost::Evaluations | Cost::Instructions => "evaluations per body per simulated second",
     };
     let plot = Plot::new(("cost", axes.accuracy as u8, axes.cost as u8))
         .height(HEIGHT)
@@ -230,16 +230,22 @@ fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
     let unit = if axes.accuracy == Accuracy::Position { " m" } else { "" };
     let evaluations = study.cost(cell, Cost::Evaluations).unwrap_or(f64::NAN);
     let mut words = format!(
-        "{} x {substeps}: {rate:.0} steps a second\nerror {error:.2e}{unit}, {evaluations:.0} evaluations a second",
+        "{} x {substeps}: {rate:.0} steps per s\nerror {error:.2e}{unit}, {evaluations:.0} evaluations per s",
         method.claims().title
     );
     if let Some(time) = &cell.time {
         words += &format!(
-            "\n{:.1} ns a body-step, {:.0} times real time",
+            "\n{:.1} ns per body per step, {:.0} times real time",
             time.ns_per_body_step, time.real_time_factor
         );
     }
-    words + "\nclick: take it"
+    if let Some(of) = study.world_times().find(|of| of.method == method) {
+        words += &format!(
+            "\na tick: {:.0} ns fixed + {:.1} ns per body per step",
+            of.fixed_ns, of.ns_per_body_step
+        );
+    }
+    words + "\nClick to use it."
 }
 
 fn legend(ui: &mut Ui, study: &Study) {
@@ -271,6 +277,9 @@ fn foot(ui: &mut Ui, study: &Study, axes: Axes) {
     }
     ui.scope(|ui| {
         ui.set_max_width(WIDTH);
+        for sentence in lab::report::time_words(study) {
+            ui.label(sentence);
+        }
         for note in &study.notes {
             ui.weak(note);
         }

@@ -85,10 +85,10 @@ fn draw(chart: &mut Chart, study: &Study, accuracy: Accuracy, cost: Cost) {
 
 const fn title(cost: Cost) -> &'static str {
     match cost {
-        Cost::Evaluations => "evaluations of a body's acceleration, a simulated second",
-        Cost::Time => "thread CPU time of a body, a simulated second",
+        Cost::Evaluations => "evaluations of a body's acceleration per simulated second",
+        Cost::Time => "thread CPU time per body per simulated second",
         Cost::RealTime => "thread CPU time of the whole, as a part of the time that it simulates",
-        Cost::Instructions => "instructions of the whole, a simulated second",
+        Cost::Instructions => "instructions of the whole per simulated second",
     }
 }
 
@@ -107,7 +107,7 @@ fn budget(study: &Study, cost: Cost) -> Option<(f64, &'static str)> {
     let words = "budget: all of a frame at 60 a second";
     match cost {
         Cost::RealTime => Some((1.0, words)),
-        Cost::Time => Some((1e9 / study.bodies.max(1) as f64, words)),
+        Cost::Time => Some((1e9 / study.size() as f64, words)),
         Cost::Evaluations | Cost::Instructions => None,
     }
 }

@@ -5,6 +5,7 @@ use crate::report::chart::escaped;
 use crate::report::choice::answers;
 use crate::report::figures::precision_methods;
 use crate::report::numbers::{NONE, duration, fold, length, number, share};
+use crate::report::ranking;
 use crate::report::reading::{SEEN, failures as failed_runs};
 use crate::report::tables::{ARRAYS, COLUMNS, listed, on_front, row};
 use crate::report::words::{Topic, evaluations, setting, title, topics, tutorial_rounds};
@@ -61,12 +62,28 @@ fn cheapest(study: &Study) -> String {
     let header = [
         "error",
         "cheapest by evaluations",
-        "evaluations a second",
-        "a body-step",
+        "evaluations per s",
+        "time per body per step",
         "of real time",
         "becomes cheaper",
     ];
     table("numbers left", &header, rows)
+}
+
+/// Methods by the time of a step, and what each precision takes on arrays.
+pub(super) fn times(study: &Study) -> String {
+    let (ranked, arrays) = (ranking::rows(study), ranking::of_arrays(study));
+    if ranked.is_empty() {
+        return String::new();
+    }
+    let header = ranking::header(study);
+    let header: Vec<_> = header.iter().map(String::as_str).collect();
+    format!(
+        "{}<p>= ties: the times differ by less than the spread of their rounds.</p>\n<details><summary>Times on plain \
+         arrays</summary>\n{}</details>\n",
+        table("numbers", &header, ranked.into_iter().map(Vec::from)),
+        table("numbers", &ranking::ARRAYS, arrays.into_iter().map(Vec::from)),
+    )
 }
 
 /// The tutorial's question, round by round.
@@ -92,7 +109,7 @@ pub(super) fn duel(study: &Study) -> String {
         ]
     });
     let header =
-        ["evaluations a second", "Runge-Kutta 4", "errs by", "semi-implicit Euler", "errs by", "errs less"];
+        ["evaluations per s", "Runge-Kutta 4", "error", "semi-implicit Euler", "error", "smaller error"];
     format!(
         "<details><summary>The tutorial's question at every step: one step of Runge-Kutta 4, or four of semi-implicit \
          Euler</summary>\n{}</details>\n",
@@ -124,8 +141,8 @@ pub(super) fn precision_table(study: &Study) -> String {
         "step",
         "error, relative",
         "error",
-        "a body-step, on arrays",
-        "bytes a body-step",
+        "time per body per step, on arrays",
+        "bytes per body per step",
     ];
     format!(
         "<details><summary>Precision in numbers</summary>\n{}</details>\n",

@@ -2,9 +2,9 @@
 
 use motion::Method;
 
-use super::{evaluations, setting, title};
+use super::{bodies, evaluations, setting, title};
 use crate::cost::{Cell, Cost, Precision, Study, Truth};
-use crate::report::choice::{Answer, answers, leads, never_best};
+use crate::report::choice::{Answer, answers, leads, never_best, tie};
 use crate::report::numbers::{capital, duration, length, list, number, share};
 use crate::report::reading::{self, floor, methods};
 
@@ -12,7 +12,8 @@ use crate::report::reading::{self, floor, methods};
 fn time(study: &Study, cell: &Cell) -> Option<String> {
     let time = cell.time.as_ref()?;
     let part = share(study.cost(cell, Cost::RealTime)?, 2);
-    Some(format!("{} a body-step, {part} of real time", duration(time.ns_per_body_step, 2)))
+    let ns = duration(time.ns_per_body_step, 2);
+    Some(format!("{ns} per body per step, {part} of real time with {}", bodies(study.size())))
 }
 
 pub(super) fn cheapest(study: &Study) -> Vec<String> {
@@ -36,8 +37,12 @@ fn sentence(study: &Study, answer: &Answer<'_>) -> String {
         text += &format!("; {} becomes cheaper below {}", title(next), length(error, 2));
     }
     text += ".";
-    let of_time = |cell| study.cost(cell, Cost::Time).unwrap_or(f64::INFINITY);
-    if let Some(quick) = answer.by_time.filter(|quick| of_time(quick) < 0.9 * of_time(pick))
+    let of_time = |cell: &Cell| study.cost(cell, Cost::Time).unwrap_or(f64::INFINITY);
+    let slower = |quick: &&Cell| {
+        let tie = tie(study, Cost::Time, [quick.setting.method, pick.setting.method]);
+        of_time(quick) * (1.0 + tie) < of_time(pick)
+    };
+    if let Some(quick) = answer.by_time.filter(slower)
         && let Some(time) = time(study, quick)
     {
         text += &format!(" By time it is {}: {time}.", setting(study, quick));
@@ -91,10 +96,10 @@ fn of_single(study: &Study, method: Method) -> Option<String> {
         return None;
     }
     let hz = study.step_hz * f64::from(best.setting.substeps);
-    let of_a_period = |period| format!(", {} a period", number(hz * period, 3));
-    let a_period = study.period_s.map(of_a_period).unwrap_or_default();
+    let of_a_period = |period| format!(", {} per period", number(hz * period, 3));
+    let per_period = study.period_s.map(of_a_period).unwrap_or_default();
     let mut text = format!(
-        "In single precision {} errs least at {} steps a second (x {}{a_period}), by {}",
+        "In single precision {} is most accurate at {} steps per second (x {}{per_period}), with an error of {}",
         title(method),
         number(hz, 3),
         best.setting.substeps,

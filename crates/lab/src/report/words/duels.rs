@@ -35,7 +35,7 @@ pub(super) fn tutorial(study: &Study) -> Vec<String> {
     said
 }
 
-/// How much less `better` errs in a round whose factor is that of Runge-Kutta 4.
+/// How many times smaller the error of `better` is in a round whose factor is that of Runge-Kutta 4.
 fn by(better: Method, factor: f64) -> String {
     fold(if better == FOURTH { factor } else { factor.recip() })
 }
@@ -45,7 +45,7 @@ fn one_sided(study: &Study, better: Method, worse: Method, factors: &[(&Round<'_
     if exact(study, better) {
         let other = if coarse.first.setting.method == worse { coarse.first } else { coarse.second };
         return format!(
-            "{} is exact here; {} errs by {} at {}.",
+            "{} is exact here; {} has an error of {} at {}.",
             capital(&title(better)),
             title(worse),
             error_of(study, other),
@@ -53,7 +53,7 @@ fn one_sided(study: &Study, better: Method, worse: Method, factors: &[(&Round<'_
         );
     }
     let mut text = format!(
-        "At equal evaluations {} errs less than {} at every step that is of use: {} times less at {}",
+        "At equal evaluations {} is more accurate than {} at every useful step: its error is {} times smaller at {}",
         title(better),
         title(worse),
         by(better, *first),
@@ -65,9 +65,9 @@ fn one_sided(study: &Study, better: Method, worse: Method, factors: &[(&Round<'_
     text.push('.');
     if let Some((cost, error)) = turn(study, better, worse, Cost::Evaluations) {
         text += &format!(
-            " Only with steps so coarse that both err by more than {}, below {}, is it the other way round.",
-            length(error, 2),
+            " Below {}, where both have errors above {}, it is the other way round.",
             evaluations(study, cost),
+            length(error, 2),
         );
     }
     text
@@ -86,13 +86,16 @@ fn turning(study: &Study, factors: &[(&Round<'_>, f64)]) -> String {
     };
     let ((who_coarse, much_coarse), (who_fine, much_fine)) = (how(coarse, *first), how(fine, *last));
     let mut text = format!(
-        "At equal evaluations {who_coarse} errs less with coarse steps, {much_coarse}, and {who_fine} with fine ones, \
-         {much_fine}."
+        "At equal evaluations {who_coarse} has the smaller error with coarse steps, {much_coarse}, and {who_fine} with \
+         fine ones, {much_fine}."
     );
     let (after, before) = (winner(*last).0, winner(*first).0);
     if let Some((cost, error)) = turn(study, after, before, Cost::Evaluations) {
-        text +=
-            &format!(" It turns at {}, where both err by {}.", evaluations(study, cost), length(error, 2));
+        text += &format!(
+            " It turns at {}, where both have an error of {}.",
+            evaluations(study, cost),
+            length(error, 2)
+        );
     }
     text
 }
@@ -125,7 +128,7 @@ pub(super) fn verlet(study: &Study) -> Vec<String> {
             let at = evaluations(study, round.evaluations);
             let error = error_of(study, round.second);
             return Some(format!(
-                "{} and {} err alike: {error} at {at}.",
+                "{} and {} have equal errors: {error} at {at}.",
                 capital(&title(verlet)),
                 title(other)
             ));
@@ -133,7 +136,7 @@ pub(super) fn verlet(study: &Study) -> Vec<String> {
         let (better, worse) =
             if factor < 1.0 { (round.second, round.first) } else { (round.first, round.second) };
         Some(format!(
-            "At equal evaluations {} errs {} times less than {}: {} against {} at {}{}.",
+            "At equal evaluations the error of {} is {} times smaller than that of {}: {} against {} at {}{}.",
             title(better.setting.method),
             fold(factor.max(factor.recip())),
             title(worse.setting.method),
@@ -168,10 +171,10 @@ fn why(study: &Study, round: &Round<'_>) -> String {
         same_step.and_then(|same| Some(study.error(other, super::SEEN)? / study.error(same, super::SEEN)?));
     match left {
         Some(left) if steps > 1.0 && left.is_finite() && left > 0.0 => format!(
-            " (its steps are {} times as short for the same evaluations; at equal steps it errs {} times {})",
+            " (its steps are {} times as short for the same evaluations; at equal steps its error is {} times {})",
             number(steps, 2),
             fold(left.max(left.recip())),
-            if left >= 1.0 { "less" } else { "more" },
+            if left >= 1.0 { "smaller" } else { "larger" },
         ),
         _ => String::new(),
     }

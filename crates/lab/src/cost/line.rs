@@ -1,0 +1,260 @@
+//! The time of a tick as a line, and how methods rank by it.
+
+use std::cmp::Ordering;
+
+use motion::Method;
+
+use super::record::{Cell, Host, Precision, Setting, Study, TickTime, Time, TimedTick};
+
+/// Part by which a time may differ by chance: how far the median of the rounds lies above the least.
+fn spread(quartiles: [f64; 3]) -> f64 {
+    (quartiles[1] - 1.0).max(0.0)
+}
+
+impl TimedTick {
+    /// Which one is shorter; `None` for a tie: they differ by no more than the spread of their rounds.
+    fn compare(&self, other: &Self) -> Option<Ordering> {
+        let noise = (self.ns * spread(self.quartiles)).max(other.ns * spread(other.quartiles));
+        ((self.ns - other.ns).abs() > noise).then(|| self.ns.total_cmp(&other.ns))
+    }
+}
+
+impl TickTime {
+    /// Of those points, without a line yet.
+    pub(crate) fn open(setting: Setting, host: Host, points: Vec<TimedTick>) -> Self {
+        let Setting { method, precision, .. } = setting;
+        let (fixed_ns, ns_per_body_step, yardstick_ns) = (0.0, 0.0, 1.0);
+        Self { method, precision, host, fixed_ns, ns_per_body_step, substeps: None, yardstick_ns, points }
+    }
+
+    pub(crate) fn is_of(&self, setting: Setting, host: Host) -> bool {
+        (self.method, self.precision, self.host) == (setting.method, setting.precision, host)
+    }
+
+    /// With the line of its points.
+    pub(crate) fn fit(self) -> Self {
+        let (fixed_ns, ns_per_body_step) = line(&self.points);
+        Self { fixed_ns, ns_per_body_step, ..self }
+    }
+
+    /// The tick of that size, if it was timed.
+    fn at(&self, body_steps: f64) -> Option<&TimedTick> {
+        self.points.iter().find(|point| point.body_steps.to_bits() == body_steps.to_bits())
+    }
+}
+
+/// Intercept and slope, neither below 0, with the least sum of relative deviations. Such a line passes through two of
+/// the points, or through one if it ends at a bound: all of them are tried. A size that was disturbed bends it little.
+fn line(points: &[TimedTick]) -> (f64, f64) {
+    let single = |point: &TimedTick| [(point.ns, 0.0), (0.0, point.ns / point.body_steps)];
+    let through = |a: &TimedTick, b: &TimedTick| {
+        let slope = (b.ns - a.ns) / (b.body_steps - a.body_steps);
+        (a.ns - slope * a.body_steps, slope)
+    };
+    let pairs = points.iter().enumerate().flat_map(|(i, b)| points[..i].iter().map(move |a| through(a, b)));
+    let off = |(fixed, slope): &(f64, f64)| -> f64 {
+        points.iter().map(|point| ((fixed + slope * point.body_steps) / point.ns - 1.0).abs()).sum()
+    };
+    pairs
+        .chain(points.iter().flat_map(single))
+        .filter(|(fixed, slope)| *fixed >= 0.0 && *slope >= 0.0)
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+        .unwrap_or_default()
+}
+
+/// A method's place by the time of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The method.
+    pub method: Method,
+    /// Thread CPU time per body per step at [`Study::size`] bodies, ns.
+    pub ns_per_body_step: f64,
+    /// Whether it ties with the place before: they differ by no more than the spread of their rounds.
+    pub tied: bool,
+}
+
+/// A size at which two methods change places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// The method with the shorter step from there on.
+    pub above: Method,
+    /// The method with the shorter step below.
+    pub below: Method,
+    /// Bodies times steps of a tick.
+    pub body_steps: f64,
+}
+
+impl Study {
+    /// Bodies that times are of.
+    #[must_use]
+    pub fn size(&self) -> usize {
+        self.timed_bodies.unwrap_or(self.bodies).max(1)
+    }
+
+    /// Bodies times steps of the tick that methods are ranked at: one step of [`Self::size`] bodies, or the scene's own
+    /// tick.
+    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+    fn ranked_at(&self) -> f64 {
+        let steps = if self.timed_bodies.is_some() { 1 } else { self.own.substeps };
+        self.size() as f64 * f64::from(steps)
+    }
+
+    /// Times of ticks in double precision in the world, in the order of the table of methods.
+    pub fn world_times(&self) -> impl Iterator<Item = &TickTime> {
+        let in_world = |of: &&TickTime| of.precision == Precision::F64 && of.host == Host::World;
+        self.tick_times.iter().filter(in_world)
+    }
+
+    /// Methods by the time of a step at [`Self::size`] bodies in double precision, the shortest first.
+    #[must_use]
+    pub fn ranking(&self) -> Vec<Place> {
+        let at = self.ranked_at();
+        let mut timed: Vec<_> = self.world_times().filter_map(|of| Some((of.method, of.at(at)?))).collect();
+        timed.sort_by(|(_, a), (_, b)| a.ns.total_cmp(&b.ns));
+        let tied = |i: usize| i > 0 && timed[i].1.compare(timed[i - 1].1).is_none();
+        let place = |(i, (method, tick)): (usize, &(Method, &TimedTick))| Place {
+            method: *method,
+            ns_per_body_step: tick.ns / at,
+            tied: tied(i),
+        };
+        timed.iter().enumerate().map(place).collect()
+    }
+
+    /// The sizes at which the ranking changes, ascending: between two that were timed the difference of times is
+    /// taken for a line. Ties change nothing.
+    #[must_use]
+    pub fn crossings(&self) -> Vec<Crossing> {
+        let times: Vec<_> = self.world_times().collect();
+        let pairs = (0..times.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+        let mut found: Vec<_> = pairs.flat_map(|(a, b)| crossings(times[a], times[b])).collect();
+        found.sort_by(|a, b| a.body_steps.total_cmp(&b.body_steps));
+        found
+    }
+
+    /// The sizes of copies that were timed, ascending; empty for a scene.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of bodies")]
+    pub fn sizes(&self) -> Vec<usize> {
+        let copies = self.world_times().filter(|of| of.substeps.is_some());
+        let mut sizes: Vec<_> =
+            copies.flat_map(|of| of.points.iter().map(|point| point.body_steps as usize)).collect();
+        sizes.sort_unstable();
+        sizes.dedup();
+        sizes
+    }
+
+    /// The same with the times of copies of so many bodies, one of [`Self::sizes`].
+    #[must_use]
+    pub fn at_size(&self, bodies: usize) -> Self {
+        let mut study = Self { timed_bodies: Some(bodies), ..self.clone() };
+        study.time_cells();
+        study
+    }
+
+    /// Gives every cell that finished the time of its method's steps at [`Self::size`] bodies.
+    pub(crate) fn time_cells(&mut self) {
+        let times = |cell: &Cell, host| cell.errors().and_then(|_| self.time_at_size(cell, host));
+        let times: Vec<_> =
+            self.cells.iter().map(|cell| [Host::World, Host::Arrays].map(|host| times(cell, host))).collect();
+        for (cell, times) in self.cells.iter_mut().zip(times) {
+            [cell.time, cell.arrays_time] = times;
+        }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+    fn time_at_size(&self, cell: &Cell, host: Host) -> Option<Time> {
+        let (bodies, setting) = (self.size() as f64, cell.setting);
+        let of = self.tick_times.iter().find(|of| of.is_of(setting, host))?;
+        let tick = of.at(bodies)?;
+        let ns = tick.ns * self.solver_share(cell, of.substeps?);
+        Some(Time {
+            ns_per_body_step: ns / bodies,
+            real_time_factor: self.step_s(setting) / (1e-9 * ns),
+            yardsticks: ns / bodies / of.yardstick_ns,
+            quartiles: tick.quartiles,
+        })
+    }
+
+    /// Evaluations of a step of a cell relative to those of its method at `substeps`: the iterations of a solver depend
+    /// on the step. 1 without a solver.
+    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+    fn solver_share(&self, cell: &Cell, substeps: u32) -> f64 {
+        let per_step = |cell: &Cell| {
+            (cell.counts.accelerations + cell.counts.solver) as f64 / f64::from(cell.setting.substeps)
+        };
+        let timed = self
+            .curve(cell.setting.method, cell.setting.precision)
+            .find(|cell| cell.setting.substeps == substeps && cell.counts.solver > 0);
+        timed.map_or(1.0, |timed| per_step(cell) / per_step(timed))
+    }
+
+    /// The time of a tick of a scene by its ladder of substeps, from the times of its cells.
+    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+    pub(crate) fn fit_substeps(&mut self, setting: Setting, host: Host) {
+        let bodies = self.size() as f64;
+        let timed = |cell: &Cell| {
+            let Time { ns_per_body_step, quartiles, yardsticks, .. } = cell.time_in(host)?;
+            let body_steps = bodies * f64::from(cell.setting.substeps);
+            let tick = TimedTick { body_steps, ns: ns_per_body_step * body_steps, quartiles };
+            Some((tick, ns_per_body_step / yardsticks))
+        };
+        let cells = self.curve(setting.method, setting.precision);
+        let (points, yardsticks): (Vec<_>, Vec<_>) = cells.filter_map(timed).unzip();
+        let yardstick_ns = yardsticks.into_iter().fold(f64::INFINITY, f64::min);
+        // One alone says nothing of what is fixed.
+        if points.len() < 2 {
+            return;
+        }
+        let timed = TickTime { yardstick_ns, ..TickTime::open(setting, host, points) }.fit();
+        match self.tick_times.iter_mut().find(|of| of.is_of(setting, host)) {
+            Some(of) => *of = timed,
+            None => self.tick_times.push(timed),
+        }
+    }
+
+    /// Part by which prices of a method in time may differ by chance.
+    pub(crate) fn spread(&self, method: Method) -> f64 {
+        let times = self.curve(method, Precision::F64).filter_map(|cell| cell.time);
+        let mut spreads: Vec<_> = times.map(|time| spread(time.quartiles)).collect();
+        spreads.sort_by(f64::total_cmp);
+        spreads.get(spreads.len() / 2).copied().unwrap_or(0.0)
+    }
+}
+
+/// The sizes at which `a` and `b` change places.
+fn crossings(a: &TickTime, b: &TickTime) -> Vec<Crossing> {
+    let both = a.points.iter().filter_map(|tick| Some((tick, b.at(tick.body_steps)?)));
+    let clear = both.filter_map(|(at, bt)| Some((at.body_steps, at.ns - bt.ns, at.compare(bt)?)));
+    let clear: Vec<_> = clear.collect();
+    let flips = clear.windows(2).filter(|pair| pair[0].2 != pair[1].2);
+    flips
+        .map(|pair| {
+            let [(from, before, _), (to, after, order)] = [pair[0], pair[1]];
+            let (above, below) =
+                if order == Ordering::Less { (a.method, b.method) } else { (b.method, a.method) };
+            let body_steps = from + (to - from) * before / (before - after);
+            Crossing { above, below, body_steps }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tick(body_steps: f64, ns: f64) -> TimedTick {
+        TimedTick { body_steps, ns, quartiles: [1.0, 1.01, 1.02] }
+    }
+
+    #[test]
+    fn a_line_is_fitted_past_a_disturbed_size() {
+        let of = |n: f64| tick(n, 700.0 + 5.0 * n);
+        let mut points = [1.0, 10.0, 100.0, 1e3, 1e4, 1e5].map(of).to_vec();
+        points[3].ns *= 1.6;
+        let (fixed, slope) = line(&points);
+        assert!((fixed / 700.0 - 1.0).abs() < 1e-9 && (slope / 5.0 - 1.0).abs() < 1e-9, "{fixed} {slope}");
+        // Ticks that take less than in proportion at the start have no fixed cost below 0.
+        let (fixed, slope) = line(&[tick(1.0, 1.0), tick(10.0, 10.0), tick(1e5, 2e5)]);
+        assert!(fixed == 0.0 && (slope - 1.0).abs() < 1e-9, "{fixed} {slope}");
+    }
+}
