@@ -145,7 +145,7 @@ fn the_method_of_an_installed_stepper_can_be_changed() {
     for tick in 0..40 {
         if tick == 20 {
             Stepper::installed(&mut world, |stepper, world| {
-                stepper.set_method(world, Method::PositionVerlet)
+                stepper.set_method(world, Method::PositionVerlet);
             });
             reference.stepper.set_method(&mut reference.world, Method::PositionVerlet);
         }

@@ -311,7 +311,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
             let q = h * (1.0 - keep.row()[0].to_f64()) / gain.to_f64();
             let a = a.rows();
             self.write_down(v, kicked, |record, k, from, to| {
-                record.damped_kick(h, q, vector(&a[k]), from, to)
+                record.damped_kick(h, q, vector(&a[k]), from, to);
             });
         } else {
             self.write_down(v, kicked, |record, _, from, to| record.kick(h, from, to));
