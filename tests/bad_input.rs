@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::harness::{output, program, root};
+use crate::harness::{output, program, root, wait_for};
 use cases::{CASES, Case, FILES};
 
 /// What the program said.
@@ -226,23 +226,84 @@ fn a_run_writes_over_nothing_that_it_reads_or_writes() {
     }
 }
 
-#[test]
+/// Sends `signals` to a run that goes on for ever, started with the signal `ignored`: its exit code, once it has left nothing.
 #[cfg(target_os = "linux")]
-fn an_interrupted_run_leaves_nothing() {
+fn ended_by(signals: &[&str], ignored: Option<&str>) -> Option<i32> {
     let folder = folder();
     let before = listing(folder.path());
     let line = "run fine.ron --ticks 1000000000000 --state out.csv --summary out.json --black-box out.zip";
     // A test that runs in the background of a script has learned to ignore interrupts.
     let mut env = Command::new("env");
-    let env = env.arg("--default-signal=INT").arg(program()).args(line.split(' ')).current_dir(&folder);
-    let mut run = env.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    while listing(folder.path()).len() < before.len() + 3 {
+    env.arg("--default-signal=INT,TERM,HUP").args(ignored.map(|signal| format!("--ignore-signal={signal}")));
+    let run = env
+        .arg(program())
+        .args(line.split(' '))
+        .current_dir(&folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    let mut run = run.spawn().unwrap();
+    wait_for("the files of the run", || {
         assert!(run.try_wait().unwrap().is_none(), "it has ended by itself");
-        std::thread::yield_now();
+        (listing(folder.path()).len() == before.len() + 3).then_some(())
+    });
+    for signal in signals {
+        assert!(output(Command::new("kill").args([signal, run.id().to_string().as_str()])).status.success());
     }
-    assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap().success());
-    assert_eq!(run.wait().unwrap().code(), Some(130));
-    assert_eq!(listing(folder.path()), before);
+    let status = wait_for("the end of the run", || run.try_wait().unwrap());
+    assert_eq!(listing(folder.path()), before, "{signals:?}");
+    status.code()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_that_a_signal_ends_leaves_nothing() {
+    for (signal, code) in [("-HUP", 129), ("-INT", 130), ("-TERM", 143)] {
+        assert_eq!(ended_by(&[signal], None), Some(code), "{signal}");
+    }
+    // As under `nohup`.
+    assert_eq!(ended_by(&["-HUP", "-TERM"], Some("HUP")), Some(143));
+}
+
+#[test]
+fn a_folder_that_is_made_for_an_output_is_told() {
+    let folder = folder();
+    let line = "run fine.ron --ticks 2 --state new/folder/out.csv --summary new/other/out.json --frames new/folder --size 16x16";
+    let said = run(folder.path(), line);
+    let mut told: Vec<_> = said.err.lines().filter(|line| !line.starts_with("drawing with ")).collect();
+    told.sort_unstable();
+    assert_eq!((said.code, told), (0, vec!["made the folder new/folder", "made the folder new/other"]));
+    assert!(
+        ["new/folder/out.csv", "new/other/out.json"].iter().all(|file| folder.path().join(file).exists())
+    );
+}
+
+#[test]
+fn a_picture_of_a_script_lies_in_the_working_folder_where_no_other_is_named() {
+    let folder = folder();
+    for (flags, picture) in [("", "shot.png"), ("--frames folder --frame-every 1000", "folder/shot.png")] {
+        let said = run(folder.path(), &format!("run fine.ron --script shot.script --size 16x16 {flags}"));
+        assert_eq!(said.code, 0, "{}", said.err);
+        assert!(folder.path().join(picture).exists(), "{flags}: {:?}", listing(folder.path()));
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_with_pictures_says_nothing_about_displays_where_nothing_is_wrong() {
+    let folder = folder();
+    let mut command = Command::new(program());
+    command
+        .args(["run", "fine.ron", "--ticks", "2", "--frames", "folder", "--size", "16x16"])
+        .current_dir(&folder);
+    for variable in ["XDG_RUNTIME_DIR", "DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET", "NODEVICE_SELECT"] {
+        command.env_remove(variable);
+    }
+    let said = output(&mut command);
+    let told = String::from_utf8(said.stderr).unwrap();
+    assert!(
+        said.status.success() && told.starts_with("drawing with ") && told.lines().count() == 1,
+        "{told}"
+    );
 }
 
 #[test]
@@ -276,6 +337,12 @@ fn a_full_disk_ends_the_run_and_leaves_nothing() {
         assert_eq!(listing(folder.path()), before);
         assert!(folder.path().join("link").is_symlink());
     }
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("folder/frame_000000.png")).unwrap();
+    let said = run(folder.path(), "run fine.ron --ticks 2 --frames folder --size 16x16");
+    assert_eq!(said.code, 2);
+    let message =
+        "sandbox: cannot write folder/frame_000000.png: the disk is full; make room, or give another path\n";
+    assert!(said.err.ends_with(message), "{}", said.err);
 }
 
 #[test]
@@ -338,7 +405,7 @@ fn a_good_run_is_exit_code_0_and_says_nothing_on_standard_error() {
     write(folder.path(), "good.times", "\u{feff}0.1\r\n0.2\r\n");
     for line in [
         "run fine.ron --ticks 0",
-        "run fine.ron --seconds 0.5 --state new/folder/out.csv --summary new/other/out.json",
+        "run fine.ron --seconds 0.5 --state folder/out.csv --summary out.json",
         "run damped.ron --damping clamped --hz 50 --fps 24",
         "run mark.ron --script mark.script --frame-times good.times",
         "run tutorial --script recorded.script",

@@ -47,7 +47,7 @@ fn draw(studio: &mut Studio, film: &mut Film, name: &str) -> Image {
     let picture = studio.draw_bodies(&mut film.session);
     let folder = crate::harness::root().join("target/pictures");
     std::fs::create_dir_all(&folder).unwrap();
-    picture.write_png(folder.join(format!("soft_{name}.png")), &[]).unwrap();
+    std::fs::write(folder.join(format!("soft_{name}.png")), picture.png(&[]).unwrap()).unwrap();
     picture
 }
 

@@ -35,7 +35,7 @@ fn run_scene(scene: &str, flags: &str) -> Said {
     files.sort();
     Said {
         code: said.status.code().unwrap(),
-        errors: String::from_utf8(said.stderr).unwrap(),
+        errors: String::from_utf8(said.stderr).unwrap().replace("made the folder out\n", ""),
         summary: serde_json::from_slice(&summary).unwrap_or(Value::Null),
         files,
     }

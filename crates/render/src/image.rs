@@ -1,9 +1,9 @@
 //! A picture in memory and as a PNG file.
 
 use std::{
-    fs::{self, File},
-    io::{self, BufReader, BufWriter, Write as _},
-    path::{Path, PathBuf},
+    fs::File,
+    io::{self, BufReader},
+    path::Path,
 };
 
 /// A picture: rows from top to bottom, four bytes a pixel.
@@ -42,22 +42,13 @@ impl Image {
         Some(Self { size_px, rgba })
     }
 
-    /// Writes a PNG with `text` as keyword and value pairs. The file appears whole or not at all: it is written
-    /// beside its place and then renamed.
-    pub fn write_png(&self, path: impl AsRef<Path>, text: &[(&str, &str)]) -> io::Result<()> {
-        let path = path.as_ref();
-        let beside = beside(path)?;
-        let result = self.encode(&beside, text).and_then(|()| fs::rename(&beside, path));
-        if result.is_err() {
-            // The first failure is the one to report.
-            let _ = fs::remove_file(&beside);
-        }
-        result
-    }
-
-    fn encode(&self, path: &Path, text: &[(&str, &str)]) -> io::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
-        let mut encoder = png::Encoder::new(&mut file, self.size_px[0], self.size_px[1]);
+    /// A PNG with `text` as keyword and value pairs.
+    ///
+    /// # Errors
+    /// A keyword that cannot be one.
+    pub fn png(&self, text: &[(&str, &str)]) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.size_px[0], self.size_px[1]);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -67,8 +58,7 @@ impl Image {
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&self.rgba)?;
         writer.finish()?;
-        // Dropping the buffer would swallow the error of a full disk.
-        file.flush()
+        Ok(bytes)
     }
 
     /// Reads a PNG of 8-bit gray, RGB or RGBA, or what decodes to one.
@@ -92,20 +82,10 @@ impl Image {
         Ok(Self { size_px: [info.width, info.height], rgba })
     }
 
-    /// The keyword and value pairs that [`Image::write_png`] put into a file.
+    /// The keyword and value pairs that [`Image::png`] put into a file.
     pub fn read_png_text(path: impl AsRef<Path>) -> io::Result<Vec<(String, String)>> {
         let reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
         let chunks = &reader.info().utf8_text;
         chunks.iter().map(|chunk| Ok((chunk.keyword.clone(), chunk.get_text()?))).collect()
     }
-}
-
-/// A name in the same directory, because a rename across file systems is not possible.
-fn beside(path: &Path) -> io::Result<PathBuf> {
-    let name =
-        path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "not a file name"))?;
-    let mut hidden = std::ffi::OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(".{}.part", std::process::id()));
-    Ok(path.with_file_name(hidden))
 }

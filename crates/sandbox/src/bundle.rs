@@ -9,7 +9,7 @@ use scene::Bundle;
 
 use crate::failure::Failure;
 use crate::files::{Output, output_file};
-use crate::headless::{progress_bar, write_picture};
+use crate::headless::{png, progress_bar};
 use crate::session::{Options, Repetition, Session};
 
 /// Largest file that is read, bytes.
@@ -28,12 +28,7 @@ pub(crate) fn finish_bundle(
     image: Option<&Image>,
 ) -> Result<(), Failure> {
     let cannot = |error: &std::io::Error| Failure::file("write", path, error);
-    let picture = image.map(|image| -> Result<_, Failure> {
-        let file = tempfile::NamedTempFile::new().map_err(|error| cannot(&error))?;
-        write_picture(image, file.path(), session)?;
-        fs::read(file.path()).map_err(|error| cannot(&error))
-    });
-    let Some(bundle) = session.bundle(picture.transpose()?) else {
+    let Some(bundle) = session.bundle(image.map(|image| png(image, session))) else {
         return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
     };
     let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;

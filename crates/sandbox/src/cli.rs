@@ -9,7 +9,7 @@ use motion::{DampingModel, Effect, Method, Substeps};
 use scene::{Scene, StepKind};
 
 pub use crate::failure::Failure;
-use crate::files::leave_nothing_when_interrupted;
+use crate::files::leave_nothing_when_ended;
 use crate::instructions::TicksOf;
 use crate::list::{Format, Listed, listed};
 use crate::recommend::RecommendArgs;
@@ -255,7 +255,7 @@ pub(crate) struct RunArgs {
 /// # Errors
 /// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
 pub fn run() -> Result<(), Failure> {
-    leave_nothing_when_interrupted();
+    leave_nothing_when_ended();
     let Cli { command, window } = Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
     match command {
         None => window::open(&window),

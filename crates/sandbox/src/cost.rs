@@ -7,7 +7,7 @@ use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, 
 
 use crate::cli::{CostArgs, show};
 use crate::failure::Failure;
-use crate::files::write;
+use crate::files::{make_folder, write};
 use crate::instructions;
 use crate::list::Format;
 use crate::progress::Progress;
@@ -38,7 +38,7 @@ pub(crate) fn cost(args: &CostArgs) -> Result<(), Failure> {
     let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
     plan.bodies = args.bodies.unwrap_or(plan.bodies);
     if let Some(folder) = &args.out {
-        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+        make_folder(folder)?;
     }
     let earlier = earlier(args)?;
     let mut report = Report {

@@ -18,28 +18,56 @@ fn begun() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     BEGUN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What a shell takes for a program that was interrupted: 128 and the number of the signal.
-const INTERRUPTED: i32 = 130;
-
-/// Lets an interrupt leave no file that is not finished.
-pub(crate) fn leave_nothing_when_interrupted() {
-    let clear = || {
-        for path in &*begun() {
-            let _ = fs::remove_file(path);
+/// Lets an interrupt, a hang-up and a request to end leave no file that is not finished.
+pub(crate) fn leave_nothing_when_ended() {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        use signal_hook::iterator::Signals;
+        // What is ignored stays so: hang-ups under `nohup`, interrupts in the background of a script.
+        let heeded = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
+        if let Ok(mut signals) = Signals::new(heeded) {
+            std::thread::spawn(move || signals.forever().next().map(end_by));
         }
-        process::exit(INTERRUPTED);
-    };
-    // Where interrupts are ignored, as in the background of a script, they stay so.
-    let _ = ctrlc::try_set_handler(clear);
+    }
+    #[cfg(not(unix))]
+    let _ = ctrlc::try_set_handler(|| end_by(2));
+}
+
+/// Removes what is not finished, and ends as a shell expects of a program that a signal ended.
+fn end_by(signal: i32) {
+    // Nothing is begun from here on: who holds this lock ends the process.
+    let begun = begun();
+    for path in &*begun {
+        let _ = fs::remove_file(path);
+    }
+    process::exit(128 + signal);
+}
+
+/// Whether the program was started with that signal ignored.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let mut now = std::mem::MaybeUninit::<libc::sigaction>::uninit();
+    #[expect(
+        unsafe_code,
+        reason = "no library asks without changing it; where there is no new action nothing changes"
+    )]
+    unsafe {
+        libc::sigaction(signal, std::ptr::null(), now.as_mut_ptr()) == 0
+            && now.assume_init().sa_sigaction == libc::SIG_IGN
+    }
 }
 
 /// A file that is not finished.
 struct Begun(PathBuf);
 
 impl Begun {
-    fn new(file: &NamedTempFile) -> Self {
-        begun().insert(file.path().to_owned());
-        Self(file.path().to_owned())
+    fn in_folder(folder: &Path) -> io::Result<(NamedTempFile, Self)> {
+        let mut begun = begun();
+        let file = tempfile::Builder::new().prefix(".sandbox-").tempfile_in(folder)?;
+        begun.insert(file.path().to_owned());
+        let path = file.path().to_owned();
+        Ok((file, Self(path)))
     }
 }
 
@@ -77,8 +105,7 @@ impl Output {
         // A link stays a link: what it leads to is replaced.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = tempfile::Builder::new().prefix(".sandbox-").tempfile_in(folder)?;
-        let begun = Begun::new(&file);
+        let (file, begun) = Begun::in_folder(folder)?;
         Ok(Self { writer: Writer::Beside { path, file: BufWriter::new(file), begun } })
     }
 
@@ -114,11 +141,19 @@ impl Output {
     }
 }
 
+/// Makes the folder of an output where it is missing, and says so.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
+    if folder.as_os_str().is_empty() || folder.is_dir() {
+        return Ok(());
+    }
+    fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+    eprintln!("made the folder {}", folder.display());
+    Ok(())
+}
+
 /// Starts an output file, and makes its folder.
 pub(crate) fn output_file(path: &Path) -> Result<Output, Failure> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
-    }
+    make_folder(path.parent().unwrap_or(Path::new("")))?;
     Output::create(path).map_err(|error| Failure::file("write", path, &error))
 }
 

@@ -18,8 +18,8 @@ use crate::session::{CATCH_UP, Options, Order, Overrides, Session, Simulated, Sw
 
 mod outputs;
 
-pub(crate) use outputs::write_picture;
 use outputs::{Camera, Outputs, Watch, refuse_same_files, state_file};
+pub(crate) use outputs::{png, write_picture};
 
 /// Seconds of a run that does not say how long.
 const DEFAULT_SECONDS: f64 = 10.0;

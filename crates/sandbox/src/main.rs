@@ -1,8 +1,10 @@
 //! The `sandbox` program.
 
+use std::env;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    look_for_no_wayland();
     // wgpu tries every driver and logs those that fail; what matters comes back as an error.
     let quiet = "error,wgpu_hal=off,wgpu_core=off";
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or(quiet)).init();
@@ -11,6 +13,18 @@ fn main() -> ExitCode {
         Err(failure) => {
             eprintln!("sandbox: {failure}");
             ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// Where there can be no Wayland display, lets Mesa's layer that selects a device look for none: the library that it asks complains
+/// on standard error.
+fn look_for_no_wayland() {
+    let set = |name| env::var_os(name).is_some_and(|value| !value.is_empty());
+    if !set("XDG_RUNTIME_DIR") && !set("MESA_VK_DEVICE_SELECT") {
+        #[expect(unsafe_code, reason = "no other thread runs yet that could read the environment")]
+        unsafe {
+            env::set_var("NODEVICE_SELECT", "1");
         }
     }
 }

@@ -1,6 +1,5 @@
 //! `sandbox replay`: a bundle, simulated again without a window to the same hash and the same fault.
 
-use std::fs;
 use std::path::Path;
 
 use scene::Bundle;
@@ -10,7 +9,7 @@ use crate::PROGRAM;
 use crate::bundle::{read, repeated};
 use crate::cli::show;
 use crate::failure::Failure;
-use crate::files::write;
+use crate::files::{make_folder, write};
 use crate::report::{STATE_HEADER, fault_json, write_state};
 use crate::session::{Options, Repetition, Session};
 
@@ -22,7 +21,7 @@ pub(crate) fn replay(path: &Path, out: Option<&Path>) -> Result<(), Failure> {
     let (session, repetition) = repeated(&bundle, &name, options)?;
     let manifest = &bundle.manifest;
     if let Some(folder) = out {
-        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+        make_folder(folder)?;
         unpack(folder, &bundle, &session, &summary(&name, &bundle, &repetition))?;
     }
     let (from, to) = (manifest.snapshot_tick, manifest.end_tick);

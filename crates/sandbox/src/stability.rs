@@ -1,7 +1,5 @@
 //! `sandbox stability`: what survives what.
 
-use std::fs;
-
 use lab::limits::{self, Oscillator};
 use lab::report::stability as report;
 use lab::stability::Survey;
@@ -10,7 +8,7 @@ use scene::{Scene, SceneError, cases, load_case};
 
 use crate::cli::{StabilityArgs, show};
 use crate::failure::Failure;
-use crate::files::write;
+use crate::files::{make_folder, write};
 use crate::list::{Format, aligned};
 use crate::progress::{PIECE, Progress};
 
@@ -25,7 +23,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let methods = methods(&args.methods);
     let scenes = scenes(&args.cases)?;
     if let Some(folder) = &args.out {
-        fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
+        make_folder(folder)?;
         // Found out now, and not after minutes.
         tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
     }

@@ -37,9 +37,12 @@ impl SceneError {
     }
 }
 
+/// Faults that are written out; of a file with more, a reader mends these first.
+const SHOWN: usize = 20;
+
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, fault) in self.faults.iter().enumerate() {
+        for (i, fault) in self.faults.iter().take(SHOWN).enumerate() {
             if i > 0 {
                 f.write_str("\n")?;
             }
@@ -52,11 +55,21 @@ impl fmt::Display for SceneError {
             }
             write!(f, ": {}; {}", fault.what, fault.cure)?;
         }
-        Ok(())
+        match self.faults.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => write!(f, "\n{}: and {} more", self.name, in_groups(more)),
+        }
     }
 }
 
 impl std::error::Error for SceneError {}
+
+/// A number with a comma before each group of three digits.
+fn in_groups(number: usize) -> String {
+    let digits = number.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join(",")
+}
 
 /// Faults on their way into a [`SceneError`]; lines are looked up once, at the end, if there are any.
 #[derive(Debug, Default)]
@@ -106,5 +119,20 @@ impl Faults {
             }
         });
         SceneError { name: name.to_owned(), faults: faults.collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_faults_the_first_are_written_out_and_the_others_counted() {
+        let text = |bodies: usize| format!("(version: 1, bodies: [{}])", "(mass_kg: -1),".repeat(bodies));
+        let message = |bodies| crate::Scene::parse("t", &text(bodies)).unwrap_err().to_string();
+        assert_eq!(message(20).lines().count(), 20);
+        let many = message(1025);
+        assert_eq!((many.lines().count(), many.lines().last()), (21, Some("t: and 1,005 more")));
+        assert_eq!([7, 999, 1000, 899_980].map(in_groups), ["7", "999", "1,000", "899,980"]);
     }
 }

@@ -74,7 +74,7 @@ pub(crate) fn fault(
     let code = match &error.code {
         Error::UnclosedBlockComment | Error::ExpectedStringEnd => &error.code,
         // Whatever would have come next: nothing came.
-        _ if offset >= text.trim_end().len() && offset > 0 => &Error::Eof,
+        _ if offset >= text.trim_end().len() && locate::Tokens::new(text).next().is_some() => &Error::Eof,
         // The parser takes the 1 of 1.5 for a whole number and then misses a comma.
         Error::ExpectedComma if text[offset..].starts_with('.') => &Error::ExpectedInteger,
         code => code,

@@ -10,7 +10,7 @@ use render::{Gpu, Image, Offscreen, Quality, Renderer};
 use crate::black_box;
 use crate::cli::{RunArgs, show};
 use crate::failure::Failure;
-use crate::files::{Output, output_file};
+use crate::files::{Output, make_folder, output_file, write};
 use crate::report::{self, STATE_HEADER, Summary};
 use crate::session::Session;
 
@@ -145,7 +145,7 @@ impl Camera {
     pub fn new(size: [u32; 2], folder: PathBuf) -> Result<Self, Failure> {
         let camera = Self::without_folder(size)?;
         // Last, so that a run that cannot draw leaves no folder.
-        fs::create_dir_all(&folder).map_err(|error| Failure::file("make the folder", &folder, &error))?;
+        make_folder(&folder)?;
         Ok(Self { folder, ..camera })
     }
 
@@ -182,6 +182,11 @@ impl Camera {
 
 /// Writes a picture with the settings that made it.
 pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Result<(), Failure> {
+    write(path, &png(image, session))
+}
+
+/// A picture as a PNG with the settings that made it.
+pub(crate) fn png(image: &Image, session: &Session) -> Vec<u8> {
     let text = [
         ("Software", crate::PROGRAM.to_owned()),
         ("Scene", session.scene().name.clone()),
@@ -190,7 +195,7 @@ pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Re
         ("StateHash", format!("{:016x}", report::state_hash(session))),
     ];
     let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();
-    image.write_png(path, &text).map_err(|error| Failure::file("write", path, &error))
+    image.png(&text).expect("the keywords are those above, and memory takes every byte")
 }
 
 /// A picture of the present state, by `camera` if there is one already.
