@@ -193,7 +193,7 @@ fn a_quarantined_body_is_told_although_a_file_cannot_be_written() {
         let said = run(folder.path(), &format!("run fine.ron --script nan.script --ticks 20 {flags}"));
         assert_eq!(said.code, 3);
         assert!(said.err.contains("cannot write link: the disk is full"), "{}", said.err);
-        assert!(said.err.contains("ball quarantined in tick 7: "), "{}", said.err);
+        assert!(said.err.contains("ball quarantined in tick 6: "), "{}", said.err);
         assert_eq!(folder.path().join("out.json").exists(), written);
     }
 }
@@ -307,6 +307,21 @@ fn a_run_with_pictures_says_nothing_about_displays_where_nothing_is_wrong() {
 }
 
 #[test]
+fn steps_after_the_end_of_a_run_are_told() {
+    let folder = folder();
+    let steps = "[(at_tick: 2, do: push(\"ball\", (1, 0, 0))), (at_tick: 10, do: push(\"ball\", (1, 0, 0))), (at_s: 12, do: press(\"G\"))]";
+    write(folder.path(), "late.script", steps);
+    let told = "late.script: steps[1], at tick 10, and 1 more, did not come: the run ended at tick 10, 0.1 s; let it last longer\n";
+    let line = "run fine.ron --hz 100 --ticks 10 --script late.script";
+    let said = run(folder.path(), line);
+    assert_eq!((said.code, said.err.as_str()), (0, told));
+    let said = run(folder.path(), &format!("{line} --assert"));
+    assert_eq!((said.code, said.err), (1, format!("sandbox: {told}")));
+    let said = run(folder.path(), "run fine.ron --seconds 13 --script late.script --assert");
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+}
+
+#[test]
 fn ticks_of_days_need_no_frames_between_them() {
     let folder = folder();
     let said = run(folder.path(), "run fine.ron --hz 1e-6 --ticks 3");
@@ -400,7 +415,7 @@ fn a_quarantined_body_is_exit_code_3_named_in_message_and_summary_and_wins_over_
 #[test]
 fn a_good_run_is_exit_code_0_and_says_nothing_on_standard_error() {
     let folder = folder();
-    write(folder.path(), "mark.ron", "\u{feff}(version: 1)");
+    write(folder.path(), "mark.ron", "\u{feff}(version: 1, gravity: ())");
     write(folder.path(), "mark.script", "\u{feff}[(at_s: 0, do: press(\"toggle_gravity\"))]");
     write(folder.path(), "good.times", "\u{feff}0.1\r\n0.2\r\n");
     for line in [

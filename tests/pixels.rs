@@ -68,14 +68,14 @@ fn tour(wanted: &[&str]) -> Vec<Image> {
     let (mut clock, mut studio, mut pictures) = (FrameClock::default(), Studio::new(SIZE), Vec::new());
     while !player.finished() {
         let time = clock.advance_to(session.frames() as f64 / 60.0).unwrap();
-        let mut input = player.input(&session, time.total());
-        for event in &mut input.events {
+        let mut events = player.of_frame(session.frames(), session.ticks(), time.total());
+        for event in &mut events {
             // The tour points at pixels of a picture of twice the size; counts that turn the camera stay.
             if let (Input::Mouse(x, y), Mode::Selection) = (event, session.mode()) {
                 (*x, *y) = (*x / 2.0, *y / 2.0);
             }
         }
-        session.advance(&input, time);
+        session.advance(&events.into_iter().collect(), time);
         for order in session.take_orders() {
             if matches!(order, Order::Screenshot(Some(name)) if wanted.contains(&name.as_str())) {
                 pictures.push(studio.draw(&mut session));

@@ -3,30 +3,30 @@
 use glam::DVec3;
 use motion::{Damping, DampingModel, Gravity, Method};
 use sandbox::Mode;
-use sandbox::input::{Button, Experiment, Input};
+use sandbox::input::{Button, Experiment, Input, InputFrame};
 use sandbox::player::Player;
 use scene::Script;
 
 use crate::drive::{Drive, at, click, down, tap, up};
+use crate::harness::H;
 
 /// Reads `script` as the program does: every body has to be one of the session's, every key one of the table's.
 fn read(drive: &Drive, script: &str) -> Result<Script, scene::SceneError> {
     let read = Script::parse("test", script)?;
     let is_key = |word: &str| sandbox::actions::key_of_word(word).is_ok();
-    read.check("test", script, &drive.session.scene().names, is_key)?;
+    read.check("test", script, drive.session.scene(), is_key, |_| false)?;
     Ok(read)
 }
 
 /// Plays `script` on `drive` for so many frames of 1/60 s.
 fn play(drive: &mut Drive, script: &str, frames: u32) {
     let script = read(drive, script).unwrap();
-    let mut player = Player::new(script).unwrap();
+    drive.session.play(Player::new(script).unwrap());
     for frame in 1..=frames {
         let time = drive.clock.advance_to(f64::from(frame) / 60.0).unwrap();
-        let input = player.input(&drive.session, time.total());
-        drive.session.advance(&input, time);
+        drive.session.advance(&InputFrame::NOTHING, time);
     }
-    assert!(player.finished());
+    assert!(drive.session.player().is_some_and(Player::finished));
 }
 
 /// The tutorial after the script.
@@ -81,10 +81,111 @@ fn a_script_and_the_same_inputs_by_hand_end_in_the_same_state() {
     assert!(drive.v("enemy").x > 0.0 && drive.v("player").y < 0.0);
 }
 
+/// Experiments with the times at which a script has them, and the ticks that they belong to.
+const EXPERIMENTS: [(&str, u32, &str); 11] = [
+    ("at_s: 0.05", 6, "set_velocity(\"player\", (1, 2, 3))"),
+    ("at_s: 0.05", 6, "impulse(\"player\", (0, 4, 0))"),
+    ("at_tick: 7", 7, "push(\"enemy\", (30, 0, 0))"),
+    ("at_s: 0.1234", 15, "set_gravity((0, -1.6, 0))"),
+    ("at_s: 0.2", 24, "switch_effect(\"gravity\", true)"),
+    ("at_tick: 33", 33, "set_method(explicit_euler)"),
+    ("at_tick: 35", 35, "set_body_method(\"bonus\", runge_kutta_4)"),
+    ("at_s: 0.30", 36, "set_damping(2)"),
+    ("at_tick: 45", 45, "reverse_velocities"),
+    ("at_tick: 50", 50, "remove(\"grid.x0.z0\")"),
+    ("at_s: 0.45", 54, "set_position(\"bonus\", (7, 8, 9))"),
+];
+
+#[test]
+fn experiments_act_in_the_tick_of_their_time_whatever_the_frames_are() {
+    const TICKS: u64 = 60;
+    let played = |steps: &dyn Fn(&(&str, u32, &str)) -> String, fps: f64| {
+        let mut drive = Drive::tutorial();
+        let script = format!("[{}]", EXPERIMENTS.iter().map(steps).collect::<String>());
+        drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
+        drive.session.limit_ticks(TICKS);
+        let (mut hashes, mut frame) = (Vec::new(), 0.0);
+        while drive.session.ticks() < TICKS {
+            let time = drive.clock.advance_to(frame / fps).unwrap();
+            drive.session.advance_watched(&InputFrame::NOTHING, time, &mut |session, _| {
+                hashes.push(sandbox::report::state_hash(session));
+                std::ops::ControlFlow::Continue(())
+            });
+            frame += 1.0;
+        }
+        assert!(drive.session.player().is_some_and(Player::finished));
+        hashes
+    };
+    // Frames of a tick each, of which the first is empty: there is no time between them.
+    let by_frames =
+        |(_, tick, action): &(&str, u32, &str)| format!("(at_frame: {}, do: {action}),", tick + 1);
+    let expected = played(&by_frames, 1.0 / H);
+    let by_times = |(when, _, action): &(&str, u32, &str)| format!("({when}, do: {action}),");
+    for fps in [24.0, 30.0, 59.0, 144.0] {
+        assert!(played(&by_times, fps) == expected, "{fps} frames a second");
+    }
+}
+
+#[test]
+fn a_key_that_is_held_twice_in_a_row_is_held_for_both_times() {
+    // Of the frames of 0.07 s the second hold begins before the first is over.
+    for fps in [1.0 / 0.07, 24.0, 60.0, 144.0] {
+        let held = |script: &str| {
+            let mut player = Player::new(Script::parse("test", script).unwrap()).unwrap();
+            let mut is_down = false;
+            let mut in_frame = |frame: u32| {
+                for event in player.of_frame(u64::from(frame), 0, f64::from(frame) / fps) {
+                    is_down = matches!(event, Input::KeyDown(_));
+                }
+                is_down
+            };
+            (0..200).map(&mut in_frame).collect::<Vec<_>>()
+        };
+        let twice = held(r#"[(at_s: 0.1, do: hold("Right", 0.5)), (at_s: 0.6, do: hold("Right", 0.5))]"#);
+        let once = held(r#"[(at_s: 0.1, do: hold("Right", 1.0))]"#);
+        assert!(once.contains(&true) && !once[199]);
+        assert_eq!(twice, once, "{fps} frames a second");
+    }
+}
+
+#[test]
+fn steps_of_one_frame_or_tick_are_done_in_the_order_of_the_list() {
+    let mut drive = Drive::bodies(
+        "(name: \"ball\", position_m: (0, 0, -10)), (name: \"other\", position_m: (3, 0, -10))",
+    );
+    let (ball, other) = (drive.pixel(drive.x("ball")), drive.pixel(drive.x("other")));
+    let script = format!(
+        r#"[(at_frame: 0, do: press("Q")), (at_frame: 0, do: move_mouse({}, {})), (at_frame: 0, do: click(left)),
+            (at_frame: 0, do: move_mouse({}, {})),
+            (at_s: 0, do: set_velocity("ball", (1, 0, 0))), (at_tick: 0, do: set_velocity("ball", (5, 0, 0))),
+            (at_s: 0, do: impulse("ball", (0, 2, 0)))]"#,
+        other.x, other.y, ball.x, ball.y
+    );
+    play(&mut drive, &script, 2);
+    assert_eq!(drive.selected().as_deref(), Some("other"), "the pointer was there when the button went down");
+    assert_eq!(drive.v("ball"), DVec3::new(5.0, 2.0, 0.0));
+}
+
+#[test]
+fn what_a_script_asks_of_another_scene_is_refused_there() {
+    let mut drive = Drive::tutorial();
+    play(&mut drive, r#"[(at_tick: 20, do: set_damping(1)), (at_tick: 20, do: remove("player"))]"#, 30);
+    drive.session.take_refusals();
+    let player = Script::parse(
+        "test",
+        r#"[(at_tick: 70, do: set_damping(1)), (at_tick: 70, do: push("player", (1, 0, 0)))]"#,
+    );
+    drive.session.play(Player::new(player.unwrap()).unwrap());
+    drive.session.open(scene::load("empty").unwrap());
+    drive.ticks(20);
+    let refusals = drive.session.take_refusals();
+    assert_eq!(refusals, ["this scene never declared damping", "there is no body player any more"]);
+}
+
 #[test]
 fn a_script_sets_gravity_damping_and_method() {
     let drive = played(
-        r#"[(at_s: 0, do: set_gravity((0, 0, -1.6))), (at_s: 0, do: set_damping(0)), (at_s: 0, do: press("G")),
+        r#"[(at_s: 0, do: set_gravity((0, 0, -1.6))), (at_s: 0, do: set_damping(0)), (at_frame: 0, do: press("G")),
             (at_tick: 10, do: set_method(explicit_euler))]"#,
         60,
     );

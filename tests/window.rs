@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use motion::{FrameClock, Method, PhysicsBody};
 use pick::Viewpoint;
 use render::Image;
+use sandbox::input::InputFrame;
 use sandbox::player::Player;
 use sandbox::report::state_hash;
 use sandbox::{Mode, Options, Order, Session};
@@ -202,15 +203,15 @@ fn replay(script: &Script, recording: &Recording, mut look: impl FnMut(&mut Sess
     let scene = scene::load(&recording.scene).unwrap();
     let options = Options { size_px: recording.size_px.into(), ..Options::default() };
     let mut session = Session::new(scene, options);
-    let (mut player, mut clock) = (Player::new(script.clone()).unwrap(), FrameClock::default());
+    let mut clock = FrameClock::default();
+    session.play(Player::new(script.clone()).unwrap());
     for end in &recording.frame_ends_s {
         let time = clock.advance_to(*end).unwrap();
-        let input = player.input(&session, time.total());
-        session.advance(&input, time);
+        session.advance(&InputFrame::NOTHING, time);
         let orders = session.take_orders();
         look(&mut session, &orders);
     }
-    assert!(player.finished());
+    assert!(session.player().is_some_and(Player::finished));
     session
 }
 

@@ -30,7 +30,7 @@ pub fn script(bytes: &[u8]) {
         Ok(script) => {
             let tutorial = scene::load("tutorial").unwrap();
             let known = |word: &str| sandbox::actions::key_of_word(word).is_ok();
-            if let Err(error) = script.check("any", &text, &tutorial.names, known) {
+            if let Err(error) = script.check("any", &text, &tutorial, known, |_| false) {
                 helps(&error);
             }
         }

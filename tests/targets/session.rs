@@ -8,6 +8,7 @@ use arbitrary::{Result, Unstructured};
 use lab::{Rerun, TIMELINE_BYTES};
 use motion::{Effect, FrameClock, Method, PhysicsBody, Transform};
 use sandbox::actions::BINDINGS;
+use sandbox::input::InputFrame;
 use sandbox::player::Player;
 use sandbox::report::{Summary, state_hash};
 use sandbox::{Options, Session};
@@ -51,9 +52,10 @@ pub fn session(bytes: &[u8]) {
     let Ok(script) = script(&mut u) else { return };
     let interpolate = u.ratio(1, 2).unwrap_or(false);
     let script = Script::parse("any script", &script).unwrap_or_else(|error| panic!("{error}\n{script}"));
-    let mut player = Player::new(script).expect("its keys are those of the table");
+    let player = Player::new(script).expect("its keys are those of the table");
     let options = Options { pictures: false, interpolate, ..Options::default() };
     let mut session = Session::new(scene, options);
+    session.play(player);
     session.limit_ticks(TICKS);
     if u.ratio(1, 2).unwrap_or(false) {
         session.keep_timeline();
@@ -68,9 +70,8 @@ pub fn session(bytes: &[u8]) {
             assert_eq!(clock.now().to_bits(), before.to_bits(), "a refused time left a mark");
             continue;
         };
-        let input = player.input(&session, time.total());
         let mut patience = u.choose(PATIENCES).copied().unwrap_or(u32::MAX);
-        session.advance_watched(&input, time, &mut |_, _| {
+        session.advance_watched(&InputFrame::NOTHING, time, &mut |_, _| {
             patience = patience.saturating_sub(1);
             if patience == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
@@ -110,10 +111,11 @@ fn replay(bundle: &Bundle) {
 
 fn script(u: &mut Unstructured<'_>) -> Result<String> {
     let mut script = "[\n".to_owned();
-    let mut frame = 0;
+    let mut number = 0;
     for _ in 0..u.int_in_range(0..=8)? {
-        frame += u.int_in_range(0..=3)?;
-        writeln!(script, " (at_frame: {frame}, do: {}),", action(u)?).expect("a string takes everything");
+        number += u.int_in_range(0..=3)?;
+        let when = u.choose(&["at_frame", "at_tick"])?;
+        writeln!(script, " ({when}: {number}, do: {}),", action(u)?).expect("a string takes everything");
     }
     script.push(']');
     Ok(script)

@@ -314,6 +314,21 @@ pub const MOUSE: &[(&str, When, &str)] = &[
     ("wheel", When::Always, "change the click force, 100 N a notch; a negative force pulls"),
 ];
 
+impl Action {
+    /// Whether bodies that were removed may be there again after it.
+    pub(crate) const fn brings_back(self) -> bool {
+        matches!(
+            self,
+            Self::ResetWorld
+                | Self::PreviousScene
+                | Self::NextScene
+                | Self::FindScene
+                | Self::StepBack
+                | Self::Timeline
+        )
+    }
+}
+
 /// The row of the key, if it has one.
 #[must_use]
 pub fn binding(key: &Key) -> Option<&'static Binding> {
@@ -334,6 +349,12 @@ pub fn key_of_word(word: &str) -> Result<Key, UnknownKey> {
         Some(binding) => binding.keys[0].parse(),
         None => word.parse(),
     }
+}
+
+/// Whether a script's word for a key means an action that is so.
+pub(crate) fn is_bound(word: &str, is_so: impl Fn(Action) -> bool) -> bool {
+    let key = key_of_word(word).ok();
+    key.and_then(|key| binding(&key)).is_some_and(|binding| is_so(binding.action))
 }
 
 /// The table in Markdown, as the README has it.

@@ -250,9 +250,7 @@ impl Session {
                 self.carry_out_requests();
                 self.note_switched(Effect::Gravity, SwitchedBy::Key);
             }
-            None => {
-                self.ui.notice("this scene declares no gravity; the settings (Tab) can add it".to_owned());
-            }
+            None => self.refuse("this scene declares no gravity; the settings (Tab) can add it"),
         }
     }
 
@@ -325,18 +323,18 @@ impl Session {
     pub(crate) fn experiment(&mut self, experiment: &Experiment) {
         match experiment {
             Experiment::Push(name, newtons) => {
-                if let Some(body) = self.body(name) {
+                if let Some(body) = self.body_or_refuse(name) {
                     self.world.resource_mut::<PushQueue>().push_once(body, DVec3::from_array(*newtons));
                 }
             }
             Experiment::OfBody(name, request, value) => {
-                if let Some(body) = self.body(name) {
+                if let Some(body) = self.body_or_refuse(name) {
                     self.ask(request(body, DVec3::from_array(*value)));
                 }
             }
             Experiment::OfWorld(request) => self.ask_by(*request, SwitchedBy::Script),
             Experiment::Remove(name) => {
-                if let Some(body) = self.body(name) {
+                if let Some(body) = self.body_or_refuse(name) {
                     self.ask(Request::Remove(body));
                 }
             }
@@ -347,7 +345,7 @@ impl Session {
             }
             Experiment::Method(method) => self.set_method(*method),
             Experiment::BodyMethod(name, method) => {
-                if let Some(body) = self.body(name) {
+                if let Some(body) = self.body_or_refuse(name) {
                     self.set_body_method(body, *method);
                 }
             }

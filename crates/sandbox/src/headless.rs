@@ -12,6 +12,7 @@ use crate::bundle::write_bundle;
 use crate::cli::{RunArgs, follows_frames};
 use crate::failure::Failure;
 use crate::files::output_file;
+use crate::input::InputFrame;
 use crate::player::Player;
 use crate::report::Summary;
 use crate::session::{CATCH_UP, Options, Order, Overrides, Session, Simulated, SwitchedBy};
@@ -66,9 +67,9 @@ const MOST_TICKS: f64 = 3e15;
 
 /// Whether a script presses a key that needs the last minute.
 fn goes_back(script: &Script) -> bool {
-    let keys = script.steps.iter().filter_map(|step| step.action.key());
-    let mut bound = keys.filter_map(|word| actions::binding(&actions::key_of_word(word).ok()?));
-    bound.any(|row| matches!(row.action, Key::StepBack | Key::Timeline | Key::SaveBundle))
+    let mut keys = script.steps.iter().filter_map(|step| step.action.key());
+    let needs = |action: Key| matches!(action, Key::StepBack | Key::Timeline | Key::SaveBundle);
+    keys.any(|word| actions::is_bound(word, needs))
 }
 
 /// Reads a script or a recording and checks its keys, and its bodies against those of a scene.
@@ -79,7 +80,8 @@ pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure>
     if let Some(recording) = &script.recording {
         check_scene(recording, &name, scene)?;
     }
-    script.check(&name, &text, &scene.names, |word| actions::key_of_word(word).is_ok())?;
+    let is_key = |word: &str| actions::key_of_word(word).is_ok();
+    script.check(&name, &text, scene, is_key, |word| actions::is_bound(word, Key::brings_back))?;
     Ok(script)
 }
 
@@ -153,9 +155,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         overrides,
         threads: args.step.threads,
     };
-    let mut player = script.map(player_of);
     refuse_same_files(args)?;
     let mut session = Session::new(scene, options);
+    if let Some(script) = script {
+        session.play(player_of(script));
+    }
     for effect in &args.without {
         session.switch_effect(*effect, false, SwitchedBy::Flag).map_err(|error| {
             Failure::Usage(format!("{}: {error}; leave --without {effect} out", args.scene))
@@ -196,9 +200,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     while refused.is_ok() && (ticks.is_none_or(|ticks| session.ticks() < ticks) || session.frames() == 0) {
         let frame_number = session.frames();
         let Some(time) = ends.next(&mut clock, frame_number) else { break };
-        let input =
-            player.as_mut().map_or_else(Default::default, |player| player.input(&session, time.total()));
-        session.advance_watched(&input, time, &mut |session, simulated| {
+        session.advance_watched(&InputFrame::NOTHING, time, &mut |session, simulated| {
             if simulated == Simulated::Anew {
                 watch.after_tick(session);
             }
@@ -252,11 +254,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             && session.paused()
             && session.arrived()
         {
-            if player.as_ref().is_none_or(Player::finished) {
+            if session.player().is_none_or(Player::finished) {
                 // Nobody is left who could go on.
                 break;
             }
-            if let Some(when) = player.as_ref().and_then(|player| player.waits_in_vain(&session, rate)) {
+            if let Some(when) = session.waits_in_vain(rate) {
                 let now = session.ticks();
                 refused = Err(Failure::Usage(format!(
                     "{}: the run is paused at tick {now}, and the next step of the script waits for {when}; let one before \

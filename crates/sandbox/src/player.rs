@@ -1,24 +1,29 @@
-//! Plays a script: turns its steps into the input of frames.
+//! Plays a script: turns its steps into the input of frames and of ticks.
+
+use std::collections::VecDeque;
 
 use motion::Request;
 use motion::units::Vector;
 use scene::{Action, MouseButton, Script, Step, When};
 
 use crate::actions::{self, Key, UnknownKey};
-use crate::input::{Button, Experiment, Input, InputFrame};
+use crate::input::{Button, Experiment, Input};
 use crate::session::Session;
 
 /// Frames that a paused run waits for the next step of its script.
 const MOST_PAUSED_FRAMES: u64 = 100_000;
 
+/// Steps with their places in the list.
+type Steps = VecDeque<(usize, Step)>;
+
 /// A script on its way.
 #[derive(Clone, Debug)]
 pub struct Player {
-    steps: std::vec::IntoIter<Step>,
-    next: Option<Step>,
-    /// Inputs that a press or a click leaves for the next frame.
+    of_frames: Steps,
+    of_ticks: Steps,
+    /// Buttons that a click lets go in the next frame.
     afterwards: Vec<Input>,
-    /// Keys held until that time, s.
+    /// Keys held until that time, s; each key once.
     held: Vec<(f64, Key)>,
 }
 
@@ -28,86 +33,99 @@ impl Player {
     /// # Errors
     /// Every step that names no key: its index and the word.
     pub fn new(script: Script) -> Result<Self, Vec<(usize, UnknownKey)>> {
-        let unknown: Vec<_> = script
-            .steps
-            .iter()
-            .enumerate()
-            .filter_map(|(i, step)| match &step.action {
-                Action::Press(word) | Action::Hold(word, _) | Action::KeyDown(word) | Action::KeyUp(word) => {
-                    actions::key_of_word(word).err().map(|error| (i, error))
-                }
-                _ => None,
-            })
-            .collect();
+        let keys = script.steps.iter().enumerate().filter_map(|(i, step)| Some((i, step.action.key()?)));
+        let unknown = keys.filter_map(|(i, word)| Some((i, actions::key_of_word(word).err()?)));
+        let unknown: Vec<_> = unknown.collect();
         if !unknown.is_empty() {
             return Err(unknown);
         }
-        let mut steps = script.steps.into_iter();
-        let next = steps.next();
-        Ok(Self { steps, next, afterwards: Vec::new(), held: Vec::new() })
+        let (of_ticks, of_frames) =
+            script.steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
+        Ok(Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new() })
     }
 
-    /// Whether every step was carried out.
+    /// Whether every step was carried out, and nothing is held.
     #[must_use]
     pub fn finished(&self) -> bool {
-        self.next.is_none() && self.afterwards.is_empty() && self.held.is_empty()
+        self.left().next().is_none() && self.afterwards.is_empty() && self.held.is_empty()
+    }
+
+    /// The steps that were not carried out, with their places in the list.
+    pub fn left(&self) -> impl Iterator<Item = (usize, &Step)> {
+        self.of_frames.iter().chain(&self.of_ticks).map(|(place, step)| (*place, step))
     }
 
     /// What a run that is paused after `session`'s last frame waits for in vain, at `rate` frames a second: a tick, or a
     /// frame that is too far ahead for anybody to wait.
     #[must_use]
-    pub fn waits_in_vain(&self, session: &Session, rate: f64) -> Option<String> {
+    pub fn waits_in_vain(&self, session: &Session, rate: f64) -> Option<When> {
         #[expect(clippy::cast_precision_loss, reason = "counts of frames")]
         let last = session.frames().saturating_add(MOST_PAUSED_FRAMES) as f64;
-        let next = self.next.as_ref().filter(|_| self.afterwards.is_empty() && self.held.is_empty())?;
-        match next.when {
-            When::Tick(tick) if tick > session.ticks() => Some(format!("tick {tick}")),
-            #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
-            When::Frame(frame) if frame as f64 > last => Some(format!("frame {frame}")),
-            When::Seconds(time) if time * rate > last => Some(format!("{time} s")),
-            _ => None,
+        if !self.afterwards.is_empty() || !self.held.is_empty() {
+            return None;
         }
+        let Some((_, Step { when, .. })) = self.of_frames.front() else {
+            return self.of_ticks.front().map(|(_, step)| step.when);
+        };
+        #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
+        let in_vain = match *when {
+            When::Tick(tick) => tick > session.ticks(),
+            When::Frame(frame) => frame as f64 > last,
+            When::Seconds(time) => time * rate > last,
+        };
+        in_vain.then_some(*when)
     }
 
-    /// The input of the frame that ends at `total` seconds, the session's next.
+    /// The input of frame number `frame`, which begins after `ticks` ticks and ends at `total` seconds.
     ///
-    /// A step is due in the first frame that ends at its time or later, or starts with that many ticks done.
-    pub fn input(&mut self, session: &Session, total: f64) -> InputFrame {
+    /// A step is due in the first frame that ends at its time or later, or begins with that many ticks done.
+    pub fn of_frame(&mut self, frame: u64, ticks: u64, total: f64) -> Vec<Input> {
         let mut events = std::mem::take(&mut self.afterwards);
         // Frame times are quotients: the frame that ends at 0.5 s may end a rounding earlier.
         let reached = |time: f64| time <= total + 1e-9;
-        for (until, key) in std::mem::take(&mut self.held) {
-            if reached(until) {
-                events.push(Input::KeyUp(key));
-            } else {
-                self.held.push((until, key));
-            }
-        }
-        while let Some(step) = self.next.take_if(|step| match step.when {
+        let over = self.held.extract_if(.., |(until, _)| reached(*until));
+        events.extend(over.map(|(_, key)| Input::KeyUp(key)));
+        while let Some((_, step)) = self.of_frames.pop_front_if(|(_, step)| match step.when {
             When::Seconds(time) => reached(time),
-            When::Tick(tick) => tick <= session.ticks(),
-            When::Frame(frame) => frame <= session.frames(),
+            When::Tick(tick) => tick <= ticks,
+            When::Frame(number) => number <= frame,
         }) {
-            self.carry_out(step.action, total, &mut events);
-            self.next = self.steps.next();
+            events.push(self.input(step.action, total));
         }
-        InputFrame { events }
+        events
     }
 
-    fn carry_out(&mut self, action: Action, total: f64, events: &mut Vec<Input>) {
+    /// What comes before the tick that starts at `start` seconds and lasts `length` seconds, after `ticks` others.
+    pub fn of_tick(&mut self, ticks: u64, start: f64, length: f64) -> Vec<Input> {
+        let mut inputs = Vec::new();
+        while let Some((_, step)) =
+            self.of_ticks.pop_front_if(|(_, step)| step.when.has_come(ticks, start, length))
+        {
+            inputs.push(self.input(step.action, start));
+        }
+        inputs
+    }
+
+    /// Presses `key`, and lets it go in the first frame that ends at `until` or later. Where it is held already it is let go when
+    /// the later of both is over.
+    fn hold(&mut self, key: Key, until: f64) -> Input {
+        match self.held.iter_mut().find(|(_, held)| *held == key) {
+            Some((end, _)) => *end = end.max(until),
+            None => self.held.push((until, key.clone())),
+        }
+        Input::KeyDown(key)
+    }
+
+    /// What `action` is as an input, at `now` seconds.
+    fn input(&mut self, action: Action, now: f64) -> Input {
         let key = |word: &str| actions::key_of_word(word).expect("checked when the script was read");
         let experiment = |experiment| Input::Experiment(experiment);
         let of_body =
             |name, request, value: Vector| experiment(Experiment::OfBody(name, request, value.to_array()));
-        events.push(match action {
-            Action::Press(word) => {
-                self.afterwards.push(Input::KeyUp(key(&word)));
-                Input::KeyDown(key(&word))
-            }
-            Action::Hold(word, seconds) => {
-                self.held.push((total + seconds, key(&word)));
-                Input::KeyDown(key(&word))
-            }
+        match action {
+            // Until the next frame.
+            Action::Press(word) => self.hold(key(&word), now),
+            Action::Hold(word, seconds) => self.hold(key(&word), now + seconds),
             Action::KeyDown(word) => Input::KeyDown(key(&word)),
             Action::KeyUp(word) => Input::KeyUp(key(&word)),
             Action::Text(text) => Input::Text(text),
@@ -134,7 +152,7 @@ impl Player {
             Action::SetBodyMethod(body, method) => experiment(Experiment::BodyMethod(body, Some(method))),
             Action::SetMethod(method) => experiment(Experiment::Method(method)),
             Action::SwitchEffect(effect, on) => experiment(Experiment::SwitchEffect(effect, on)),
-        });
+        }
     }
 }
 

@@ -14,6 +14,7 @@ mod options;
 mod pose;
 mod read;
 mod repeat;
+mod script;
 mod soft;
 mod timeline;
 mod worlds;
@@ -48,6 +49,7 @@ use scene::{Happening, PushSpec, Scene, StepKind, unsolvable};
 
 use crate::camera::Camera;
 use crate::control::Control;
+use crate::player::Player;
 use crate::trails::Trails;
 use crate::ui::Ui;
 
@@ -126,6 +128,7 @@ pub struct Session {
     pub(crate) trails: Trails,
     pub(crate) measured: Option<Measured>,
     pub(crate) orders: Vec<Order>,
+    player: Option<Player>,
     pub(crate) effects: effects::Effects,
     /// Twins of this world, while they are shown.
     pub(crate) ghosts: Option<ghosts::Ghosts>,
@@ -182,6 +185,7 @@ impl Session {
             trails: Trails::default(),
             measured: None,
             orders: Vec::new(),
+            player: None,
             effects: effects::Effects::default(),
             ghosts: None,
             cost: None,
@@ -292,6 +296,8 @@ impl Session {
         for event in &input.events {
             self.handle(event);
         }
+        self.play_frame(time);
+        self.play_tick();
         self.steer(time.length());
         if pushes.is_some_and(|before| self.pushes_on_the_way() > Some(before)) {
             self.give_up_journey();
@@ -352,6 +358,9 @@ impl Session {
         }
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
+            if tick > 1 {
+                self.play_between_ticks();
+            }
             let last = tick == ticks && self.options.interpolate;
             if last {
                 self.world.run_system_cached(remember_positions).expect("a query and nothing else");

@@ -30,7 +30,6 @@ use crate::cli::{StepArgs, WindowArgs};
 use crate::failure::Failure;
 use crate::headless::{DEFAULT_FPS, load_script, player_of, write_picture};
 use crate::input::{Button, Input, InputFrame};
-use crate::player::Player;
 use crate::session::{Measured, Options, Order, Overrides, Session};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
@@ -49,16 +48,15 @@ const SMOOTHING: f64 = 0.05;
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let name = args.scene.as_deref().unwrap_or("tutorial");
-    let session = session(args, name)?;
-    let player = match &args.script {
-        Some(path) => Some(player_of(load_script(path, session.scene())?)),
-        None => None,
-    };
+    let mut session = session(args, name)?;
+    if let Some(path) = &args.script {
+        let script = load_script(path, session.scene())?;
+        session.play(player_of(script));
+    }
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args)).transpose()?;
     let event_loop = display::event_loop()?;
     let mut shell = Shell {
         session,
-        player,
         recorder,
         screen: None,
         pointer: Pointer::default(),
@@ -136,7 +134,6 @@ impl Screen {
 
 struct Shell {
     session: Session,
-    player: Option<Player>,
     recorder: Option<Recorder>,
     screen: Option<Screen>,
     pointer: Pointer,
@@ -274,10 +271,7 @@ impl Shell {
         self.measure_frame(now);
         // Wall time only goes forward, and so does this.
         let Ok(time) = self.clock.advance_to((now - self.start).as_secs_f64()) else { return };
-        let mut events = std::mem::take(&mut self.events);
-        if let Some(player) = &mut self.player {
-            events.extend(player.input(&self.session, time.total()).events);
-        }
+        let events = std::mem::take(&mut self.events);
         if let Some(recorder) = &mut self.recorder {
             recorder.record(self.session.frames(), time.total(), &events);
         }

@@ -94,6 +94,36 @@ impl Action {
         }
     }
 
+    /// The effect of the scene that the action changes, if it changes one.
+    #[must_use]
+    pub const fn effect(&self) -> Option<Effect> {
+        match self {
+            Self::SetGravity(_) => Some(Effect::Gravity),
+            Self::SetDamping(_) => Some(Effect::Damping),
+            Self::SwitchEffect(effect, _) => Some(*effect),
+            _ => None,
+        }
+    }
+
+    /// Whether the action changes bodies, laws or methods, as no input of a person does.
+    #[must_use]
+    pub const fn is_experiment(&self) -> bool {
+        matches!(
+            self,
+            Self::Push(..)
+                | Self::Impulse(..)
+                | Self::SetGravity(_)
+                | Self::SetDamping(_)
+                | Self::SetVelocity(..)
+                | Self::SetPosition(..)
+                | Self::ReverseVelocities
+                | Self::Remove(_)
+                | Self::SetMethod(_)
+                | Self::SetBodyMethod(..)
+                | Self::SwitchEffect(..)
+        )
+    }
+
     /// The key or named action that the action presses or lets go, if it does.
     #[must_use]
     pub fn key(&self) -> Option<&str> {

@@ -107,9 +107,9 @@ pub(crate) fn spell_nan(text: &str) -> String {
     spelled
 }
 
-/// Whether the outermost value of the text is a list.
-pub(crate) fn is_list(text: &str) -> bool {
-    matches!(Tokens::new(text).next(), Some((Token::Open, range)) if text[range.clone()].starts_with('['))
+/// Whether the outermost value of the text is a group in round brackets.
+pub(crate) fn is_group(text: &str) -> bool {
+    matches!(Tokens::new(text).next(), Some((Token::Open, range)) if text[range.clone()].starts_with('('))
 }
 
 fn parent(path: &str) -> Option<&str> {

@@ -1,7 +1,7 @@
 //! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Gravity, Range};
+use motion::{Damping, DampingModel, Effect, Gravity, Range};
 
 use crate::check::{Scope, not_negative, positive};
 use crate::declared;
@@ -67,7 +67,7 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
         unknown_key(&raw, &mut faults, path);
     }
     let declared = declared::keys(&raw);
-    let mut scene = resolve(raw, name, source, &mut faults);
+    let mut scene = resolve(raw, &declared, name, source, &mut faults);
     if !faults.is_empty() {
         return Err(faults.into_error(name, text, ""));
     }
@@ -83,7 +83,13 @@ fn unknown_key(raw: &RawScene, faults: &mut Faults, path: &str) {
 }
 
 /// The one place where defaults are filled in. Gives a scene even where there are faults, which nobody sees.
-fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Scene {
+fn resolve(
+    raw: RawScene,
+    declared: &[(Effect, String)],
+    name: &str,
+    source: Source,
+    faults: &mut Faults,
+) -> Scene {
     const ROOT: Scope = Scope::ROOT;
     match raw.version {
         None => faults.add("version", "the version is missing", format!("add `version: {SCENE_VERSION}`")),
@@ -161,6 +167,7 @@ fn resolve(raw: RawScene, name: &str, source: Source, faults: &mut Faults) -> Sc
             stretches: !raw.soft_bodies.is_empty()
                 || springs.iter().any(|spring| spring.elastic.rest_length > 0.0),
             names: bodies.names.as_ref(),
+            declared,
         };
         resolve_survival::survival(raw_survival, &around, faults)
     });

@@ -1,7 +1,7 @@
 //! From written rows of the survival matrix to those that are run.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel};
+use motion::{Damping, DampingModel, Effect};
 
 use crate::action::Action;
 use crate::check::{Scope, not_negative, positive};
@@ -9,7 +9,7 @@ use crate::faults::Faults;
 use crate::names::Names;
 use crate::raw_survival::{RawMoment, RawSteps, RawSurvival};
 use crate::resolve::DAMPING_RATE;
-use crate::script::{Step, When};
+use crate::script::{Removed, Step, When, undeclared};
 use crate::survival::{Bounds, Measure, Steps, SurvivalRow};
 use crate::syntax::Word;
 
@@ -33,6 +33,8 @@ pub(crate) struct Around<'a> {
     pub emits: bool,
     pub stretches: bool,
     pub names: Option<&'a Names>,
+    /// The effects with the keys that call for them.
+    pub declared: &'a [(Effect, String)],
 }
 
 /// The rows of a scene, in the order of the file; of one in both precisions, f64 comes first.
@@ -294,6 +296,10 @@ fn script(raw: Pair<'_>, around: &Around<'_>, faults: &mut Faults) -> Vec<Step> 
             Err((what, cure)) => faults.add(raw.scope.key("script"), what, cure),
         }
     }
+    let mut removed = Removed::default();
+    for (what, cure) in steps.iter().enumerate().filter_map(|(i, step)| removed.look(i, step)) {
+        faults.add(raw.scope.key("script"), what, cure);
+    }
     steps
 }
 
@@ -307,16 +313,8 @@ fn step(moment: &RawMoment, around: &Around<'_>) -> Result<Step, (String, String
     let Some(action) = moment.action.clone() else {
         return fail("a step does nothing", "add one such as `do: set_gravity((0, 0, 0))`");
     };
-    let experiment = matches!(
-        action,
-        Action::Push(..)
-            | Action::Impulse(..)
-            | Action::SetGravity(_)
-            | Action::SetDamping(_)
-            | Action::SetVelocity(..)
-            | Action::ReverseVelocities
-    );
-    if !experiment && !only_of_worlds(&action) {
+    // A row has the methods of its columns.
+    if !action.is_experiment() || matches!(action, Action::SetMethod(_) | Action::SetBodyMethod(..)) {
         let cure = "give push, impulse, set_gravity, set_damping, set_velocity, set_position, reverse_velocities, remove \
                     or switch_effect";
         return fail("a step is no experiment", cure);
@@ -328,7 +326,8 @@ fn step(moment: &RawMoment, around: &Around<'_>) -> Result<Step, (String, String
         let body = action.body().filter(|body| names.find(body).is_none())?;
         Some(names.stranger(body))
     };
-    match around.names.and_then(strange) {
+    let declares = |effect| around.declared.iter().any(|(declared, _)| *declared == effect);
+    match around.names.and_then(strange).or_else(|| undeclared(&action, declares)) {
         Some(fault) => Err(fault),
         None => Ok(Step { when, action }),
     }

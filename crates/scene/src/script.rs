@@ -1,15 +1,16 @@
 //! Scripts and recordings: what happens when, read from and written to RON.
 
-use std::fmt::Write as _;
+use std::collections::HashMap;
+use std::fmt::{self, Write as _};
 
-use motion::Method;
+use motion::{Effect, Method};
 use serde::Deserialize;
 
 use crate::action::Action;
 use crate::faults::{Faults, SceneError};
 use crate::locate;
-use crate::names::Names;
 use crate::nearest::suggest;
+use crate::scene::Scene;
 use crate::syntax::{self, Word, keys_of};
 
 /// Version of recordings that this program reads and writes.
@@ -17,7 +18,8 @@ pub const SCRIPT_VERSION: u32 = 1;
 
 /// Steps in the order of their list; a recording has a header too.
 ///
-/// A step is carried out when its time has come and all steps before it in the list are done.
+/// A step of frames is carried out at the start of a frame, one of ticks before a tick (see [`Step::is_of_ticks`]): each when its
+/// time has come and all steps of its kind before it in the list are done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Script {
     /// What happens, in order; moments of one kind never go backwards.
@@ -35,6 +37,15 @@ pub struct Step {
     pub action: Action,
 }
 
+impl Step {
+    /// Whether the step waits for a tick, so that what it does is the same for all frames: experiments do, unless they have the
+    /// number of a frame.
+    #[must_use]
+    pub const fn is_of_ticks(&self) -> bool {
+        self.action.is_experiment() && !matches!(self.when, When::Frame(_))
+    }
+}
+
 /// The moment from which a step is due.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum When {
@@ -44,6 +55,29 @@ pub enum When {
     Tick(u64),
     /// The frame of that number, from 0.
     Frame(u64),
+}
+
+impl When {
+    /// Whether it has come for the tick that starts at `start` seconds and lasts `length` seconds, after `ticks` others.
+    #[must_use]
+    pub fn has_come(self, ticks: u64, start: f64, length: f64) -> bool {
+        match self {
+            // A start is a product that was rounded, and what a person writes is another one.
+            Self::Seconds(at) => at - start <= (1e-6 * length).max(4.0 * f64::EPSILON * start),
+            Self::Tick(at) => at <= ticks,
+            Self::Frame(_) => true,
+        }
+    }
+}
+
+impl fmt::Display for When {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Seconds(seconds) => write!(out, "{seconds} s"),
+            Self::Tick(tick) => write!(out, "tick {tick}"),
+            Self::Frame(frame) => write!(out, "frame {frame}"),
+        }
+    }
 }
 
 /// What a session has to know beside the inputs to repeat another one to the last bit.
@@ -97,8 +131,7 @@ impl Script {
         let text = locate::spell_nan(text);
         let text = text.as_str();
         let mut faults = Faults::default();
-        // The steps of a bare list are called like those of a recording.
-        let root = if locate::is_list(text) { "steps" } else { "" };
+        let root = root_of(text);
         let fail = |error| syntax::error(name, text, root, &error);
         let (raw_steps, unknown, recording) = if root.is_empty() {
             let (raw, unknown) = syntax::read::<RawRecording<'_>>(text, root).map_err(fail)?;
@@ -131,30 +164,43 @@ impl Script {
         }
     }
 
-    /// Whether every body that the script names is one of `names`, and every key one for `is_key`; `name` is what
-    /// messages call the script, `text` what it was read from.
+    /// Whether the script fits `scene`: every body that it names is there, and not removed before, every key is one for `is_key`,
+    /// and every effect is declared. `brings_back` says of a key whether bodies that were removed may be there again after it; `name`
+    /// is what messages call the script, `text` what it was read from.
     ///
     /// # Errors
-    ///
-    /// Every step that names a stranger.
+    /// Every step that does not fit.
     pub fn check(
         &self,
         name: &str,
         text: &str,
-        names: &Names,
+        scene: &Scene,
         is_key: impl Fn(&str) -> bool,
+        brings_back: impl Fn(&str) -> bool,
     ) -> Result<(), SceneError> {
         let mut faults = Faults::default();
+        let mut removed = Removed::default();
         for (i, step) in self.steps.iter().enumerate() {
-            if let Some(key) = step.action.key().filter(|key| !is_key(key)) {
-                let what = format!("there is no key or action `{key}`");
-                faults.add(format!("steps[{i}].do"), what, "`sandbox list keys` names them all");
+            let mut found = Vec::new();
+            match step.action.key() {
+                Some(key) if !is_key(key) => {
+                    let cure = "`sandbox list keys` names them all".to_owned();
+                    found.push((format!("there is no key or action `{key}`"), cure));
+                }
+                Some(key) if brings_back(key) => removed = Removed::default(),
+                _ => {}
             }
-            let Some(body) = step.action.body().filter(|body| names.find(body).is_none()) else { continue };
-            let (what, cure) = names.stranger(body);
-            faults.add(format!("steps[{i}].do"), what, cure);
+            let declares = |effect| scene.declared.iter().any(|declared| declared.effect == effect);
+            found.extend(undeclared(&step.action, declares));
+            found.extend(match step.action.body().filter(|body| scene.names.find(body).is_none()) {
+                Some(stranger) => Some(scene.names.stranger(stranger)),
+                None => removed.look(i, step),
+            });
+            for (what, cure) in found {
+                faults.add(format!("steps[{i}].do"), what, cure);
+            }
         }
-        let root = if locate::is_list(text) { "steps" } else { "" };
+        let root = root_of(text);
         if faults.is_empty() { Ok(()) } else { Err(faults.into_error(name, text, root)) }
     }
 
@@ -190,7 +236,36 @@ impl Script {
     }
 }
 
-fn line(ron: &mut String, text: std::fmt::Arguments<'_>) {
+/// What the outermost value of a script is called in paths: the steps of a bare list are called like those of a recording.
+fn root_of(text: &str) -> &'static str {
+    if locate::is_group(text) { "" } else { "steps" }
+}
+
+/// What is wrong with an action of an effect that is not declared.
+pub(crate) fn undeclared(action: &Action, declares: impl Fn(Effect) -> bool) -> Option<(String, String)> {
+    let effect = action.effect().filter(|effect| !declares(*effect))?;
+    let what = format!("this scene declares no effect `{effect}`");
+    Some((what, "declare it in the scene, or leave this step out".to_owned()))
+}
+
+/// Bodies that steps have removed, by what the steps wait for: those of frames and those of ticks come in no order of their own.
+#[derive(Default)]
+pub(crate) struct Removed<'a>(HashMap<(bool, &'a str), usize>);
+
+impl<'a> Removed<'a> {
+    /// Looks at step number `i`: what is wrong with it, if its body is gone by then.
+    pub fn look(&mut self, i: usize, step: &'a Step) -> Option<(String, String)> {
+        let body = (step.is_of_ticks(), step.action.body()?);
+        let before = self.0.get(&body).copied();
+        if matches!(step.action, Action::Remove(_)) {
+            self.0.entry(body).or_insert(i);
+        }
+        let what = format!("steps[{}] has removed \"{}\" before", before?, body.1);
+        Some((what, "leave this step out, or put it first".to_owned()))
+    }
+}
+
+fn line(ron: &mut String, text: fmt::Arguments<'_>) {
     writeln!(ron, "{text}").expect("a string takes every line");
 }
 

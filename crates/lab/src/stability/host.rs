@@ -64,14 +64,13 @@ impl Host {
     /// Simulates one tick of the row's own length with what its script does in it.
     pub fn tick(&mut self) {
         let mut inputs = Vec::new();
-        while let Some((_, input)) = self.script.pop_front_if(|(when, _)| match *when {
-            When::Seconds(at) => at <= self.clock.seconds() + 1e-9,
-            When::Tick(at) => at <= self.ticks,
-            When::Frame(_) => true,
-        }) {
+        let length = self.lengths.next().unwrap_or(self.length);
+        let start = self.clock.seconds();
+        while let Some((_, input)) =
+            self.script.pop_front_if(|(when, _)| when.has_come(self.ticks, start, length))
+        {
             inputs.push(input);
         }
-        let length = self.lengths.next().unwrap_or(self.length);
         let changed = length.to_bits() != self.length.to_bits();
         match &mut self.engine {
             Engine::World { run, ledger } => {

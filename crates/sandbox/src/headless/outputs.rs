@@ -61,15 +61,39 @@ impl Outputs<'_> {
             let summary = file.finish_with(summary.to_json().as_bytes());
             written = written.and(summary.map_err(|error| Failure::file("write", path, &error)));
         }
+        // What the run waits for in vain names its step itself.
+        let left = if refused.is_ok() { steps_left(args, &session) } else { None };
         let verdict = match black_box {
             Some(black_box) => Err(black_box.verdict()),
             None => verdict(args, &session).and(refused),
+        };
+        let verdict = match left {
+            Some(left) if args.assert && verdict.is_ok() => Err(Failure::Expectation(left)),
+            left => {
+                left.iter().for_each(|left| eprintln!("{left}"));
+                verdict
+            }
         };
         if let (Err(_), Err(failure)) = (&verdict, &written) {
             eprintln!("{failure}");
         }
         verdict.and(written)
     }
+}
+
+/// The steps of the script that the run ended before, as a sentence.
+fn steps_left(args: &RunArgs, session: &Session) -> Option<String> {
+    let player = session.player()?;
+    let (first, step) = player.left().min_by_key(|(place, _)| *place)?;
+    let others = match player.left().count() - 1 {
+        0 => String::new(),
+        others => format!(", and {others} more,"),
+    };
+    let script = args.script.as_deref().unwrap_or(Path::new("")).display();
+    let (when, tick, seconds) = (step.when, session.ticks(), session.simulated());
+    Some(format!(
+        "{script}: steps[{first}], at {when}{others} did not come: the run ended at tick {tick}, {seconds} s; let it last longer"
+    ))
 }
 
 fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {

@@ -68,11 +68,7 @@ impl Session {
     pub fn switch_effect(&mut self, effect: Effect, on: bool, by: SwitchedBy) -> Result<(), NeverDeclared> {
         // What was asked for before comes first.
         self.carry_out_requests();
-        if motion::state(&mut self.world, effect) == EffectState::NotDeclared {
-            let error = NeverDeclared(effect);
-            self.refuse(error.to_string());
-            return Err(error);
-        }
+        self.refuse_undeclared(effect)?;
         if effect == Effect::MutualGravity && on && self.refuses_mutual_gravity() {
             // It is there and stays off: the person was told why.
             return Ok(());
@@ -83,12 +79,32 @@ impl Session {
         Ok(())
     }
 
-    /// Asks for a change, and remembers who did if it is one of an effect.
+    fn refuse_undeclared(&mut self, effect: Effect) -> Result<(), NeverDeclared> {
+        if motion::state(&mut self.world, effect) != EffectState::NotDeclared {
+            return Ok(());
+        }
+        let error = NeverDeclared(effect);
+        self.refuse(error.to_string());
+        Err(error)
+    }
+
+    /// Asks for a change, and remembers who did if it is one of an effect. The settings may declare one, which is told; for all
+    /// others one that is not declared is refused.
     pub(crate) fn ask_by(&mut self, request: Request, by: SwitchedBy) {
-        match request {
-            Request::SetGravity(_) | Request::SwitchGravity(_) => self.note_switched(Effect::Gravity, by),
-            Request::SetDamping(_) => self.note_switched(Effect::Damping, by),
-            _ => {}
+        let effect = match request {
+            Request::SetGravity(_) | Request::SwitchGravity(_) => Some(Effect::Gravity),
+            Request::SetDamping(_) => Some(Effect::Damping),
+            _ => None,
+        };
+        if let Some(effect) = effect {
+            if by != SwitchedBy::Settings {
+                if self.refuse_undeclared(effect).is_err() {
+                    return;
+                }
+            } else if motion::state(&mut self.world, effect) == EffectState::NotDeclared {
+                self.notice(format!("{effect} is declared by the settings now, not by the scene"));
+            }
+            self.note_switched(effect, by);
         }
         self.ask(request);
     }

@@ -50,6 +50,7 @@ impl Session {
         next.ui.ghosts = false;
         next.clock.start_at(self.clock.now());
         next.measured = self.measured;
+        next.player = self.player.take();
         next.control.mode = self.control.mode;
         next.control.pointer = self.control.pointer;
         self.forget_ahead();

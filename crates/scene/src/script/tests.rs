@@ -194,7 +194,12 @@ fn a_recording_without_its_header_is_refused() {
 
 #[test]
 fn a_text_that_is_no_script_is_refused() {
-    check("", &["t:1:1: a group in round brackets is expected here; open it with `(`"]);
+    for empty in ["", "// nothing yet\n", "press(\"G\")"] {
+        let end = empty.split('\n').next_back().unwrap();
+        let place =
+            if end.is_empty() { format!("{}:1", empty.lines().count() + 1) } else { "1:1".to_owned() };
+        check(empty, &[&format!("t:{place}: steps: a list is expected here; open it with `[`")]);
+    }
     check(
         "[(at_s: 1, do: press(\"G\")",
         &["t:1:26: steps[0].do[0]: the text ends too early; close every `(`, `[` and `\"` that was opened"],
@@ -219,9 +224,52 @@ fn bodies_and_keys_that_there_are_not_are_named() {
     let text = r#"[(at_s: 0, do: remove("plyer")), (at_s: 0, do: remove("grid.x4.z4")), (at_s: 0, do: remove("grid.x5.z0")), (at_s: 0, do: press("Foo"))]"#;
     let script = Script::parse("t", text).unwrap();
     assert_eq!(
-        script.check("t", text, &scene.names, |key| key != "Foo").unwrap_err().to_string(),
+        script.check("t", text, &scene, |key| key != "Foo", |_| false).unwrap_err().to_string(),
         "t:1:12: steps[0].do: there is no body \"plyer\"; did you mean \"player\"?\n\
          t:1:81: steps[2].do: there is no body \"grid.x5.z0\"; the bodies of \"grid\" are \"grid.x0.z0\" to \"grid.x4.z4\"\n\
          t:1:118: steps[3].do: there is no key or action `Foo`; `sandbox list keys` names them all"
     );
+}
+
+#[test]
+fn effects_that_the_scene_does_not_declare_and_bodies_that_are_gone_are_named() {
+    let scene =
+        Scene::parse("t", "(version: 1, drag: (linear_per_s: 1), bodies: [(name: \"a\"), (name: \"b\")])")
+            .unwrap();
+    let check = |text: &str| {
+        let checked = Script::parse("t", text).unwrap().check("t", text, &scene, |_| true, |key| key == "F1");
+        checked.map_or_else(|error| error.to_string(), |()| String::new())
+    };
+    let undeclared = "declare it in the scene, or leave this step out";
+    assert_eq!(
+        check(
+            "[(at_s: 0, do: set_gravity((0, 1, 0))),\n (at_s: 0, do: set_damping(1)),\n (at_s: 0, do: switch_effect(\"wind\", true)), (at_s: 0, do: switch_effect(\"drag\", true))]"
+        ),
+        format!(
+            "t:1:12: steps[0].do: this scene declares no effect `gravity`; {undeclared}\n\
+             t:2:12: steps[1].do: this scene declares no effect `damping`; {undeclared}\n\
+             t:3:12: steps[2].do: this scene declares no effect `wind`; {undeclared}"
+        )
+    );
+    let gone = "steps[0] has removed \"a\" before; leave this step out, or put it first";
+    let push = "do: push(\"a\", (1, 0, 0))";
+    for (steps, expected) in [
+        (
+            format!("(at_s: 1, do: remove(\"a\")),\n (at_s: 2, {push})"),
+            format!("t:2:12: steps[1].do: {gone}"),
+        ),
+        (
+            format!("(at_s: 1, do: remove(\"a\")),\n (at_tick: 2, {push})"),
+            format!("t:2:15: steps[1].do: {gone}"),
+        ),
+        // A reset brings it back, and between frames and ticks the list has no order.
+        (
+            format!("(at_s: 1, do: remove(\"a\")), (at_s: 1.5, do: press(\"F1\")), (at_s: 2, {push})"),
+            String::new(),
+        ),
+        (format!("(at_s: 1, do: remove(\"a\")), (at_frame: 2, {push})"), String::new()),
+        (format!("(at_s: 1, do: remove(\"b\")), (at_s: 2, {push})"), String::new()),
+    ] {
+        assert_eq!(check(&format!("[{steps}]")), expected);
+    }
 }
