@@ -151,11 +151,12 @@ fn a_key_that_is_held_twice_in_a_row_is_held_for_both_times() {
 #[test]
 fn steps_of_one_frame_or_tick_are_done_in_the_order_of_the_list() {
     let mut drive = Drive::bodies(
-        "(name: \"ball\", position_m: (0, 0, -10)), (name: \"other\", position_m: (3, 0, -10))",
+        "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -10)), (name: \"other\", shape: sphere(radius_m: 1), position_m: (3, 0, -10))",
     );
     let (ball, other) = (drive.pixel(drive.x("ball")), drive.pixel(drive.x("other")));
     let script = format!(
-        r#"[(at_frame: 0, do: press("Q")), (at_frame: 0, do: move_mouse({}, {})), (at_frame: 0, do: click(left)),
+        r#"[(at_frame: 0, do: press("Q")), (at_frame: 0, do: move_mouse({}, {})), (at_frame: 0, do: mouse_down(left)),
+            (at_frame: 0, do: mouse_up(left)),
             (at_frame: 0, do: move_mouse({}, {})),
             (at_s: 0, do: set_velocity("ball", (1, 0, 0))), (at_tick: 0, do: set_velocity("ball", (5, 0, 0))),
             (at_s: 0, do: impulse("ball", (0, 2, 0)))]"#,
