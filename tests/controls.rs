@@ -435,6 +435,40 @@ fn force_arrows_show_an_engine_while_it_is_on() {
     assert!(drive.session.picture().lines.is_empty(), "it coasts");
 }
 
+/// Lengths of the arrows of a picture, m, each a shaft and a head.
+fn arrows(drive: &mut Drive) -> Vec<f64> {
+    let ends = |line: &render::Line| [line.start, line.end].map(glam::Vec3::from_array);
+    let lines = drive.session.picture().lines;
+    let shafts: Vec<_> = lines.windows(2).filter(|pair| pair[1].end_width_px == 0.0).collect();
+    shafts.iter().map(|pair| f64::from(ends(&pair[0])[0].distance(ends(&pair[1])[1]))).collect()
+}
+
+#[test]
+fn force_arrows_show_springs_and_mutual_gravity_in_newtons_on_one_scale() {
+    for name in ["oscillator", "figure_eight", "third_law"] {
+        let mut drive = Drive::shipped(name);
+        // At the start the body in the middle of the eight is pulled to both sides alike.
+        let without = arrows(drive.ticks(30)).len();
+        let moving = drive.session.methods().into_iter().map(|(_, bodies)| bodies).sum::<usize>();
+        assert_eq!((without, arrows(drive.press("2")).len()), (0, moving), "{name}");
+    }
+    // Equal and opposite forces have arrows of one length, whatever the masses: 60 N on 1 kg and on 10 kg.
+    let mut drive = Drive::shipped("third_law");
+    let start = arrows(drive.press("2"));
+    assert_eq!(start.len(), 5);
+    let within = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-5;
+    assert!(start.iter().all(|length| within(*length, start[0])), "{start:?}");
+    // 20 N per meter, and they stay on their scale as the forces fall.
+    assert!(within(start[0], 3.0), "{start:?}");
+    let newtons = |drive: &mut Drive, name: &str| -> f64 {
+        let body = drive.entity(name);
+        drive.session.forces_on(body).into_iter().map(|(_, newtons)| newtons).sum::<DVec3>().length()
+    };
+    let later = arrows(drive.ticks(30));
+    let expected = newtons(&mut drive, "one") / 20.0;
+    assert!(within(later[0], expected) && expected < 2.0, "{later:?} {expected}");
+}
+
 #[test]
 fn no_key_is_bound_twice_and_every_key_and_name_is_known() {
     let (mut keys, mut names) = (Vec::new(), Vec::new());

@@ -17,6 +17,7 @@ mod drive;
 mod effects;
 mod embed;
 mod film;
+mod forces;
 mod forecast;
 mod fuzzing;
 mod ghosts;

@@ -5,7 +5,11 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use bevy_ecs::prelude::*;
-use motion::{Effect, Elastic, Method, PhysicsBody, Spring, Stepper, TimeStep, Transform};
+use glam::DVec3;
+use motion::{
+    Curve, Damping, Drag, Effect, Elastic, Gravity, LawTexts, Laws, Method, OwnLaws, PhysicsBody, Spring,
+    Stepper, Thrust, TimeStep, Transform, Well, Wells, Wind,
+};
 use sandbox::{Options, Overrides, Session};
 use scene::Scene;
 
@@ -56,6 +60,31 @@ fn declares(scene: &Scene, effect: Effect) -> bool {
 /// Methods that a scene's bodies have.
 fn methods(session: &mut Session) -> BTreeSet<Method> {
     session.methods().into_iter().map(|(method, _)| method).collect()
+}
+
+#[test]
+fn laws_are_named_with_their_numbers() {
+    let mut world = World::new();
+    assert_eq!(LawTexts::of(&mut world), LawTexts::default());
+    world.insert_resource(Gravity::EARTH);
+    let wind = Wind { velocity: DVec3::X, gust: 0.5, gust_hz: 2.0 };
+    world.insert_resource(Drag { wind: Some(wind), ..Drag::new(0.1, 0.02) });
+    let well = Well { position: DVec3::ZERO, strength: 1.0, softening: 0.0 };
+    world.insert_resource(Wells(vec![well; 2]));
+    let thrust = || Thrust::new(Curve::Polynomial(vec![DVec3::X]), 0.0, 1.0);
+    world.insert_resource(Laws(vec![Box::new(thrust())]));
+    world.spawn(OwnLaws::new(vec![Box::new(thrust())]));
+    world.insert_resource(Damping::TUTORIAL);
+    let LawTexts { on_bodies, damping, .. } = LawTexts::of(&mut world);
+    let expected = [
+        "gravity (0, -9.8, 0) m/s², on",
+        "drag 0.1 1/s, 0.02 1/m; wind (1, 0, 0) m/s, gusts 0.5 m/s at 2 Hz",
+        "wells: 2",
+        "thrusts",
+        "thrusts: 1",
+    ];
+    assert_eq!(on_bodies, expected);
+    assert_eq!(damping.as_deref(), Some("damping tutorial 0.4 1/s"));
 }
 
 #[test]
@@ -175,16 +204,16 @@ fn resources_of_undeclared_effects_are_not_there() {
         let session = session(name);
         let (scene, world) = (session.scene(), session.world());
         let there = [
-            (Effect::Gravity, world.contains_resource::<motion::Gravity>()),
-            (Effect::Damping, world.contains_resource::<motion::Damping>()),
-            (Effect::Drag, world.contains_resource::<motion::Drag>()),
-            (Effect::Wind, world.get_resource::<motion::Drag>().is_some_and(|drag| drag.wind.is_some())),
+            (Effect::Gravity, world.contains_resource::<Gravity>()),
+            (Effect::Damping, world.contains_resource::<Damping>()),
+            (Effect::Drag, world.contains_resource::<Drag>()),
+            (Effect::Wind, world.get_resource::<Drag>().is_some_and(|drag| drag.wind.is_some())),
             (Effect::MutualGravity, world.contains_resource::<motion::MutualGravity>()),
         ];
         for (effect, there) in there {
             assert_eq!(there, declares(scene, effect), "{name}: {effect}");
         }
-        assert_eq!(world.contains_resource::<motion::Wells>(), !scene.wells.is_empty(), "{name}");
+        assert_eq!(world.contains_resource::<Wells>(), !scene.wells.is_empty(), "{name}");
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(world.contains_resource::<motion::Groups>(), coupled, "{name}");
     }
@@ -206,9 +235,7 @@ fn evaluations_of_absent_effects_are_none() {
 fn one_spring_among_free_particles_adds_one_law_and_one_system() {
     let mut world = World::new();
     let bodies: Vec<_> = (0..4)
-        .map(|i| {
-            world.spawn((Transform::at(glam::DVec3::X * f64::from(i)), PhysicsBody::with_mass(1.0))).id()
-        })
+        .map(|i| world.spawn((Transform::at(DVec3::X * f64::from(i)), PhysicsBody::with_mass(1.0))).id())
         .collect();
     let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0 / 120.0));
     stepper.tick(&mut world);

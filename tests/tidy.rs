@@ -103,6 +103,14 @@ fn input_never_writes_the_state_of_a_body() {
     }
 }
 
+#[test]
+fn only_motion_keeps_lists_of_laws() {
+    // A list of all laws names these: `motion::laws`, `forces_on` and the methods of `Effect` are the ones to ask.
+    for folder in ["crates/lab/src", "crates/sandbox/src"] {
+        never(folder, &[], &["Wells", "Thrust"]);
+    }
+}
+
 /// The quoted texts that follow `before` in the code of `folder`.
 fn quoted_after(folder: &str, before: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
@@ -127,7 +135,7 @@ fn the_lists_of_names_that_files_hold_have_every_name_in_use() {
         quoted_after(motion, "Fault::Law(\""),
     ];
     for law in laws.into_iter().flatten() {
-        assert!(motion::LAW_NAMES.contains(&law.as_str()), "LAW_NAMES lacks {law}");
+        assert!(motion::LAWS.iter().any(|(name, _)| *name == law), "LAWS lacks {law}");
     }
     let systems = quoted_after(motion, "\"integrate");
     let systems: BTreeSet<_> = systems.iter().map(|rest| format!("integrate{rest}")).collect();

@@ -10,7 +10,6 @@ pub mod cost;
 mod distances;
 mod input;
 pub mod limits;
-mod memory;
 mod palette;
 mod receipt;
 pub mod recommend;

@@ -1,15 +1,12 @@
 //! The receipt of a scene: each effect, whether it acts, because of what, on how many bodies, and what it costs.
 
-use std::collections::HashSet;
-
 use bevy_ecs::prelude::*;
 use motion::{
-    AxisLocks, Dormant, Effect, EffectState, Evaluations, GravityOff, Groups, LastAcceleration, LastStep,
-    Method, OwnLaws, Particle, PhysicsBody, Quarantined, SoftBody, SpeedLimit, Spring, Static, Wells,
+    Dormant, Effect, EffectState, Evaluations, LastAcceleration, LastStep, Method, OwnMethod, PhysicsBody,
+    Quarantined, Static, column_bytes, own_method,
 };
 use scene::{Declaration, Scene};
 
-use crate::memory::{bytes, column};
 use crate::run::{Run, step_times};
 
 /// One line of a receipt.
@@ -114,31 +111,29 @@ const IMPLICIT_SOLVER: &str = "implicit_solver";
 /// What there is to see in a world without running it: evaluations and times are left open. `method` is that of the
 /// bodies without one of their own.
 pub fn look(scene: &Scene, world: &mut World, method: Method) -> Vec<Row> {
-    let counts = Counts::of(world);
     let mut rows: Vec<_> = Effect::ALL
         .into_iter()
         .map(|effect| {
             let state = motion::state(world, effect);
-            let on = state == EffectState::On;
             Row {
                 effect: Some(effect),
                 because: (state != EffectState::NotDeclared).then(|| because(scene, effect)),
-                bodies: if on { counts.of_effect(world, effect) } else { 0 },
-                bytes: bytes(world, effect),
+                bodies: effect.bodies(world),
+                bytes: effect.bytes(world),
                 ..Row::of(effect.name(), state)
             }
         })
         .collect();
-    let implicit = counts.of_method(world, method, Method::ImplicitEuler);
+    let implicit = bodies_of(world, method, Method::ImplicitEuler);
     let steps = world.query_filtered::<(), With<LastStep>>().iter(world).count();
     let kept = world.query_filtered::<(), With<LastAcceleration>>().iter(world).count();
     let methods = [
         (IMPLICIT_SOLVER, implicit, 0, "method: implicit_euler"),
-        ("verlet_state", steps, column::<LastStep>(world), "method: position_verlet"),
+        ("verlet_state", steps, column_bytes::<LastStep>(world), "method: position_verlet"),
         (
             "kept_accelerations",
             kept,
-            column::<LastAcceleration>(world),
+            column_bytes::<LastAcceleration>(world),
             "method: velocity_verlet or yoshida_4",
         ),
     ];
@@ -161,60 +156,15 @@ pub fn because(scene: &Scene, effect: Effect) -> String {
     }
 }
 
-/// Bodies that are integrated and movable.
-struct Counts {
-    movable: usize,
-    falling: usize,
-}
-
 /// Bodies that a step looks at.
 type Looked = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
-impl Counts {
-    fn of(world: &mut World) -> Self {
-        let mut bodies = world.query_filtered::<(&PhysicsBody, Has<GravityOff>), Looked>();
-        let (mut movable, mut falling) = (0, 0);
-        for (_, gravity_off) in bodies.iter(world).filter(|(body, _)| body.inverse_mass > 0.0) {
-            movable += 1;
-            falling += usize::from(!gravity_off);
-        }
-        Self { movable, falling }
-    }
-
-    fn of_effect(&self, world: &mut World, effect: Effect) -> usize {
-        match effect {
-            Effect::Gravity => self.falling,
-            Effect::Damping | Effect::Drag | Effect::Wind => self.movable,
-            Effect::MutualGravity => world.get_resource::<Groups>().map_or(0, Groups::bodies),
-            Effect::Wells if world.contains_resource::<Wells>() => self.movable,
-            Effect::Wells | Effect::Thrusts => {
-                let mut bodies = world.query_filtered::<&OwnLaws, Looked>();
-                let has = |own: &&OwnLaws| own.laws().iter().any(|law| law.name() == effect.name());
-                bodies.iter(world).filter(has).count()
-            }
-            Effect::Springs => {
-                let mut ends: HashSet<_> =
-                    world.query::<&Spring>().iter(world).flat_map(|spring| spring.ends).collect();
-                for body in world.query::<&SoftBody>().iter(world) {
-                    let points = body.springs.iter().flat_map(|link| link.ends);
-                    ends.extend(points.filter_map(|point| body.points.get(point as usize)));
-                }
-                ends.len()
-            }
-            Effect::SpeedLimits => world.query_filtered::<&SpeedLimit, Looked>().iter(world).count(),
-            Effect::AxisLocks => world.query_filtered::<&AxisLocks, Looked>().iter(world).count(),
-            Effect::Emitters => world.query::<&Particle>().iter(world).count(),
-        }
-    }
-
-    /// Bodies that `sought` moves.
-    fn of_method(&self, world: &mut World, scene: Method, sought: Method) -> usize {
-        let mut own = world.query_filtered::<(EntityRef, &PhysicsBody), (With<motion::OwnMethod>, Looked)>();
-        let (mut others, mut found) = (0, 0);
-        for (body, _) in own.iter(world).filter(|(_, body)| body.inverse_mass > 0.0) {
-            others += 1;
-            found += usize::from(motion::own_method(body) == Some(sought));
-        }
-        if scene == sought { self.movable - others + found } else { found }
-    }
+/// Movable bodies that `sought` moves.
+fn bodies_of(world: &mut World, scene: Method, sought: Method) -> usize {
+    let moves = |body: &PhysicsBody| body.inverse_mass > 0.0;
+    let mut own = world.query_filtered::<(EntityRef, &PhysicsBody), (With<OwnMethod>, Looked)>();
+    let asks = |(body, state): &(EntityRef, &PhysicsBody)| moves(state) && own_method(*body) == Some(sought);
+    let asking = own.iter(world).filter(asks).count();
+    let mut others = world.query_filtered::<&PhysicsBody, (Without<OwnMethod>, Looked)>();
+    asking + if scene == sought { others.iter(world).filter(|body| moves(body)).count() } else { 0 }
 }

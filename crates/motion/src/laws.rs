@@ -7,6 +7,7 @@
 mod drag;
 mod gravity;
 mod mutual_gravity;
+mod texts;
 mod thrust;
 mod wells;
 mod wind;
@@ -18,17 +19,26 @@ use bevy_ecs::prelude::*;
 pub use drag::Drag;
 pub use gravity::Gravity;
 pub use mutual_gravity::{MutualGravity, SourceMass};
+pub use texts::LawTexts;
 pub use thrust::{Curve, Thrust};
 pub use wells::{Well, Wells};
 pub(crate) use wind::Air;
 pub use wind::Wind;
 
+use crate::own::OwnLaws;
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Scalar;
 
-/// Names of the laws of this crate, as [`Evaluations`](crate::Evaluations) counts them.
-pub const LAW_NAMES: [&str; 7] =
-    ["gravity", "drag", "wells", "thrusts", "damping", "springs", "mutual_gravity"];
+/// The laws of this crate: the name by which [`Evaluations`](crate::Evaluations) counts each, and what it is.
+pub const LAWS: [(&str, &str); 7] = [
+    ("gravity", "the same acceleration for every body: a = g"),
+    ("drag", "drag of a fluid, linear and quadratic: a = -c u - k |u| u with u = v - wind"),
+    ("wells", "points that attract or repel: a = -mu r / (r² + s²)^(3/2)"),
+    ("thrusts", "engines of single bodies: forces that follow a polynomial, a sine or a table in time"),
+    ("damping", "the exact damping model: a = -c v"),
+    ("springs", "springs with damping along their axes: F = k (L - L0) + c dL/dt"),
+    ("mutual_gravity", "every two bodies attract each other: F = G m1 m2 r / (r² + s²)^(3/2)"),
+];
 
 /// When a law is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,6 +123,11 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
     /// The word for it in summaries, plans and receipts.
     fn name(&self) -> &'static str;
 
+    /// The law with its numbers, for plans.
+    fn text(&self) -> String {
+        self.name().to_owned()
+    }
+
     /// The acceleration of `body` at that moment, m/s².
     fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector;
 
@@ -176,6 +191,13 @@ impl<T: Real> BodyState<T> {
 #[derive(Resource, Debug, Default)]
 pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
 
+/// The laws of every body, in the order in which they are added up. Gravity that is [off](Gravity::on) is among them,
+/// what was [switched](crate::switch()) off is not.
+pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law<Scalar>> {
+    let gravity = world.get_resource::<Gravity>();
+    Declared::of(world).on_body(gravity, false, None)
+}
+
 /// The laws of every body, gravity aside, in the order in which they are summed up.
 #[derive(Clone, Copy)]
 pub(crate) struct Declared<'a, T: Real = Scalar> {
@@ -189,6 +211,20 @@ impl<'a> Declared<'a> {
     pub fn of(world: &'a World) -> Self {
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
         Self { drag: world.get_resource(), wells: world.get_resource(), more }
+    }
+
+    /// Those that act on a body with these laws of its own, under `gravity` if that acts on it; drag acts on the triangles
+    /// of a body in a sheet and not on it.
+    pub fn on_body(
+        self,
+        gravity: Option<&'a Gravity>,
+        in_sheet: bool,
+        own: Option<&'a OwnLaws>,
+    ) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+        let gravity = gravity.map(|gravity| gravity as &dyn Law<Scalar>);
+        let drag = self.drag.filter(|_| !in_sheet);
+        let own = own.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
+        gravity.into_iter().chain(Self { drag, ..self }.all()).chain(own)
     }
 }
 

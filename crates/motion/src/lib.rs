@@ -18,6 +18,7 @@ mod emitter;
 mod epoch;
 mod evaluations;
 mod forces;
+mod forces_on;
 mod forecast;
 mod groups;
 mod integrate;
@@ -52,6 +53,7 @@ pub use emission::{Emission, EmissionState, Particle, emit_particles};
 pub use emitter::{Dormant, Emitter};
 pub use evaluations::{Evaluations, Iterations};
 pub use forces::{Forces, Push, PushQueue, PushedBodies};
+pub use forces_on::{ForceCause, each_force, forces_on};
 pub use forecast::{Cure, Forecast, Margin, Part, SpringMargin};
 pub use groups::{Grouped, Groups, Sets, Solver, compile_groups, integrate_groups};
 pub use integrate::{
@@ -61,8 +63,8 @@ pub use integrate::{
 pub use interpolate::{PreviousPosition, remember_positions};
 pub use kept::{KeptAcceleration, KeptAccelerations, KeptOfGroup};
 pub use laws::{
-    Affine, BodyState, Curve, Drag, Gravity, Jacobians, LAW_NAMES, Law, Laws, Moment, MutualGravity,
-    SourceMass, Thrust, Well, Wells, Wind,
+    Affine, BodyState, Curve, Drag, Gravity, Jacobians, LAWS, Law, LawTexts, Laws, Moment, MutualGravity,
+    SourceMass, Thrust, Well, Wells, Wind, laws,
 };
 pub use ledger::{Books, Energies, Ledger, Lines};
 pub use method::{Claims, METHODS, Method};
@@ -79,6 +81,8 @@ pub use step::{
     remember_accelerations, remember_steps, step_schedule, step_systems,
 };
 pub use stepper::Stepper;
-pub use switch::{Effect, EffectState, NeverDeclared, Off, OffResource, SpringsOff, state, switch};
+pub use switch::{
+    Effect, EffectState, NeverDeclared, Off, OffResource, SpringsOff, column_bytes, state, switch,
+};
 pub use threads::Threads;
 pub use totals::{KineticEnergy, Totals, totals};

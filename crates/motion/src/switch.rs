@@ -3,6 +3,8 @@
 //! Off means gone: the resource or the components of the effect are taken out of the world, so that the schedule is
 //! compiled without it and no column of it is walked. Their values wait in [`Off`] and [`OffResource`].
 
+mod extent;
+
 use std::fmt;
 
 use bevy_ecs::prelude::*;
@@ -16,6 +18,7 @@ use crate::own::OwnLaws;
 use crate::springs::{SoftBody, Spring};
 use crate::step::TimeStep;
 use crate::stepper::{start_anew, synchronise_bodies};
+pub use extent::column_bytes;
 
 /// An effect that a scene can call for. In a run in which it is off, or was never declared, no system, column or
 /// branch of it exists.

@@ -295,7 +295,7 @@ pub const BINDINGS: &[Binding] = &[
     ),
     edge(Action::Help, "help", &["H", "?"], "this help"),
     edge(Action::VelocityArrows, "velocity_arrows", &["1"], "velocity arrows"),
-    edge(Action::ForceArrows, "force_arrows", &["2"], "force arrows"),
+    edge(Action::ForceArrows, "force_arrows", &["2"], "force arrows: weight violet, the rest red"),
     edge(Action::Springs, "springs", &["3"], "springs, colored by strain, in place of what they carry"),
     edge(Action::Trails, "trails", &["7"], "trails"),
     edge(Action::Screenshot, "screenshot", &["F12"], "write a screenshot"),

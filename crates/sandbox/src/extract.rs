@@ -1,5 +1,6 @@
 //! From the world to a plain frame: the one place where drawn state becomes f32, relative to the camera.
 
+mod arrows;
 mod ghosts;
 mod soft;
 
@@ -20,14 +21,7 @@ const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
 /// What a thing looks like that the scene did not paint.
 const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: false };
 
-const VELOCITY_COLOR: [f32; 4] = [0.3, 0.75, 1.0, 1.0];
-const FORCE_COLOR: [f32; 4] = [1.0, 0.35, 0.2, 1.0];
-const WEIGHT_COLOR: [f32; 4] = [0.85, 0.55, 1.0, 1.0];
 const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
-const ARROW_WIDTH_PX: f32 = 2.5;
-
-/// Meters of an arrow a m/s, and a m/s² of the acceleration that a force would give.
-const ARROW_SCALE: f64 = 0.5;
 
 impl Session {
     /// The picture of the present state.
@@ -119,38 +113,6 @@ impl Session {
         } else {
             let free = particles.filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
             frame.particles.extend(free.map(seen));
-        }
-    }
-
-    fn add_arrows(&mut self, frame: &mut Frame, eye: DVec3) {
-        if !(self.control.velocity_arrows || self.control.force_arrows) {
-            return;
-        }
-        let gravity = self.world.get_resource::<motion::Gravity>().and_then(motion::Gravity::acting);
-        let mut bodies =
-            self.world.query_filtered::<(Entity, &PhysicsBody, Has<motion::GravityOff>), Without<Dormant>>();
-        let mut arrows = Vec::new();
-        for (entity, body, floats) in bodies.iter(&self.world).filter(|(_, body, _)| body.inverse_mass > 0.0)
-        {
-            let mut add = |vector: DVec3, color: [f32; 4]| {
-                if vector.is_finite() && vector != DVec3::ZERO {
-                    arrows.push((entity, vector * ARROW_SCALE, color));
-                }
-            };
-            if self.control.velocity_arrows {
-                add(body.velocity, VELOCITY_COLOR);
-            }
-            if self.control.force_arrows {
-                let pushed = self.acting.get(&entity).copied().unwrap_or_default() * body.inverse_mass;
-                add(pushed + self.acceleration_by_laws(entity), FORCE_COLOR);
-                add(gravity.filter(|_| !floats).unwrap_or_default(), WEIGHT_COLOR);
-            }
-        }
-        for (entity, vector, color) in arrows {
-            if let Some(from) = self.drawn_position(entity) {
-                let (from, to) = ((from - eye).as_vec3(), (from + vector - eye).as_vec3());
-                Line::arrow(&mut frame.lines, from, to, color, ARROW_WIDTH_PX);
-            }
         }
     }
 

@@ -1,8 +1,8 @@
 //! What `sandbox list` prints: scenes, hard cases, methods, laws and keys.
 
 use clap::ValueEnum;
-use motion::METHODS;
-use scene::ShippedScene;
+use motion::{LAWS, METHODS};
+use scene::{ShippedScene, key_of_law};
 use serde_json::{Value, json};
 
 use crate::actions::{BINDINGS, MOUSE};
@@ -27,25 +27,6 @@ pub(crate) enum Format {
     Json,
 }
 
-/// What accelerates bodies: name, key of the scene file, meaning.
-pub(crate) const LAWS: [[&str; 3]; 7] = [
-    ["gravity", "gravity", "the same acceleration for every body: a = g"],
-    ["drag", "drag", "drag of a fluid, linear and quadratic: a = -c u - k |u| u with u = v - wind"],
-    ["wells", "wells", "points that attract or repel: a = -mu r / (r² + s²)^(3/2)"],
-    [
-        "thrusts",
-        "thrusts",
-        "engines of single bodies: forces that follow a polynomial, a sine or a table in time",
-    ],
-    ["damping", "damping: (model: exact)", "the exact damping model: a = -c v"],
-    ["springs", "springs, soft_bodies", "springs with damping along their axes: F = k (L - L0) + c dL/dt"],
-    [
-        "mutual_gravity",
-        "mutual_gravity",
-        "every two bodies attract each other: F = G m1 m2 r / (r² + s²)^(3/2)",
-    ],
-];
-
 /// A cell: name in JSON, what programs and what people read.
 type Cell = (&'static str, Value, String);
 
@@ -68,8 +49,8 @@ fn rows(what: Listed) -> Vec<Vec<Cell>> {
             })
             .collect(),
         Listed::Laws => LAWS
-            .iter()
-            .map(|[law, key, what]| vec![text("law", *law), text("key", *key), text("what", *what)])
+            .into_iter()
+            .map(|(law, what)| vec![text("law", law), text("key", key_of_law(law)), text("what", what)])
             .collect(),
         Listed::Keys => {
             let keys = BINDINGS.iter().map(|row| (row.keys.join(" "), row.when, row.what, row.name));

@@ -18,9 +18,7 @@ use bevy_ecs::prelude::*;
 use egui::{Align2, LayerId, Order};
 use glam::DVec3;
 use lab::Row;
-use motion::{
-    Damping, DampingModel, DampingRate, Effect, Gravity, Method, PhysicsBody, Request, TimeStep, Transform,
-};
+use motion::{Damping, Effect, ForceCause, Gravity, Method, PhysicsBody, Request, TimeStep, Transform};
 
 use crate::control::Mode;
 use crate::input::Experiment;
@@ -73,6 +71,8 @@ pub(crate) struct Model {
     pub quarantined: (usize, Vec<QuarantinedBody>),
     pub notices: Vec<String>,
     pub selection: Option<Selected>,
+    /// Newtons of a force arrow of one meter, while these are drawn.
+    pub newtons_per_meter: Option<f64>,
     pub labels: Vec<Label>,
     /// The body that went wrong, while the run stands next to that.
     pub mark: Option<Label>,
@@ -96,6 +96,9 @@ pub(crate) struct Model {
 /// So many quarantined bodies are listed.
 const FROZEN: usize = 6;
 
+/// So many springs of one body are listed each by itself.
+const SPRINGS: usize = 3;
+
 /// The selected thing in the tutorial's terms.
 pub(crate) struct Selected {
     pub entity: Entity,
@@ -104,12 +107,8 @@ pub(crate) struct Selected {
     pub displacement: DVec3,
     /// Absent for scenery.
     pub body: Option<PhysicsBody>,
-    pub applied: DVec3,
-    /// Acceleration by drag, wells, engines, m/s².
-    pub laws: DVec3,
-    pub gravity: DVec3,
-    /// Rate of damping that is an acceleration, 1/s: the exact model's. The others scale velocities.
-    pub damping: f64,
+    /// The forces on it, N, by cause; springs together if there are many. Of a soft body, none.
+    pub forces: Vec<(String, DVec3)>,
     /// The method that it asks for, whatever the scene's is.
     pub own_method: Option<Method>,
     /// Why and when it was frozen, if it was.
@@ -153,16 +152,17 @@ impl Model {
             within: if session.ui.timeline { session.within() } else { None },
             labels: session.visible_labels(),
             mark: session.fault_mark(),
-            selection: session.control.selection.and_then(|thing| Selected::of(session, thing, gravity)),
+            selection: session.control.selection.and_then(|thing| Selected::of(session, thing)),
+            newtons_per_meter: session.force_scale,
         }
     }
 }
 
 impl Selected {
-    fn of(session: &Session, entity: Entity, gravity: Option<Gravity>) -> Option<Self> {
+    fn of(session: &mut Session, entity: Entity) -> Option<Self> {
         match session.soft_sum(entity) {
             Some(soft) => Some(Self::of_points(session, entity, soft)),
-            None => Self::of_thing(session, entity, gravity),
+            None => Self::of_thing(session, entity),
         }
     }
 
@@ -174,41 +174,49 @@ impl Selected {
             position: soft.position,
             displacement: soft.displacement,
             body: Some(soft.body),
-            applied: DVec3::ZERO,
-            laws: DVec3::ZERO,
-            gravity: DVec3::ZERO,
-            damping: 0.0,
+            forces: Vec::new(),
             own_method: None,
             quarantined: None,
             soft: Some(soft),
         }
     }
 
-    fn of_thing(session: &Session, entity: Entity, gravity: Option<Gravity>) -> Option<Self> {
+    fn of_thing(session: &mut Session, entity: Entity) -> Option<Self> {
         let position = session.world.get::<Transform>(entity)?.position;
         let start =
             session.ids.get(&entity).map_or(position, |id| session.scene.bodies[*id as usize].position);
-        let body = session.world.get::<PhysicsBody>(entity).copied();
-        let floats = session.world.get::<motion::GravityOff>(entity).is_some();
-        let acting = gravity.and_then(|gravity| gravity.acting()).filter(|_| !floats).unwrap_or(DVec3::ZERO);
-        let damping = session.world.get_resource::<Damping>();
-        let damping = damping.filter(|damping| damping.model == DampingModel::Exact).map_or(0.0, |damping| {
-            session.world.get::<DampingRate>(entity).map_or(damping.rate, DampingRate::rate)
-        });
+        let forces = session.forces_on(entity);
         Some(Self {
             entity,
             name: session.name(entity),
             position,
             displacement: position - start,
-            body,
-            applied: session.acting.get(&entity).copied().unwrap_or_default(),
-            laws: session.acceleration_by_laws(entity),
-            gravity: acting,
-            damping,
+            body: session.world.get::<PhysicsBody>(entity).copied(),
+            forces: Self::named(session, &forces),
             own_method: session.world.get_entity(entity).ok().and_then(motion::own_method),
             quarantined: session.frozen_because(entity),
             soft: None,
         })
+    }
+
+    /// The forces under their names: a few springs each by its other end, many as one sum.
+    fn named(session: &Session, forces: &[(ForceCause, DVec3)]) -> Vec<(String, DVec3)> {
+        let springs = forces.iter().filter(|(cause, _)| matches!(cause, ForceCause::Spring(_))).count();
+        let mut named: Vec<(String, DVec3)> = Vec::new();
+        for (cause, newtons) in forces {
+            let name = match cause {
+                ForceCause::Spring(other) if springs <= SPRINGS => {
+                    format!("by spring to {}", session.name(*other))
+                }
+                ForceCause::Spring(_) => format!("by {springs} springs"),
+                cause => format!("by {}", cause.name().replace('_', " ")),
+            };
+            match named.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, sum)) => *sum += *newtons,
+                None => named.push((name, *newtons)),
+            }
+        }
+        named
     }
 }
 

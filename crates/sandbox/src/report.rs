@@ -4,12 +4,11 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use bevy_ecs::entity::Entity;
-use motion::{Ledger, Lines, Method, PhysicsBody, Totals, Transform, totals};
+use motion::{LAWS, Ledger, Lines, Method, PhysicsBody, Totals, Transform, totals};
 use scene::FaultEntry;
 use serde_json::{Map, Value, json};
 
 use crate::black_box::BlackBox;
-use crate::list::LAWS;
 use crate::session::{QuarantinedBody, Session};
 
 /// Header of the state file.
@@ -67,7 +66,7 @@ impl Summary {
         let evaluations = session.evaluations();
         // Every law is listed: one that does not act was evaluated 0 times.
         let laws: Map<_, _> = LAWS
-            .map(|[law, ..]| (law, 0))
+            .map(|(law, _)| (law, 0))
             .into_iter()
             .chain(evaluations.laws().iter().copied())
             .map(|(law, count)| (law.to_owned(), json!(count)))

@@ -5,6 +5,7 @@
 mod bundle;
 mod cost;
 mod effects;
+mod forces;
 mod forecast;
 mod ghosts;
 mod labels;
@@ -164,6 +165,8 @@ pub struct Session {
     /// Whether the person knows that an implicit step did not converge.
     unconverged_told: bool,
     pub(crate) acting: HashMap<Entity, DVec3>,
+    /// Newtons of a force arrow of one meter, while these are drawn.
+    pub(crate) force_scale: Option<f64>,
     /// Words beside bodies, by stable id.
     pub(crate) labels: Vec<(u32, String)>,
 }
@@ -211,6 +214,7 @@ impl Session {
             records_seen: 0,
             unconverged_told: false,
             acting: HashMap::new(),
+            force_scale: None,
             labels: scene.labels.clone(),
             scene,
             world,

@@ -44,6 +44,16 @@ pub(crate) fn located(keys: Vec<(Effect, String)>, text: &str) -> Vec<Declaratio
     keys.into_iter().zip(lines).map(|((effect, path), line)| Declaration { effect, path, line }).collect()
 }
 
+/// The keys of a scene that call for a law of [`motion::LAWS`], in words.
+#[must_use]
+pub fn key_of_law(law: &str) -> &str {
+    match law {
+        "damping" => "damping: (model: exact)",
+        "springs" => "springs, soft_bodies",
+        key => key,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -47,6 +47,7 @@ pub use bundle::{
     BUNDLE_FORMAT, BadBundle, Bundle, Event, FaultEntry, Happening, Keyframe, Manifest, Settings,
 };
 pub use coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
+pub use declared::key_of_law;
 pub use edit::{Change, changes, edit};
 pub use entries::Entry;
 pub use faults::{Fault, SceneError};

@@ -55,6 +55,41 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
     }
 }
 
+/// What acts between the bodies of each group.
+pub(crate) enum Couplings {
+    /// As the groups of the world have it.
+    Made,
+    /// As outdated groups will have it.
+    Coming(Vec<(Coupling<Scalar>, Vec<Entity>)>),
+}
+
+/// What acts between bodies now: groups that are outdated stay so, so that looking changes nothing.
+pub(crate) fn couplings_now(world: &mut World) -> Couplings {
+    let members = world.get_resource::<Groups>().into_iter().flat_map(Groups::couplings);
+    let gone = members.flat_map(|(_, bodies)| bodies).any(|body| world.get_entity(*body).is_err());
+    if gone || is_outdated(world) {
+        let attracts = world.contains_resource::<MutualGravity>();
+        Couplings::Coming(Graph::of(world).groups(attracts))
+    } else {
+        Couplings::Made
+    }
+}
+
+impl Couplings {
+    /// Those of `world`, with their bodies by row.
+    pub fn iter<'a>(
+        &'a self,
+        world: &'a World,
+    ) -> impl Iterator<Item = (&'a Coupling<Scalar>, &'a [Entity])> {
+        let (made, coming) = match self {
+            Self::Made => (world.get_resource::<Groups>(), &[][..]),
+            Self::Coming(list) => (None, &list[..]),
+        };
+        let coming = coming.iter().map(|(coupling, bodies)| (coupling, &bodies[..]));
+        made.into_iter().flat_map(Groups::couplings).chain(coming)
+    }
+}
+
 /// A body that something may act on.
 #[derive(Clone, Copy)]
 struct Node {

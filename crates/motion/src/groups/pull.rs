@@ -18,6 +18,17 @@ pub(crate) struct SpringRow<T> {
     pub elastic: Elastic<T>,
 }
 
+impl<T: Real> SpringRow<T> {
+    /// Force on its first end, N, the ends being at `x` with velocities `v`: what [`Springs::pull`] adds for it.
+    pub fn force(&self, x: [Row<T>; 2], v: [Row<T>; 2]) -> Row<T> {
+        let mut one = Springs::default();
+        one.push(Self { ends: [0, 1], ..*self });
+        let mut forces = [[T::ZERO; 4]; 2];
+        one.pull(&x, &v, &mut forces);
+        forces[0]
+    }
+}
+
 /// Four springs; those that fill the last block up pull row 0 to itself with nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Block<T> {

@@ -47,6 +47,17 @@ impl<T: Real> Law<T> for Drag {
         "drag"
     }
 
+    fn text(&self) -> String {
+        let mut text = format!("drag {} 1/s, {} 1/m", self.linear, self.quadratic);
+        if let Some(wind @ Wind { velocity: v, gust, gust_hz }) = &self.wind {
+            text += &format!("; wind ({}, {}, {}) m/s", v.x, v.y, v.z);
+            if !wind.is_steady() {
+                text += &format!(", gusts {gust} m/s at {gust_hz} Hz");
+            }
+        }
+        text
+    }
+
     fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
         let u = self.against(at.time, body);
         -(u * self.rate(u))

@@ -32,6 +32,11 @@ impl<T: Real> Law<T> for Gravity {
         "gravity"
     }
 
+    fn text(&self) -> String {
+        let Self { acceleration: g, on } = self;
+        format!("gravity ({}, {}, {}) m/s², {}", g.x, g.y, g.z, if *on { "on" } else { "off" })
+    }
+
     fn acceleration(&self, _: Moment<T>, _: BodyState<T>) -> T::Vector {
         T::Vector::of(self.acting().unwrap_or(Vector::ZERO))
     }

@@ -37,9 +37,20 @@ impl Well {
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct Wells(pub Vec<Well>);
 
+impl Wells {
+    /// Bytes of the list.
+    pub(crate) fn list_bytes(&self) -> usize {
+        self.0.capacity() * size_of::<Well>()
+    }
+}
+
 impl<T: Real> Law<T> for Wells {
     fn name(&self) -> &'static str {
         "wells"
+    }
+
+    fn text(&self) -> String {
+        format!("wells: {}", self.0.len())
     }
 
     fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {

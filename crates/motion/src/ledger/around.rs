@@ -11,7 +11,7 @@ use crate::course::Course;
 use crate::effects::Damping;
 use crate::laws::{Declared, Gravity, Law, Moment, MutualGravity};
 use crate::method::Method;
-use crate::own::{OwnLaws, Substeps};
+use crate::own::Substeps;
 use crate::record::TickRecord;
 use crate::units::{Scalar, Vector};
 
@@ -42,10 +42,8 @@ impl<'w> Around<'w> {
 
     /// The laws of a body.
     fn laws<'a>(&'a self, body: &'a Body<'_>) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
-        let gravity = self.gravity.filter(|_| !body.gravity_off).map(|gravity| gravity as &dyn Law<Scalar>);
-        let drag = self.declared.drag.filter(|_| !body.in_sheet);
-        let own = body.laws.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
-        gravity.into_iter().chain(Declared { drag, ..self.declared }.all()).chain(own)
+        let gravity = self.gravity.filter(|_| !body.gravity_off);
+        self.declared.on_body(gravity, body.in_sheet, body.laws)
     }
 
     /// Adds the energies of the bodies at an end of the tick: 0 is its start, 1 its end.

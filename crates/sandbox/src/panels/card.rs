@@ -31,7 +31,24 @@ pub(super) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
         });
 }
 
-fn rows(selected: &Selected, scene: Method) -> Vec<(&'static str, String)> {
+/// Causes of forces that are listed.
+const CAUSES: usize = 6;
+
+/// The forces that there are, where they are more than one.
+fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, String)> {
+    let acting: Vec<_> = forces.iter().filter(|(_, newtons)| *newtons != DVec3::ZERO).collect();
+    if acting.len() < 2 {
+        return Vec::new();
+    }
+    let listed = acting.iter().take(CAUSES);
+    let mut rows: Vec<_> = listed.map(|(cause, newtons)| (&**cause, vector(*newtons, "N"))).collect();
+    if let Some(others) = acting.get(CAUSES..).filter(|others| !others.is_empty()) {
+        rows.push(("by others", vector(others.iter().map(|(_, newtons)| *newtons).sum(), "N")));
+    }
+    rows
+}
+
+fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     let mut rows = vec![
         ("position", vector(selected.position, "m")),
         ("displacement", vector(selected.displacement, "m")),
@@ -45,16 +62,17 @@ fn rows(selected: &Selected, scene: Method) -> Vec<(&'static str, String)> {
         return rows;
     }
     let movable = body.inverse_mass > 0.0;
-    let gravity = if movable { selected.gravity } else { DVec3::ZERO };
-    let of_laws = if movable { selected.laws * body.mass() } else { DVec3::ZERO };
-    let weight = if movable { gravity * body.mass() } else { DVec3::ZERO };
-    let applied = selected.applied * body.inverse_mass - body.velocity * selected.damping + selected.laws;
-    let acceleration = if movable { applied + gravity } else { DVec3::ZERO };
+    let force: DVec3 = selected.forces.iter().map(|(_, newtons)| *newtons).sum();
+    let weight = selected.forces.iter().find(|(cause, _)| cause == "by gravity");
+    let weight = weight.map_or(DVec3::ZERO, |(_, newtons)| *newtons);
     rows.extend([
         ("velocity", vector(body.velocity, "m/s")),
         ("speed", format!("{} m/s", number(length(body.velocity)))),
-        ("acceleration", vector(acceleration, "m/s²")),
-        ("forces", vector(selected.applied + weight + of_laws, "N")),
+        ("acceleration", vector(force * body.inverse_mass, "m/s²")),
+        ("force", vector(force, "N")),
+    ]);
+    rows.extend(causes(&selected.forces));
+    rows.extend([
         ("mass", if movable { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() }),
         ("inverse mass", format!("{} 1/kg", number(body.inverse_mass))),
         ("momentum", vector(body.momentum(), "kg m/s")),
@@ -105,6 +123,67 @@ fn length(v: DVec3) -> f64 {
 
 /// Three decimals, or a power of ten where they would say nothing.
 fn number(value: f64) -> String {
-    let size = value.abs();
+    // -0 is 0.
+    let (value, size) = (value + 0.0, value.abs());
     if value == 0.0 || (1e-2..1e6).contains(&size) { format!("{value:.3}") } else { format!("{value:.3e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use motion::FrameClock;
+    use scene::Scene;
+
+    use super::*;
+    use crate::input::InputFrame;
+    use crate::session::{Options, Session};
+
+    /// The card of that body after some ticks.
+    fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
+        let tick = 1.0 / scene.step_hz;
+        let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
+        for _ in 0..ticks {
+            session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time goes on"));
+        }
+        let body = session.body(body).expect("a body of the scene");
+        let selected = Selected::of(&mut session, body).expect("a thing");
+        rows(&selected, Method::default()).into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
+    fn value<'a>(rows: &'a [(String, String)], name: &str) -> Option<&'a str> {
+        rows.iter().find(|(known, _)| known == name).map(|(_, value)| &**value)
+    }
+
+    #[test]
+    fn the_card_has_the_force_and_the_acceleration_that_act() {
+        let shipped = |name| scene::load(name).expect("it is shipped");
+        let rows = card(shipped("oscillator"), "ball", 0);
+        // k (L - L0) = pi² 3 N on 1 kg.
+        assert_eq!(value(&rows, "force"), Some("(-29.609, 0.000, 0.000) N"));
+        assert_eq!(value(&rows, "acceleration"), Some("(-29.609, 0.000, 0.000) m/s²"));
+        assert_eq!(value(&rows, "by spring to anchor"), None, "it is all there is");
+        let rows = card(shipped("third_law"), "heavy", 0);
+        assert_eq!(value(&rows, "force"), Some("(60.000, 0.000, 0.000) N"));
+        assert_eq!(value(&rows, "acceleration"), Some("(6.000, 0.000, 0.000) m/s²"));
+        let text = "(version: 1, step_hz: 10, gravity: (), damping: (model: tutorial, rate_per_s: 1),
+            bodies: [(name: \"ball\", mass_kg: 2, velocity_m_s: (3, 0, 0))])";
+        let rows = card(Scene::parse("t", text).expect("a good scene"), "ball", 0);
+        let shown = ["force", "by gravity", "by damping", "weight"].map(|name| value(&rows, name));
+        let expected = [
+            "(-6.000, -19.600, 0.000) N",
+            "(0.000, -19.600, 0.000) N",
+            "(-6.000, 0.000, 0.000) N",
+            "19.600 N",
+        ];
+        assert_eq!(shown, expected.map(Some));
+    }
+
+    #[test]
+    fn the_causes_of_a_force_are_few() {
+        let rows = card(scene::load("jelly").expect("it is shipped"), "jelly.x1.y1.z1", 3);
+        let causes: Vec<_> = rows.iter().filter(|(name, _)| name.starts_with("by ")).collect();
+        assert!(
+            causes.len() <= CAUSES && causes.iter().any(|(name, _)| name == "by 26 springs"),
+            "{causes:?}"
+        );
+    }
 }

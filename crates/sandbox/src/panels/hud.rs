@@ -109,6 +109,9 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
         );
         lines.push((words, THIN));
     }
+    if let Some(newtons) = model.newtons_per_meter {
+        lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
+    }
     if model.pace != 1.0 {
         lines.push((format!("{} x speed", model.pace), WARNING));
     }

@@ -4,11 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
-use glam::DVec3;
-use motion::{
-    BodyState, Drag, Evaluations, Law, Laws, Method, Moment, OwnLaws, PhysicsBody, Quarantine, Quarantined,
-    StepClock, Stepper, TimeStep, Transform, Wells,
-};
+use motion::{Evaluations, Method, PhysicsBody, Quarantine, Quarantined, StepClock, Stepper};
 use scene::Scene;
 
 use super::{QuarantinedBody, Session};
@@ -115,29 +111,6 @@ impl Session {
         counts.into_iter().collect()
     }
 
-    /// Acceleration of a movable body by its laws where it is now, gravity and damping aside, m/s².
-    pub(crate) fn acceleration_by_laws(&self, thing: Entity) -> DVec3 {
-        let world = &self.world;
-        let state = world.get::<Transform>(thing).zip(world.get::<PhysicsBody>(thing));
-        let Some((transform, body)) = state.filter(|(_, body)| body.inverse_mass > 0.0) else {
-            return DVec3::ZERO;
-        };
-        let time = world.resource::<StepClock>().scene_seconds();
-        // An engine that starts or stops now is seen as the coming tick will see it.
-        let at = Moment { time, inside: time + world.resource::<TimeStep>().0 / 2.0 };
-        let state = BodyState {
-            position: transform.position,
-            velocity: body.velocity,
-            inverse_mass: body.inverse_mass,
-        };
-        let drag = world.get_resource::<Drag>().map(|drag| drag as &dyn Law<f64>);
-        let wells = world.get_resource::<Wells>().map(|wells| wells as &dyn Law<f64>);
-        let more = world.get_resource::<Laws>().into_iter().flat_map(|laws| &laws.0);
-        let own = world.get::<OwnLaws>(thing).into_iter().flat_map(OwnLaws::laws);
-        let called = more.chain(own).map(|law| &**law);
-        drag.into_iter().chain(wells).chain(called).map(|law| law.acceleration(at, state)).sum()
-    }
-
     /// Every body that was quarantined in the run up to now, in earlier scenes and before a reset too, in that order.
     #[must_use]
     pub fn quarantined(&self) -> &[QuarantinedBody] {
@@ -197,37 +170,5 @@ impl Session {
     #[must_use]
     pub const fn paused(&self) -> bool {
         self.control.paused
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::session::Options;
-
-    #[test]
-    fn the_acceleration_by_laws_is_that_of_drag_wells_and_engines_at_the_present_state() {
-        let text = "(version: 1, gravity: (), damping: (rate_per_s: 1), drag: (quadratic_per_m: 0.5),
-            wells: [(strength_m3_s2: 8, bodies: [\"near\"])],
-            thrusts: [(body: \"pushed\", curve: polynomial([(0, 0, 6)]), until_s: 1)],
-            bodies: [
-                (name: \"near\", position_m: (0, 2, 0)),
-                (name: \"fast\", velocity_m_s: (4, 0, 0)),
-                (name: \"pushed\", mass_kg: 2),
-                (name: \"wall\", immovable: true),
-                (name: \"picture\", shape: sphere(radius_m: 1), scenery: true),
-            ])";
-        let scene = Scene::parse("laws", text).expect("a good scene");
-        let mut session = Session::new(scene, Options::default());
-        let of = |session: &Session, name: &str| {
-            session.acceleration_by_laws(session.body(name).expect("a body of the scene"))
-        };
-        assert_eq!(of(&session, "near"), DVec3::NEG_Y * 2.0);
-        assert_eq!(of(&session, "fast"), DVec3::NEG_X * 8.0);
-        assert_eq!(of(&session, "pushed"), DVec3::Z * 3.0);
-        assert_eq!([of(&session, "wall"), of(&session, "picture")], [DVec3::ZERO; 2]);
-        session.world.insert_resource(Drag::new(0.0, 0.0));
-        session.world.resource_mut::<StepClock>().count(1.0);
-        assert_eq!(of(&session, "pushed"), DVec3::ZERO);
     }
 }

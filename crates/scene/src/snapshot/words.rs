@@ -1,6 +1,6 @@
 //! Methods, effects and other choices as words in files.
 
-use motion::{Cause, DampingModel, Effect, LAW_NAMES, Method};
+use motion::{Cause, DampingModel, Effect, LAWS, Method};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 
 /// A choice that has a word.
@@ -72,6 +72,6 @@ impl Worded for &'static str {
     }
 
     fn of_word(word: &str) -> Option<Self> {
-        LAW_NAMES.into_iter().chain(Cause::NAMES).find(|name| *name == word)
+        LAWS.map(|(name, _)| name).into_iter().chain(Cause::NAMES).find(|name| *name == word)
     }
 }

@@ -1,0 +1,329 @@
+//! Forces that are shown are those that acted: for every body they sum up to its mass times the change of its velocity.
+
+use std::collections::BTreeSet;
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{
+    BodyState, Damping, DampingModel, Dormant, Effect, ForceCause, Jacobians, Law, Laws, METHODS, Method,
+    Moment, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, Solver, SpeedLimit,
+    StableId, Stepper, TimeStep, Transform,
+};
+use scene::Scene;
+
+/// A step that is short against everything that moves, s.
+const SHORT: f64 = 1.0 / (1_u64 << 27) as f64;
+
+/// Bodies of a scene that are looked at.
+const SAMPLE: usize = 400;
+
+/// A scene and its step.
+struct Run {
+    world: World,
+    stepper: Stepper,
+    bodies: Vec<Entity>,
+    tick: f64,
+}
+
+impl Run {
+    fn of(scene: &Scene, method: Method) -> Self {
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        let tick = 1.0 / scene.step_hz;
+        let stepper = Stepper::new(&mut world, method, TimeStep(tick));
+        Self { world, stepper, bodies, tick }
+    }
+
+    fn ticks(&mut self, ticks: u32) -> &mut Self {
+        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
+        self
+    }
+
+    fn forces_on(&mut self, body: usize) -> Vec<(ForceCause, DVec3)> {
+        motion::forces_on(&mut self.world, self.bodies[body])
+    }
+
+    fn names_on(&mut self, body: usize) -> BTreeSet<&'static str> {
+        self.forces_on(body).into_iter().map(|(cause, _)| cause.name()).collect()
+    }
+
+    /// The velocity of a body that forces move.
+    fn moving(&self, body: Entity) -> Option<PhysicsBody> {
+        let body = self.world.get_entity(body).ok()?;
+        let state = *body.get::<PhysicsBody>()?;
+        let free = !body.contains::<Quarantined>() && !body.contains::<Dormant>();
+        (free && state.inverse_mass > 0.0).then_some(state)
+    }
+
+    fn is_at_its_limit(&self, body: Entity) -> bool {
+        let limit = self.world.get::<SpeedLimit>(body).map_or(f64::INFINITY, |limit| limit.0);
+        self.moving(body).is_some_and(|state| state.velocity.length() >= limit * (1.0 - 1e-12))
+    }
+
+    /// Compares the forces on a sample of the bodies with what a short step does to their velocities; gives how many
+    /// were compared. `push` is asked for pushes in that step.
+    fn check(&mut self, what: &str, push: impl Fn(usize) -> Option<DVec3>) -> usize {
+        self.world.insert_resource(TimeStep(SHORT));
+        // The kick of position Verlet is half of this step's and half of the last one's.
+        self.ticks(1);
+        let all = self.bodies.iter().copied().filter(|body| self.moving(*body).is_some());
+        let all: Vec<_> = all.filter(|body| !self.is_at_its_limit(*body)).collect();
+        let sample: Vec<_> = all.iter().copied().step_by(all.len().div_ceil(SAMPLE).max(1)).collect();
+        let push = |(place, body): (usize, &Entity)| Some(Push { body: *body, newtons: push(place)? });
+        let pushes: Vec<_> = sample.iter().enumerate().filter_map(push).collect();
+        let mut queue = self.world.resource_mut::<PushQueue>();
+        pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));
+        let mut sums = vec![(DVec3::ZERO, 0.0); sample.len()];
+        motion::each_force(&mut self.world, &pushes, &sample, |place, _, newtons| {
+            let (sum, size) = &mut sums[place];
+            *sum += newtons;
+            *size += newtons.length();
+        });
+        let before: Vec<_> = sample.iter().map(|body| self.moving(*body).unwrap()).collect();
+        self.ticks(1);
+        let mut ends = vec![DVec3::ZERO; sample.len()];
+        motion::each_force(&mut self.world, &pushes, &sample, |place, _, newtons| ends[place] += newtons);
+        let mut compared = 0;
+        for (place, body) in sample.iter().enumerate() {
+            let Some(after) = self.moving(*body).filter(|_| !self.is_at_its_limit(*body)) else { continue };
+            let (before, (start, size), end) = (before[place], sums[place], ends[place]);
+            let acted = (after.velocity - before.velocity) / SHORT * before.mass();
+            // What rounding the velocity leaves of its change.
+            let rounding = 8.0 * f64::EPSILON * before.velocity.length() / SHORT * before.mass();
+            // A method evaluates at the start of a step, at its end or between, where stiff springs differ.
+            let change = end - start;
+            let part = ((acted - start).dot(change) / change.length_squared()).clamp(0.0, 1.0);
+            let shown = if change == DVec3::ZERO { start } else { start + change * part };
+            let error = (acted - shown).length();
+            assert!(
+                error <= 1e-6 * size + rounding && change.length() <= 1e-3 * size,
+                "{what}, body {:?}: {acted} N acted, {start} to {end} N are shown, {error:e} apart, of {size:e}",
+                self.world.get::<StableId>(*body)
+            );
+            compared += 1;
+        }
+        self.world.insert_resource(TimeStep(self.tick));
+        compared
+    }
+}
+
+const NO_PUSH: fn(usize) -> Option<DVec3> = |_| None;
+
+#[test]
+fn in_every_shipped_scene_the_forces_shown_are_those_that_act() {
+    for shipped in scene::shipped() {
+        let scene = shipped.load().unwrap();
+        let mut run = Run::of(&scene, scene.method);
+        let size = scene.bodies.len();
+        let movable = scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0)).count();
+        let emits = scene.declared.iter().any(|declared| declared.effect == Effect::Emitters);
+        for ticks in if size > 5_000 { [0, 5, 20] } else { [0, 50, 250] } {
+            let what = format!("{} after {ticks} more ticks", scene.name);
+            let compared = run.ticks(ticks).check(&what, NO_PUSH);
+            // Particles are not born yet, and a body may be at its limit of speed.
+            assert!(emits || movable == 0 || compared > 0, "{what}");
+            let kick = |place: usize| (place % 3 == 0).then_some(DVec3::new(0.3, -2.0, 5.0));
+            run.ticks(1).check(&format!("{what}, pushed"), kick);
+        }
+    }
+}
+
+/// Anything but a law of this program: `a = (0.1 y, -0.2 x, 0.3 vz) + (0, 0, t)`.
+#[derive(Debug)]
+struct Embedded;
+
+impl Law<f64> for Embedded {
+    fn name(&self) -> &'static str {
+        "embedded"
+    }
+
+    fn acceleration(&self, at: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+        let (x, v) = (body.position, body.velocity);
+        DVec3::new(0.1 * x.y, -0.2 * x.x, 0.3 * v.z + at.time)
+    }
+
+    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+        let position = glam::DMat3::from_cols(DVec3::Y * -0.2, DVec3::X * 0.1, DVec3::ZERO);
+        Jacobians { position, velocity: glam::DMat3::from_diagonal(DVec3::Z * 0.3) }
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        true
+    }
+}
+
+/// Bodies that ask for something, alone and joined, and a cloth in gusts.
+const EVERYTHING: &str = "version: 1, step_hz: 100, seed: 3, gravity: (), drag: (linear_per_s: 0.3, quadratic_per_m: 0.2),
+    wind: (velocity_m_s: (4, 0, 1), gust_m_s: 2, gust_hz: 0.7),
+    wells: [(position_m: (9, 1, 2), strength_m3_s2: 30, softening_m: 0.2), (strength_m3_s2: 5, bodies: [\"b\"])],
+    thrusts: [(body: \"a\", curve: sine(amplitude_n: (0, 3, 1), angular_frequency_rad_s: 6)),
+              (body: \"c\", curve: polynomial([(1, 0, 0), (0, 2, 0)]), until_s: 0.3)],
+    bodies: [
+        (name: \"a\", position_m: (1, 2, 3), velocity_m_s: (1, -2, 0.5), mass_kg: 2),
+        (name: \"b\", position_m: (-2, 1, 3), velocity_m_s: (3, 1, -0.5), mass_kg: 0.5, gravity_off: true, damping_per_s: 3),
+        (name: \"c\", position_m: (-2, -4, 3), velocity_m_s: (0, 1, 2), mass_kg: 4, locked_axes: [y]),
+        (name: \"d\", position_m: (5, -4, 3), velocity_m_s: (0, 1, 2), mass_kg: 4, max_speed_m_s: 50),
+        (name: \"rock\", position_m: (0, 0, 0), immovable: true, mass_kg: 100),
+        (name: \"wall\", shape: sphere(radius_m: 1), position_m: (9, 9, 9), scenery: true),
+    ],
+    soft_bodies: [cloth(name: \"flag\", rows: 4, columns: 5, corner_m: (0, 8, 0), along_m: (3, 0.5, 0), down_m: (0.2, -2, 0.4),
+        mass_kg: 0.5, stiffness_n_m: 200, damping_n_s_m: 0.3, velocity_m_s: (0, 0.3, 1), pinned: [left_edge])],
+    springs: [
+        (between: (\"a\", \"flag.r1.c4\"), stiffness_n_m: 5, damping_n_s_m: 0.5, rest_length_m: 1),
+        (between: (\"b\", \"rock\"), stiffness_n_m: 50, damping_n_s_m: 2, rest_length_m: 1),
+        (between: (\"c\", \"b\"), stiffness_n_m: 7, rest_length_m: 9),
+    ]";
+
+fn everything(more: &str) -> Scene {
+    Scene::parse("everything", &format!("({EVERYTHING}, {more})")).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn under_every_method_and_damping_model_the_forces_of_all_causes_are_those_that_act() {
+    for claims in METHODS {
+        for model in DampingModel::ALL {
+            let implicit = claims.method == Method::ImplicitEuler;
+            let attract = if implicit { "" } else { "mutual_gravity: (constant_m3_kg_s2: 2), " };
+            let damping = format!("damping: (model: {}, rate_per_s: 0.4)", model.name());
+            let mut run = Run::of(&everything(&format!("{attract}{damping}")), claims.method);
+            run.world.insert_resource(Laws(vec![Box::new(Embedded)]));
+            run.world.insert_resource(Solver {
+                tolerance: 1e-13,
+                newton_iterations: 12,
+                ..Solver::default()
+            });
+            run.stepper.recompile(&mut run.world);
+            for ticks in [0, 20, 30] {
+                let what = format!("{:?}, {model:?}, {ticks} ticks", claims.method);
+                let push = |place: usize| (place % 2 == 0).then_some(DVec3::new(-3.0, 20.0, 8.0));
+                assert!(run.ticks(ticks).check(&what, push) > 15);
+            }
+            let shared = ["damping", "embedded", "wells"];
+            let more = if implicit { vec![] } else { vec!["mutual_gravity"] };
+            let all = |own: &[&'static str]| -> BTreeSet<_> {
+                shared.iter().chain(&more).chain(own).copied().collect()
+            };
+            assert_eq!(run.names_on(0), all(&["gravity", "drag", "thrusts", "springs"]));
+            assert_eq!(run.names_on(1), all(&["drag", "springs"]), "gravity passes it by");
+            assert_eq!(run.names_on(3), all(&["gravity", "drag"]), "nothing holds it");
+        }
+    }
+}
+
+#[test]
+fn springs_are_told_by_their_other_end_and_pull_both_alike() {
+    let mut run = Run::of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
+    run.ticks(30);
+    let springs = |run: &mut Run, body| -> Vec<_> {
+        let forces = run.forces_on(body).into_iter();
+        forces
+            .filter_map(|(cause, newtons)| match cause {
+                ForceCause::Spring(other) => Some((other, newtons)),
+                _ => None,
+            })
+            .collect()
+    };
+    let (b, c) = (springs(&mut run, 1), springs(&mut run, 2));
+    let ends: BTreeSet<_> = b.iter().map(|(other, _)| *other).collect();
+    assert_eq!(ends, BTreeSet::from([run.bodies[2], run.bodies[4]]));
+    let (_, on_b) = *b.iter().find(|(other, _)| *other == run.bodies[2]).unwrap();
+    let x = |body: usize| run.world.get::<Transform>(run.bodies[body]).unwrap().position;
+    let d = x(2) - x(1);
+    let pull = d.normalize() * (7.0 * (d.length() - 9.0));
+    assert!((on_b - pull).length() < 1e-12 * pull.length(), "{on_b} {pull}");
+    // Nothing moves along the locked axis.
+    assert_eq!(c, [(run.bodies[1], -DVec3::new(on_b.x, 0.0, on_b.z))]);
+}
+
+#[test]
+fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
+    let mut run = Run::of(&everything("damping: (rate_per_s: 0.4), mutual_gravity: ()"), Method::RungeKutta4);
+    run.ticks(3);
+    for still in [4, 5] {
+        assert_eq!(run.forces_on(still), []);
+    }
+    let of_all =
+        |run: &mut Run| (0..run.bodies.len()).flat_map(|body| run.names_on(body)).collect::<BTreeSet<_>>();
+    let mut names = of_all(&mut run);
+    for effect in [
+        Effect::Gravity,
+        Effect::Drag,
+        Effect::Wells,
+        Effect::Thrusts,
+        Effect::Damping,
+        Effect::MutualGravity,
+        Effect::Springs,
+    ] {
+        run.world.resource_mut::<Requests>().ask(Request::Switch(effect, false));
+        run.stepper.carry_out_requests(&mut run.world);
+        assert!(names.remove(effect.name()), "{effect} acted");
+        assert_eq!(of_all(&mut run), names, "without {effect}");
+        assert!(run.check(&format!("without {effect}"), NO_PUSH) > 15);
+    }
+    // As soon as it is frozen, before the next tick makes the groups anew.
+    let mut run = Run::of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
+    run.ticks(3);
+    let frozen = run.bodies[1];
+    run.world.get_mut::<PhysicsBody>(frozen).unwrap().velocity = DVec3::NAN;
+    run.ticks(1);
+    assert!(run.world.get::<Quarantined>(frozen).is_some());
+    assert_eq!(run.forces_on(1), []);
+    let springs = run.forces_on(2).into_iter().filter(|(cause, _)| *cause == ForceCause::Spring(frozen));
+    assert_eq!(springs.count(), 0);
+    assert!(run.check("without what is frozen", NO_PUSH) > 15);
+}
+
+#[test]
+fn an_engine_is_seen_from_the_side_on_which_the_next_step_begins() {
+    let text = "(version: 1, step_hz: 64, bodies: [(name: \"ship\", mass_kg: 2)],
+        thrusts: [(body: \"ship\", curve: polynomial([(4, 0, 0)]), from_s: 0.25, until_s: 0.5)])";
+    let mut run = Run::of(&Scene::parse("ship", text).unwrap(), Method::RungeKutta4);
+    let thrust = |run: &mut Run| run.forces_on(0).iter().map(|(_, newtons)| newtons.x).sum::<f64>();
+    let mut on = Vec::new();
+    for tick in 0..40 {
+        let before = run.world.get::<PhysicsBody>(run.bodies[0]).unwrap().velocity.x;
+        let shown = thrust(&mut run);
+        run.ticks(1);
+        let acted = (run.world.get::<PhysicsBody>(run.bodies[0]).unwrap().velocity.x - before) * 64.0 * 2.0;
+        assert_eq!(shown, acted, "tick {tick}");
+        on.push(shown > 0.0);
+    }
+    assert_eq!(on.iter().filter(|on| **on).count(), 16);
+}
+
+#[test]
+fn looking_at_forces_changes_nothing() {
+    let scene = scene::load("bridge").unwrap();
+    let hash = |look: bool| {
+        let mut run = Run::of(&scene, Method::VelocityVerlet);
+        for tick in 0..40 {
+            if tick == 20 {
+                run.world.entity_mut(run.bodies[5]).insert(OwnLaws::new(vec![Box::new(Embedded)]));
+                run.world.despawn(run.bodies[3]);
+            }
+            if look {
+                let bodies = run.bodies.clone();
+                motion::each_force(&mut run.world, &[], &bodies, |_, _, _| {});
+            }
+            run.ticks(1);
+        }
+        let states = run.bodies.iter().filter_map(|body| run.moving(*body));
+        let bits: Vec<_> = states.map(|state| state.velocity.to_array().map(f64::to_bits)).collect();
+        (bits, run.world.resource::<motion::Evaluations>().clone())
+    };
+    assert_eq!(hash(true), hash(false));
+}
+
+#[test]
+fn damping_that_multiplies_velocities_counts_as_the_force_that_it_comes_to() {
+    for model in DampingModel::ALL {
+        let text = "(version: 1, bodies: [(velocity_m_s: (0, 0, 3), mass_kg: 2)])";
+        let mut run = Run::of(&Scene::parse("coast", text).unwrap(), Method::SemiImplicitEuler);
+        run.world.insert_resource(Damping { model, rate: 0.5 });
+        assert_eq!(
+            run.forces_on(0),
+            [(ForceCause::Law("damping"), DVec3::new(-0.0, -0.0, -3.0))],
+            "{model:?}"
+        );
+    }
+}
