@@ -111,6 +111,17 @@ fn the_ablation_names_the_effect_that_is_not_needed() {
     assert_eq!(gravity.evaluations_saved, 8.0);
 }
 
+#[test]
+fn an_effect_that_has_changed_velocities_alone_is_needed() {
+    // The first step of explicit Euler moves every body by the velocity that it had.
+    let text = "(version: 1, method: explicit_euler, gravity: (), drag: (linear_per_s: 1),
+        bodies: [(name: \"a\", velocity_m_s: (1, 0, 0)), (name: \"b\", max_speed_m_s: 9)])";
+    let ablation = lab::ablate(&Scene::parse("one_tick", text).unwrap(), 1);
+    let rows = ablation.rows.iter().map(|row| (row.effect, row.identical, row.needed(), row.max_distance));
+    let expected = [(Effect::Gravity, false), (Effect::Drag, false), (Effect::SpeedLimits, true)];
+    assert_eq!(rows.collect::<Vec<_>>(), expected.map(|(effect, same)| (effect, same, !same, 0.0)));
+}
+
 fn sandbox(arguments: &[&str], folder: &std::path::Path) -> (i32, String, String) {
     let output = output(std::process::Command::new(program()).args(arguments).current_dir(folder));
     let text = |bytes| String::from_utf8(bytes).unwrap();

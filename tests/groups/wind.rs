@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use motion::{
-    Affine, BodyState, Drag, Elastic, Evaluations, Law, Link, METHODS, Method, Moment, SoftBody, Solver, Wind,
+    Affine, BodyState, Drag, Elastic, Evaluations, Law, Link, METHODS, Method, Moment, Request, SoftBody,
+    Solver, Wind,
 };
 
 use super::lab::{Around, H, Net, Rig, Start, State, elastic, extrapolated};
@@ -42,6 +43,29 @@ fn fly(net: &Net, triangles: &[[u32; 3]], around: &Around, method: Method, h: f6
 }
 
 const ONE: [[u32; 3]; 1] = [[0, 1, 2]];
+
+/// A sheet shares the masses of its corners out, and what is free or held is integrated or not.
+#[test]
+fn a_mass_that_is_changed_acts_as_if_it_had_been_there_from_the_start() {
+    let axis = DVec3::new(0.48, 0.6, 0.64);
+    let mut net = kite(axis, -axis);
+    net.bodies.push(Start::held(axis * 2.0));
+    net.springs.push(([0, 3], elastic(30.0, 1.0)));
+    let around = airy(Drag::new(0.8, 0.3), Some(wind(DVec3::new(5.0, 1.0, -2.0))));
+    for method in [Method::SemiImplicitEuler, Method::ImplicitEuler, Method::RungeKutta4] {
+        for (body, w) in [(1, 0.1), (1, 0.0), (3, 0.5)] {
+            let mut from_the_start = net.clone();
+            from_the_start.bodies[body].w = w;
+            let [mut there, mut changed] =
+                [&from_the_start, &net].map(|net| fly(net, &ONE, &around, method, H));
+            changed.have(Request::SetInverseMass(changed.bodies[body], w));
+            assert_eq!(there.run(20).all_bits(&[]), changed.run(20).all_bits(&[]), "{method:?}, {body}, {w}");
+            // And once more between two ticks.
+            there.have(Request::SetInverseMass(there.bodies[body], net.bodies[body].w));
+            assert_ne!(there.run(20).all_bits(&[]), changed.run(20).all_bits(&[]), "{method:?}, {body}, {w}");
+        }
+    }
+}
 
 /// Three points of a kite are as one body of their mass, square to the wind.
 #[test]
