@@ -131,7 +131,7 @@ fn a_rope_is_selected_at_points_and_springs_and_named_after_its_first_point() {
         ends: [a, b],
         elastic: Elastic { stiffness: 9.0, damping: 0.0, rest_length: std::f64::consts::SQRT_2 },
     };
-    let body = SoftBody { points, springs: vec![link(0, 1), link(1, 2)], ..SoftBody::default() };
+    let body = SoftBody { points, springs: [link(0, 1), link(1, 2)].into(), ..SoftBody::default() };
     drive.session.world_mut().spawn(body);
     for x in [0.0, 0.5, -0.7, 1.0] {
         let pixel = drive.pixel(DVec3::new(x, x, -10.0));

@@ -93,7 +93,8 @@ fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
     let run = |order: [u32; 2]| {
         let mut rig = net.rig(&Around::falling(), Method::default(), H);
         for step in order {
-            let soft = SoftBody { points: rig.bodies.clone(), springs: links(step), ..SoftBody::default() };
+            let soft =
+                SoftBody { points: rig.bodies.clone(), springs: links(step).into(), ..SoftBody::default() };
             rig.soft(soft);
         }
         rig.run(100).all_bits(&[])

@@ -99,7 +99,8 @@ fn break_a_spring(rig: &mut Rig, how: usize) -> bool {
     let first = softs.iter(&rig.world).next().map(|(entity, soft)| (entity, soft.clone()));
     let Some((entity, mut soft)) = first else { return false };
     let middle = soft.springs.len() / 2;
-    soft.springs[middle].elastic = broken(soft.springs[middle].elastic)[how];
+    let springs = std::sync::Arc::make_mut(&mut soft.springs);
+    springs[middle].elastic = broken(springs[middle].elastic)[how];
     rig.world.entity_mut(entity).insert(soft);
     true
 }

@@ -122,7 +122,7 @@ fn cloth(n: usize, method: Method) -> (World, Stepper) {
             world.spawn((StableId(id), Transform::at(Vector::from_array(at)), body)).id()
         })
         .collect();
-    world.spawn(SoftBody { points, springs: links(n), ..SoftBody::default() });
+    world.spawn(SoftBody { points, springs: links(n).into(), ..SoftBody::default() });
     let stepper = Stepper::new(&mut world, method, TimeStep(H));
     (world, stepper)
 }

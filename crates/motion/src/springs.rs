@@ -1,5 +1,7 @@
 //! Springs: between any two bodies, and the many of a soft body.
 
+use std::sync::Arc;
+
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
@@ -49,8 +51,8 @@ pub struct Link {
 pub struct SoftBody {
     /// Its points; one that is gone or quarantined takes its springs and triangles with it.
     pub points: Vec<Entity>,
-    /// Its springs, in the order in which their forces are summed up.
-    pub springs: Vec<Link>,
+    /// Its springs, in the order in which their forces are summed up; shared with whoever described the body.
+    pub springs: Arc<[Link]>,
     /// The triangles of its surface, by points: what is drawn and picked. Of a rope, none.
     pub triangles: Vec<[u32; 3]>,
     /// Whether its surface is a sheet that air flows against: [`Drag`](crate::Drag) then acts on each triangle

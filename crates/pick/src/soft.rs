@@ -272,7 +272,7 @@ impl Near {
                 take(distance, Some(number).filter(|number| pose.is_movable(*number)));
             }
         }
-        for Link { ends, .. } in &body.springs {
+        for Link { ends, .. } in &*body.springs {
             if let Some(corners) = pose.corners(*ends)
                 && let Some(distance) = self.capsule(corners, pose.link_radius())
             {

@@ -93,6 +93,7 @@ impl Summary {
                     "method": row.margin.method.name(),
                     "substeps": row.margin.substeps,
                     "value": number(row.margin.value),
+                    "at_most": number(row.margin.at_most),
                     "limit": number(row.margin.limit),
                     "growth_per_s": number(row.margin.growth_per_s),
                     "cure": row.cure,

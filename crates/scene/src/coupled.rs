@@ -1,6 +1,7 @@
 //! Springs, soft bodies and emitters as the program uses them, and where a scene calls for its effects.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DVec3;
 use motion::units::Scalar;
@@ -28,7 +29,7 @@ pub struct SoftBodySpec {
     pub points: Range<u32>,
     /// Its springs; ends are numbers of points, counted from the first. All springs that begin at one point stand
     /// together, and points come in the order of their ids.
-    pub links: Vec<Link>,
+    pub links: Arc<[Link]>,
     /// Its surface, by numbers of points: of a chain, none; of a cloth, both its sides once; of a lattice, each
     /// triangle counterclockwise as seen from outside.
     pub triangles: Vec<[u32; 3]>,

@@ -87,6 +87,11 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
     if springs.is_empty() && bodies.soft_bodies.is_empty() && !attracting {
         return;
     }
+    // Nothing holds the particles of a pool, and mutual gravity passes them by.
+    let of_groups = || bodies.sections.iter().filter(|section| !section.is_pool(&bodies.emitters));
+    if of_groups().zip(of_groups().skip(1)).all(|(one, next)| !next.differs(one)) {
+        return;
+    }
     let movable = |id: u32| bodies.bodies.get(id as usize).is_some_and(is_movable);
     let mut groups = Sets::new(bodies.bodies.len());
     let mut join = |[a, b]: [u32; 2]| {
@@ -103,11 +108,7 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
     // The first body that can move stands for its group, and for all if every one attracts every other.
     let mut first: Vec<Option<(u32, &Section)>> = vec![None; bodies.bodies.len()];
     let mut told = HashSet::new();
-    for (i, section) in bodies.sections.iter().enumerate() {
-        if section.is_pool(&bodies.emitters) {
-            // Nothing holds its particles, and mutual gravity passes them by.
-            continue;
-        }
+    for (i, section) in of_groups().enumerate() {
         for id in section.ids.clone().filter(|id| movable(*id)) {
             let group = if attracting { 0 } else { groups.of(id as usize) };
             let Some((one, of)) = first[group] else {

@@ -81,16 +81,18 @@ impl System {
         &self,
         part: Part,
         bodies: usize,
-        [value, bound]: [Scalar; 2],
+        [value, at_most]: [Scalar; 2],
         pace: Pace,
         solvable: &dyn Fn(Method) -> bool,
     ) -> Margin {
         let is_unstable = !self.is_stable(pace);
         let growth_per_s = if is_unstable { libm::pow(self.growth(pace), 1.0 / pace.tick) } else { 1.0 };
         let limit = self.limit(pace, value);
-        let cure = if is_unstable { self.cure(pace, limit > 0.0, solvable) } else { Cure::default() };
+        // What is that much faster is stable at these steps if this is at so much longer ones.
+        let longer = Pace { tick: pace.tick * at_most.max(value) / value, ..pace };
+        let cure = if is_unstable { self.cure(longer, limit > 0.0, solvable) } else { Cure::default() };
         let Pace { method, substeps, .. } = pace;
-        Margin { part, bodies, method, substeps, value, bound, limit, is_unstable, growth_per_s, cure }
+        Margin { part, bodies, method, substeps, value, at_most, limit, is_unstable, growth_per_s, cure }
     }
 
     fn cure(&self, pace: Pace, has_limit: bool, solvable: &dyn Fn(Method) -> bool) -> Cure {

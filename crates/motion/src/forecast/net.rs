@@ -8,81 +8,96 @@ use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Pace};
 use super::{Margin, Part, SpringMargin};
 use crate::effects::Damping;
-use crate::groups::{Coupling, Holder, LinearGroup, larger};
+use crate::groups::{Coupling, Holder, LinearGroup, Solver, larger};
 use crate::method::Method;
 use crate::methods::{Integrator, with_method};
 use crate::units::Scalar;
 
-/// The margin of a group, if anything acts in it, and of each of its springs.
+/// The margin of a group, if anything acts in it; its springs get theirs through `tell`.
 pub(super) fn look(
     world: &World,
     coupling: &Coupling<Scalar>,
     bodies: &[Entity],
     pace: Pace,
     solvable: &dyn Fn(Method) -> bool,
-) -> (Option<Margin>, Vec<SpringMargin>) {
+    tell: Option<&mut Vec<SpringMargin>>,
+) -> Option<Margin> {
     let damps_inside = with_method!(pace.method, M => M::DAMPS_INSIDE);
     let times = if damps_inside { 1.0 } else { f64::from(pace.substeps) };
     let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
     let h = pace.tick / f64::from(pace.substeps);
-    let bounds: Vec<_> = group.bounds().collect();
-    let [stiffest, rate] = bounds
-        .iter()
-        .fold([0.0, 0.0], |most: [Scalar; 2], bound| [larger(most[0], bound[0]), larger(most[1], bound[1])]);
+    let most = |most: [Scalar; 2], bound: [Scalar; 2]| [0, 1].map(|i| larger(most[i], bound[i]));
+    let [stiffest, rate] = group.bounds().fold([0.0; 2], most);
     let rate = rate + group.largest_rate();
     let over = times_over([stiffest, rate], h);
     if over == 0.0 {
-        return (None, Vec::new());
+        return None;
     }
-    let shares = bounds.iter().map(|bound| times_over(*bound, h));
-    let springs = |ratio: &dyn Fn(Scalar) -> Scalar| -> Vec<_> {
-        let each = group.springs().iter().zip(shares.clone());
-        each.map(|(spring, share)| SpringMargin {
-            ends: spring.ends.map(|end| bodies[end]),
-            ratio: ratio(share),
-        })
-        .collect()
+    let shares = || group.bounds().map(|bound| times_over(bound, h));
+    let margin = if over.is_finite() {
+        group_margin(world, &group, [stiffest, rate], [h, h / over], pace, solvable, bodies)?
+    } else {
+        endless(&group, shares(), bodies, pace, solvable)
     };
-    if !over.is_finite() {
-        let margin = endless(&group, shares.clone(), coupling.movable, bodies, pace, solvable);
-        return (Some(margin), springs(&|share| share));
+    if let Some(springs) = tell {
+        let most = shares().fold(0.0, f64::max);
+        let ratio = |share: Scalar| match share {
+            _ if !over.is_finite() => share,
+            0.0 => 0.0,
+            share => margin.ratio() * share / most,
+        };
+        let each = group.ends().zip(shares());
+        springs.extend(
+            each.map(|(ends, share)| SpringMargin { ends: ends.map(|end| bodies[end]), ratio: ratio(share) }),
+        );
     }
-    let damping = world.get_resource::<Damping>().copied();
-    let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
-    let (system, y) = modes_of(&group, damping, h / over, [stiffest, rate], restless);
-    let [stiffness, damping] = quotients(&group, &y);
-    let at_limit = [h * h / over / over, 2.0 * h / over];
-    let (part, values) = match group.holder(at_limit, &y) {
-        Some(Holder::Spring(ends)) => {
-            (Part::Spring(ends.map(|end| bodies[end])), [h * stiffness.sqrt(), h * stiffest.sqrt()])
-        }
-        Some(Holder::Damper(ends)) => (Part::Damper(ends.map(|end| bodies[end])), [h * damping, h * rate]),
-        Some(Holder::Drag(row)) => (Part::Drag(bodies[row]), [h * damping, h * rate]),
-        Some(Holder::Damping(row)) => (Part::Damping(bodies[row]), [h * damping, h * rate]),
-        None => return (None, Vec::new()),
-    };
-    let margin = system.margin(part, coupling.movable, values, pace, solvable);
-    let most = shares.clone().fold(0.0, f64::max);
-    let springs = springs(&|share| if share > 0.0 { margin.ratio() * share / most } else { 0.0 });
-    (Some(margin), springs)
+    Some(margin)
 }
 
-/// The margin of a group whose fastest mode is faster than every number; `shares` are those of its springs in that.
+/// The margin of a group that is stepped by `h` seconds, of which the bounds hold that are given; `short` is a step at
+/// which it is at most just stable.
+fn group_margin(
+    world: &World,
+    group: &LinearGroup<'_>,
+    bounds: [Scalar; 2],
+    [h, short]: [Scalar; 2],
+    pace: Pace,
+    solvable: &dyn Fn(Method) -> bool,
+    bodies: &[Entity],
+) -> Option<Margin> {
+    let damping = world.get_resource::<Damping>().copied();
+    let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
+    let Limiting { system, mode: y, excess } = modes_of(group, damping, short, bounds, restless);
+    let [stiffness, rate] = quotients(group, &y);
+    let name = |row: usize| bodies[row];
+    let (part, value, above) = match group.holder([short * short, 2.0 * short], &y)? {
+        Holder::Spring(ends) => (Part::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt()),
+        Holder::Damper(ends) => (Part::Damper(ends.map(name)), h * rate, excess),
+        Holder::Drag(row) => (Part::Drag(name(row)), h * rate, excess),
+        Holder::Damping(row) => (Part::Damping(name(row)), h * rate, excess),
+    };
+    let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
+    let converges =
+        |method| method != Method::ImplicitEuler || converges(solver, group, h * h * stiffness + h * rate);
+    let solvable = |method| solvable(method) && converges(method);
+    Some(system.margin(part, group.movable(), [value, value * above], pace, &solvable))
+}
+
+/// The margin of a group whose fastest mode may be faster than every number; `shares` are those of its springs in that.
 fn endless(
-    group: &LinearGroup,
+    group: &LinearGroup<'_>,
     shares: impl Iterator<Item = Scalar>,
-    movable: usize,
     bodies: &[Entity],
     pace: Pace,
     solvable: &dyn Fn(Method) -> bool,
 ) -> Margin {
-    let spring = group.springs().iter().zip(shares).find(|(_, share)| !share.is_finite());
+    let spring = group.ends().zip(shares).find(|(_, share)| !share.is_finite());
     let part = match spring {
-        Some((spring, _)) => Part::Spring(spring.ends.map(|end| bodies[end])),
+        Some((ends, _)) => Part::Spring(ends.map(|end| bodies[end])),
         None => Part::Drag(bodies[group.fastest_drag()]),
     };
     let value = Scalar::INFINITY;
-    System::one(Modes::one(value, 0.0, None)).margin(part, movable, [value; 2], pace, solvable)
+    System::one(Modes::one(value, 0.0, None)).margin(part, group.movable(), [value; 2], pace, solvable)
 }
 
 /// Modes that are looked for besides the fastest, by methods that only damping keeps stable.
@@ -96,8 +111,19 @@ fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
     (q + (q * q + 4.0 * p).sqrt()) / 4.0
 }
 
+/// Whether the iteration of implicit Euler comes to its end where `stiffest` is the largest of `h² w² + h c`: as many
+/// iterations are left to conjugate gradients as they take at most of that condition (Luenberger 1973), or as many as
+/// there are numbers, with some to make up for rounding. Beyond 1 / epsilon nothing is left of the inertia.
+fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool {
+    let condition = 1.0 + stiffest;
+    let by_condition = 0.5 * condition.sqrt() * libm::log(2.0 / solver.tolerance);
+    #[expect(clippy::cast_precision_loss, reason = "a count of numbers")]
+    let by_numbers = 3.0 * group.coordinates() as Scalar;
+    condition * Scalar::EPSILON < 1.0 && by_condition.min(by_numbers) <= Scalar::from(solver.most_iterations)
+}
+
 /// `y·A y` and `y·C y`, the scene's damping in it.
-fn quotients(group: &LinearGroup, y: &[Scalar]) -> [Scalar; 2] {
+fn quotients(group: &LinearGroup<'_>, y: &[Scalar]) -> [Scalar; 2] {
     let mut product = vec![0.0; y.len()];
     [[1.0, 0.0], [0.0, 1.0]].map(|factors| {
         group.apply(factors, true, y, &mut product);
@@ -105,32 +131,44 @@ fn quotients(group: &LinearGroup, y: &[Scalar]) -> [Scalar; 2] {
     })
 }
 
+/// What decides whether a group is stable.
+struct Limiting {
+    system: System,
+    /// The mode that limits it, of length 1.
+    mode: Vec<Scalar>,
+    /// The square of how much faster the fastest mode may be, as far as is known; at least 1.
+    excess: Scalar,
+}
+
 /// What decides whether a group is stable at steps of about `h` seconds, and the mode that limits it: the fastest. By a
 /// method that only damping keeps stable, at steps of `restless` seconds, it is the one with too little of it.
 /// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping.
+///
+/// Modes are Ritz vectors, which are no faster than the fastest: none makes a group look less stable than it is.
 fn modes_of(
-    group: &LinearGroup,
+    group: &LinearGroup<'_>,
     damping: Option<Damping>,
     h: Scalar,
     [stiffest, rate]: [Scalar; 2],
     restless: Option<Scalar>,
-) -> (System, Vec<Scalar>) {
+) -> Limiting {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
     let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
-    let factors = match alike {
-        Some(_) => [1.0, 0.0],
-        None => [h * h, 2.0 * h],
-    };
+    let factors = [h * h, if alike.is_some() { 0.0 } else { 2.0 * h }];
     let count = if alike.is_some() { 1 } else { MOST };
-    let Largest { pairs, converged } =
-        largest(n, count, |y, out| group.apply(factors, alike.is_none(), y, out));
+    let bound = (factors[0] * stiffest + factors[1] * rate).min(group.bound(factors));
+    let Largest { pairs, at_most } =
+        largest(n, count, bound, |y, out| group.apply(factors, alike.is_none(), y, out));
+    let excess = match pairs.first() {
+        Some((value, _)) if *value > 0.0 => (at_most / value).max(1.0),
+        _ => 1.0,
+    };
     let fastest = pairs.first().map_or_else(Vec::new, |(_, y)| y.clone());
     if let Some((all, own)) = alike {
-        // A net too large for the iteration is held to the bound.
-        let stiffness = if converged { quotients(group, &fastest)[0] } else { stiffest };
-        let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
-        return (System::apart(parts.to_vec()), fastest);
+        let parts =
+            [quotients(group, &fastest)[0], 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
+        return Limiting { system: System::apart(parts.to_vec()), mode: fastest, excess };
     }
     let undamped: Vec<_> = restless.map_or_else(Vec::new, |h| {
         // A mode of explicit Euler grows where h² w² - h c is above 0; the shift lets no eigenvalue be below.
@@ -139,7 +177,7 @@ fn modes_of(
             group.apply([h * h, -h], true, y, out);
             out.iter_mut().zip(y).for_each(|(out, y)| *out += shift * y);
         };
-        largest(n, MOST_UNDAMPED, less).pairs.into_iter().map(|(_, y)| y).collect()
+        largest(n, MOST_UNDAMPED, h * h * stiffest + shift, less).pairs.into_iter().map(|(_, y)| y).collect()
     });
     let limiting = undamped.first().unwrap_or(&fastest).clone();
     let basis: Vec<Vec<Scalar>> = if n <= MOST {
@@ -157,7 +195,7 @@ fn modes_of(
     let rate = group.rates().iter().zip(limiting.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
     let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
     let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(rate));
-    (System::joined(modes, guess), limiting)
+    Limiting { system: System::joined(modes, guess), mode: limiting, excess }
 }
 
 /// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span.
@@ -178,7 +216,7 @@ fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>, most: usize) -> Vec<V
 }
 
 /// The group in an orthonormal basis.
-fn reduced(group: &LinearGroup, damping: Option<Damping>, basis: &[Vec<Scalar>]) -> Modes {
+fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scalar>]) -> Modes {
     let project = |apply: &dyn Fn(&[Scalar], &mut [Scalar])| {
         let mut matrix = Matrix::zero(basis.len());
         let mut product = vec![0.0; group.coordinates()];

@@ -171,7 +171,8 @@ impl Alike {
 /// How much a derivative pulls back at most, in any direction.
 fn pull(derivative: DMat3) -> Scalar {
     let symmetric = (derivative + derivative.transpose()) * -0.5;
-    let found = largest(3, 1, |x, out| (symmetric * DVec3::from_slice(x)).write_to_slice(out));
+    let found =
+        largest(3, 1, Scalar::INFINITY, |x, out| (symmetric * DVec3::from_slice(x)).write_to_slice(out));
     found.pairs.first().map_or(0.0, |(value, _)| *value)
 }
 

@@ -4,7 +4,7 @@ use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
 use bevy_ecs::prelude::*;
 
 use super::coupling::{Coupling, SheetRow};
-use super::pull::SpringRow;
+use super::pull::{SpringRow, Springs};
 use super::{Group, Grouped, Groups};
 use crate::components::{PhysicsBody, Quarantined, StableId};
 use crate::emission::Particle;
@@ -103,7 +103,7 @@ struct Node {
 #[derive(Default)]
 struct Graph {
     nodes: Vec<Node>,
-    springs: Vec<SpringRow<Scalar>>,
+    springs: Springs<Scalar>,
     /// Triangles in air; their masses follow from what is left of them.
     sheets: Vec<SheetRow<Scalar>>,
 }
@@ -162,6 +162,7 @@ impl Graph {
         if world.contains_resource::<SpringsOff>() {
             return graph;
         }
+        let room: usize = world.query::<&SoftBody>().iter(world).map(|soft| soft.springs.len()).sum();
         let mut springs: Vec<_> = world
             .query::<&Spring>()
             .iter(world)
@@ -175,7 +176,8 @@ impl Graph {
             let Elastic { stiffness, damping, rest_length } = elastic;
             (*a.min(b), *a.max(b), stiffness.to_bits(), damping.to_bits(), rest_length.to_bits())
         });
-        graph.springs = springs;
+        graph.springs = Springs::with_room(springs.len() + room);
+        springs.into_iter().for_each(|spring| graph.add_spring(spring));
         let mut softs: Vec<_> = world
             .query::<&SoftBody>()
             .iter(world)
@@ -197,16 +199,22 @@ impl Graph {
         for (points, soft) in softs {
             graph.add_soft_body(&points, soft);
         }
-        graph.springs.retain(|SpringRow { ends: [a, b], .. }| a != b);
         graph
+    }
+
+    fn add_spring(&mut self, spring: SpringRow<Scalar>) {
+        if spring.ends[0] != spring.ends[1] {
+            self.springs.push(spring);
+        }
     }
 
     fn add_soft_body(&mut self, points: &[Option<u32>], soft: &SoftBody) {
         let point = |i: u32| points.get(i as usize).copied().flatten();
-        self.springs.extend(soft.springs.iter().filter_map(|link| {
-            let [a, b] = link.ends.map(point);
-            Some(SpringRow { ends: [a?, b?], elastic: link.elastic })
-        }));
+        for link in &*soft.springs {
+            if let [Some(a), Some(b)] = link.ends.map(point) {
+                self.add_spring(SpringRow { ends: [a, b], elastic: link.elastic });
+            }
+        }
         if !soft.sheet {
             return;
         }
@@ -225,7 +233,7 @@ impl Graph {
 
     /// The connected parts, each with its bodies.
     fn groups(self, attracts: bool) -> Vec<(Coupling<Scalar>, Vec<Entity>)> {
-        let Self { nodes, springs, sheets } = self;
+        let Self { nodes, mut springs, sheets } = self;
         // One that is not a number attracts as well, so that it is found.
         let pulls = |source: Scalar| source > 0.0 || source.is_nan();
         let joined = |node: usize, used: &[bool]| used[node] || attracts && pulls(nodes[node].source);
@@ -244,9 +252,11 @@ impl Graph {
             rows[*node] = row;
         }
         let row = |node: u32| rows[node as usize];
-        let mut whole = Coupling {
+        springs.renumber(row);
+        let whole = Coupling {
             rows: order.len(),
             movable: movable.len(),
+            springs,
             sheets: sheets
                 .iter()
                 .map(|sheet| SheetRow { corners: sheet.corners.map(row), mass: sheet.mass })
@@ -256,12 +266,8 @@ impl Graph {
             sources: held.iter().map(|node| nodes[*node].source).collect(),
             ..Coupling::default()
         };
-        for SpringRow { ends, elastic } in springs {
-            whole.springs.push(SpringRow { ends: ends.map(row), elastic });
-        }
-        let dead = vec![false; whole.rows];
         let bodies = |rows: &[usize]| rows.iter().map(|row| nodes[order[*row]].entity).collect();
-        whole.parts(&dead).into_iter().map(|part| (part.coupling, bodies(&part.rows))).collect()
+        whole.into_parts().into_iter().map(|part| (part.coupling, bodies(&part.rows))).collect()
     }
 }
 

@@ -15,8 +15,8 @@ use crate::units::Scalar;
 
 /// A spring as it is now.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stiff {
-    pub ends: [usize; 2],
+struct Stiff {
+    ends: [usize; 2],
     n: DVec3,
     /// Stiffness along the axis, N/m.
     along: Scalar,
@@ -27,11 +27,15 @@ pub(crate) struct Stiff {
 }
 
 /// The bodies of a group that move, as `y'' = -A y - C y'` with `y = W^-½ x`: three numbers a row.
+///
+/// Springs are linearized whenever they are needed: a list of all of them would be the largest part of a large world.
 #[derive(Clone, Debug)]
-pub(crate) struct LinearGroup {
+pub(crate) struct LinearGroup<'a> {
+    coupling: &'a Coupling<Scalar>,
+    /// Positions by row, m.
+    at: Vec<DVec3>,
     /// Square roots of inverse masses by row and axis, 0 where it cannot move.
     root: Vec<DVec3>,
-    springs: Vec<Stiff>,
     /// Of triangles in air: corners, normal and `m (c + k |u| + k (u·n)² / |u|) / 9`, kg/s.
     sheets: Vec<([usize; 3], DVec3, Scalar)>,
     /// Drag of single rows, 1/s, where there is any: what it takes by velocity.
@@ -51,9 +55,9 @@ pub(crate) enum Holder {
     Damping(usize),
 }
 
-impl LinearGroup {
+impl<'a> LinearGroup<'a> {
     /// Of the bodies by row.
-    pub fn of(world: &World, coupling: &Coupling<Scalar>, bodies: &[Entity]) -> Self {
+    pub fn of(world: &World, coupling: &'a Coupling<Scalar>, bodies: &[Entity]) -> Self {
         let state = |body: &Entity| {
             let at = world.get::<Transform>(*body).copied().unwrap_or_default().position;
             let body = world.get::<PhysicsBody>(*body);
@@ -67,8 +71,9 @@ impl LinearGroup {
             DVec3::from_array([0, 1, 2].map(|axis| if is_open(locks, axis) { root } else { 0.0 }))
         });
         let mut group = Self {
+            coupling,
+            at: states.iter().map(|(at, ..)| *at).collect(),
             root: root.collect(),
-            springs: coupling.springs.iter().map(|spring| Stiff::of(&spring, |row| states[row].0)).collect(),
             sheets: Vec::new(),
             drag: Vec::new(),
             rates: Vec::new(),
@@ -76,7 +81,7 @@ impl LinearGroup {
         };
         if let Some(drag) = world.get_resource::<Drag>() {
             let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
-            group.add_drag(drag, time, coupling, &states);
+            group.add_drag(drag, time, &states);
         }
         if let Some(damping) = world.get_resource::<Damping>() {
             let rate =
@@ -86,13 +91,8 @@ impl LinearGroup {
         group
     }
 
-    fn add_drag(
-        &mut self,
-        drag: &Drag,
-        time: Scalar,
-        coupling: &Coupling<Scalar>,
-        states: &[(DVec3, DVec3, Scalar)],
-    ) {
+    fn add_drag(&mut self, drag: &Drag, time: Scalar, states: &[(DVec3, DVec3, Scalar)]) {
+        let coupling = self.coupling;
         let row = |v: DVec3| -> Row<Scalar> { [v.x, v.y, v.z, 0.0] };
         let (x, v): (Vec<_>, Vec<_>) = states.iter().map(|(x, v, _)| (row(*x), row(*v))).unzip();
         let air = drag.wind.map(|wind| wind.air(time));
@@ -114,13 +114,23 @@ impl LinearGroup {
         self.drag = states[..coupling.movable].iter().enumerate().map(single).collect();
     }
 
+    /// How many bodies move in it.
+    pub const fn movable(&self) -> usize {
+        self.root.len()
+    }
+
     /// Numbers of its state: three a row.
     pub fn coordinates(&self) -> usize {
         3 * self.root.len()
     }
 
-    pub fn springs(&self) -> &[Stiff] {
-        &self.springs
+    fn springs(&self) -> impl Iterator<Item = Stiff> {
+        self.coupling.springs.iter().map(|spring| Stiff::of(&spring, &self.at))
+    }
+
+    /// The rows that each spring joins.
+    pub fn ends(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.coupling.springs.iter().map(|spring| spring.ends.map(|end| end as usize))
     }
 
     /// The same where the scene's damping acts on steps that are so many times as long.
@@ -138,7 +148,7 @@ impl LinearGroup {
     pub fn uniform_rate(&self) -> Option<Scalar> {
         // Not the default, which is the unit matrix.
         let rate = self.drag.first().map_or(0.0, |first| first.x_axis.x);
-        let damped = self.springs.iter().any(|spring| spring.damping != 0.0);
+        let damped = self.coupling.springs.damped();
         let uniform = self.drag.iter().all(|drag| *drag == DMat3::from_diagonal(DVec3::splat(rate)));
         (!damped && self.sheets.is_empty() && uniform).then_some(rate)
     }
@@ -161,7 +171,7 @@ impl LinearGroup {
                 (0..3).for_each(|axis| out[3 * row + axis] += force[axis]);
             }
         };
-        for spring in &self.springs {
+        for spring in self.springs() {
             let [a, b] = spring.ends;
             let d = of(b) - of(a);
             let along = stiffness * spring.along + rate * spring.damping;
@@ -196,21 +206,51 @@ impl LinearGroup {
 
     /// Bounds of each spring's part in the largest eigenvalue of A, 1/s², and of C, 1/s: the sums of what pulls at its
     /// ends over their masses (Gershgorin 1931, on springs instead of bodies). The largest bound the eigenvalue.
-    pub fn bounds(&self) -> impl Iterator<Item = [Scalar; 2]> + '_ {
+    pub fn bounds(&self) -> impl Iterator<Item = [Scalar; 2]> {
         let mut sums = vec![[0.0; 2]; self.root.len()];
-        for Stiff { ends, along, damping, .. } in &self.springs {
+        for Stiff { ends, along, damping, .. } in self.springs() {
             for end in ends {
-                if let Some([stiffness, rate]) = sums.get_mut(*end) {
-                    let w = square(self.root[*end].max_element());
+                if let Some([stiffness, rate]) = sums.get_mut(end) {
+                    let w = square(self.root[end].max_element());
                     (*stiffness, *rate) = (*stiffness + w * along, *rate + w * damping);
                 }
             }
         }
-        self.springs.iter().map(move |spring| {
-            let at = |end: usize| sums.get(end).copied().unwrap_or_default();
-            let [a, b] = spring.ends.map(at);
+        self.ends().map(move |ends| {
+            let [a, b] = ends.map(|end: usize| sums.get(end).copied().unwrap_or_default());
             [a[0] + b[0], a[1] + b[1]]
         })
+    }
+
+    /// A bound of the largest eigenvalue of what [`Self::apply`] applies, decays with it: the largest that a row has
+    /// alone where `(u - v)² <= (1 + t) u² + (1 + 1/t) v²` parts each spring among its ends, t being the ratio of their
+    /// inverse masses. It is the eigenvalue itself where neighbors can swing against each other, as in a lattice, of
+    /// which Gershgorin's bound is three times that.
+    pub fn bound(&self, [stiffness, rate]: [Scalar; 2]) -> Scalar {
+        let squares: Vec<_> = self.root.iter().map(|root| square(root.max_element())).collect();
+        let mut sums = vec![[0.0; 6]; self.root.len()];
+        for spring in self.springs() {
+            let along = stiffness * spring.along + rate * spring.damping;
+            let across = stiffness * spring.across;
+            let n = spring.n;
+            let [xx, yy, zz] = (n * n * (along - across) + DVec3::splat(across)).to_array();
+            let [yz, zx, xy] = (DVec3::new(n.y * n.z, n.z * n.x, n.x * n.y) * (along - across)).to_array();
+            let of = |row: usize| squares.get(row).copied().unwrap_or(0.0);
+            let [a, b] = spring.ends;
+            for (row, other) in [(a, b), (b, a)] {
+                if let Some(sum) = sums.get_mut(row).filter(|_| of(row) > 0.0) {
+                    let share = 1.0 + of(other) / of(row);
+                    sum.iter_mut().zip([xx, yy, zz, yz, zx, xy]).for_each(|(sum, part)| *sum += share * part);
+                }
+            }
+        }
+        let most = sums.iter().zip(&self.root).fold(0.0, |most, ([xx, yy, zz, yz, zx, xy], root)| {
+            let r = *root;
+            let diagonal = DVec3::new(*xx, *yy, *zz) * r * r;
+            let beside = DVec3::new(*yz * r.y * r.z, *zx * r.z * r.x, *xy * r.x * r.y);
+            largest_of_three(diagonal, beside, most)
+        });
+        most + rate * self.largest_rate()
     }
 
     /// Largest rate of drag and of the scene's damping on a row, 1/s.
@@ -244,7 +284,7 @@ impl LinearGroup {
             Some(root) => *root * DVec3::from_slice(&y[3 * row..]),
             None => DVec3::ZERO,
         };
-        let by_springs = self.springs.iter().flat_map(|spring| {
+        let by_springs = self.springs().flat_map(|spring| {
             let [a, b] = spring.ends;
             let d = of(b) - of(a);
             let along = square(spring.n.dot(d));
@@ -276,14 +316,31 @@ impl LinearGroup {
 }
 
 impl Stiff {
-    fn of(SpringRow { ends, elastic }: &SpringRow<Scalar>, x: impl Fn(usize) -> DVec3) -> Self {
+    fn of(SpringRow { ends, elastic }: &SpringRow<Scalar>, at: &[DVec3]) -> Self {
         let ends = ends.map(|end| end as usize);
-        let d = x(ends[1]) - x(ends[0]);
+        let d = at[ends[1]] - at[ends[0]];
         let (n, taut) = axis(d, elastic.rest_length);
         let along = if n == DVec3::ZERO && taut == 0.0 { 0.0 } else { elastic.stiffness };
         let across = elastic.stiffness * taut;
         Self { ends, n, along, across, damping: elastic.damping }
     }
+}
+
+/// The larger of `most` and the largest eigenvalue of a symmetric matrix of three rows: its diagonal and what stands at
+/// yz, zx and xy (Smith 1961).
+fn largest_of_three(diagonal: DVec3, beside: DVec3, most: Scalar) -> Scalar {
+    let mean = diagonal.element_sum() / 3.0;
+    let from_mean = diagonal - DVec3::splat(mean);
+    let spread = ((from_mean.length_squared() + 2.0 * beside.length_squared()) / 6.0).sqrt();
+    // Also where it is no number.
+    if mean + 2.0 * spread <= most {
+        return most;
+    }
+    let (d, o) = (from_mean / spread, beside / spread);
+    let half =
+        (d.x * d.y * d.z + 2.0 * o.x * o.y * o.z - d.x * o.x * o.x - d.y * o.y * o.y - d.z * o.z * o.z) / 2.0;
+    let turn = if half.is_finite() { libm::acos(half.clamp(-1.0, 1.0)) / 3.0 } else { 0.0 };
+    larger(most, mean + 2.0 * spread * libm::cos(turn))
 }
 
 /// A bound of what drag takes of any velocity, 1/s.

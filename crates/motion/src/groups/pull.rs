@@ -60,6 +60,20 @@ pub(crate) struct Springs<T> {
 }
 
 impl<T: Real> Springs<T> {
+    /// None, with room for so many.
+    pub fn with_room(springs: usize) -> Self {
+        Self { blocks: Vec::with_capacity(springs.div_ceil(AT_ONCE)), len: 0, damped: false }
+    }
+
+    /// Gives every end another number.
+    pub fn renumber(&mut self, mut row: impl FnMut(u32) -> u32) {
+        for i in 0..self.len {
+            for ends in &mut self.blocks[i / AT_ONCE].ends {
+                ends[i % AT_ONCE] = row(ends[i % AT_ONCE]);
+            }
+        }
+    }
+
     pub fn push(&mut self, spring: SpringRow<T>) {
         let at = self.len % AT_ONCE;
         if at == 0 {

@@ -39,6 +39,7 @@ impl Sets {
 }
 
 /// A connected part of a coupling.
+#[derive(Default)]
 pub(crate) struct Part<T> {
     pub coupling: Coupling<T>,
     /// Its rows, as rows of the whole.
@@ -48,9 +49,36 @@ pub(crate) struct Part<T> {
 }
 
 impl<T: Real> Coupling<T> {
-    /// The connected parts that are left without the rows `dead`, in the order of their lowest rows. Springs and
-    /// triangles go with their ends. A row that nothing joins any more is a part of its own.
-    pub(super) fn parts(&self, dead: &[bool]) -> Vec<Part<T>> {
+    /// The connected parts, in the order of their lowest rows. The springs of one part alone stay where they are: they are
+    /// most of what a large world is made of.
+    pub(super) fn into_parts(mut self) -> Vec<Part<T>> {
+        let none = vec![false; self.rows];
+        let mut sets = self.sets(&none);
+        let is_connected = self.movable > 0 && (1..self.movable).all(|row| sets.of(row) == 0);
+        let moves = |rows: &[u32]| rows.iter().any(|row| (*row as usize) < self.movable);
+        let all_move = self.springs.iter().all(|spring| moves(&spring.ends))
+            && self.sheets.iter().all(|sheet| moves(&sheet.corners));
+        if !(is_connected && all_move) {
+            return self.parts(&none);
+        }
+        let (mut springs, mut sheets) = (std::mem::take(&mut self.springs), std::mem::take(&mut self.sheets));
+        let mut part = Part::default();
+        part.rows.extend(0..self.movable);
+        part.coupling.movable = self.movable;
+        if self.attracts {
+            (self.movable..self.rows).for_each(|row| part.hold(&self, row));
+        }
+        springs.renumber(|row| part.row(&self, row, &|row| row));
+        for sheet in &mut sheets {
+            sheet.corners = sheet.corners.map(|row| part.row(&self, row, &|row| row));
+        }
+        (part.coupling.springs, part.coupling.sheets) = (springs, sheets);
+        part.finish(&self);
+        vec![part]
+    }
+
+    /// Movable rows by what joins them, without the rows `dead`.
+    fn sets(&self, dead: &[bool]) -> Sets {
         let moves = |row: u32| (row as usize) < self.movable;
         let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
         let mut sets = Sets::new(self.movable);
@@ -66,16 +94,29 @@ impl<T: Real> Coupling<T> {
             let all: Vec<u32> = (0..).take(self.movable).filter(|row| !dead[*row as usize]).collect();
             join(&all);
         }
+        sets
+    }
+
+    /// The connected parts that are left without the rows `dead`, in the order of their lowest rows. Springs and
+    /// triangles go with their ends. A row that nothing joins any more is a part of its own.
+    pub(super) fn parts(&self, dead: &[bool]) -> Vec<Part<T>> {
+        let moves = |row: u32| (row as usize) < self.movable;
+        let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
+        let mut sets = self.sets(dead);
         let mut parts: Vec<Part<T>> = Vec::new();
         let mut part_of = vec![usize::MAX; self.movable];
+        // The part's numbers of rows.
+        let mut numbers = vec![0; self.movable];
         for row in (0..self.movable).filter(|row| !dead[*row]) {
             let first = sets.of(row);
             if first == row {
                 part_of[row] = parts.len();
-                parts.push(Part { coupling: Coupling::default(), rows: Vec::new(), held: HashMap::new() });
+                parts.push(Part::default());
             }
             part_of[row] = part_of[first];
-            parts[part_of[row]].rows.push(row);
+            let rows = &mut parts[part_of[row]].rows;
+            numbers[row] = u32::try_from(rows.len()).unwrap_or(u32::MAX);
+            rows.push(row);
         }
         for part in &mut parts {
             part.coupling.movable = part.rows.len();
@@ -83,18 +124,19 @@ impl<T: Real> Coupling<T> {
         for row in (self.movable..self.rows).filter(|row| !dead[*row] && self.attracts) {
             parts.iter_mut().for_each(|part| part.hold(self, row));
         }
+        let number = |row: u32| numbers[row as usize];
         let part = |rows: &[u32]| rows.iter().find(|row| moves(**row)).map(|row| part_of[*row as usize]);
         for SpringRow { ends, elastic } in self.springs.iter().filter(|spring| lives(&spring.ends)) {
             if let Some(part) = part(&ends) {
                 let part = &mut parts[part];
-                let ends = ends.map(|row| part.row(self, row as usize));
+                let ends = ends.map(|row| part.row(self, row, &number));
                 part.coupling.springs.push(SpringRow { ends, elastic });
             }
         }
         for SheetRow { corners, mass } in self.sheets.iter().filter(|sheet| lives(&sheet.corners)) {
             if let Some(part) = part(corners) {
                 let part = &mut parts[part];
-                let corners = corners.map(|row| part.row(self, row as usize));
+                let corners = corners.map(|row| part.row(self, row, &number));
                 part.coupling.sheets.push(SheetRow { corners, mass: *mass });
             }
         }
@@ -139,15 +181,13 @@ impl<T: Real> Part<T> {
         self.rows.push(row);
     }
 
-    /// The part's number of a row of the whole.
-    fn row(&mut self, whole: &Coupling<T>, row: usize) -> u32 {
-        let found = if row < whole.movable {
-            self.rows[..self.coupling.movable].binary_search(&row).ok()
-        } else {
-            self.held.get(&row).copied()
-        };
-        let found = found.unwrap_or_else(|| {
-            self.hold(whole, row);
+    /// The part's number of a row of the whole, `number` being that of those that move.
+    fn row(&mut self, whole: &Coupling<T>, row: u32, number: &impl Fn(u32) -> u32) -> u32 {
+        if (row as usize) < whole.movable {
+            return number(row);
+        }
+        let found = self.held.get(&(row as usize)).copied().unwrap_or_else(|| {
+            self.hold(whole, row as usize);
             self.rows.len() - 1
         });
         u32::try_from(found).unwrap_or(u32::MAX)

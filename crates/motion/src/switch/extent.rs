@@ -74,7 +74,7 @@ impl Effect {
             Self::Springs => {
                 let lists = |body: &SoftBody| {
                     body.points.capacity() * size_of::<Entity>()
-                        + body.springs.capacity() * size_of::<Link>()
+                        + body.springs.len() * size_of::<Link>()
                         + body.triangles.capacity() * size_of::<[u32; 3]>()
                 };
                 let lists: usize = world.query::<&SoftBody>().iter(world).map(lists).sum();

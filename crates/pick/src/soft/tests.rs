@@ -24,7 +24,7 @@ impl Sample {
         };
         let places = points.iter().zip(places).map(place).collect();
         let entity = world.spawn_empty().id();
-        Self { entity, body: SoftBody { points, springs, triangles, sheet: false }, places }
+        Self { entity, body: SoftBody { points, springs: springs.into(), triangles, sheet: false }, places }
     }
 
     /// A sheet in the plane z = 0 of `cells` by `cells` squares of 1 m, moved by `offset`.

@@ -139,7 +139,7 @@ impl Drawing<'_> {
         let pose = self.pose;
         let (radius, link_radius) = (pose.point_radius() as f32, pose.link_radius() as f32);
         if let Some(ratio) = springs_alone {
-            for link in &body.springs {
+            for link in body.springs.iter() {
                 if let Some([from, to]) = pose.corners(link.ends) {
                     let length = from.as_dvec3().distance(to.as_dvec3());
                     let by_strain = || strain_color(strain(length, link.elastic.rest_length));
@@ -150,7 +150,7 @@ impl Drawing<'_> {
             }
         } else if body.triangles.is_empty() {
             let mut thin = Vec::new();
-            for link in &body.springs {
+            for link in body.springs.iter() {
                 if let Some(ends) = pose.corners(link.ends) {
                     self.rope(frame, &mut thin, ends, link_radius);
                 }

@@ -62,7 +62,7 @@ fn line(ui: &mut Ui, row: &ForecastRow) {
         limit if limit.is_infinite() => "no limit".to_owned(),
         limit => format!("of {}", digits(limit)),
     };
-    ui.monospace(format!("{} {} {limit}", row.symbol(), digits(margin.value)));
+    ui.monospace(format!("{} {} {limit}", row.symbol(), row.value()));
     bar(ui, margin.ratio());
     let substeps = if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
     ui.weak(format!("{}{substeps}, {}", margin.method.name(), margin.bodies));

@@ -40,11 +40,22 @@ impl ForecastRow {
         }
     }
 
+    /// The value, or the interval that is known of it.
+    #[must_use]
+    pub(crate) fn value(&self) -> String {
+        let Margin { value, at_most, .. } = self.margin;
+        if self.margin.is_known() {
+            digits(value)
+        } else {
+            format!("{} to {}", digits(value), digits(at_most))
+        }
+    }
+
     /// One line for it.
     #[must_use]
     pub fn line(&self) -> String {
         let Self { margin, element, cure } = self;
-        let (symbol, value, method) = (self.symbol(), digits(margin.value), margin.method.name());
+        let (symbol, value, method) = (self.symbol(), self.value(), margin.method.name());
         let limit = match margin.limit {
             0.0 => format!("{method} is never stable here"),
             limit if limit.is_infinite() => format!("{method} has no limit here"),
@@ -187,7 +198,7 @@ impl Session {
                 return;
             }
         }
-        let forecast = Forecast::of(&mut self.world, self.stepper.method());
+        let forecast = Forecast::with_springs(&mut self.world, self.stepper.method());
         let mut springs = HashMap::new();
         for spring in forecast.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();

@@ -53,6 +53,10 @@ impl Form for Chain {
         u64::from(self.points)
     }
 
+    fn springs(&self) -> u64 {
+        self.count().saturating_sub(1)
+    }
+
     fn numbering(&self) -> Numbering {
         Numbering::Line
     }

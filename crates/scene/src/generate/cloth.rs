@@ -79,6 +79,14 @@ impl Cloth {
         }
     }
 
+    /// From a point to those that it is joined to, by rows and columns; each pair is met from one side only.
+    fn steps(&self) -> Vec<(u32, i64)> {
+        let structural: &[(u32, i64)] = &[(0, 1), (1, 0)];
+        let shear: &[(u32, i64)] = if self.shear { &[(1, -1), (1, 1)] } else { &[] };
+        let bend: &[(u32, i64)] = if self.bend { &[(0, 2), (2, 0)] } else { &[] };
+        [structural, shear, bend].concat()
+    }
+
     const fn row_and_column(&self, point: u32) -> (u32, u32) {
         (point / self.columns, point % self.columns)
     }
@@ -91,6 +99,15 @@ impl Form for Cloth {
 
     fn count(&self) -> u64 {
         u64::from(self.rows) * u64::from(self.columns)
+    }
+
+    fn springs(&self) -> u64 {
+        let [rows, columns] = [self.rows, self.columns].map(u64::from);
+        let steps = self.steps();
+        let places = |(down, along): &(u32, i64)| {
+            rows.saturating_sub((*down).into()).saturating_mul(columns.saturating_sub(along.unsigned_abs()))
+        };
+        steps.iter().map(places).fold(0, u64::saturating_add)
     }
 
     fn numbering(&self) -> Numbering {
@@ -115,12 +132,8 @@ impl Form for Cloth {
     }
 
     fn pairs(&self) -> Vec<[u32; 2]> {
-        // Steps by rows and columns; each pair of neighbors is met from one side only.
-        let structural: &[(u32, i64)] = &[(0, 1), (1, 0)];
-        let shear: &[(u32, i64)] = if self.shear { &[(1, -1), (1, 1)] } else { &[] };
-        let bend: &[(u32, i64)] = if self.bend { &[(0, 2), (2, 0)] } else { &[] };
-        let steps: Vec<_> = [structural, shear, bend].concat();
-        let mut pairs = Vec::with_capacity(self.count() as usize * steps.len());
+        let steps = self.steps();
+        let mut pairs = Vec::with_capacity(self.springs() as usize);
         for row in 0..self.rows {
             for column in 0..self.columns {
                 for (down, along) in &steps {

@@ -1,6 +1,6 @@
 //! Lattices: a block of cells, every point joined to all that share a cell with it.
 
-use glam::{DVec3, UVec3};
+use glam::{DVec3, IVec3, UVec3};
 
 use super::soft::{Form, part, pinned, within_numbers};
 use crate::check::{Scope, positive, shown_vector};
@@ -77,6 +77,18 @@ impl Form for Lattice {
         self.points.to_array().into_iter().fold(1, |count: u64, points| count.saturating_mul(points.into()))
     }
 
+    fn springs(&self) -> u64 {
+        let [x, y, z] = self.points.to_array().map(u64::from);
+        // A step along an axis has one place fewer there.
+        let [cx, cy, cz] = [x, y, z].map(|points| points.saturating_sub(1));
+        let edges = [[cx, y, z], [x, cy, z], [x, y, cz]];
+        let faces = [[cx, cy, z], [cx, y, cz], [x, cy, cz]].map(|[a, b, c]| [a, b, c.saturating_mul(2)]);
+        let cells = [cx, cy, cz.saturating_mul(4)];
+        let product = |sides: [u64; 3]| sides.into_iter().fold(1, u64::saturating_mul);
+        let all = edges.into_iter().chain(faces).chain([cells]);
+        all.map(product).fold(0, u64::saturating_add)
+    }
+
     fn numbering(&self) -> Numbering {
         Numbering::Lattice { y: self.points.y, z: self.points.z }
     }
@@ -96,13 +108,14 @@ impl Form for Lattice {
         // Of the 26 neighbors, the 13 that come later: edges, diagonals of faces and diagonals of cells.
         let steps: Vec<[i32; 3]> =
             (0..27).map(|i| [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1]).filter(|step| *step > [0, 0, 0]).collect();
-        let mut pairs = Vec::with_capacity(self.count() as usize * steps.len());
+        let mut pairs = Vec::with_capacity(self.springs() as usize);
         for point in 0..self.count() as u32 {
-            let place = self.place(point);
+            let place = self.place(point).as_ivec3();
             for step in &steps {
-                let to = place.as_i64vec3() + glam::IVec3::from_array(*step).as_i64vec3();
-                if to.cmpge(glam::I64Vec3::ZERO).all() && to.cmplt(self.points.as_i64vec3()).all() {
-                    pairs.push([point, self.number(to.as_uvec3())]);
+                let to = (place + IVec3::from_array(*step)).as_uvec3();
+                // What is below 0 is far above all numbers of points.
+                if to.cmplt(self.points).all() {
+                    pairs.push([point, self.number(to)]);
                 }
             }
         }

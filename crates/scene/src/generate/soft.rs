@@ -23,6 +23,9 @@ pub(super) trait Form {
     /// How many points there are; 0 where they cannot be counted.
     fn count(&self) -> u64;
 
+    /// How many springs there are: as many as [`Form::pairs`].
+    fn springs(&self) -> u64;
+
     fn numbering(&self) -> Numbering;
 
     fn position(&self, point: u32) -> DVec3;

@@ -20,7 +20,7 @@ fn positions(scene: &Scene) -> Vec<DVec3> {
 fn check(scene: &Scene, mass: f64) -> &SoftBodySpec {
     let (soft, places) = (&scene.soft_bodies[0], positions(scene));
     let mut pairs = HashSet::new();
-    for link in &soft.links {
+    for link in soft.links.iter() {
         let [a, b] = link.ends;
         assert!(a < b, "{link:?}");
         assert!(pairs.insert(link.ends), "{link:?} is there twice");
@@ -103,7 +103,7 @@ fn springs_of_a_cloth_reach_next_neighbors_diagonals_and_the_next_but_one() {
         "cloth(rows: 5, columns: 5, along_m: (4, 0, 0), down_m: (0, -4, 0), stiffness_n_m: 1, shear: true, bend: true)",
     );
     let mut reaches: HashMap<(u32, u32), usize> = HashMap::new();
-    for link in &check(&scene, 1.0).links {
+    for link in check(&scene, 1.0).links.iter() {
         let [(r, c), (s, d)] = link.ends.map(|end| (end / 5, end % 5));
         *reaches.entry((r.abs_diff(s), c.abs_diff(d))).or_default() += 1;
     }
