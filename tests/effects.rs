@@ -1,6 +1,6 @@
 //! Effects on demand: what is off, or was never declared, is not there.
 
-mod allocations;
+pub mod allocations;
 mod emitters;
 mod reports;
 mod statics;

@@ -6,6 +6,7 @@
 mod bad_input;
 mod bare;
 mod black_box;
+mod bounds;
 mod contract;
 mod controls;
 mod cost;

@@ -11,30 +11,50 @@ use crate::harness::H;
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+    /// Bytes that this thread has asked for and not given back, and the most that it ever had.
+    static HELD: Cell<[i64; 2]> = const { Cell::new([0; 2]) };
 }
 
-/// The system's allocator; counts for each thread how often it was asked for memory.
+/// The system's allocator; counts for each thread how often it was asked for memory, and how much.
 struct Counting;
+
+impl Counting {
+    fn count(gained: usize, lost: usize) {
+        let [held, most] = HELD.get();
+        let held = held + gained as i64 - lost as i64;
+        HELD.set([held, most.max(held)]);
+        ALLOCATIONS.set(ALLOCATIONS.get() + u64::from(gained > 0));
+    }
+}
+
+/// The most bytes that this thread holds at once during `work`, beyond what it holds before.
+pub(crate) fn most_held(work: impl FnOnce()) -> u64 {
+    let [before, _] = HELD.get();
+    HELD.set([before; 2]);
+    work();
+    u64::try_from(HELD.get()[1] - before).unwrap()
+}
 
 #[allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and hands on")]
 // SAFETY: every call goes on to the system's allocator as it came.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        Self::count(layout.size(), 0);
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        Self::count(0, layout.size());
         unsafe { System.dealloc(memory, layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        Self::count(layout.size(), 0);
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        Self::count(size, layout.size());
         unsafe { System.realloc(memory, layout, size) }
     }
 }

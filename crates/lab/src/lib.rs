@@ -6,6 +6,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod ablation;
+mod attraction;
 pub mod cost;
 mod distances;
 mod input;
@@ -20,6 +21,7 @@ mod timeline;
 mod twin;
 
 pub use ablation::{Ablation, Absence, ablate};
+pub use attraction::{AttractionTick, attraction_tick};
 pub use distances::{Bodies, Distances};
 pub use input::{Input, asked, give, pending};
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};

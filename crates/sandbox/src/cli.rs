@@ -23,6 +23,9 @@ use crate::{ablate, cost, effects, headless, recommend, replay, stability};
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
+    /// Memory that a scene may take, GiB [default: what is free]
+    #[arg(long, global = true, value_name = "GIB", allow_negative_numbers = true, value_parser = positive)]
+    memory: Option<f64>,
     #[command(flatten)]
     window: WindowArgs,
 }
@@ -256,7 +259,11 @@ pub(crate) struct RunArgs {
 /// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
 pub fn run() -> Result<(), Failure> {
     leave_nothing_when_ended();
-    let Cli { command, window } = Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
+    let Cli { command, memory, window } = Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of bytes")]
+    if let Some(gib) = memory {
+        scene::allow_memory((gib * (1_u64 << 30) as f64) as u64);
+    }
     match command {
         None => window::open(&window),
         Some(Command::Run(args)) => headless::run(&args),

@@ -2,8 +2,10 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use lab::AttractionTick;
 use motion::{FrameClock, FrameTime};
 use scene::{Action, Recording, Scene, Script, Source};
 
@@ -14,6 +16,7 @@ use crate::failure::Failure;
 use crate::files::output_file;
 use crate::input::InputFrame;
 use crate::player::Player;
+use crate::progress::Loading;
 use crate::report::Summary;
 use crate::session::{CATCH_UP, Options, Order, Overrides, Session, Simulated, SwitchedBy};
 
@@ -108,6 +111,7 @@ pub(crate) fn player_of(script: Script) -> Player {
 
 /// Does what `sandbox run` says.
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
+    let loading = Loading::begin();
     let mut scene = scene::load(&args.scene)?;
     if args.damping.is_some() && scene.damping.is_none() {
         return Err(Failure::Usage(format!("{} declares no damping; leave --damping out", args.scene)));
@@ -136,9 +140,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let wants_pictures = args.frames.is_some() || script.as_ref().is_some_and(takes_pictures);
     // Frames between two ticks are for who looks at them, or acts in them.
     let unwatched = script.is_none() && !wants_pictures && !follows_frames(&scene);
-    let usual = if unwatched { scene.step_hz.min(DEFAULT_FPS) } else { DEFAULT_FPS };
+    let fps = args.fps.unwrap_or(DEFAULT_FPS);
+    let fps = if unwatched { fps.min(scene.step_hz) } else { fps };
     let recorded_ends = recording.as_ref().map(|recording| recording.frame_ends_s.clone());
-    let mut ends = frame_ends(args, recorded_ends, usual)?;
+    let mut ends = frame_ends(args, recorded_ends, fps)?;
     let ticks = tick_limit(args, &scene, &ends)?;
     // As the window does, whose recording it is.
     let goes_back = recording.is_some() || script.as_ref().is_some_and(goes_back);
@@ -156,6 +161,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         threads: args.step.threads,
     };
     refuse_same_files(args)?;
+    loading.next();
     let mut session = Session::new(scene, options);
     if let Some(script) = script {
         session.play(player_of(script));
@@ -167,7 +173,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     }
     // Before anything is written.
     let longest_frame = ends.longest();
+    loading.next();
     foretell(args, &mut session, longest_frame)?;
+    if let Some(ticks) = ticks {
+        tell_long_ticks(&session, ticks);
+    }
     let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
     let mut camera = if wants_pictures { Some(Camera::new(size_px, folder)?) } else { None };
     // Opened before the run: a place that cannot be written is found out now, and not after an hour.
@@ -178,7 +188,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         eprintln!("drawing with {}", camera.gpu.info);
     }
 
+    loading.next();
     let start = Summary::start(&mut session);
+    drop(loading);
     keep_books(args, &mut session);
     if args.black_box.is_some() {
         session.keep_black_box();
@@ -306,14 +318,40 @@ fn keep_books(args: &RunArgs, session: &mut Session) {
     }
 }
 
-/// The ends of the frames, `usual` a second where nobody says otherwise.
-fn frame_ends(args: &RunArgs, recorded: Option<Vec<f64>>, usual: f64) -> Result<FrameEnds, Failure> {
+/// Runs that take less than this are not told of, s.
+const LONG: f64 = 10.0;
+
+/// Says what a tick takes where all bodies attract each other and the run will be long.
+fn tell_long_ticks(session: &Session, ticks: u64) {
+    let scene = session.scene();
+    let Some(AttractionTick { bodies, seconds }) = lab::attraction_tick(scene) else { return };
+    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
+    let all = seconds * ticks as f64;
+    if all >= LONG {
+        let (tick, all) = (in_time(seconds), in_time(all));
+        eprintln!(
+            "{}: {bodies} bodies attract each other: a tick takes some {tick}, the run some {all}",
+            scene.name
+        );
+    }
+}
+
+/// Seconds as a person would say them.
+fn in_time(seconds: f64) -> String {
+    let units = [("days", 86_400.0), ("h", 3_600.0), ("min", 60.0), ("s", 1.0)];
+    let unit = units.iter().find(|(_, length)| seconds >= 1.5 * length);
+    let (name, length) = unit.copied().unwrap_or(("ms", 1e-3));
+    format!("{:.1} {name}", seconds / length)
+}
+
+/// The ends of the frames, `fps` a second where no list says otherwise.
+fn frame_ends(args: &RunArgs, recorded: Option<Vec<f64>>, fps: f64) -> Result<FrameEnds, Failure> {
     if let Some(path) = &args.frame_times {
         let text = scene::read_text(path)?;
         let times = scene::parse_frame_times(&path.display().to_string(), &text)?;
         return Ok(FrameEnds::Lengths(times.into_iter()));
     }
-    let constant = FrameEnds::Constant { rate: args.fps.unwrap_or(usual) };
+    let constant = FrameEnds::Constant { rate: fps };
     Ok(recorded.map_or(constant, |ends| FrameEnds::Recorded(ends.into_iter())))
 }
 
@@ -352,5 +390,8 @@ pub(crate) fn progress_bar(ticks: Option<u64>) -> ProgressBar {
     let bar = ticks.map_or_else(ProgressBar::new_spinner, ProgressBar::new);
     let style =
         ProgressStyle::with_template("{bar:40} {pos}/{len} ticks, {eta} left").expect("a valid template");
-    bar.with_style(style)
+    let bar = bar.with_style(style);
+    // A tick may take a minute.
+    bar.enable_steady_tick(Duration::from_millis(500));
+    bar
 }

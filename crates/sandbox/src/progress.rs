@@ -1,9 +1,10 @@
-//! The progress of studies, on a terminal.
+//! The progress of studies and of loading, on a terminal.
 
 use std::io::IsTerminal as _;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lab::cost::Bench;
 
 /// Steps of the bar a study.
@@ -60,6 +61,54 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.0.finish_and_clear();
+    }
+}
+
+/// A bar over what comes before the first tick, once that takes a second.
+pub(crate) struct Loading {
+    bar: ProgressBar,
+    /// Dropped when nothing is to be shown any more.
+    _over: Sender<()>,
+}
+
+impl Loading {
+    /// What comes before the first tick, in this order.
+    const STAGES: [&str; 4] =
+        ["reading the scene", "building the world", "forecasting", "adding up energies"];
+
+    /// Begins with the first stage.
+    pub fn begin() -> Self {
+        let style = ProgressStyle::with_template("{bar:40} {msg}, {elapsed}").expect("a valid template");
+        let bar =
+            ProgressBar::with_draw_target(Some(Self::STAGES.len() as u64), ProgressDrawTarget::hidden());
+        let bar = bar.with_style(style).with_message(Self::STAGES[0]);
+        let (over, waiting) = channel();
+        let shown = bar.clone();
+        if std::io::stderr().is_terminal() {
+            std::thread::spawn(move || {
+                if waiting.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
+                    shown.set_draw_target(ProgressDrawTarget::stderr());
+                    shown.enable_steady_tick(Duration::from_millis(200));
+                    // Until there is nothing left to show.
+                    let _ = waiting.recv();
+                    shown.finish_and_clear();
+                }
+            });
+        }
+        Self { bar, _over: over }
+    }
+
+    /// Goes on with the next stage.
+    pub fn next(&self) {
+        self.bar.inc(1);
+        let stage = usize::try_from(self.bar.position()).unwrap_or(usize::MAX);
+        self.bar.set_message(Self::STAGES.get(stage).copied().unwrap_or_default());
+    }
+}
+
+impl Drop for Loading {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 

@@ -19,6 +19,7 @@ use rand_pcg::Pcg64;
 use crate::check::Scope;
 use crate::coupled::{EmitterSpec, SoftBodySpec};
 use crate::faults::Faults;
+use crate::memory::{Census, gib, too_little_for};
 use crate::names::{Names, Numbering};
 use crate::raw::RawScene;
 use crate::resolve_body::{self, Defaults};
@@ -67,6 +68,8 @@ struct Entry<'a> {
     method: Option<&'a Word>,
     substeps: Option<u32>,
     count: u64,
+    /// Between its bodies.
+    springs: u64,
     numbering: Numbering,
     body: BodySpec,
 }
@@ -108,6 +111,7 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
             method: raw.method.as_ref(),
             substeps: raw.substeps,
             count: u64::from(grid.rows) * u64::from(grid.columns),
+            springs: 0,
             numbering: Numbering::Grid { rows: grid.rows },
             body: grid.body,
         });
@@ -122,6 +126,7 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
             method: raw.method.as_ref(),
             substeps: raw.substeps,
             count: cloud.count.into(),
+            springs: 0,
             numbering: Numbering::Line,
             body: cloud.body,
         });
@@ -136,6 +141,7 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
             method: raw.method.as_ref(),
             substeps: raw.substeps,
             count: emitter.capacity,
+            springs: 0,
             numbering: Numbering::Line,
             body: emitter.body,
         });
@@ -152,15 +158,35 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
             method: raw.keys.method.as_ref(),
             substeps: raw.keys.substeps,
             count: soft.form.count(),
+            springs: soft.form.springs(),
             numbering: soft.form.numbering(),
             body: soft.body,
         });
     }
 
     let total = entries.iter().fold(bodies.len() as u64, |sum, entry| sum.saturating_add(entry.count));
+    let attracts = raw.mutual_gravity.is_some();
+    let written = bodies.len() as u64;
+    let moved = if attracts { written } else { 0 };
+    let written = Census { bodies: written, moved, springs: raw.springs.len() as u64 };
+    let census = entries.iter().fold(written, |sum, entry| sum.and(entry.census(attracts)));
+    let needed = census.bytes();
+    let too_little = too_little_for(needed);
     if total > BODY_LIMIT {
         let cure = format!("give at most {BODY_LIMIT} in all");
         faults.add(largest(bodies.len(), &entries), format!("{total} bodies are too many"), cure);
+    } else if let Some((least, by_person)) = too_little {
+        let needs = entries.iter().max_by_key(|entry| entry.census(attracts).bytes());
+        let path = needs.map_or_else(|| "bodies".to_owned(), |entry| entry.scope().path());
+        let so_many = match census.springs {
+            0 => format!("{total} bodies"),
+            springs => format!("{total} bodies and {springs} springs"),
+        };
+        let have = if by_person { "are allowed" } else { "are free" };
+        let what = format!("{so_many} take some {}, and {} {have}", gib(needed), gib(least));
+        faults.add(path, what, "give fewer, or more with `--memory GIB`");
+    }
+    if total > BODY_LIMIT || too_little.is_some() {
         return Bodies {
             bodies,
             names: None,
@@ -172,7 +198,7 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
     }
     let mut prefixes = Vec::new();
     for entry in &entries {
-        let scope = Scope::item(entry.list, entry.index);
+        let scope = entry.scope();
         let (first, count) = (names.len() as u32, entry.count as u32);
         let own = (entry.method, entry.substeps);
         sections.push(Section::new(scope, first, count, own, &entry.body, scenes));
@@ -211,12 +237,21 @@ fn largest(written: usize, entries: &[Entry<'_>]) -> &'static str {
 }
 
 impl Entry<'_> {
+    const fn scope(&self) -> Scope {
+        Scope::item(self.list, self.index)
+    }
+
+    fn census(&self, attracts: bool) -> Census {
+        let moves = attracts || matches!(self.list, "emitters" | "soft_bodies");
+        Census { bodies: self.count, moved: if moves { self.count } else { 0 }, springs: self.springs }
+    }
+
     /// What the names of its bodies begin with: `grid` for the first grid, `grid2` for the second, unless it has a
     /// name of its own.
     fn prefix(&self, faults: &mut Faults) -> String {
         match (self.name, self.nth) {
             (Some(name), _) => {
-                check_name(name, Scope::item(self.list, self.index), faults);
+                check_name(name, self.scope(), faults);
                 name.to_owned()
             }
             (None, 0) => self.kind.to_owned(),

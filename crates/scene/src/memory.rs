@@ -1,0 +1,128 @@
+//! The memory that a scene takes, estimated before any of it is allocated, and what there is.
+
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use motion::{Forecast, Link};
+
+use crate::scene::{BodySpec, Scene};
+
+/// Bytes of a body beside its entry in the scene: its components, in columns that may have room for twice as many, and
+/// look-ups by entity and by stable id. Measured, as the other two are: `tests/bounds.rs` holds them.
+const BODY: u64 = 280;
+
+/// What a body takes besides that moves to a table of its own, as members of groups and particles do, and has a row in
+/// the arrays of a step.
+const MOVED: u64 = 400;
+
+/// Bytes of a spring beside its entry in the scene: its place in the list that forces are computed from.
+const SPRING: u64 = 40;
+
+/// What is not asked about: a scene of less fits everywhere.
+const SMALL: u64 = 256 << 20;
+
+/// What the person allows, bytes.
+static ALLOWED: OnceLock<u64> = OnceLock::new();
+
+/// Lets no scene from now on take more than so many bytes; the first call decides. Without one it is what the machine has
+/// free when a scene is loaded.
+pub fn allow_memory(bytes: u64) {
+    ALLOWED.get_or_init(|| bytes);
+}
+
+/// What there is to find room for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Census {
+    pub bodies: u64,
+    /// Those of them that are members of groups, or particles.
+    pub moved: u64,
+    pub springs: u64,
+}
+
+impl Census {
+    /// Of two together.
+    pub const fn and(self, other: Self) -> Self {
+        Self {
+            bodies: self.bodies.saturating_add(other.bodies),
+            moved: self.moved.saturating_add(other.moved),
+            springs: self.springs.saturating_add(other.springs),
+        }
+    }
+
+    /// Bytes that it takes at most until the first tick is over.
+    pub fn bytes(self) -> u64 {
+        let forecast = if self.springs > 0 { Forecast::most_bytes(self.moved) } else { 0 };
+        [
+            self.bodies.saturating_mul(BODY + size_of::<BodySpec>() as u64),
+            self.moved.saturating_mul(MOVED),
+            self.springs.saturating_mul(SPRING + size_of::<Link>() as u64),
+            forecast,
+        ]
+        .into_iter()
+        .fold(0, u64::saturating_add)
+    }
+}
+
+impl Scene {
+    /// Bytes that a run of the scene takes at most until its first tick is over, without pictures: as estimated before
+    /// any body was made.
+    #[must_use]
+    pub fn estimated_bytes(&self) -> u64 {
+        let bodies = self.bodies.len() as u64;
+        let soft = self.soft_bodies.iter().map(|soft| (soft.points.len(), soft.links.len()));
+        let pools = self.emitters.iter().map(|emitter| (emitter.pool.len(), 0));
+        let entries = soft.chain(pools).map(|(moved, springs)| (moved as u64, springs as u64));
+        let (moved, springs) =
+            entries.fold((0, self.springs.len() as u64), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+        let moved = if self.mutual_gravity.is_some() { bodies } else { moved };
+        Census { bodies, moved, springs }.bytes()
+    }
+}
+
+/// What is allowed, if that is less than `needed` bytes, and whether it was the person who allowed it.
+pub(crate) fn too_little_for(needed: u64) -> Option<(u64, bool)> {
+    let (least, by_person) = match ALLOWED.get() {
+        Some(allowed) => (*allowed, true),
+        None if needed <= SMALL => return None,
+        None => (free()?, false),
+    };
+    (needed > least).then_some((least, by_person))
+}
+
+/// Gibibytes in words.
+pub(crate) fn gib(bytes: u64) -> String {
+    format!("{:.1} GiB", bytes as f64 / (1_u64 << 30) as f64)
+}
+
+/// Bytes that this process can still have: the least of what the machine has, what its control groups leave it and
+/// what its address space has room for. `None` where the system does not say.
+fn free() -> Option<u64> {
+    let number = |line: &str| line.split_whitespace().find_map(|word| word.parse::<u64>().ok());
+    let of_file = |path: &str, key: &str| {
+        let text = fs::read_to_string(path).ok()?;
+        text.lines().find(|line| line.starts_with(key)).and_then(number)
+    };
+    let kib = |path: &str, key: &str| of_file(path, key).map(|kib| kib.saturating_mul(1024));
+    let machine = kib("/proc/meminfo", "MemAvailable:");
+    let limit = of_file("/proc/self/limits", "Max address space");
+    let space = limit.zip(kib("/proc/self/status", "VmSize:")).map(|(most, now)| most.saturating_sub(now));
+    [machine, space, free_in_control_groups()].into_iter().flatten().min()
+}
+
+/// The least that the control groups of this process leave it, from its own up to the root; those of version 1 have one
+/// file for all of memory.
+fn free_in_control_groups() -> Option<u64> {
+    let number = |path: &Path| fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
+    let left = |folder: &Path, most: &str, now: &str| {
+        Some(number(&folder.join(most))?.saturating_sub(number(&folder.join(now))?))
+    };
+    let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
+    let own = groups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or_default();
+    let root = Path::new("/sys/fs/cgroup");
+    let own = root.join(own);
+    let second = own.ancestors().take_while(|folder| folder.starts_with(root));
+    let second = second.filter_map(|folder| left(folder, "memory.max", "memory.current"));
+    let first = left(&root.join("memory"), "memory.limit_in_bytes", "memory.usage_in_bytes");
+    second.chain(first).min()
+}
