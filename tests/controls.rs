@@ -399,6 +399,46 @@ fn shift_changes_only_the_keys_that_have_a_row_with_it() {
 }
 
 #[test]
+fn shift_that_belongs_to_another_key_does_not_fly() {
+    let start = CameraSpec::TUTORIAL.position;
+    // `?` is typed with shift, and so is `=` on some keyboards.
+    for key in ["Shift+I", "Shift+T", "?", "="] {
+        let mut drive = Drive::tutorial();
+        drive.give([down("Shift")]).run(6, 1.0 / 60.0);
+        assert!(drive.session.camera().position.y < start.y, "shift may be all that comes");
+        drive.give([down(key)]).run(6, 1.0 / 60.0).give([up(key)]).run(6, 1.0 / 60.0);
+        drive.give([up("Shift")]).run(6, 1.0 / 60.0);
+        assert!((drive.session.camera().position - start).length() < 1e-9, "{key}");
+        // The next press of shift flies again.
+        drive.give([down("Shift")]).run(6, 1.0 / 60.0);
+        assert!((drive.session.camera().position - start + DVec3::Y * 10.0).length() < 1e-9);
+    }
+    // After a second of flying it was meant.
+    let mut drive = Drive::tutorial();
+    drive.give([down("Shift")]).run(60, 1.0 / 60.0).press("Shift+I").run(6, 1.0 / 60.0);
+    assert!((drive.session.camera().position - start + DVec3::Y * 110.0).length() < 1e-9);
+}
+
+#[test]
+fn a_tap_shorter_than_a_frame_flies_for_the_frame_and_pushes_for_a_tick() {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let mut drive = Drive::tutorial();
+    drive.frame(0.05, tap("W")).run(9, 0.05);
+    let moved = drive.session.camera().position - CameraSpec::TUTORIAL.position;
+    assert!((moved - DVec3::new(half, 0.0, -half) * 5.0).length() < 1e-9, "{moved}");
+    // Also in a frame that has no tick.
+    for first in [0.05, 0.001] {
+        let mut scene = scene::load("tutorial").unwrap();
+        scene.damping = None;
+        let mut drive = Drive::of(scene);
+        let pixel = drive.pixel(drive.x("player"));
+        drive.press("Q").select(pixel);
+        drive.frame(first, tap("Right")).run(9, 0.05);
+        close(drive.v("player").x, 10.0 * 0.5 * H, 1e-12);
+    }
+}
+
+#[test]
 fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     let mut drive = Drive::tutorial();
     let count = |drive: &mut Drive| drive.session.methods();

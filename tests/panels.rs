@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 use motion::{Gravity, Method};
-use sandbox::Order;
 use sandbox::input::{Button, Input};
+use sandbox::{Order, Panel};
 
 use crate::drive::{Drive, at, click, tap};
 use crate::harness::H;
@@ -35,27 +35,64 @@ pub fn write_step_hz(drive: &mut Drive) {
     assert!(field.is_some());
 }
 
-/// Whether Escape finds nothing to close or to clear.
-fn escape_quits(drive: &mut Drive) -> bool {
-    drive.press("Escape").session.take_orders() == [Order::Quit]
+#[test]
+fn ctrl_q_quits_also_while_something_is_typed_and_escape_never_does() {
+    for open in [None, Some("Tab"), Some("Ctrl+O")] {
+        let mut drive = Drive::tutorial();
+        for key in open.into_iter().chain(["Escape"; 5]).chain(open) {
+            drive.press(key).ticks(2);
+        }
+        assert_eq!(drive.session.take_orders(), []);
+        assert_eq!(drive.press("Ctrl+Q").session.take_orders(), [Order::Quit], "{open:?}");
+    }
 }
 
 #[test]
-fn panels_are_closed_at_the_start_and_escape_quits_after_asking_nothing() {
-    assert!(escape_quits(&mut Drive::tutorial()));
-}
-
-#[test]
-fn escape_closes_a_panel_then_clears_the_selection_then_quits() {
-    for key in ["H", "?", "Tab", "Ctrl+O"] {
+fn escape_closes_what_was_opened_last_and_then_clears_the_selection() {
+    let panels = [
+        ("H", Panel::Help),
+        ("Tab", Panel::Settings),
+        ("E", Panel::Effects),
+        ("C", Panel::Cost),
+        ("T", Panel::Ghosts),
+        ("B", Panel::Ledger),
+        ("V", Panel::Forecast),
+        ("R", Panel::Timeline),
+        ("Ctrl+O", Panel::Finder),
+    ];
+    for (i, (key, panel)) in panels.into_iter().enumerate() {
+        let (other_key, other) = panels[(i + 3) % 8];
         let mut drive = Drive::tutorial();
         let player = drive.pixel(drive.x("player"));
         drive.press("Q").select(player);
-        drive.press(key).ticks(1);
-        assert!(!escape_quits(&mut drive) && drive.selected().is_some(), "{key} opens a panel");
-        assert!(!escape_quits(&mut drive) && drive.selected().is_none());
-        assert!(escape_quits(&mut drive));
+        assert_eq!(drive.press(other_key).press(key).ticks(1).session.open_panels(), [other, panel]);
+        assert_eq!(drive.press("Escape").session.open_panels(), [other]);
+        assert_eq!(drive.press("Escape").session.open_panels(), []);
+        assert_eq!(drive.selected().as_deref(), Some("player"));
+        assert_eq!(drive.press("Escape").selected(), None);
     }
+}
+
+#[test]
+fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
+    let (mut drive, _) = with_settings();
+    let method = |drive: &Drive| drive.session.stepper().method();
+    // As the test of the list below finds it, but Escape comes before the click on its first line.
+    let row = method_row(&mut with_settings().0);
+    drive.frame(H, [at(DVec2::new(120.0, row))]).frame(H, click(Button::Left)).ticks(2);
+    drive.press("Escape").ticks(1);
+    assert_eq!(drive.session.open_panels(), [Panel::Settings]);
+    drive.frame(H, [at(DVec2::new(120.0, row + 29.0))]).frame(H, click(Button::Left)).ticks(2);
+    assert_eq!(method(&drive), Method::SemiImplicitEuler, "the list is closed");
+
+    write_step_hz(&mut drive);
+    for letter in ["7", "7"] {
+        drive.frame(H, [Input::Text(letter.to_owned())]);
+    }
+    drive.press("Escape").ticks(2);
+    assert_eq!((drive.session.open_panels(), drive.session.takes_text()), (&[Panel::Settings][..], false));
+    assert_eq!(drive.session.step_hz(), 120.0, "the number is what it was");
+    assert_eq!(drive.press("Escape").session.open_panels(), []);
 }
 
 #[test]
@@ -63,7 +100,7 @@ fn the_key_that_opened_a_panel_closes_it() {
     for (open, close) in [("H", "H"), ("H", "?"), ("?", "H"), ("Tab", "Tab")] {
         let mut drive = Drive::tutorial();
         drive.press(open).ticks(2).press(close).ticks(2);
-        assert!(escape_quits(&mut drive), "{open}, {close}");
+        assert_eq!(drive.session.open_panels(), [], "{open}, {close}");
     }
 }
 
@@ -145,8 +182,20 @@ fn letters_typed_into_the_finder_do_not_press_their_keys() {
     assert!(!drive.session.paused() && !drive.session.world().resource::<Gravity>().on);
     assert_eq!((drive.hash(), *drive.session.camera()), (hash, camera));
     assert_eq!((drive.session.take_orders(), drive.session.mode()), (Vec::new(), sandbox::Mode::Camera));
-    assert!(!escape_quits(&mut drive) && !drive.session.takes_text());
-    assert!(escape_quits(&mut drive));
+    assert_eq!(drive.press("Escape").session.open_panels(), []);
+    assert!(!drive.session.takes_text());
+}
+
+#[test]
+fn ctrl_a_selects_all_of_the_finder() {
+    let mut drive = Drive::tutorial();
+    drive.frame(H, tap("Ctrl+O")).ticks(2);
+    let mut write = |drive: &mut Drive, text: &str| drop(drive.frame(H, [Input::Text(text.to_owned())]));
+    write(&mut drive, "jel");
+    drive.frame(H, tap("Ctrl+A"));
+    write(&mut drive, "thou");
+    drive.frame(H, tap("Enter"));
+    assert_eq!(drive.session.take_orders(), [Order::Open("thousand".to_owned())]);
 }
 
 #[test]
@@ -157,7 +206,8 @@ fn a_number_being_typed_into_the_settings_takes_the_keys() {
     drive.frame(H, tap("G")).frame(H, tap("Q")).ticks(1);
     assert_eq!(*drive.session.world().resource::<Gravity>(), gravity);
     assert!(!drive.session.grabs_pointer());
-    assert!(!escape_quits(&mut drive) && !drive.session.takes_text());
+    drive.press("Escape");
+    assert!(!drive.session.takes_text());
     assert_ne!(*drive.press("G").session.world().resource::<Gravity>(), gravity);
 }
 
@@ -174,18 +224,23 @@ fn what_is_changed_in_the_settings_acts_on_the_scene() {
     assert!(drive.ticks(5).v("player").y < 0.0);
 }
 
-#[test]
-fn a_method_is_chosen_from_the_list_in_the_settings() {
-    let (mut drive, _) = with_settings();
-    assert_eq!(drive.session.stepper().method(), Method::SemiImplicitEuler);
+/// Chooses explicit Euler in the open settings; the height of the box.
+fn method_row(drive: &mut Drive) -> f64 {
     // A click on the box below the middle opens the list; its first line is 27 pixels lower.
-    let line = (0..20).map(|row| 350.0 + 4.0 * f64::from(row)).find(|row| {
+    let row = (0..20).map(|row| 350.0 + 4.0 * f64::from(row)).find(|row| {
         for y in [*row, row + 29.0] {
             drive.frame(H, [at(DVec2::new(120.0, y))]).frame(H, click(Button::Left)).ticks(2);
         }
         drive.session.stepper().method() == Method::ExplicitEuler
     });
-    assert!(line.is_some());
+    row.expect("a list of methods")
+}
+
+#[test]
+fn a_method_is_chosen_from_the_list_in_the_settings() {
+    let (mut drive, _) = with_settings();
+    assert_eq!(drive.session.stepper().method(), Method::SemiImplicitEuler);
+    method_row(&mut drive);
     assert_eq!(drive.session.methods(), [(Method::ExplicitEuler, 28)]);
 }
 

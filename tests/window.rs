@@ -1,11 +1,14 @@
 //! The real program in a real window on an X server of its own, with real keys and a real pointer.
 //!
-//! Nothing here waits for a time to pass: what the program has done is seen in the files that it writes. The deadlines only end a test that would never end.
+//! What the program has done is seen in the files that it writes; a time passes only where nothing is to happen meanwhile. The deadlines only end a
+//! test that would never end.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
 
 use glam::{DVec2, DVec3};
 use motion::{FrameClock, Method, PhysicsBody};
@@ -23,6 +26,16 @@ use crate::harness::{output, program, sandbox, wait_for};
 
 const SIZE: [u32; 2] = [640, 360];
 
+/// A screen and the size that the window asks for.
+const USUAL: [[u32; 2]; 2] = [[1280, 720], SIZE];
+
+/// How long nothing happens where that is what is looked at.
+const REST: Duration = Duration::from_secs(2);
+
+fn by([width, height]: [u32; 2]) -> String {
+    format!("{width}x{height}")
+}
+
 /// Starts a tool of the tests.
 fn tool(command: &mut Command) -> Child {
     command.spawn().unwrap_or_else(|error| {
@@ -39,11 +52,12 @@ struct Display {
 }
 
 impl Display {
-    fn start() -> Self {
+    fn start(size: [u32; 2]) -> Self {
         // It takes a free number itself and writes it when it is ready. Without -noreset it would start anew, and
         // refuse connections meanwhile, whenever its last client leaves, as xdotool does.
         let mut command = Command::new("Xvfb");
-        command.args(["-displayfd", "1", "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"]);
+        let screen = format!("{}x24", by(size));
+        command.args(["-displayfd", "1", "-screen", "0", &screen, "-nolisten", "tcp", "-noreset"]);
         let mut display = Self {
             server: tool(command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null())),
             name: String::new(),
@@ -87,14 +101,19 @@ struct Window {
 
 impl Window {
     fn open(environment: &[(&str, &str)]) -> Self {
-        Self::open_in(tempfile::tempdir().unwrap(), &["--record", "recording.ron"], environment)
+        Self::open_in(tempfile::tempdir().unwrap(), &["--record", "recording.ron"], environment, USUAL)
     }
 
-    fn open_in(folder: TempDir, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
-        let display = Display::start();
+    fn open_in(
+        folder: TempDir,
+        arguments: &[&str],
+        environment: &[(&str, &str)],
+        [screen, size]: [[u32; 2]; 2],
+    ) -> Self {
+        let display = Display::start(screen);
         let program = Command::new(program())
             .args(arguments)
-            .args(["--size", &format!("{}x{}", SIZE[0], SIZE[1])])
+            .args(["--size", &by(size)])
             .current_dir(folder.path())
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
@@ -153,9 +172,9 @@ impl Window {
         Screenshot::read(path)
     }
 
-    /// Presses Escape `times` times and waits for the end.
-    fn quit(&mut self, times: usize) -> ExitStatus {
-        self.input(&[&["key"], vec!["Escape"; times].as_slice()].concat());
+    /// Quits and waits for the end.
+    fn quit(&mut self) -> ExitStatus {
+        self.input(&["key", "ctrl+q"]);
         wait_for("the program to end", || self.program.try_wait().unwrap())
     }
 
@@ -259,8 +278,10 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     while window.screenshot().tick < pushed.tick + 12 {}
     window.input(&["key", "p"]);
     let paused = window.screenshot();
-    window.input(&["key", "i", "i", "shift+i"]);
-    assert_eq!(window.quit(2).code(), Some(0), "{}", window.messages());
+    window.input(&["key", "i", "i", "shift+i", "Escape", "Escape"]);
+    // It is still there.
+    let _ = window.screenshot();
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
     assert_ne!(pushed.state_hash, paused.state_hash, "nothing moved");
 
     let (script, recording) = window.recording();
@@ -274,10 +295,8 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
         assert!(recorded.contains(&&Action::MouseUp(button)));
     }
     assert!(recorded.contains(&&Action::MoveMouse(aim.x, aim.y)));
-    // X11 hands on a notch twice: once for the press and once for the release of its button.
-    let notches = |action: &&Action| if let Action::Wheel(notches) = action { *notches } else { 0.0 };
-    let notches: f64 = recorded.iter().map(notches).sum();
-    assert!(notches >= 1.0, "{notches} notches");
+    let notches = |action: &&&Action| matches!(action, Action::Wheel(_));
+    assert_eq!(recorded.iter().filter(notches).collect::<Vec<_>>(), [&&Action::Wheel(1.0)]);
 
     let mut studio = Studio::like_the_window(SIZE);
     let (mut seen, mut replayed) = (Vec::new(), None);
@@ -287,7 +306,7 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
                 replayed = Some(studio.draw(session));
                 let selected = session.selection().expect("the click selects");
                 assert_eq!(session.name(selected), "grid.x4.z4");
-                assert_eq!(session.click_force(), 10.0 + 100.0 * notches);
+                assert_eq!(session.click_force(), 110.0);
                 assert_eq!(session.mode(), Mode::Selection);
             }
             seen.push((session.ticks(), format!("{:016x}", state_hash(session))));
@@ -304,7 +323,7 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
         script.to_ron()
     );
     assert_eq!(end.stepper().method(), Method::default().next());
-    assert_eq!(end.selection(), None, "Escape clears the selection first");
+    assert_eq!(end.selection(), None, "Escape clears the selection");
 
     let [in_window, in_replay] = [&pushed.image, &replayed.unwrap()].map(without_the_shells_words);
     let difference = Difference::between(&in_window, &in_replay);
@@ -330,7 +349,7 @@ fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
             break screenshot;
         }
     };
-    assert_eq!(window.quit(1).code(), Some(0), "{}", window.messages());
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
     let (script, recording) = window.recording();
     assert!(script.steps.iter().any(|step| step.action == Action::Resize(500, 300)));
     assert_eq!(recording.size_px, SIZE.into());
@@ -350,7 +369,7 @@ fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() 
     window.input(&["keyup", "w"]);
     window.take_focus();
     let _ = window.screenshot();
-    assert_eq!(window.quit(1).code(), Some(0), "{}", window.messages());
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
 
     let (script, recording) = window.recording();
     let mut steps = script.steps.iter().map(|step| &step.action);
@@ -375,7 +394,7 @@ fn a_bundle_opens_just_before_its_fault_and_meets_it_again() {
     let fault = bundle.manifest.fault.clone().unwrap();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("box"), bundle.write().unwrap()).unwrap();
-    let mut window = Window::open_in(folder, &["box"], &[]);
+    let mut window = Window::open_in(folder, &["box"], &[], USUAL);
     let hash = |tick: u64| format!("{:016x}", hashes[tick as usize - 1]);
     let good = fault.tick - 1;
     let first = window.screenshot();
@@ -398,14 +417,65 @@ fn a_bundle_opens_just_before_its_fault_and_meets_it_again() {
     // Then it goes through it.
     window.input(&["key", "p"]);
     while window.screenshot().tick <= fault.tick {}
-    assert_eq!(window.quit(2).code(), Some(0), "{}", window.messages());
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+}
+
+#[test]
+fn a_window_is_no_larger_than_its_screen() {
+    let (folder, screen) = (tempfile::tempdir().unwrap(), [1024, 600]);
+    let mut window = Window::open_in(folder, &[], &[], [screen, [1280, 720]]);
+    assert_eq!(window.screenshot().image.size_px, screen);
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+}
+
+#[test]
+fn a_paused_window_draws_when_something_happens_and_owes_nothing_for_the_rest() {
+    let mut window = Window::open(&[]);
+    window.input(&["key", "p"]);
+    let paused = window.screenshot();
+    sleep(REST);
+    window.input(&["key", "w"]);
+    let flown = window.screenshot();
+    assert_eq!((flown.tick, &flown.state_hash), (paused.tick, &paused.state_hash));
+    sleep(REST);
+    window.input(&["key", "p"]);
+    while window.screenshot().tick == paused.tick {}
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+
+    let (script, recording) = window.recording();
+    let rest = REST.as_secs_f64();
+    let long = recording.frame_ends_s.windows(2).filter(|ends| ends[1] - ends[0] > 0.8 * rest).count();
+    assert_eq!(long, 2, "no frame while nothing happens");
+    let (mut cameras, mut dropped) = (Vec::new(), Vec::new());
+    replay(&script, &recording, |session, _| {
+        cameras.push(session.camera().position);
+        dropped.push(session.dropped());
+    });
+    let flown = cameras[0].distance(*cameras.last().unwrap());
+    assert!(flown > 0.0 && flown < 50.0 * rest, "a tap of W flies {flown} m");
+    assert!(dropped.windows(2).all(|dropped| dropped[1] - dropped[0] < 0.5 * rest));
+}
+
+#[test]
+fn a_window_that_is_not_seen_simulates_on_with_few_frames() {
+    let mut window = Window::open(&[]);
+    let before = window.screenshot();
+    window.input(&["windowmove", &window.id, "5000", "5000"]);
+    sleep(REST);
+    window.input(&["windowmove", &window.id, "0", "0"]);
+    let after = window.screenshot();
+    assert!(after.tick > before.tick + 100);
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    let (_, recording) = window.recording();
+    let few = |ends: &&[f64]| (0.09..0.2).contains(&(ends[1] - ends[0]));
+    assert!(recording.frame_ends_s.windows(2).filter(few).count() >= 8, "{:?}", recording.frame_ends_s);
 }
 
 #[test]
 fn a_wayland_display_that_is_gone_falls_back_to_x11() {
     let mut window = Window::open(&[("WAYLAND_DISPLAY", "/nonexistent/wayland-9")]);
     assert_eq!(window.screenshot().image.size_px, SIZE);
-    assert_eq!(window.quit(1).code(), Some(0), "{}", window.messages());
+    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
 }
 
 #[test]

@@ -58,6 +58,30 @@ impl Key {
     pub fn name(&self) -> &str {
         &self.name
     }
+
+    /// Whether the control key is held with it.
+    #[must_use]
+    pub const fn ctrl(&self) -> bool {
+        self.ctrl
+    }
+
+    /// Whether it is a letter with the shift key.
+    #[must_use]
+    pub const fn shift(&self) -> bool {
+        self.shift
+    }
+
+    /// Whether shift, if it is held, belongs to this key: to a row of its own such as `Shift+I`, or to a character such
+    /// as `?`.
+    #[must_use]
+    pub fn takes_shift(&self) -> bool {
+        let mut characters = self.name.chars();
+        match (characters.next(), characters.next()) {
+            (Some(one), None) if one.is_alphabetic() => self.shift && row(self).is_some(),
+            (Some(_), None) => true,
+            _ => false,
+        }
+    }
 }
 
 impl fmt::Display for Key {
@@ -146,6 +170,7 @@ pub enum Action {
     Trails,
     Screenshot,
     Cancel,
+    Quit,
 }
 
 /// When an action's key means something.
@@ -299,7 +324,13 @@ pub const BINDINGS: &[Binding] = &[
     edge(Action::Springs, "springs", &["3"], "springs, colored by strain, in place of what they carry"),
     edge(Action::Trails, "trails", &["7"], "trails"),
     edge(Action::Screenshot, "screenshot", &["F12"], "write a screenshot"),
-    edge(Action::Cancel, "cancel", &["Escape"], "close a panel, else clear the selection, else quit"),
+    edge(
+        Action::Cancel,
+        "cancel",
+        &["Escape"],
+        "close what was opened last, a list before its panel; else clear the selection",
+    ),
+    edge(Action::Quit, "quit", &["Ctrl+Q"], "quit, as the window's close button does"),
 ];
 
 /// What the mouse does: input, when, what.
@@ -329,13 +360,14 @@ impl Action {
     }
 }
 
+fn row(key: &Key) -> Option<&'static Binding> {
+    let name = key.to_string();
+    BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
+}
+
 /// The row of the key, if it has one.
 #[must_use]
 pub fn binding(key: &Key) -> Option<&'static Binding> {
-    let row = |key: &Key| {
-        let name = key.to_string();
-        BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
-    };
     // Shift flies down while other keys fly on: it changes only the keys that have a row with it.
     row(key).or_else(|| row(&key.clone().with_shift(false)))
 }

@@ -4,13 +4,14 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::{Damping, Effect, Gravity, Method, PushQueue, Request};
+use motion::{Damping, Effect, Gravity, Method, Push, PushQueue, Request};
 use scene::{PushSpec, unsolvable};
 
 use crate::actions::{Action, Key, When, binding};
 use crate::input::{Button, Experiment, Input};
 use crate::methods;
 use crate::session::{KEY_PUSH, Order, Session, SwitchedBy};
+use crate::ui::Panel;
 
 /// What the pointer is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,6 +26,9 @@ pub enum Mode {
 /// Slowest and fastest pace that the keys reach.
 const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
 
+/// A shift key that is held for less than this, s, before a key that goes with it, was not meant to fly.
+const CHORD_S: f64 = 0.5;
+
 /// What input has brought about so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Control {
@@ -37,6 +41,12 @@ pub(crate) struct Control {
     pub pointer: DVec2,
     pub selecting: bool,
     pub held: Vec<Key>,
+    /// Held keys that went down in this frame.
+    pub pressed: Vec<Key>,
+    /// Those of them that came up in it, too: each acts once.
+    pub tapped: Vec<Key>,
+    /// How long shift has moved the camera since it went down, s.
+    pub shifted_s: f64,
     pub paused: bool,
     pub steps_asked: u64,
     pub velocity_arrows: bool,
@@ -57,6 +67,9 @@ impl Control {
             pointer: DVec2::ZERO,
             selecting: false,
             held: Vec::new(),
+            pressed: Vec::new(),
+            tapped: Vec::new(),
+            shifted_s: 0.0,
             paused,
             steps_asked: 0,
             velocity_arrows: false,
@@ -66,39 +79,43 @@ impl Control {
         }
     }
 
-    fn holds(&self, action: Action) -> bool {
-        self.held.iter().filter_map(binding).any(|binding| binding.action == action)
+    fn release(&mut self, key: &Key) {
+        // By name: the control or the shift key may have gone down or up since the key did.
+        let same = |other: &Key| other.name() == key.name();
+        if let Some(at) = self.pressed.iter().position(same) {
+            self.tapped.push(self.pressed.remove(at));
+        }
+        self.held.retain(|held| !same(held));
     }
 
-    /// -1, 0 or 1 from two opposite held actions.
-    fn axis(&self, minus: Action, plus: Action) -> f64 {
-        f64::from(i8::from(self.holds(plus)) - i8::from(self.holds(minus)))
+    fn release_all(&mut self) {
+        self.held.clear();
+        self.pressed.clear();
+        self.tapped.clear();
     }
+}
+
+/// -1, 0 or 1 from two opposite actions of `keys`.
+fn axis(keys: &[Key], minus: Action, plus: Action) -> f64 {
+    let any = |action: Action| keys.iter().filter_map(binding).any(|binding| binding.action == action);
+    f64::from(i8::from(any(plus)) - i8::from(any(minus)))
+}
+
+fn push_of(keys: &[Key]) -> DVec3 {
+    let axis = |minus, plus| axis(keys, minus, plus);
+    DVec3::new(
+        axis(Action::PushMinusX, Action::PushPlusX),
+        axis(Action::PushMinusY, Action::PushPlusY),
+        axis(Action::PushMinusZ, Action::PushPlusZ),
+    ) * KEY_PUSH
 }
 
 impl Session {
     pub(crate) fn handle(&mut self, input: &Input) {
         match input {
-            Input::KeyDown(key) => {
-                if self.ui.takes_keys() {
-                    if key.name() == "Escape" {
-                        self.ui.close_top();
-                    } else {
-                        self.ui.key(key, true);
-                    }
-                } else if let Some(binding) = binding(key) {
-                    if binding.held {
-                        if !self.control.held.contains(key) {
-                            self.control.held.push(key.clone());
-                        }
-                    } else {
-                        self.act(binding.action);
-                    }
-                }
-            }
+            Input::KeyDown(key) => self.key_down(key),
             Input::KeyUp(key) => {
-                // By name: the control or the shift key may have gone down or up since the key did.
-                self.control.held.retain(|held| held.name() != key.name());
+                self.control.release(key);
                 self.ui.key(key, false);
             }
             Input::Text(text) => {
@@ -123,7 +140,7 @@ impl Session {
                 }
             }
             Input::FocusLost => {
-                self.control.held.clear();
+                self.control.release_all();
                 self.control.selecting = false;
                 self.ui.focus_lost();
             }
@@ -136,28 +153,72 @@ impl Session {
         }
     }
 
+    fn key_down(&mut self, key: &Key) {
+        let binding = binding(key);
+        let leaves = binding.is_some_and(|row| matches!(row.action, Action::Cancel | Action::Quit));
+        if self.ui.takes_keys() && !leaves {
+            self.ui.key(key, true);
+        } else if let Some(binding) = binding {
+            if key.takes_shift() {
+                self.take_shift();
+            }
+            if !binding.held {
+                self.act(binding.action);
+            } else if !self.control.held.contains(key) {
+                if key.name() == "Shift" {
+                    self.control.shifted_s = 0.0;
+                }
+                self.control.held.push(key.clone());
+                self.control.pressed.push(key.clone());
+            }
+        }
+    }
+
+    /// Takes a held shift key for a part of another key, and takes back how far it moved the camera.
+    fn take_shift(&mut self) {
+        let shift = |key: &Key| key.name() == "Shift";
+        if self.control.held.iter().any(shift) && self.control.shifted_s < CHORD_S {
+            self.control.held.retain(|key| !shift(key));
+            self.control.pressed.retain(|key| !shift(key));
+            self.camera.fly(DVec3::Y, std::mem::take(&mut self.control.shifted_s));
+        }
+    }
+
     /// What is held acts once a frame: flying, selecting, pushing.
     pub(crate) fn steer(&mut self, seconds: f64) {
-        let axis = |minus, plus| self.control.axis(minus, plus);
-        if self.control.mode == Mode::Camera && self.control.locked.is_none() {
-            let direction = DVec3::new(
-                axis(Action::FlyLeft, Action::FlyRight),
-                axis(Action::FlyDown, Action::FlyUp),
-                axis(Action::FlyBack, Action::FlyForward),
-            );
-            self.camera.fly(direction, seconds);
-        }
-        let push = DVec3::new(
-            axis(Action::PushMinusX, Action::PushPlusX),
-            axis(Action::PushMinusY, Action::PushPlusY),
-            axis(Action::PushMinusZ, Action::PushPlusZ),
-        ) * KEY_PUSH;
-        let selected =
-            self.control.selection.filter(|_| self.control.mode == Mode::Selection && push != DVec3::ZERO);
-        let pushes = selected.map_or_else(Vec::new, |thing| self.pushes_on(thing, push));
-        self.world.resource_mut::<PushQueue>().sustain(pushes);
+        self.control.pressed.clear();
+        let tapped = std::mem::take(&mut self.control.tapped);
+        self.fly(&tapped, seconds);
+        // A tap pushes for one tick, as a click does.
+        let (held, tapped) = (push_of(&self.control.held), push_of(&tapped));
+        let selected = self.control.selection.filter(|_| self.control.mode == Mode::Selection);
+        let pushes = |newtons: DVec3| match selected {
+            Some(thing) if newtons != DVec3::ZERO => self.pushes_on(thing, newtons),
+            _ => Vec::new(),
+        };
+        let (held, tapped) = (pushes(held), pushes(tapped));
+        let mut queue = self.world.resource_mut::<PushQueue>();
+        queue.sustain(held);
+        tapped.into_iter().for_each(|Push { body, newtons }| queue.push_once(body, newtons));
         if self.control.selecting {
             self.select();
+        }
+    }
+
+    fn fly(&mut self, tapped: &[Key], seconds: f64) {
+        if self.control.mode == Mode::Selection || self.control.locked.is_some() {
+            return;
+        }
+        let keys = [&self.control.held, tapped].concat();
+        let axis = |minus, plus| axis(&keys, minus, plus);
+        let direction = DVec3::new(
+            axis(Action::FlyLeft, Action::FlyRight),
+            axis(Action::FlyDown, Action::FlyUp),
+            axis(Action::FlyBack, Action::FlyForward),
+        );
+        self.camera.fly(direction, seconds);
+        if direction.y < 0.0 {
+            self.control.shifted_s += seconds;
         }
     }
 
@@ -186,19 +247,19 @@ impl Session {
             Action::Faster => self.set_pace(2.0),
             Action::PreviousScene => self.open_neighbor(-1),
             Action::NextScene => self.open_neighbor(1),
-            Action::FindScene => self.ui.toggle_finder(),
+            Action::FindScene => self.ui.toggle(Panel::Finder),
             Action::NextMethod => self.change_method(Method::next),
             Action::PreviousMethod => self.change_method(Method::previous),
-            Action::Settings => self.ui.toggle_settings(),
-            Action::Effects => self.ui.toggle_effects(),
-            Action::Cost => self.ui.toggle_cost(),
+            Action::Settings => self.ui.toggle(Panel::Settings),
+            Action::Effects => self.ui.toggle(Panel::Effects),
+            Action::Cost => self.ui.toggle(Panel::Cost),
             Action::Ghosts => self.toggle_ghosts(),
             Action::NextSolid => self.next_solid(),
-            Action::Ledger => self.ui.toggle_ledger(),
-            Action::Forecast => self.ui.toggle_forecast(),
-            Action::Timeline => self.ui.toggle_timeline(),
+            Action::Ledger => self.ui.toggle(Panel::Ledger),
+            Action::Forecast => self.ui.toggle(Panel::Forecast),
+            Action::Timeline => self.ui.toggle(Panel::Timeline),
             Action::SaveBundle => self.ask_for_bundle(),
-            Action::Help => self.ui.toggle_help(),
+            Action::Help => self.ui.toggle(Panel::Help),
             Action::VelocityArrows => self.control.velocity_arrows ^= true,
             Action::ForceArrows => self.control.force_arrows ^= true,
             Action::Springs => self.control.springs ^= true,
@@ -206,9 +267,10 @@ impl Session {
             Action::Screenshot => self.orders.push(Order::Screenshot(None)),
             Action::Cancel => {
                 if !self.ui.close_top() && self.control.selection.take().is_none() {
-                    self.orders.push(Order::Quit);
+                    self.notice("Ctrl+Q quits");
                 }
             }
+            Action::Quit => self.orders.push(Order::Quit),
             // What is held is read once a frame.
             Action::FlyForward
             | Action::FlyBack

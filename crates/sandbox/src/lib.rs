@@ -41,3 +41,4 @@ pub use session::{
     ForecastRow, GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Repetition,
     Session, Simulated, SwitchedBy,
 };
+pub use ui::Panel;

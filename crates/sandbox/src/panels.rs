@@ -25,7 +25,7 @@ use crate::input::Experiment;
 use crate::session::{
     ForecastRow, GhostLabel, GhostRow, Label, Measured, QuarantinedBody, Session, SoftSum, Within,
 };
-use crate::ui::Ui;
+use crate::ui::{Panel, Ui};
 
 pub(crate) use cost::Axes;
 pub(crate) use finder::Finder;
@@ -119,8 +119,8 @@ pub(crate) struct Selected {
 
 impl Model {
     pub fn of(session: &mut Session, notices: Vec<String>) -> Self {
-        let effects = if session.ui.effects { session.receipt() } else { Vec::new() };
-        let ghosts = if session.ui.ghosts { session.ghosts() } else { Vec::new() };
+        let effects = if session.ui.shows(Panel::Effects) { session.receipt() } else { Vec::new() };
+        let ghosts = if session.ui.shows(Panel::Ghosts) { session.ghosts() } else { Vec::new() };
         let gravity = session.world.get_resource::<Gravity>().copied();
         let frozen = session.frozen();
         Self {
@@ -143,13 +143,13 @@ impl Model {
             quarantined: (frozen.len(), frozen.iter().take(FROZEN).cloned().collect()),
             notices,
             effects,
-            cost: if session.ui.cost { cost::View::of(session) } else { None },
+            cost: if session.ui.shows(Panel::Cost) { cost::View::of(session) } else { None },
             ghosts,
             ghost_subject: session.ghost_subject(),
             ghost_labels: session.ghost_labels(),
-            ledger: session.ui.ledger.then(|| ledger::View::of(session)).flatten(),
+            ledger: session.ui.shows(Panel::Ledger).then(|| ledger::View::of(session)).flatten(),
             forecast: session.shown_forecast().map(<[_]>::to_vec),
-            within: if session.ui.timeline { session.within() } else { None },
+            within: if session.ui.shows(Panel::Timeline) { session.within() } else { None },
             labels: session.visible_labels(),
             mark: session.fault_mark(),
             selection: session.control.selection.and_then(|thing| Selected::of(session, thing)),
@@ -226,26 +226,27 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
     let painter = context.layer_painter(LayerId::new(Order::Background, egui::Id::unique("hud")));
     let mut taken = labels::show(&painter, &model.labels);
     taken.extend(model.mark.as_ref().map(|mark| labels::show_mark(&painter, mark)));
-    let panel = if ui.ghosts { ghosts::show(context, model, &mut edits) } else { None };
+    let panel = if ui.shows(Panel::Ghosts) { ghosts::show(context, model, &mut edits) } else { None };
     ghosts::show_labels(&painter, &model.ghost_labels, taken, panel);
     hud::show(&painter, model);
     if let Some(selected) = &model.selection {
         card::show(context, selected, model.method);
     }
-    if ui.help {
+    if ui.shows(Panel::Help) {
         help::show(context);
     }
-    if ui.settings {
+    if ui.shows(Panel::Settings) {
         settings::show(context, model, &mut edits);
     }
-    if ui.effects {
+    if ui.shows(Panel::Effects) {
         effects::show(context, model, &mut edits);
     }
-    if ui.cost {
+    if ui.shows(Panel::Cost) {
         cost::show(context, model, model.cost.as_ref(), &mut ui.axes, &mut edits);
     }
     if let Some(view) = &model.ledger {
-        let place = match (ui.effects || ui.cost, ui.settings || ui.ghosts) {
+        let any = |panels: [Panel; 2]| panels.into_iter().any(|panel| ui.shows(panel));
+        let place = match (any([Panel::Effects, Panel::Cost]), any([Panel::Settings, Panel::Ghosts])) {
             (false, _) => Align2::RIGHT_CENTER,
             (true, false) => Align2::LEFT_CENTER,
             (true, true) => Align2::CENTER_BOTTOM,
@@ -255,13 +256,11 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
     if let Some(rows) = &model.forecast {
         forecast::show(context, rows);
     }
-    if ui.timeline {
+    if ui.shows(Panel::Timeline) {
         timeline::show(context, model, &mut edits);
     }
-    if let Some(mut finder) = ui.finder.take()
-        && finder.show(context, &mut edits)
-    {
-        ui.finder = Some(finder);
+    if ui.shows(Panel::Finder) && !ui.finder.show(context, &mut edits) {
+        ui.close(Panel::Finder);
     }
     edits
 }

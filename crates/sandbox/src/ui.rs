@@ -22,6 +22,22 @@ const FAR: f64 = 1e6;
 const ROOM: [f32; 2] = [960.0, 540.0];
 const SMALLEST: f32 = 0.5;
 
+/// What can be opened beside the tutorial's own words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "they say it themselves")]
+pub enum Panel {
+    Help,
+    Settings,
+    Effects,
+    Cost,
+    /// The list of ghosts, which it leaves alone when it is closed.
+    Ghosts,
+    Ledger,
+    Forecast,
+    Timeline,
+    Finder,
+}
+
 /// Which panels are open, and egui.
 pub(crate) struct Ui {
     context: egui::Context,
@@ -32,19 +48,14 @@ pub(crate) struct Ui {
     size_px: [u32; 2],
     pointer: Pos2,
     laid_out: bool,
-    pub help: bool,
-    pub settings: bool,
-    pub effects: bool,
-    pub cost: bool,
-    /// What its axes count.
+    /// Open panels in the order in which they were opened.
+    opened: Vec<Panel>,
+    /// What the axes of accuracy and cost count.
     pub axes: panels::Axes,
-    /// The list of ghosts, which it leaves alone when it is closed.
-    pub ghosts: bool,
-    pub ledger: bool,
-    pub forecast: bool,
-    pub timeline: bool,
-    pub finder: Option<Finder>,
+    pub finder: Finder,
     was_open: bool,
+    /// When egui wants its next layout, s; infinite where nothing moves by itself.
+    lays_out_at: f64,
     notices: Vec<(String, Option<f64>)>,
 }
 
@@ -65,51 +76,47 @@ impl Ui {
             size_px,
             pointer: Pos2::ZERO,
             laid_out: false,
-            help: false,
-            settings: false,
-            effects: false,
-            cost: false,
+            opened: Vec::new(),
             axes: panels::Axes::default(),
-            ghosts: false,
-            ledger: false,
-            forecast: false,
-            timeline: false,
-            finder: None,
+            finder: Finder::default(),
             was_open: false,
+            lays_out_at: f64::INFINITY,
             notices: Vec::new(),
         }
     }
 
-    pub fn toggle_help(&mut self) {
-        self.help ^= true;
+    /// Whether `panel` is open.
+    pub fn shows(&self, panel: Panel) -> bool {
+        self.opened.contains(&panel)
     }
 
-    pub fn toggle_settings(&mut self) {
-        self.settings ^= true;
+    /// Opens `panel` on top of the others, if it is closed.
+    pub fn open(&mut self, panel: Panel) {
+        if !self.shows(panel) {
+            self.opened.push(panel);
+            if panel == Panel::Finder {
+                self.finder = Finder::default();
+            }
+        }
     }
 
-    pub fn toggle_effects(&mut self) {
-        self.effects ^= true;
+    pub fn close(&mut self, panel: Panel) {
+        self.opened.retain(|other| *other != panel);
     }
 
-    pub fn toggle_cost(&mut self) {
-        self.cost ^= true;
+    pub fn toggle(&mut self, panel: Panel) {
+        if self.shows(panel) {
+            self.close(panel);
+        } else {
+            self.open(panel);
+        }
     }
 
-    pub fn toggle_ledger(&mut self) {
-        self.ledger ^= true;
-    }
-
-    pub fn toggle_forecast(&mut self) {
-        self.forecast ^= true;
-    }
-
-    pub fn toggle_timeline(&mut self) {
-        self.timeline ^= true;
-    }
-
-    pub fn toggle_finder(&mut self) {
-        self.finder = if self.finder.is_none() { Some(Finder::default()) } else { None };
+    /// Seconds from `now` until the panels look different without input.
+    pub fn changes_in_s(&self, now: f64) -> f64 {
+        // A notice that has not been laid out yet has no end.
+        let ends = self.notices.iter().map(|(_, until)| until.unwrap_or(now));
+        (ends.fold(self.lays_out_at, f64::min) - now).max(0.0)
     }
 
     /// Drops what waits for a layout that nobody will see.
@@ -127,11 +134,13 @@ impl Ui {
         self.notices.retain(|(text, _)| text != notice);
     }
 
+    pub fn opened(&self) -> &[Panel] {
+        &self.opened
+    }
+
     /// Whether a panel is open.
-    pub fn any_open(&self) -> bool {
-        let Self { help, settings, effects, cost, ghosts, ledger, forecast, timeline, .. } = self;
-        let panels = [help, settings, effects, cost, ghosts, ledger, forecast, timeline].map(|open| *open);
-        panels.contains(&true) || self.finder.is_some()
+    pub const fn any_open(&self) -> bool {
+        !self.opened.is_empty()
     }
 
     /// Whether a panel was open in the last layout: one more layout forgets it.
@@ -139,23 +148,27 @@ impl Ui {
         self.was_open
     }
 
-    /// Closes the panel that was opened last in this order; `false` if none is open.
+    /// Closes what was opened last: a list, a text field that is being edited, else a panel. `false` if nothing is open.
     pub fn close_top(&mut self) -> bool {
-        if self.finder.take().is_some() {
-            return true;
-        }
-        let Self { help, settings, effects, cost, ghosts, ledger, forecast, timeline, .. } = self;
-        for open in [help, settings, effects, cost, ghosts, ledger, forecast, timeline] {
-            if std::mem::take(open) {
+        // The finder's field has the keyboard as long as it is open.
+        if self.opened.last() != Some(&Panel::Finder) {
+            if egui::Popup::is_any_open(&self.context) {
+                egui::Popup::close_all(&self.context);
+                return true;
+            }
+            if let Some(field) = self.context.memory(|memory| memory.focused()).filter(|_| self.any_open()) {
+                self.context.memory_mut(|memory| memory.surrender_focus(field));
+                // Not only left: a number keeps its value.
+                self.push_key(egui::Key::Escape, Modifiers::NONE, true);
                 return true;
             }
         }
-        false
+        self.opened.pop().is_some()
     }
 
     /// Whether a text field has the keyboard.
     pub fn takes_keys(&self) -> bool {
-        self.finder.is_some() || (self.any_open() && self.context.egui_wants_keyboard_input())
+        self.shows(Panel::Finder) || (self.any_open() && self.context.egui_wants_keyboard_input())
     }
 
     /// Whether the pointer is over a panel or drags something of it.
@@ -171,10 +184,15 @@ impl Ui {
             "Up" | "Down" | "Left" | "Right" => format!("Arrow{}", key.name()),
             name => name.to_owned(),
         };
+        let modifiers =
+            Modifiers { ctrl: key.ctrl(), command: key.ctrl(), shift: key.shift(), ..Modifiers::NONE };
         if let Some(key) = egui::Key::from_name(&name) {
-            let modifiers = Modifiers::NONE;
-            self.events.push(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers });
+            self.push_key(key, modifiers, pressed);
         }
+    }
+
+    fn push_key(&mut self, key: egui::Key, modifiers: Modifiers, pressed: bool) {
+        self.events.push(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers });
     }
 
     pub fn text(&mut self, text: &str) {
@@ -284,6 +302,8 @@ impl Session {
                 earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
                 output.textures_delta = std::mem::take(&mut earlier.textures_delta);
             }
+            let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
+            self.ui.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
             self.ui.output = Some(output);
         }
         self.ui.laid_out = true;

@@ -4,6 +4,8 @@ mod display;
 mod keys;
 mod pointer;
 mod recorder;
+mod speed;
+mod wheel;
 
 use std::collections::HashMap;
 use std::ops;
@@ -15,22 +17,22 @@ use motion::FrameClock;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{
-    DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent,
-};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, DeviceEvents};
 use winit::keyboard::{ModifiersState, PhysicalKey};
 use winit::window::{Window, WindowId};
 
 use self::pointer::Pointer;
 use self::recorder::Recorder;
+use self::speed::Speed;
+use self::wheel::Wheel;
 use crate::actions::{Action, Key, binding};
 use crate::bundle::{self, write_bundle};
 use crate::cli::{StepArgs, WindowArgs};
 use crate::failure::Failure;
 use crate::headless::{DEFAULT_FPS, load_script, player_of, write_picture};
 use crate::input::{Button, Input, InputFrame};
-use crate::session::{Measured, Options, Order, Overrides, Session};
+use crate::session::{Options, Order, Overrides, Session};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -39,11 +41,11 @@ const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
 /// ticks a second than there is time for run slower, and never stop the window.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// Pixels of a touch pad that make a notch of the wheel.
-const PIXELS_A_NOTCH: f64 = 40.0;
+/// Time between two frames of a window that is not seen: it simulates on and draws nothing.
+const HIDDEN_FRAME: Duration = Duration::from_millis(100);
 
-/// Weight of a new value in the averages that the HUD shows.
-const SMOOTHING: f64 = 0.05;
+/// Frames that are drawn after something happened: panels may take their place one layout later.
+const SETTLING_FRAMES: u32 = 3;
 
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
@@ -68,10 +70,16 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         clock: FrameClock::default(),
         start: Instant::now(),
         last_frame: None,
-        measured: Measured::default(),
+        unsettled: SETTLING_FRAMES,
+        rested: false,
+        occluded: false,
+        wheel: Wheel::default(),
+        speed: Speed::default(),
         failure: None,
     };
     shell.session.foretell(1.0 / DEFAULT_FPS);
+    // Also while another window has the keyboard: the wheel turns here as well.
+    event_loop.listen_device_events(DeviceEvents::Always);
     event_loop.run_app(&mut shell).map_err(|error| {
         Failure::NoDisplay(format!(
             "the window system failed: {}",
@@ -114,9 +122,12 @@ struct Screen {
 
 impl Screen {
     fn new(event_loop: &ActiveEventLoop, [width, height]: [u32; 2]) -> Result<Self, Failure> {
+        let monitor = event_loop.primary_monitor().or_else(|| event_loop.available_monitors().next());
+        let most = monitor.map(|monitor| monitor.size()).filter(|most| most.width > 0 && most.height > 0);
+        let most = most.unwrap_or(PhysicalSize::new(width, height));
         let attributes = Window::default_attributes()
             .with_title("Inertia")
-            .with_inner_size(PhysicalSize::new(width, height));
+            .with_inner_size(PhysicalSize::new(width.min(most.width), height.min(most.height)));
         let window = event_loop.create_window(attributes).map_err(|error| {
             let error = display::without_place(&error.to_string());
             Failure::NoDisplay(format!("cannot open a window: {error}; `sandbox run` needs none"))
@@ -147,7 +158,13 @@ struct Shell {
     clock: FrameClock,
     start: Instant,
     last_frame: Option<Instant>,
-    measured: Measured,
+    /// Frames to be drawn before it may rest.
+    unsettled: u32,
+    /// Whether it waited since the last frame, because nothing changed.
+    rested: bool,
+    occluded: bool,
+    wheel: Wheel,
+    speed: Speed,
     failure: Option<Failure>,
 }
 
@@ -169,6 +186,9 @@ impl ApplicationHandler for Shell {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if !matches!(event, WindowEvent::RedrawRequested) {
+            self.unsettled = SETTLING_FRAMES;
+        }
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => {
@@ -202,30 +222,48 @@ impl ApplicationHandler for Shell {
                 let pressed = state == ElementState::Pressed;
                 self.events.push(if pressed { Input::ButtonDown(button) } else { Input::ButtonUp(button) });
             }
-            WindowEvent::MouseWheel { delta, .. } => self.events.push(Input::Wheel(match delta {
-                MouseScrollDelta::LineDelta(_, notches) => f64::from(notches),
-                MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_NOTCH,
-            })),
-            WindowEvent::RedrawRequested => self.redraw(event_loop),
+            WindowEvent::MouseWheel { delta, .. } => {
+                self.events.extend(self.wheel.notches(delta).map(Input::Wheel));
+            }
+            WindowEvent::Occluded(occluded) => self.occluded = occluded,
+            WindowEvent::RedrawRequested => self.frame(event_loop),
             _ => {}
         }
     }
 
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        self.wheel.raw(&event);
         if let (DeviceEvent::MouseMotion { delta }, false) = (event, self.mode_changes) {
             self.events.extend(self.pointer.raw(delta));
         }
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        let due = self.last_frame.map_or_else(Instant::now, |last| last + SHORTEST_FRAME);
-        if Instant::now() >= due {
-            if let Some(screen) = &self.screen {
-                screen.window.request_redraw();
+        let now = Instant::now();
+        let changes_in = if self.is_unsettled() { 0.0 } else { self.session.changes_in_s() };
+        let hidden = self.is_hidden();
+        let shortest = if hidden { HIDDEN_FRAME } else { SHORTEST_FRAME };
+        // Nothing changes for a time that no clock has: it waits for an event.
+        let waits = Duration::try_from_secs_f64(changes_in).ok().map(|waits| waits.max(shortest));
+        let due = self.last_frame.map_or(Some(now), |last| last.checked_add(waits?));
+        match due {
+            Some(due) if due > now => {
+                self.rested |= changes_in > 0.0;
+                event_loop.set_control_flow(ControlFlow::WaitUntil(due));
             }
-            event_loop.set_control_flow(ControlFlow::Wait);
-        } else {
-            event_loop.set_control_flow(ControlFlow::WaitUntil(due));
+            Some(_) => {
+                event_loop.set_control_flow(ControlFlow::Wait);
+                match &self.screen {
+                    // Some systems draw nothing that is not seen, and would ask for no frame.
+                    Some(_) if hidden => self.frame(event_loop),
+                    Some(screen) => screen.window.request_redraw(),
+                    None => {}
+                }
+            }
+            None => {
+                self.rested = true;
+                event_loop.set_control_flow(ControlFlow::Wait);
+            }
         }
     }
 }
@@ -266,17 +304,64 @@ impl Shell {
         }
     }
 
-    fn redraw(&mut self, event_loop: &ActiveEventLoop) {
+    /// Whether the next frame may be another one without the session changing by itself.
+    fn is_unsettled(&self) -> bool {
+        self.unsettled > 0 || !self.events.is_empty()
+    }
+
+    /// Whether the window is not seen. One that has the keyboard is not minimized, which takes a question to the system.
+    fn is_hidden(&self) -> bool {
+        let minimized = |screen: &Screen| screen.window.is_minimized() == Some(true);
+        self.occluded || (!self.focused && self.screen.as_ref().is_some_and(minimized))
+    }
+
+    /// One frame: what happened since the last one, ticks, a picture if it is seen.
+    fn frame(&mut self, event_loop: &ActiveEventLoop) {
         let now = Instant::now();
-        self.measure_frame(now);
-        // Wall time only goes forward, and so does this.
-        let Ok(time) = self.clock.advance_to((now - self.start).as_secs_f64()) else { return };
+        self.unsettled = self.unsettled.saturating_sub(1);
+        if std::mem::take(&mut self.rested) {
+            // What ended the rest happened now, not ever since it began.
+            self.advance(now.checked_sub(SHORTEST_FRAME).unwrap_or(now), Vec::new());
+        }
         let events = std::mem::take(&mut self.events);
+        self.advance(now, events);
+        self.last_frame = Some(now);
+        self.mode_changes = false;
+        if let Some(screen) = &self.screen {
+            self.pointer.follow(&screen.window, self.focused && self.session.grabs_pointer());
+        }
+        let hidden = self.is_hidden();
+        let drawn = !hidden
+            && self.draw().unwrap_or_else(|failure| {
+                self.fail(event_loop, failure);
+                false
+            });
+        if !drawn && !hidden {
+            self.unsettled = self.unsettled.max(1);
+        }
+        for order in self.session.take_orders() {
+            match order {
+                Order::Quit => event_loop.exit(),
+                Order::Open(name) => self.open_scene(&name),
+                // Written with the picture, in `draw`, if there was one.
+                Order::Screenshot(_) | Order::Bundle if drawn => {}
+                Order::Screenshot(_) | Order::Bundle => self.session.postpone(order),
+            }
+        }
+    }
+
+    /// Lets the session go on to `now`.
+    fn advance(&mut self, now: Instant, events: Vec<Input>) {
+        // Wall time only goes forward, and so does this.
+        let Ok(time) = self.clock.advance_to((now - self.start).as_secs_f64()) else {
+            self.events.splice(0..0, events);
+            return;
+        };
         if let Some(recorder) = &mut self.recorder {
             recorder.record(self.session.frames(), time.total(), &events);
         }
         let (before, ticks_before) = (Instant::now(), self.session.ticks());
-        let simulated_before = self.session.simulated();
+        let progress_before = self.session.progress();
         // To the end of the last tick: the panels, which come after it, take longer than all ticks.
         let mut after = before;
         // What is recorded is played back without a wall clock.
@@ -289,29 +374,15 @@ impl Shell {
                 ops::ControlFlow::Continue(())
             }
         });
-        self.measure_ticks(after - before, self.session.ticks().saturating_sub(ticks_before));
-        if time.length() > 0.0 && !self.session.paused() {
-            // A reset sets the simulated time back: that frame counts as nothing.
-            let factor = (self.session.simulated() - simulated_before).max(0.0) / time.length();
-            self.measured.simulated_over_real = blend(self.measured.simulated_over_real, factor);
-        }
-        self.mode_changes = false;
-        if let Some(screen) = &self.screen {
-            self.pointer.follow(&screen.window, self.focused && self.session.grabs_pointer());
-        }
-        let drawn = self.draw().unwrap_or_else(|failure| {
-            self.fail(event_loop, failure);
-            false
+        self.speed.frame(speed::Sample {
+            length_s: time.length(),
+            // A run that went back simulated nothing.
+            simulated_s: (self.session.progress() - progress_before).max(0.0),
+            ticks: self.session.ticks().saturating_sub(ticks_before),
+            ticking: after - before,
+            setting: self.session.speed_setting(),
         });
-        for order in self.session.take_orders() {
-            match order {
-                Order::Quit => event_loop.exit(),
-                Order::Open(name) => self.open_scene(&name),
-                // Written with the picture, in `draw`, if there was one.
-                Order::Screenshot(_) | Order::Bundle if drawn => {}
-                Order::Screenshot(_) | Order::Bundle => self.session.postpone(order),
-            }
-        }
+        self.session.set_measured(self.speed.measured());
     }
 
     /// Draws a frame and writes the screenshots that were ordered; `false`: there was nothing to draw on.
@@ -369,26 +440,6 @@ impl Shell {
             Err(error) => self.session.notice(error.to_string()),
         }
     }
-
-    fn measure_frame(&mut self, now: Instant) {
-        if let Some(last) = self.last_frame.replace(now) {
-            let rate = 1.0 / (now - last).as_secs_f64().max(1e-6);
-            self.measured.frames_per_second = blend(self.measured.frames_per_second, rate);
-        }
-    }
-
-    fn measure_ticks(&mut self, took: Duration, ticks: u64) {
-        if ticks > 0 {
-            #[expect(clippy::cast_precision_loss, reason = "a handful of ticks")]
-            let tick = took.as_secs_f64() / ticks as f64;
-            self.measured.tick = blend(self.measured.tick, tick);
-        }
-        self.session.set_measured(self.measured);
-    }
-}
-
-fn blend(average: f64, value: f64) -> f64 {
-    if average == 0.0 { value } else { average + (value - average) * SMOOTHING }
 }
 
 fn save_picture(image: &Image, path: PathBuf, session: &Session) -> (PathBuf, Result<(), Failure>) {

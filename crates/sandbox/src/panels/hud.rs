@@ -101,7 +101,8 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
         (format!("{}   {} bodies   {method}{own}", model.scene, model.bodies), THIN),
         (format!("{:.2} s at {} Hz", model.simulated, (model.step_hz * 1e6).round() / 1e6), THIN),
     ];
-    if let Some(measured) = model.measured {
+    // Paused, frames are drawn when something changes.
+    if let Some(measured) = model.measured.filter(|_| !model.paused) {
         let Measured { frames_per_second, tick, simulated_over_real } = measured;
         let tick = tick * 1e6;
         let words = format!(

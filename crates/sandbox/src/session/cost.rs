@@ -5,6 +5,7 @@ use motion::{Damping, Effect, EffectState, FrameTime, Gravity, Substeps, TimeSte
 use scene::Happening;
 
 use super::Session;
+use crate::ui::Panel;
 
 /// Part of a frame's time that the study may take.
 pub(crate) const SHARE: f64 = 0.1;
@@ -66,7 +67,7 @@ impl Session {
 
     /// Goes on with the study for its part of a frame.
     pub(crate) fn work_on_cost(&mut self, time: FrameTime) {
-        if !self.ui.cost {
+        if !self.ui.shows(Panel::Cost) {
             return;
         }
         let settings = self.cost_settings();

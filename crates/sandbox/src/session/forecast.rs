@@ -7,6 +7,7 @@ use motion::{Damping, Forecast, FrameTime, Groups, Margin, Method, Part, Substep
 use scene::StepKind;
 
 use super::Session;
+use crate::ui::Panel;
 
 /// How long a forecast is shown before it is made anew, s: speeds and distances change all the time.
 const FRESH_S: f64 = 0.25;
@@ -186,7 +187,7 @@ impl Session {
 
     /// Keeps the forecast of an open panel fresh.
     pub(crate) fn look_ahead(&mut self, time: FrameTime) {
-        if !self.ui.forecast {
+        if !self.ui.shows(Panel::Forecast) {
             self.shown_forecast = None;
             return;
         }

@@ -12,6 +12,7 @@ use motion::{Method, PreviousPosition, SoftBody, TimeStep, Transform};
 use scene::{FileIndex, unsolvable};
 
 use super::{Session, drawn};
+use crate::ui::Panel;
 
 /// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
 const MOST_BODIES: usize = 10_000;
@@ -157,13 +158,13 @@ impl Session {
     /// Ghosts where there are none, and the other way round.
     pub(crate) fn toggle_ghosts(&mut self) {
         if self.ghosts.take().is_some() {
-            self.ui.ghosts = false;
+            self.ui.close(Panel::Ghosts);
         } else if self.entities.len() > MOST_BODIES {
             self.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
         } else {
             self.carry_out_requests();
             self.begin_ghosts(BTreeSet::new());
-            self.ui.ghosts = true;
+            self.ui.open(Panel::Ghosts);
         }
     }
 

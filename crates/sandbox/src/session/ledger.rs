@@ -3,6 +3,7 @@
 use motion::Ledger;
 
 use super::Session;
+use crate::ui::Panel;
 
 /// Points that a plot has at most: twice as many as there are pixels.
 const MOST_POINTS: usize = 2_000;
@@ -95,7 +96,7 @@ impl Session {
 
     /// Opens the ledger when it is first wanted, and forgets it when it is not.
     pub(crate) fn open_or_close_ledger(&mut self) {
-        if !(self.ui.ledger || self.ledger_asked) {
+        if !(self.ui.shows(Panel::Ledger) || self.ledger_asked) {
             self.ledger = None;
         } else if self.ledger.is_none() {
             let ledger = Ledger::open(&mut self.world);

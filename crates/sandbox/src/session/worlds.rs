@@ -10,6 +10,7 @@ use scene::{EffectsState, Scene};
 
 use super::{Options, Session};
 use crate::trails::Trails;
+use crate::ui::Panel;
 
 impl Session {
     /// Builds the world anew; camera, gravity, damping, what is switched off and click force stay, the selection does
@@ -47,7 +48,7 @@ impl Session {
     pub fn open(&mut self, scene: Scene) {
         let mut next = Self::new(scene, Options { paused: false, ..self.options });
         std::mem::swap(&mut next.ui, &mut self.ui);
-        next.ui.ghosts = false;
+        next.ui.close(Panel::Ghosts);
         next.clock.start_at(self.clock.now());
         next.measured = self.measured;
         next.player = self.player.take();
