@@ -11,6 +11,7 @@ use crate::actions::{Action, Key, When, binding};
 use crate::input::{Button, Experiment, Input};
 use crate::methods;
 use crate::session::{KEY_PUSH, Order, Session, SwitchedBy};
+use crate::trails::Trails;
 use crate::ui::Panel;
 
 /// What the pointer is for.
@@ -263,7 +264,10 @@ impl Session {
             Action::VelocityArrows => self.control.velocity_arrows ^= true,
             Action::ForceArrows => self.control.force_arrows ^= true,
             Action::Springs => self.control.springs ^= true,
-            Action::Trails => self.control.trails ^= true,
+            Action::Trails => {
+                self.control.trails ^= true;
+                self.trails = Trails::default();
+            }
             Action::Screenshot => self.orders.push(Order::Screenshot(None)),
             Action::Cancel => {
                 if !self.ui.close_top() && self.control.selection.take().is_none() {

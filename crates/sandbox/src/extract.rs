@@ -8,7 +8,7 @@ pub(crate) use soft::margin_color;
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
-use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};
+use motion::{Dormant, PhysicsBody, PreviousPosition, TimeStep, Transform};
 use pick::Shape;
 use render::{Camera, Frame, Instance, Light, Line, Particle};
 use scene::{Appearance, PointRadius};
@@ -118,11 +118,14 @@ impl Session {
 
     fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
         let [r, g, b] = TRAIL_COLOR;
-        for trail in self.trails.iter() {
+        let drawn_at = self.simulated() - (1.0 - self.alpha) * self.world.resource::<TimeStep>().0;
+        for (body, points) in self.trails.until(drawn_at) {
+            let points = points.chain(self.drawn_position(body));
+            let count = points.clone().count();
             #[expect(clippy::cast_precision_loss, reason = "at most thousands of points")]
-            let fade = |i: usize| (i as f32 / trail.len() as f32).sqrt();
-            for (i, ((from, _), (to, _))) in trail.iter().zip(trail.iter().skip(1)).enumerate() {
-                let (from, to) = ((*from - eye).as_vec3(), (*to - eye).as_vec3());
+            let fade = |i: usize| (i as f32 / count as f32).sqrt();
+            for (i, (from, to)) in points.clone().zip(points.skip(1)).enumerate() {
+                let (from, to) = ((from - eye).as_vec3(), (to - eye).as_vec3());
                 frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 1.5));
             }
         }

@@ -18,7 +18,9 @@ use bevy_ecs::prelude::*;
 use egui::{Align2, LayerId, Order};
 use glam::DVec3;
 use lab::Row;
-use motion::{Damping, Effect, ForceCause, Gravity, Method, PhysicsBody, Request, TimeStep, Transform};
+use motion::{
+    Damping, Effect, ForceCause, Gravity, Method, PhysicsBody, Request, StepClock, TimeStep, Transform,
+};
 
 use crate::control::Mode;
 use crate::input::Experiment;
@@ -63,9 +65,12 @@ pub(crate) struct Model {
     pub locked: bool,
     pub paused: bool,
     pub pace: f64,
-    pub simulated: f64,
+    /// Time since the scene began, s.
+    pub scene_s: f64,
     pub bodies: usize,
     pub drops_time: bool,
+    /// Bodies that leave a trail and all that could, where these are more.
+    pub trails_left_out: Option<(usize, usize)>,
     pub measured: Option<Measured>,
     /// How many bodies are frozen, and the first of them.
     pub quarantined: (usize, Vec<QuarantinedBody>),
@@ -136,9 +141,10 @@ impl Model {
             locked: session.control.locked.is_some(),
             paused: session.control.paused,
             pace: session.clock.pace(),
-            simulated: session.simulated(),
+            scene_s: session.world.resource::<StepClock>().scene_seconds(),
             bodies: session.entities.len(),
             drops_time: session.drops_time(),
+            trails_left_out: session.trails.left_out().filter(|_| session.control.trails),
             measured: session.measured,
             quarantined: (frozen.len(), frozen.iter().take(FROZEN).cloned().collect()),
             notices,

@@ -368,7 +368,8 @@ impl Session {
                 self.play_between_ticks();
             }
             let last = tick == ticks && self.options.interpolate;
-            if last {
+            // A trail has to know of every tick where its bodies were before it.
+            if last || (self.control.trails && self.options.interpolate) {
                 self.world.run_system_cached(remember_positions).expect("a query and nothing else");
             }
             let repeated = self.repeat_before_tick();
@@ -377,6 +378,10 @@ impl Session {
                 self.record_before_tick();
             }
             self.tick();
+            if self.control.trails {
+                let time = self.simulated();
+                self.trails.after_tick(&mut self.world, time);
+            }
             late = after_tick(self, Simulated::Anew).is_break();
             if self.record_after_tick(repeated) || late {
                 undone = ticks - tick;
@@ -403,10 +408,6 @@ impl Session {
         self.note_unconverged();
         self.meet_fault();
         self.travel(after_tick);
-        if self.control.trails {
-            let time = self.simulated();
-            self.trails.record(&mut self.world, self.alpha, time);
-        }
     }
 
     fn follow_locked(&mut self) {

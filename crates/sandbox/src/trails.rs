@@ -9,118 +9,165 @@ use motion::{Dormant, PhysicsBody, PreviousPosition, Transform};
 /// How far back a trail goes, s of simulated time: a year of the orbits that are shipped.
 const SECONDS: f64 = 6.0;
 
-/// Points of all trails together, one a frame and body: many bodies leave short trails.
+/// Points of all trails together, at most: those of many bodies are farther apart.
 const POINTS: usize = 27_000;
 
 /// Bodies that leave a trail, at most: lines are for looking at, not for a crowd.
-const BODIES: usize = 300;
+pub(crate) const BODIES: usize = 300;
 
-/// Where a body was drawn, m, and when, s.
+/// Where a body was at the end of a tick, m, and when, s.
 type Point = (DVec3, f64);
 
-/// The points that bodies passed, oldest first.
+/// The points that a body passed, oldest first.
+#[derive(Clone, Debug, Default)]
+struct Trail {
+    points: VecDeque<Point>,
+    /// Where it was at the end of the last tick, m.
+    last: Option<DVec3>,
+}
+
+/// The trails of a world.
 ///
 /// Ordered, because translucent lines blend in the order in which they are drawn.
 #[derive(Default)]
-pub(crate) struct Trails(BTreeMap<Entity, VecDeque<Point>>);
+pub(crate) struct Trails {
+    trails: BTreeMap<Entity, Trail>,
+    /// End of the last tick, s.
+    time: Option<f64>,
+    /// Movable bodies of the world, also those without a trail.
+    movable: usize,
+}
 
 impl Trails {
-    /// Notes where bodies are drawn at `time`, s, `alpha` of the way from their last position to the present one:
-    /// a trail that ran ahead of its body would show long ticks.
-    pub fn record(&mut self, world: &mut World, alpha: f64, time: f64) {
-        // What is thrown out again leaves no line from where it was taken.
+    /// Notes where bodies are at the end of a tick, at `time`, s. Points are due by time, whatever the frames are.
+    ///
+    /// A body that was not at its [`PreviousPosition`] before was put there, or is a particle of another life: its trail begins
+    /// there.
+    pub fn after_tick(&mut self, world: &mut World, time: f64) {
         for body in world.query_filtered::<Entity, With<Dormant>>().iter(world) {
-            self.0.remove(&body);
+            self.trails.remove(&body);
         }
         let mut bodies = world
             .query_filtered::<(Entity, &Transform, &PhysicsBody, Option<&PreviousPosition>), Without<Dormant>>();
-        let movable = bodies.iter(world).filter(|(_, _, body, _)| body.inverse_mass > 0.0).take(BODIES);
-        let most = POINTS / movable.clone().count().max(1);
-        for (body, Transform { position, .. }, _, before) in movable {
-            let drawn = before.map_or(*position, |before| before.0 + (*position - before.0) * alpha);
-            let trail = self.0.entry(body).or_default();
+        let movable = bodies.iter(world).filter(|(_, _, body, _)| body.inverse_mass > 0.0);
+        self.movable = movable.clone().count();
+        #[expect(clippy::cast_precision_loss, reason = "at most hundreds")]
+        let spacing = SECONDS * self.movable.min(BODIES) as f64 / POINTS as f64;
+        let before = self.time.replace(time);
+        let is_due = before.is_none_or(|before| (time / spacing).floor() > (before / spacing).floor());
+        for (body, Transform { position, .. }, _, previous) in movable.take(BODIES) {
+            let trail = self.trails.entry(body).or_default();
+            let began = previous.map(|previous| previous.0).filter(|began| trail.last != Some(*began));
+            if let Some(began) = began {
+                trail.points.clear();
+                trail.points.push_back((began, before.unwrap_or(time)));
+            }
             // A body at rest keeps the way that brought it there.
-            if trail.back().is_none_or(|(last, _)| *last != drawn) {
-                trail.push_back((drawn, time));
-                while trail.len() > most || trail.front().is_some_and(|(_, then)| time - then > SECONDS) {
-                    trail.pop_front();
+            if is_due && trail.last.replace(*position) != Some(*position) {
+                trail.points.push_back((*position, time));
+                while trail.points.front().is_some_and(|(_, then)| time - then > SECONDS) {
+                    trail.points.pop_front();
                 }
             }
+            trail.last = Some(*position);
         }
     }
 
-    pub fn iter(&self) -> impl Iterator<Item = &VecDeque<Point>> {
-        self.0.values()
+    /// Bodies that leave a trail and all that could, if these are more.
+    pub fn left_out(&self) -> Option<(usize, usize)> {
+        (self.movable > BODIES).then_some((BODIES, self.movable))
+    }
+
+    /// Each body and what it passed up to `time`, s: a trail that ran ahead of a body drawn between two ticks would show.
+    pub fn until(&self, time: f64) -> impl Iterator<Item = (Entity, impl Iterator<Item = DVec3> + Clone)> {
+        self.trails.iter().map(move |(body, trail)| {
+            let passed = trail.points.iter().filter(move |(_, then)| *then <= time);
+            (*body, passed.map(|(point, _)| *point))
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use motion::remember_positions;
+
     use super::*;
+
+    const TICK: f64 = 1.0 / 120.0;
 
     fn world(bodies: usize) -> World {
         let mut world = World::new();
         world.spawn((Transform::at(DVec3::ZERO), PhysicsBody::IMMOVABLE));
         for _ in 0..bodies {
             let before = PreviousPosition(DVec3::ZERO);
-            world.spawn((Transform::at(DVec3::X), PhysicsBody::with_mass(1.0), before));
+            world.spawn((Transform::at(DVec3::ZERO), PhysicsBody::with_mass(1.0), before));
         }
         world
     }
 
-    /// The trails of bodies that move 1 m a frame along x, noted halfway between two ticks.
-    fn drawn(bodies: usize, frames: u32, frame: f64) -> Trails {
-        let (mut world, mut trails) = (world(bodies), Trails::default());
-        for i in 0..frames {
-            for (mut transform, mut before) in
-                world.query::<(&mut Transform, &mut PreviousPosition)>().iter_mut(&mut world)
-            {
-                before.0 = transform.position;
-                transform.position.x = f64::from(i);
-            }
-            trails.record(&mut world, 0.5, f64::from(i) * frame);
+    /// Moves every body 1 m along x, in tick number `tick`.
+    fn tick(world: &mut World, trails: &mut Trails, tick: u32) {
+        world.run_system_cached(remember_positions).expect("a query and nothing else");
+        for mut transform in world.query_filtered::<&mut Transform, With<PreviousPosition>>().iter_mut(world)
+        {
+            transform.position.x += 1.0;
         }
-        trails
+        trails.after_tick(world, f64::from(tick) * TICK);
+    }
+
+    fn points(trails: &Trails, time: f64) -> Vec<Vec<DVec3>> {
+        trails.until(time).map(|(_, points)| points.collect()).collect()
     }
 
     #[test]
-    fn a_trail_ends_where_its_body_is_drawn_and_goes_six_seconds_back() {
-        for frame in [0.05, 0.25] {
-            let trails = drawn(2, 200, frame);
-            assert_eq!(trails.iter().count(), 2);
-            for trail in trails.iter() {
-                let ((first, then), (last, now)) = (trail[0], trail[trail.len() - 1]);
-                assert_eq!(last, DVec3::X * 198.5);
-                assert!(now - then <= SECONDS && now - then > SECONDS - 2.0 * frame);
-                assert_eq!(
-                    (last - first).x,
-                    f64::from(u32::try_from(trail.len()).expect("some hundreds") - 1)
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn many_bodies_leave_short_trails_and_no_more_than_the_first_any() {
-        let trails = drawn(BODIES + 5, 200, 0.001);
-        assert_eq!(trails.iter().count(), BODIES);
-        assert!(trails.iter().all(|trail| trail.len() == POINTS / BODIES));
-    }
-
-    #[test]
-    fn what_is_taken_back_leaves_no_trail() {
+    fn a_trail_goes_six_seconds_back_and_ends_where_its_body_is_drawn() {
         let (mut world, mut trails) = (world(2), Trails::default());
-        trails.record(&mut world, 1.0, 0.0);
-        let taken = world.query_filtered::<Entity, With<PreviousPosition>>().iter(&world).last();
-        world.entity_mut(taken.expect("two of them")).insert(Dormant);
-        trails.record(&mut world, 1.0, 1.0);
-        assert_eq!(trails.iter().count(), 1);
+        (1..=1000).for_each(|number| tick(&mut world, &mut trails, number));
+        for trail in points(&trails, 1000.0 * TICK) {
+            assert!((280.0..=281.0).contains(&trail[0].x) && trail[trail.len() - 1] == DVec3::X * 1000.0);
+            assert!(trail.windows(2).all(|points| points[1] - points[0] == DVec3::X));
+        }
+        // Half a tick before the last one.
+        assert_eq!(points(&trails, 999.5 * TICK)[0].last(), Some(&(DVec3::X * 999.0)));
+    }
+
+    #[test]
+    fn many_bodies_leave_points_farther_apart_and_only_the_first_leave_any() {
+        let (mut world, mut trails) = (world(BODIES + 5), Trails::default());
+        (1..=1000).for_each(|number| tick(&mut world, &mut trails, number));
+        let trails_drawn = points(&trails, 1000.0 * TICK);
+        assert_eq!(trails_drawn.len(), BODIES);
+        assert!(
+            trails_drawn
+                .iter()
+                .all(|trail| (POINTS / BODIES - 2..=POINTS / BODIES + 1).contains(&trail.len()))
+        );
+        assert_eq!(trails.left_out(), Some((BODIES, BODIES + 5)));
+    }
+
+    #[test]
+    fn a_body_that_was_put_elsewhere_and_a_particle_of_another_life_leave_no_line_from_there() {
+        let (mut world, mut trails) = (world(2), Trails::default());
+        (1..=3).for_each(|number| tick(&mut world, &mut trails, number));
+        let body = world.query_filtered::<Entity, With<PreviousPosition>>().iter(&world).last().expect("two");
+        // As a request does it, and a birth in the slot of a particle that still lived.
+        world.entity_mut(body).insert((Transform::at(DVec3::Y), PreviousPosition(DVec3::Y)));
+        tick(&mut world, &mut trails, 4);
+        let [stays, goes] = <[_; 2]>::try_from(points(&trails, 1.0)).expect("two trails");
+        assert_eq!((stays.len(), goes), (5, vec![DVec3::Y, DVec3::Y + DVec3::X]));
+        world.entity_mut(body).insert(Dormant);
+        tick(&mut world, &mut trails, 5);
+        assert_eq!(points(&trails, 1.0).len(), 1);
     }
 
     #[test]
     fn a_body_at_rest_keeps_its_trail() {
         let (mut world, mut trails) = (world(1), Trails::default());
-        (0..9).for_each(|i| trails.record(&mut world, f64::from(i.min(4)) / 4.0, f64::from(i)));
-        assert_eq!(trails.iter().next().map(VecDeque::len), Some(5));
+        (1..=4).for_each(|number| tick(&mut world, &mut trails, number));
+        for number in 5..2000 {
+            world.run_system_cached(remember_positions).expect("a query and nothing else");
+            trails.after_tick(&mut world, f64::from(number) * TICK);
+        }
+        assert_eq!(points(&trails, 100.0)[0].len(), 5);
     }
 }

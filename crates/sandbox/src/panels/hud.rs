@@ -99,7 +99,7 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
     let method = model.method.claims().title;
     let mut lines = vec![
         (format!("{}   {} bodies   {method}{own}", model.scene, model.bodies), THIN),
-        (format!("{:.2} s at {} Hz", model.simulated, (model.step_hz * 1e6).round() / 1e6), THIN),
+        (format!("{:.2} s at {} Hz", model.scene_s, (model.step_hz * 1e6).round() / 1e6), THIN),
     ];
     // Paused, frames are drawn when something changes.
     if let Some(measured) = model.measured.filter(|_| !model.paused) {
@@ -118,6 +118,9 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
     }
     if model.paused {
         lines.push(("paused: P goes on, . steps".to_owned(), WARNING));
+    }
+    if let Some((some, all)) = model.trails_left_out {
+        lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
     }
     if model.drops_time {
         lines.push(("slower than real time: simulated time is dropped".to_owned(), WARNING));
