@@ -244,7 +244,12 @@ const fn push(
 pub const BINDINGS: &[Binding] = &[
     edge(Action::ToggleMode, "toggle_mode", &["Q"], "change between camera mode and selection mode"),
     edge(Action::ToggleGravity, "toggle_gravity", &["G"], "gravity on or off"),
-    edge(Action::ResetWorld, "reset_world", &["F1"], "reset the world; camera, gravity and click force stay"),
+    edge(
+        Action::ResetWorld,
+        "reset_world",
+        &["F1"],
+        "reset the world and the speed; camera, gravity and click force stay",
+    ),
     edge(Action::ResetCamera, "reset_camera", &["F2"], "reset the camera and release its lock"),
     fly(Action::FlyForward, "fly_forward", &["W"], "fly forward, level, at 100 m/s"),
     fly(Action::FlyBack, "fly_back", &["S"], "fly back"),

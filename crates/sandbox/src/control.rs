@@ -12,7 +12,7 @@ use crate::input::{Button, Experiment, Input};
 use crate::methods;
 use crate::session::{KEY_PUSH, Order, Session, SwitchedBy};
 use crate::trails::Trails;
-use crate::ui::Panel;
+use crate::ui::{Panel, Topic};
 
 /// What the pointer is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -316,26 +316,27 @@ impl Session {
                 self.carry_out_requests();
                 self.note_switched(Effect::Gravity, SwitchedBy::Key);
             }
-            None => self.refuse("this scene declares no gravity; the settings (Tab) can add it"),
+            None => {
+                let what = "this scene declares no gravity; the settings (Tab) can add it";
+                self.refuse_about(Topic::Gravity, what);
+            }
         }
     }
 
     pub(crate) fn change_method(&mut self, other: fn(Method) -> Method) {
-        let before = self.stepper.method();
         let gravity = self.world.contains_resource::<motion::MutualGravity>();
-        let mut method = other(before);
+        let mut method = other(self.stepper.method());
         while unsolvable(method, gravity).is_some() {
             method = other(method);
         }
         self.set_method(method);
-        self.ui.take_back(&methods::line(before));
-        self.ui.notice(methods::line(method));
+        self.ui.notice(Topic::Method, methods::line(method));
     }
 
     fn set_pace(&mut self, factor: f64) {
         let pace = (self.clock.pace() * factor).clamp(*PACES.start(), *PACES.end());
         self.clock.set_pace(pace).expect("a clamped pace is positive and finite");
-        self.ui.notice(format!("{pace} x speed"));
+        self.ui.notice(Topic::Speed, format!("{pace} x speed"));
     }
 
     fn open_neighbor(&mut self, step: isize) {

@@ -54,7 +54,7 @@ use crate::camera::Camera;
 use crate::control::Control;
 use crate::player::Player;
 use crate::trails::Trails;
-use crate::ui::Ui;
+use crate::ui::{Topic, Ui};
 
 /// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.
 pub(crate) const CATCH_UP: f64 = 0.25;
@@ -164,8 +164,8 @@ pub struct Session {
     /// How many of them are of other worlds.
     quarantined_before: usize,
     records_seen: usize,
-    /// Whether the person knows that an implicit step did not converge.
-    unconverged_told: bool,
+    /// Implicit steps that had not converged when the scene began; none once the person was told of one in it.
+    unconverged_before: Option<u64>,
     pub(crate) acting: HashMap<Entity, DVec3>,
     /// Newtons of a force arrow of one meter, while these are drawn.
     pub(crate) force_scale: Option<f64>,
@@ -214,7 +214,7 @@ impl Session {
             quarantined: Vec::new(),
             quarantined_before: 0,
             records_seen: 0,
-            unconverged_told: false,
+            unconverged_before: Some(0),
             acting: HashMap::new(),
             force_scale: None,
             labels: scene.labels.clone(),
@@ -261,16 +261,30 @@ impl Session {
 
     /// Says something to the person for a few seconds.
     pub fn notice(&mut self, text: impl Into<String>) {
-        self.ui.notice(text.into());
+        self.ui.notice(Topic::Other, text.into());
+    }
+
+    /// Says what became of a file, in place of what was said of the last one.
+    pub(crate) fn notice_of_file(&mut self, text: String) {
+        self.ui.notice(Topic::File, text);
+    }
+
+    /// What is said to the person at present.
+    pub fn notices(&self) -> impl Iterator<Item = &str> {
+        self.ui.notices()
     }
 
     /// Says to the person, and to a run that nobody looks at, that something was not done.
     pub(crate) fn refuse(&mut self, what: impl Into<String>) {
+        self.refuse_about(Topic::Other, what);
+    }
+
+    pub(crate) fn refuse_about(&mut self, topic: Topic, what: impl Into<String>) {
         let what = what.into();
         if self.refusals.len() < MOST_REFUSALS {
             self.refusals.push(what.clone());
         }
-        self.notice(what);
+        self.ui.notice(topic, what);
     }
 
     /// What was asked for and not done, lately; takes it.
@@ -355,6 +369,7 @@ impl Session {
             self.world.insert_resource(TimeStep(length));
         }
         if ticks > 0 {
+            self.ui.retract(Topic::Place);
             // Shown until the next tick: a frame without one changes nothing.
             self.acting.clear();
             let queue = self.world.resource::<PushQueue>();
@@ -459,6 +474,8 @@ impl Session {
         }
         if method != self.stepper.method() {
             self.record(Happening::Method(method));
+            self.ui.retract(Topic::Method);
+            self.ui.retract(Topic::Forecast);
         }
         self.stepper.set_method(&mut self.world, method);
     }

@@ -22,6 +22,31 @@ const FAR: f64 = 1e6;
 const ROOM: [f32; 2] = [960.0, 540.0];
 const SMALLEST: f32 = 0.5;
 
+/// What a notice is about. Of each topic but the last there is one notice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Topic {
+    /// A file that was written or opened: true whatever is simulated.
+    File,
+    Fault,
+    Forecast,
+    Gravity,
+    Ghosts,
+    Method,
+    /// Where in the last minute the run stands.
+    Place,
+    Speed,
+    Unconverged,
+    Other,
+}
+
+/// Words in the picture.
+struct Notice {
+    topic: Topic,
+    text: String,
+    /// When it goes, s; known once it is seen.
+    until: Option<f64>,
+}
+
 /// What can be opened beside the tutorial's own words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "they say it themselves")]
@@ -56,7 +81,7 @@ pub(crate) struct Ui {
     was_open: bool,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
     lays_out_at: f64,
-    notices: Vec<(String, Option<f64>)>,
+    notices: Vec<Notice>,
 }
 
 impl Ui {
@@ -115,7 +140,7 @@ impl Ui {
     /// Seconds from `now` until the panels look different without input.
     pub fn changes_in_s(&self, now: f64) -> f64 {
         // A notice that has not been laid out yet has no end.
-        let ends = self.notices.iter().map(|(_, until)| until.unwrap_or(now));
+        let ends = self.notices.iter().map(|notice| notice.until.unwrap_or(now));
         (ends.fold(self.lays_out_at, f64::min) - now).max(0.0)
     }
 
@@ -125,13 +150,27 @@ impl Ui {
         self.notices.clear();
     }
 
-    pub fn notice(&mut self, text: String) {
-        self.notices.push((text, None));
+    /// Says something for a few seconds, in place of what was said of its topic before.
+    pub fn notice(&mut self, topic: Topic, text: String) {
+        if topic != Topic::Other {
+            self.retract(topic);
+        }
+        self.notices.push(Notice { topic, text, until: None });
     }
 
-    /// Takes back a notice that something newer makes untrue.
-    pub fn take_back(&mut self, notice: &str) {
-        self.notices.retain(|(text, _)| text != notice);
+    /// Takes back what is no longer true.
+    pub fn retract(&mut self, topic: Topic) {
+        self.notices.retain(|notice| notice.topic != topic);
+    }
+
+    /// Takes back what was said of a run that has come to its end.
+    pub fn retract_run(&mut self) {
+        self.notices.retain(|notice| notice.topic == Topic::File);
+    }
+
+    /// What is said at present.
+    pub fn notices(&self) -> impl Iterator<Item = &str> {
+        self.notices.iter().map(|notice| notice.text.as_str())
     }
 
     pub fn opened(&self) -> &[Panel] {
@@ -271,8 +310,8 @@ impl Session {
     /// Lays the panels out for this frame and queues what the person changed in them.
     pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
         let now = time.total();
-        self.ui.notices.retain_mut(|(_, until)| now <= *until.get_or_insert(now + NOTICE_S));
-        let notices: Vec<_> = self.ui.notices.iter().map(|(text, _)| text.clone()).collect();
+        self.ui.notices.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
+        let notices: Vec<_> = self.ui.notices().map(str::to_owned).collect();
         let model = panels::Model::of(self, notices);
         let context = self.ui.context.clone();
         // The first layout only measures; a second one of the same frame stands right.
@@ -323,6 +362,7 @@ impl Session {
                 Edit::StepHz(rate) => {
                     if self.clock.set_rate(rate).is_ok() {
                         self.record(Happening::Step(1.0 / rate));
+                        self.ui.retract(Topic::Forecast);
                         self.world.insert_resource(motion::TimeStep(1.0 / rate));
                     }
                 }

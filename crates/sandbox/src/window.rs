@@ -422,7 +422,7 @@ impl Shell {
                     (path, written)
                 }
             };
-            self.session.notice(match written {
+            self.session.notice_of_file(match written {
                 Ok(()) => format!("wrote {}", path.display()),
                 Err(failure) => failure.to_string(),
             });
@@ -437,7 +437,7 @@ impl Shell {
                 self.session.foretell(1.0 / DEFAULT_FPS);
                 self.session.save_faults();
             }
-            Err(error) => self.session.notice(error.to_string()),
+            Err(error) => self.session.notice_of_file(error.to_string()),
         }
     }
 }

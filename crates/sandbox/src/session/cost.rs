@@ -5,7 +5,7 @@ use motion::{Damping, Effect, EffectState, FrameTime, Gravity, Substeps, TimeSte
 use scene::Happening;
 
 use super::Session;
-use crate::ui::Panel;
+use crate::ui::{Panel, Topic};
 
 /// Part of a frame's time that the study may take.
 pub(crate) const SHARE: f64 = 0.1;
@@ -55,6 +55,7 @@ impl Session {
     pub fn apply_setting(&mut self, setting: Setting) {
         self.scene.substeps = setting.substeps;
         self.record(Happening::Substeps(setting.substeps));
+        self.ui.retract(Topic::Forecast);
         self.world.insert_resource(Substeps(setting.substeps));
         self.set_method(setting.method);
         self.restart_ghosts();

@@ -7,6 +7,7 @@ use lab::Row;
 use motion::{Effect, EffectState, Evaluations, NeverDeclared, PreviousPosition, Request};
 
 use super::Session;
+use crate::ui::Topic;
 
 /// Who switched an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -112,6 +113,10 @@ impl Session {
     /// Remembers who switched an effect last.
     pub(crate) fn note_switched(&mut self, effect: Effect, by: SwitchedBy) {
         self.effects.switched.insert(effect, by);
+        self.ui.retract(Topic::Forecast);
+        if effect == Effect::Gravity {
+            self.ui.retract(Topic::Gravity);
+        }
     }
 
     /// The receipt of the session as it is: what acts, because of what, on how many bodies; evaluations a step are

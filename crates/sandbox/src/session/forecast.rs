@@ -7,7 +7,7 @@ use motion::{Damping, Forecast, FrameTime, Groups, Margin, Method, Part, Substep
 use scene::StepKind;
 
 use super::Session;
-use crate::ui::Panel;
+use crate::ui::{Panel, Topic};
 
 /// How long a forecast is shown before it is made anew, s: speeds and distances change all the time.
 const FRESH_S: f64 = 0.25;
@@ -174,7 +174,7 @@ impl Session {
         };
         let told: Vec<_> = self.foretold.iter().filter(is_seen).cloned().collect();
         if let Some(worst) = told.first() {
-            self.ui.notice(format!("unstable: {}", worst.line()));
+            self.ui.notice(Topic::Forecast, format!("unstable: {}", worst.line()));
         }
         told
     }

@@ -12,7 +12,7 @@ use motion::{Method, PreviousPosition, SoftBody, TimeStep, Transform};
 use scene::{FileIndex, unsolvable};
 
 use super::{Session, drawn};
-use crate::ui::Panel;
+use crate::ui::{Panel, Topic};
 
 /// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
 const MOST_BODIES: usize = 10_000;
@@ -157,6 +157,7 @@ impl Session {
 
     /// Ghosts where there are none, and the other way round.
     pub(crate) fn toggle_ghosts(&mut self) {
+        self.ui.retract(Topic::Ghosts);
         if self.ghosts.take().is_some() {
             self.ui.close(Panel::Ghosts);
         } else if self.entities.len() > MOST_BODIES {
@@ -186,7 +187,7 @@ impl Session {
         if self.ghosts.is_some() {
             self.change_method(Method::next);
         } else {
-            self.notice("there are no ghosts to choose from; T shows them");
+            self.ui.notice(Topic::Ghosts, "there are no ghosts to choose from; T shows them".to_owned());
         }
     }
 

@@ -3,6 +3,7 @@
 use motion::{Cause, Evaluations, Fault, Quarantine, QuarantineRecord};
 
 use super::{QuarantinedBody, Session};
+use crate::ui::Topic;
 
 /// So many quarantined bodies of a world are told of, one by one.
 const TOLD: usize = 3;
@@ -15,7 +16,7 @@ impl Session {
         for (number, QuarantineRecord { body, tick, cause, .. }) in (seen..).zip(records) {
             let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
             if number < TOLD {
-                self.ui.notice(format!("{body} was quarantined in tick {tick}: {what}"));
+                self.notice(format!("{body} was quarantined in tick {tick}: {what}"));
             }
             let cause = match fault {
                 Fault::Law(law) => format!("law {law}"),
@@ -30,10 +31,19 @@ impl Session {
     }
 
     pub(super) fn note_unconverged(&mut self) {
-        let steps = self.world.resource::<Evaluations>().unconverged_steps();
-        if steps > 0 && !self.unconverged_told {
-            self.unconverged_told = true;
-            self.ui.notice("an implicit step did not converge; a higher step rate may help".to_owned());
+        let steps = self.unconverged();
+        if self.unconverged_before.take_if(|before| steps > *before).is_some() {
+            let what = "an implicit step did not converge; a higher step rate may help";
+            self.ui.notice(Topic::Unconverged, what.to_owned());
         }
+    }
+
+    fn unconverged(&self) -> u64 {
+        self.world.resource::<Evaluations>().unconverged_steps()
+    }
+
+    /// Begins to count steps that do not converge.
+    pub(super) fn count_unconverged_from_now(&mut self) {
+        self.unconverged_before = Some(self.unconverged());
     }
 }

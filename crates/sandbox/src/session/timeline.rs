@@ -11,6 +11,7 @@ use scene::{FileIndex, Happening, StepKind};
 use super::worlds::{draw_between_ticks, ids_of, share_among_threads};
 use super::{Order, Session, Simulated};
 use crate::trails::Trails;
+use crate::ui::Topic;
 
 /// What a session does when something goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,7 +204,7 @@ impl Session {
         if self.recording == Some(OnFault::Pause) {
             // Whom it froze has been said.
             if !fault.quarantined {
-                self.notice(fault.what.clone());
+                self.ui.notice(Topic::Fault, fault.what.clone());
             }
             self.set_out_before(&fault);
             if let Some(way) = self.recorded.as_mut().and_then(|recorded| recorded.way.as_mut()) {
@@ -240,6 +241,7 @@ impl Session {
     /// Pauses and begins to go to the end of tick number `tick`, or the nearest in the last minute.
     pub(crate) fn set_out(&mut self, tick: u64) {
         self.control.paused = true;
+        self.ui.retract(Topic::Place);
         let Some(recorded) = &mut self.recorded else {
             self.refuse("no timeline is kept to go back in");
             return;
@@ -289,9 +291,9 @@ impl Session {
         if self.saves_faults && !self.repeats() {
             self.saves_faults = false;
             self.orders.push(Order::Bundle);
-            self.notice(good);
+            self.ui.notice(Topic::Place, good);
         } else {
-            self.notice(format!("{good}; Ctrl+S saves the run"));
+            self.ui.notice(Topic::Place, format!("{good}; Ctrl+S saves the run"));
         }
     }
 
@@ -310,7 +312,8 @@ impl Session {
     /// What was done here makes the way to another tick worthless.
     pub(super) fn give_up_journey(&mut self) {
         if let Some(way) = self.recorded.as_mut().and_then(|recorded| recorded.way.take()) {
-            self.notice(format!("not gone to tick {}, for something was done here", way.journey.to()));
+            let to = way.journey.to();
+            self.ui.notice(Topic::Place, format!("not gone to tick {to}, for something was done here"));
         }
     }
 
@@ -329,7 +332,9 @@ impl Session {
         let way = self.recorded.as_ref().and_then(|recorded| recorded.way.as_ref());
         let now = way.map_or_else(|| self.ticks(), |way| way.journey.to());
         match self.recorded.as_ref().map(|recorded| *recorded.timeline.range().start()) {
-            Some(first) if first >= now => self.notice("nothing is kept of the time before this tick"),
+            Some(first) if first >= now => {
+                self.ui.notice(Topic::Place, "nothing is kept of the time before this tick".to_owned());
+            }
             _ => self.set_out(now.saturating_sub(1)),
         }
     }
@@ -360,6 +365,7 @@ impl Session {
         self.trails = Trails::default();
         self.acting.clear();
         self.alpha = 1.0;
+        self.count_unconverged_from_now();
         self.restart_ghosts();
         if self.ledger.take().is_some() {
             self.open_or_close_ledger();

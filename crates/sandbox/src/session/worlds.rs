@@ -40,6 +40,9 @@ impl Session {
         self.trails = Trails::default();
         self.acting.clear();
         self.shown_forecast = None;
+        self.ui.retract_run();
+        self.count_unconverged_from_now();
+        self.clock.set_pace(1.0).expect("1 is positive and finite");
         self.restart_ghosts();
         self.restart_recording();
     }
@@ -48,6 +51,7 @@ impl Session {
     pub fn open(&mut self, scene: Scene) {
         let mut next = Self::new(scene, Options { paused: false, ..self.options });
         std::mem::swap(&mut next.ui, &mut self.ui);
+        next.ui.retract_run();
         next.ui.close(Panel::Ghosts);
         next.clock.start_at(self.clock.now());
         next.measured = self.measured;
@@ -59,6 +63,7 @@ impl Session {
         next.quarantined_before = next.quarantined.len();
         self.hand_over(&mut next.world);
         next.count_effects_from_now();
+        next.count_unconverged_from_now();
         next.ticks_left = self.ticks_left;
         next.dropped = self.dropped;
         next.ledger_asked = self.ledger_asked;
