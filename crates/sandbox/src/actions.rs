@@ -13,9 +13,10 @@ pub struct Key {
 }
 
 /// Keys that are named and not typed.
-const NAMED: [&str; 16] = [
+const NAMED: [&str; 17] = [
     "Space",
     "Shift",
+    "Alt",
     "Up",
     "Down",
     "Left",
@@ -144,6 +145,7 @@ pub enum Action {
     PushPlusX,
     PushPlusY,
     PushMinusY,
+    SelectImmovable,
     Pause,
     StepOnce,
     StepBack,
@@ -264,6 +266,12 @@ pub const BINDINGS: &[Binding] = &[
     push(Action::PushPlusX, "push_plus_x", &["Right"], "push the selection with 10 N along +x"),
     push(Action::PushPlusY, "push_plus_y", &["PageUp"], "push the selection with 10 N along +y"),
     push(Action::PushMinusY, "push_minus_y", &["PageDown"], "push the selection with 10 N along -y"),
+    push(
+        Action::SelectImmovable,
+        "select_immovable",
+        &["Alt"],
+        "held, a click selects also what cannot be moved",
+    ),
     edge(Action::Pause, "pause", &["P"], "pause or go on"),
     edge(Action::StepOnce, "step", &["."], "pause and simulate one tick"),
     edge(Action::StepBack, "step_back", &[","], "pause and go one tick back, up to a minute"),

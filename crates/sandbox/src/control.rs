@@ -4,7 +4,9 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::{Damping, Effect, Gravity, Method, Push, PushQueue, Request};
+use motion::{
+    Damping, Effect, Gravity, Method, PhysicsBody, Push, PushQueue, Quarantined, Request, SoftBody,
+};
 use scene::{PushSpec, unsolvable};
 
 use crate::actions::{Action, Key, When, binding};
@@ -98,8 +100,11 @@ impl Control {
 
 /// -1, 0 or 1 from two opposite actions of `keys`.
 fn axis(keys: &[Key], minus: Action, plus: Action) -> f64 {
-    let any = |action: Action| keys.iter().filter_map(binding).any(|binding| binding.action == action);
-    f64::from(i8::from(any(plus)) - i8::from(any(minus)))
+    f64::from(i8::from(holds(keys, plus)) - i8::from(holds(keys, minus)))
+}
+
+fn holds(keys: &[Key], action: Action) -> bool {
+    keys.iter().filter_map(binding).any(|binding| binding.action == action)
 }
 
 fn push_of(keys: &[Key]) -> DVec3 {
@@ -287,7 +292,8 @@ impl Session {
             | Action::PushMinusX
             | Action::PushPlusX
             | Action::PushPlusY
-            | Action::PushMinusY => {}
+            | Action::PushMinusY
+            | Action::SelectImmovable => {}
         }
     }
 
@@ -370,10 +376,26 @@ impl Session {
         }
     }
 
-    /// Selects what is under the pointer; nothing there clears the selection.
+    /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is
+    /// wanted.
     fn select(&mut self) {
         let ray = self.picking_ray();
-        self.control.selection = self.cast(&ray).map(|hit| hit.entity);
+        let wanted = holds(&self.control.held, Action::SelectImmovable) || self.scene.select_immovable;
+        let hit = self.cast(&ray).map(|hit| hit.entity);
+        self.control.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
+    }
+
+    /// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
+    fn is_movable(&self, thing: Entity) -> bool {
+        let moves = |body: Entity| {
+            let state = self.world.get::<PhysicsBody>(body);
+            state.is_some_and(|state| state.inverse_mass > 0.0)
+                || self.world.get::<Quarantined>(body).is_some()
+        };
+        match self.world.get::<SoftBody>(thing) {
+            Some(soft) => soft.points.iter().any(|point| moves(*point)),
+            None => moves(thing),
+        }
     }
 
     /// Pushes the selection along the ray, if the ray meets it first.

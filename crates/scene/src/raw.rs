@@ -39,6 +39,7 @@ pub(crate) struct RawScene {
     pub camera: Option<RawCamera>,
     pub light: Option<RawLight>,
     pub trails: Option<bool>,
+    pub select_immovable: Option<bool>,
     #[serde(default)]
     pub bodies: Vec<RawBody>,
     #[serde(default)]

@@ -197,6 +197,7 @@ fn resolve(
         camera,
         light,
         trails: raw.trails.unwrap_or(false),
+        select_immovable: raw.select_immovable.unwrap_or(false),
         bodies,
         names: names.unwrap_or_default(),
         labels,

@@ -60,6 +60,8 @@ pub struct Scene {
     pub light: Option<LightSpec>,
     /// Whether trails are shown from the start.
     pub trails: bool,
+    /// Whether a click selects what cannot be moved, as the tutorial's does.
+    pub select_immovable: bool,
     /// Every body in the order of the stable id: the written ones, then those of grids, clouds, emitters and soft
     /// bodies.
     pub bodies: Vec<BodySpec>,

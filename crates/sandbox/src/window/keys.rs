@@ -17,6 +17,7 @@ pub(super) fn named(event: &KeyEvent, modifiers: ModifiersState) -> Option<Key> 
         Logical::Named(named) => match named {
             NamedKey::Space => "Space",
             NamedKey::Shift => "Shift",
+            NamedKey::Alt => "Alt",
             NamedKey::ArrowUp => "Up",
             NamedKey::ArrowDown => "Down",
             NamedKey::ArrowLeft => "Left",
