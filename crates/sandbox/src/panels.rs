@@ -270,3 +270,58 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
     }
     edits
 }
+
+#[cfg(test)]
+mod tests {
+    use motion::FrameClock;
+    use scene::Scene;
+
+    use super::*;
+    use crate::input::{Input, InputFrame};
+    use crate::session::Options;
+
+    #[test]
+    fn the_clock_shown_is_the_scenes() {
+        let scene = Scene::parse("empty", "(version: 1)").expect("a good scene");
+        let mut session = Session::new(scene.clone(), Options::default());
+        let mut clock = FrameClock::default();
+        let mut shown = |session: &mut Session| {
+            session.advance(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
+            Model::of(session, Vec::new()).scene_s
+        };
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} s is not {b} s");
+        close(shown(&mut session), 0.1);
+        close(shown(&mut session), 0.2);
+        session.reset_world();
+        close(shown(&mut session), 0.1);
+        session.open(scene);
+        close(shown(&mut session), 0.1);
+        close(session.simulated(), 0.4);
+    }
+
+    #[test]
+    fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
+        let text =
+            "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -9))])";
+        let mut session = Session::new(Scene::parse("card", text).expect("a good scene"), Options::default());
+        session.control.selection = session.body("ball");
+        let mut clock = FrameClock::default();
+        let mut right = |session: &mut Session, x: f64| {
+            let put = Experiment::OfBody("ball".to_owned(), Request::SetPosition, [x; 3]);
+            let input = [Input::Experiment(put)].into_iter().collect();
+            let frame = session.frame(&input, clock.advance_by(0.1).expect("a time"));
+            let of_mesh = |primitive: &egui::ClippedPrimitive| match &primitive.primitive {
+                egui::epaint::Primitive::Mesh(mesh) => {
+                    mesh.vertices.iter().map(|vertex| vertex.pos.x).fold(0.0, f32::max)
+                }
+                egui::epaint::Primitive::Callback(_) => 0.0,
+            };
+            frame.panels.expect("pictures").primitives.iter().map(of_mesh).fold(0.0, f32::max)
+        };
+        for x in [1.0, 1.0, 1e5, -1.234_567e-7, -1e5] {
+            let edge = right(&mut session, x);
+            // With the card's shadow.
+            assert!((1272.0..=1290.0).contains(&edge), "at {x} m the card ends at {edge}");
+        }
+    }
+}

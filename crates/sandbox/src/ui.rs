@@ -195,10 +195,8 @@ impl Ui {
                 egui::Popup::close_all(&self.context);
                 return true;
             }
-            if let Some(field) = self.context.memory(|memory| memory.focused()).filter(|_| self.any_open()) {
+            if let Some(field) = self.context.memory(egui::Memory::focused).filter(|_| self.any_open()) {
                 self.context.memory_mut(|memory| memory.surrender_focus(field));
-                // Not only left: a number keeps its value.
-                self.push_key(egui::Key::Escape, Modifiers::NONE, true);
                 return true;
             }
         }
@@ -226,12 +224,8 @@ impl Ui {
         let modifiers =
             Modifiers { ctrl: key.ctrl(), command: key.ctrl(), shift: key.shift(), ..Modifiers::NONE };
         if let Some(key) = egui::Key::from_name(&name) {
-            self.push_key(key, modifiers, pressed);
+            self.events.push(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers });
         }
-    }
-
-    fn push_key(&mut self, key: egui::Key, modifiers: Modifiers, pressed: bool) {
-        self.events.push(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers });
     }
 
     pub fn text(&mut self, text: &str) {

@@ -251,13 +251,15 @@ impl ApplicationHandler for Shell {
                 self.rested |= changes_in > 0.0;
                 event_loop.set_control_flow(ControlFlow::WaitUntil(due));
             }
+            // Some systems ask for no frame of a window that is not seen.
+            Some(_) if hidden => {
+                self.frame(event_loop);
+                event_loop.set_control_flow(ControlFlow::WaitUntil(now + HIDDEN_FRAME));
+            }
             Some(_) => {
                 event_loop.set_control_flow(ControlFlow::Wait);
-                match &self.screen {
-                    // Some systems draw nothing that is not seen, and would ask for no frame.
-                    Some(_) if hidden => self.frame(event_loop),
-                    Some(screen) => screen.window.request_redraw(),
-                    None => {}
+                if let Some(screen) = &self.screen {
+                    screen.window.request_redraw();
                 }
             }
             None => {

@@ -7,16 +7,19 @@ use motion::Method;
 use super::Selected;
 use crate::session::SoftSum;
 
+/// Points between the card and the edge of the picture.
+const MARGIN: f32 = 8.0;
+
 /// Points that three components of two digits before the point need.
 const WIDTH: f32 = 340.0;
 
 pub(super) fn show(context: &egui::Context, selected: &Selected, scene: Method) {
     // Read-only and not interactive: clicks over it reach the scene.
-    egui::Window::new("selection")
+    let card = egui::Window::new("selection")
         .title_bar(false)
         .resizable(false)
         .interactable(false)
-        .anchor(Align2::RIGHT_CENTER, [-8.0, 0.0])
+        .anchor(Align2::RIGHT_CENTER, [-MARGIN, 0.0])
         .show(context, |ui| {
             // Else the card's edge would jump with every digit.
             ui.set_min_width(WIDTH);
@@ -29,6 +32,11 @@ pub(super) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
                 }
             });
         });
+    // It stood where it fits as wide as it was last.
+    let edge = context.content_rect().right() - MARGIN;
+    if card.is_some_and(|card| (card.response.rect.right() - edge).abs() > 0.5) {
+        context.request_discard("the card has another width");
+    }
 }
 
 /// Causes of forces that are listed.

@@ -1,7 +1,8 @@
 //! Words beside bodies: where in the picture they stand.
 
 use bevy_ecs::entity::Entity;
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
+use motion::Orientation;
 use pick::Shape;
 
 use super::Session;
@@ -11,17 +12,34 @@ use super::Session;
 pub(crate) struct Label {
     /// Where the body's middle is seen, pixels from the top left.
     pub at: DVec2,
-    /// How far from there the body reaches to the side, pixels.
+    /// How far from there the body reaches, to the side where the words are or, of a ring around it, at most; pixels.
     pub reach: f64,
     pub text: String,
+}
+
+/// How far a shape reaches from its middle, m, in a direction of its own axes.
+type Reach = fn(&Shape, DVec3) -> f64;
+
+/// To its surface in that direction: the words of a thin body stand beside it.
+fn beside(shape: &Shape, direction: DVec3) -> f64 {
+    match shape {
+        Shape::Cuboid { half_extents } => (*half_extents / direction.abs()).min_element(),
+        Shape::Sphere { radius } => *radius,
+    }
+}
+
+/// In any direction.
+fn around(shape: &Shape, _: DVec3) -> f64 {
+    shape.half_extents().max_element()
 }
 
 impl Session {
     /// The labels of the bodies whose middle is in the picture, the farthest first.
     pub(crate) fn visible_labels(&self) -> Vec<Label> {
         let labels = self.labels.iter();
-        let mut seen: Vec<_> =
-            labels.filter_map(|(id, text)| self.label(*self.entities.get(*id as usize)?, text)).collect();
+        let mut seen: Vec<_> = labels
+            .filter_map(|(id, text)| self.label(*self.entities.get(*id as usize)?, text, beside))
+            .collect();
         seen.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         seen.into_iter().map(|(_, label)| label).collect()
     }
@@ -35,12 +53,12 @@ impl Session {
             _ => format!("goes wrong in tick {}", fault.tick),
         };
         let body = *self.entities.get(fault.body? as usize)?;
-        let label = self.label(body, &format!("{} {words}", self.name(body)));
+        let label = self.label(body, &format!("{} {words}", self.name(body)), around);
         label.map(|(_, label)| label)
     }
 
     /// How far a thing is, m, and its label, if its middle is in the picture.
-    fn label(&self, thing: Entity, text: &str) -> Option<(f64, Label)> {
+    fn label(&self, thing: Entity, text: &str, reach: Reach) -> Option<(f64, Label)> {
         let view = self.camera.viewpoint();
         let size = DVec2::from_array(self.options.size_px.map(f64::from));
         let place = self.drawn_position(thing)?;
@@ -48,8 +66,10 @@ impl Session {
         let drawn = (view.near_m..=view.far_m).contains(&distance);
         let at = view.project(place, size).filter(|_| drawn)?;
         let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
-        let radius = self.world.get::<Shape>(thing).map_or(DVec3::ZERO, |shape| shape.half_extents());
-        let side = view.project(place + view.right() * radius.max_element(), size)?;
+        let turned = self.world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
+        let reach =
+            self.world.get::<Shape>(thing).map_or(0.0, |shape| reach(shape, turned.inverse() * view.right()));
+        let side = view.project(place + view.right() * reach, size)?;
         inside.then(|| (distance, Label { at, reach: side.distance(at), text: text.to_owned() }))
     }
 }
@@ -91,6 +111,24 @@ mod tests {
         close(seen[0].at, DVec2::new(640.0 + 90.0, 360.0 - 90.0));
         close(seen[1].at, DVec2::new(640.0, 360.0));
         assert!(seen[0].reach == 0.0 && (seen[1].reach - 72.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
+        let text = "(version: 1,
+            camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0, fov_y_deg: 90, near_m: 0.1, far_m: 100),
+            bodies: [(name: \"mast\", label: \"mast\", shape: cuboid(half_extents_m: (0.5, 5, 3)), position_m: (0, 0, -10))])";
+        let mut session = Session::new(Scene::parse("thin", text).expect("a good scene"), Options::default());
+        let reach = |session: &Session| session.visible_labels()[0].reach;
+        assert!((reach(&session) - 18.0).abs() < 1e-9, "{}", reach(&session));
+        let mast = session.entities[0];
+        session
+            .world
+            .entity_mut(mast)
+            .insert(Orientation(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)));
+        assert!((reach(&session) - 180.0).abs() < 1e-9, "{}", reach(&session));
+        let (_, ring) = session.label(mast, "", around).expect("it is in the picture");
+        assert!((ring.reach - 180.0).abs() < 1e-9);
     }
 
     #[test]
