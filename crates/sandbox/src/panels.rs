@@ -110,7 +110,7 @@ pub(crate) struct Selected {
     pub name: String,
     pub position: DVec3,
     pub displacement: DVec3,
-    /// Absent for scenery.
+    /// At the time of the position; absent for scenery.
     pub body: Option<PhysicsBody>,
     /// The forces on it, N, by cause; springs together if there are many. Of a soft body, none.
     pub forces: Vec<(String, DVec3)>,
@@ -197,7 +197,7 @@ impl Selected {
             name: session.name(entity),
             position,
             displacement: position - start,
-            body: session.world.get::<PhysicsBody>(entity).copied(),
+            body: session.synchronized(entity, &forces),
             forces: Self::named(session, &forces),
             own_method: session.world.get_entity(entity).ok().and_then(motion::own_method),
             quarantined: session.frozen_because(entity),
@@ -297,6 +297,35 @@ mod tests {
         session.open(scene);
         close(shown(&mut session), 0.1);
         close(session.simulated(), 0.4);
+    }
+
+    #[test]
+    fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_card() {
+        for name in ["orbit", "oscillator", "cape", "jelly", "everything", "terminal_speed"] {
+            let mut scene = scene::load(name).expect("it is shipped");
+            // Mutual gravity is not for every method.
+            scene.method = Method::PositionVerlet;
+            let options = Options { pictures: false, ..Options::default() };
+            let (mut session, mut clock) = (Session::new(scene, options), FrameClock::default());
+            session.advance(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
+            let velocities = |session: &mut Session| {
+                let of = |session: &mut Session, body| Selected::of_thing(session, body)?.body;
+                let bodies = session.entities.clone();
+                bodies.into_iter().map(|body| of(session, body).map(|body| body.velocity)).collect::<Vec<_>>()
+            };
+            let stored =
+                |session: &Session, body| session.world.get::<PhysicsBody>(body).map(|body| body.velocity);
+            let lagged: Vec<_> = session.entities.iter().map(|body| stored(&session, *body)).collect();
+            let before = velocities(&mut session);
+            session.set_method(Method::VelocityVerlet);
+            let after = velocities(&mut session);
+            let most = |a: &[Option<DVec3>], b: &[Option<DVec3>]| {
+                let apart = a.iter().zip(b).filter_map(|(a, b)| Some(a.as_ref()?.distance(*b.as_ref()?)));
+                apart.fold(0.0, f64::max)
+            };
+            let (changed, lag) = (most(&before, &after), most(&lagged, &after));
+            assert!(changed < 1e-9 && lag > 1e-4, "{name}: {changed} m/s of {lag} m/s");
+        }
     }
 
     #[test]

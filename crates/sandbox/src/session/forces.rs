@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{ForceCause, Push};
+use motion::{Damping, DampingModel, ForceCause, LastStep, PhysicsBody, Push};
 
 use super::Session;
 
@@ -25,6 +25,22 @@ impl Session {
         let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
         let pushes: Vec<_> = self.acting.iter().map(push).collect();
         motion::each_force(&mut self.world, &pushes, bodies, each);
+    }
+
+    /// The state of a body at the time of its position, from the forces on it: position Verlet keeps the velocity of half a
+    /// step before.
+    pub(crate) fn synchronized(&self, body: Entity, forces: &[(ForceCause, DVec3)]) -> Option<PhysicsBody> {
+        let state = *self.world.get::<PhysicsBody>(body)?;
+        let half = self.world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0);
+        let damping = self.world.get_resource::<Damping>().map(|damping| damping.model);
+        let laws = forces.iter().filter(|(cause, _)| match cause {
+            // All of a push, and of damping that is no law, is in the velocity already.
+            ForceCause::Push => false,
+            ForceCause::Law("damping") => damping == Some(DampingModel::Exact),
+            _ => true,
+        });
+        let newtons: DVec3 = laws.map(|(_, newtons)| *newtons).sum();
+        Some(state.moving_at(state.velocity + newtons * state.inverse_mass * half))
     }
 
     /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters
