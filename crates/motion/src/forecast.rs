@@ -148,8 +148,9 @@ impl Forecast {
 
     /// Bytes that looking at a group of so many bodies takes at most.
     #[must_use]
-    pub const fn most_bytes(bodies: u64) -> u64 {
-        lanczos::most_bytes(bodies.saturating_mul(3))
+    pub fn most_bytes(bodies: u64) -> u64 {
+        let numbers = usize::try_from(bodies.saturating_mul(3)).unwrap_or(usize::MAX);
+        lanczos::most_bytes(numbers) as u64
     }
 
     /// The worst first.

@@ -167,8 +167,9 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
     let total = entries.iter().fold(bodies.len() as u64, |sum, entry| sum.saturating_add(entry.count));
     let attracts = raw.mutual_gravity.is_some();
     let written = bodies.len() as u64;
-    let moved = if attracts { written } else { 0 };
-    let written = Census { bodies: written, moved, springs: raw.springs.len() as u64 };
+    let grouped = if attracts { written } else { 0 };
+    let springs = raw.springs.len() as u64;
+    let written = Census { bodies: written, moved: grouped, grouped, springs };
     let census = entries.iter().fold(written, |sum, entry| sum.and(entry.census(attracts)));
     let needed = census.bytes();
     let too_little = too_little_for(needed);
@@ -242,8 +243,15 @@ impl Entry<'_> {
     }
 
     fn census(&self, attracts: bool) -> Census {
-        let moves = attracts || matches!(self.list, "emitters" | "soft_bodies");
-        Census { bodies: self.count, moved: if moves { self.count } else { 0 }, springs: self.springs }
+        let (is_pool, is_soft) = (self.list == "emitters", self.list == "soft_bodies");
+        let those = |are: bool| if are { self.count } else { 0 };
+        let is_grouped = is_soft || attracts && !is_pool;
+        Census {
+            bodies: self.count,
+            moved: those(is_grouped || is_pool),
+            grouped: those(is_grouped),
+            springs: self.springs,
+        }
     }
 
     /// What the names of its bodies begin with: `grid` for the first grid, `grid2` for the second, unless it has a

@@ -42,7 +42,7 @@ pub(crate) fn largest(
     if n == 0 {
         return Largest::default();
     }
-    let most = (MOST_NUMBERS / n).clamp(LEAST_VECTORS, MOST_VECTORS).min(n);
+    let most = most_vectors(n);
     let mut basis: Vec<Vec<f64>> = Vec::with_capacity(most);
     let mut projected = vec![0.0; most * most];
     let mut ritz: Vec<Pair> = Vec::new();
@@ -100,13 +100,15 @@ pub(crate) fn largest(
     Largest { pairs, at_most: at_most.max(0.0) }
 }
 
-/// Bytes of the vectors for an operator on `n` numbers: the basis, the next one, and one more while it restarts.
-pub(crate) const fn most_bytes(n: u64) -> u64 {
-    let vectors = n.saturating_mul(LEAST_VECTORS as u64 + 2 + LEAST_VECTORS as u64 / 2);
-    let room = 2 * MOST_NUMBERS as u64;
-    let numbers = if vectors > room { vectors } else { room };
-    let most = n.saturating_mul(MOST_VECTORS as u64 + 2);
-    if numbers < most { 8 * numbers } else { 8 * most }
+/// How many vectors of `n` numbers the basis has at most.
+fn most_vectors(n: usize) -> usize {
+    (MOST_NUMBERS / n.max(1)).clamp(LEAST_VECTORS, MOST_VECTORS).min(n)
+}
+
+/// Bytes of the vectors for an operator on `n` numbers: the basis, half of it again while it restarts, and the next one.
+pub(crate) fn most_bytes(n: usize) -> usize {
+    let most = most_vectors(n);
+    n.saturating_mul(size_of::<f64>() * (most + most / 2 + 2))
 }
 
 /// What part of the largest eigenvalue the first Ritz value lacks at most after so many products, but for one start in a

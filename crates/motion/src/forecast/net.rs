@@ -67,7 +67,7 @@ fn group_margin(
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
     let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
-    let Limiting { system, mode: y, excess } = modes_of(group, damping, short, bounds, restless);
+    let Limiting { system, mode: y, excess } = modes_of(group, damping, short, bounds, restless)?;
     let [stiffness, rate] = quotients(group, &y);
     let name = |row: usize| bodies[row];
     let (part, value, above) = match group.holder([short * short, 2.0 * short], &y)? {
@@ -151,7 +151,7 @@ fn modes_of(
     h: Scalar,
     [stiffest, rate]: [Scalar; 2],
     restless: Option<Scalar>,
-) -> Limiting {
+) -> Option<Limiting> {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
     let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
@@ -160,15 +160,13 @@ fn modes_of(
     let bound = (factors[0] * stiffest + factors[1] * rate).min(group.bound(factors));
     let Largest { pairs, at_most } =
         largest(n, count, bound, |y, out| group.apply(factors, alike.is_none(), y, out));
-    let excess = match pairs.first() {
-        Some((value, _)) if *value > 0.0 => (at_most / value).max(1.0),
-        _ => 1.0,
-    };
-    let fastest = pairs.first().map_or_else(Vec::new, |(_, y)| y.clone());
+    // None where numbers have grown out of their range.
+    let (value, fastest) = pairs.first()?.clone();
+    let excess = if value > 0.0 { (at_most / value).max(1.0) } else { 1.0 };
     if let Some((all, own)) = alike {
         let parts =
             [quotients(group, &fastest)[0], 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
-        return Limiting { system: System::apart(parts.to_vec()), mode: fastest, excess };
+        return Some(Limiting { system: System::apart(parts.to_vec()), mode: fastest, excess });
     }
     let undamped: Vec<_> = restless.map_or_else(Vec::new, |h| {
         // A mode of explicit Euler grows where h² w² - h c is above 0; the shift lets no eigenvalue be below.
@@ -195,7 +193,7 @@ fn modes_of(
     let rate = group.rates().iter().zip(limiting.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
     let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
     let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(rate));
-    Limiting { system: System::joined(modes, guess), mode: limiting, excess }
+    Some(Limiting { system: System::joined(modes, guess), mode: limiting, excess })
 }
 
 /// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span.
