@@ -1,6 +1,7 @@
 //! Effects on demand: what is off, or was never declared, is not there.
 
 pub mod allocations;
+mod births;
 mod emitters;
 mod reports;
 mod statics;

@@ -1,13 +1,12 @@
 //! Every shipped scene goes in plain arrays as it goes in a world.
 
-use motion::{Bare, Emitter, Method, NotForArrays, Quarantine};
+use motion::{Bare, Method, Quarantine};
 use scene::{Scene, shipped};
 
-use super::{Precision, States, Twin, bits, run, states};
+use super::{States, Twin, bits, run, states};
 
-/// Scenes without emitters.
 fn scenes() -> impl Iterator<Item = Scene> {
-    shipped().iter().map(|shipped| shipped.load().unwrap()).filter(|scene| scene.emitters.is_empty())
+    shipped().iter().map(|shipped| shipped.load().unwrap())
 }
 
 /// How many ticks a run is worth, and methods and substeps that a scene is run with: all, where it is small.
@@ -120,20 +119,3 @@ fn scenes_in_single_precision_are_near_those_in_double_precision() {
 
 /// What single precision may be off by after 60 ticks, relative to the size of a scene.
 const NEAR: f64 = 2e-5;
-
-#[test]
-fn scenes_with_emitters_are_refused() {
-    let mut seen = 0;
-    for shipped in shipped() {
-        let scene = shipped.load().unwrap();
-        if !scene.emitters.is_empty() {
-            seen += 1;
-            let mut twin = Twin::new(scene, Method::RungeKutta4, 1);
-            assert!(twin.world.query::<&Emitter>().iter(&twin.world).next().is_some());
-            let refused = f32::of_world(&mut twin.world, Method::RungeKutta4, &|_| Vec::new());
-            assert_eq!(refused.err(), Some(NotForArrays::Emitters), "{}", shipped.name);
-            assert!(NotForArrays::Emitters.to_string().contains("switch the effect emitters off"));
-        }
-    }
-    assert!(seen >= 2, "only {seen} scenes with emitters");
-}

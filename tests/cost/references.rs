@@ -146,3 +146,41 @@ fn references_of_scenes_agree_with_dop853() {
         check(Subject::of_scene(scene.clone(), Some(seconds)), &scene, without, 1e-8);
     }
 }
+
+/// Particles fly from their birth in the reference too: what `recommend` promises of them holds.
+#[test]
+fn references_of_particles_agree_with_the_closed_form() {
+    let text = "(version: 1, step_hz: 30, gravity: (), drag: (linear_per_s: 1.5), emitters: [(rate_per_s: 31, life_s: 0.8,
+        speed_m_s: 15, spread_deg: 20, position_m: (1, 2, 3))])";
+    let scene = Scene::parse("fountain", text).unwrap();
+    let (fountain, g, c) = (scene.emitters[0].clone(), scene.gravity.unwrap().acceleration, 1.5);
+    let plan = Plan {
+        methods: vec![Method::RungeKutta4],
+        rungs: vec![1, 4, 16],
+        passes: 0,
+        longer: 0,
+        rates: false,
+        ..Plan::full()
+    };
+    let mut bench = Bench::new(Subject::of_scene(scene, Some(2.0)), plan);
+    assert!(bench.work(f64::INFINITY));
+    let study = bench.study();
+    let Truth::Reference { position_error_m: own, .. } = study.truth else { panic!("it has a closed form") };
+    assert!(own < 1e-9, "{own:e}");
+    let mut seen = 0;
+    for (k, sample) in (1..).zip(bench.truth().unwrap()) {
+        let now = (study.ticks / SAMPLES * k) as f64 / study.step_hz;
+        for (slot, (_, x, _)) in sample.iter().enumerate() {
+            // The last of the numbers of this slot that was born before now.
+            let numbers = (slot..).step_by(fountain.pool.len()).map(|number| number as f64 / 31.0);
+            let born = numbers.take_while(|born| *born < now - 1e-9).last();
+            let age = born.map_or(f64::INFINITY, |born| now - born);
+            let flies = age < 0.8 - 1e-9;
+            let moved = g * (age / c) - (fountain.launches[slot] - g / c) * ((-c * age).exp_m1() / c);
+            let exact = fountain.position + if flies { moved } else { DVec3::ZERO };
+            assert!(x.distance(exact) < 1e-8, "{slot} at {now} s: {x}, not {exact}");
+            seen += usize::from(flies);
+        }
+    }
+    assert!(seen > 100, "{seen}");
+}

@@ -12,14 +12,14 @@ use motion::{
 use super::{bits, run};
 use crate::harness::{H, close};
 
-const AT: Vector = Vector::new(1.0, 2.0, 3.0);
+pub(super) const AT: Vector = Vector::new(1.0, 2.0, 3.0);
 
-fn launch(slot: usize) -> Vector {
+pub(super) fn launch(slot: usize) -> Vector {
     Vector::new(0.1 * (slot % 7) as f64, 6.0, 0.01 * slot as f64)
 }
 
 /// An emitter with a pool of `count`.
-fn fountain(count: usize, rate: f64, life: f64) -> (World, Entity) {
+pub(super) fn fountain(count: usize, rate: f64, life: f64) -> (World, Entity) {
     let mut world = World::new();
     let pool: Vec<_> = (0..count)
         .map(|slot| {
@@ -38,17 +38,17 @@ fn stepper(world: &mut World, h: f64) -> Stepper {
 }
 
 /// Slots whose bodies live.
-fn living(world: &World, emitter: Entity) -> BTreeSet<usize> {
+pub(super) fn living(world: &World, emitter: Entity) -> BTreeSet<usize> {
     let pool = &world.get::<Emitter>(emitter).unwrap().pool;
     let lives = |body: Entity| world.get_entity(body).is_ok_and(|body| !body.contains::<Dormant>());
     (0..pool.len()).filter(|slot| lives(pool[*slot])).collect()
 }
 
-/// Numbers of the particles that live in the tick that starts at `now`.
-fn expected(count: u64, rate: f64, life: f64, now: f64) -> Vec<u64> {
-    let due = (now * rate + 1e-6).floor() as u64;
+/// Numbers of the particles that live at `now`, the end of a tick: born before it, and not dead by then.
+pub(super) fn expected(count: u64, rate: f64, life: f64, now: f64) -> Vec<u64> {
+    let due = (now * rate - 1e-6).ceil() as u64;
     let lives = |number: &u64| *number as f64 / rate + life > now + 1e-6 / rate;
-    (due.saturating_sub(count - 1)..=due).filter(lives).collect()
+    (due.saturating_sub(count)..due).filter(lives).collect()
 }
 
 #[test]
@@ -63,8 +63,8 @@ fn particles_are_born_and_taken_back_on_time_at_every_step_size() {
         let (mut world, emitter) = fountain(count, rate, life);
         let mut steps = stepper(&mut world, h);
         for tick in 0..200_u32 {
-            let now = world.resource::<StepClock>().scene_seconds();
             steps.tick(&mut world);
+            let now = world.resource::<StepClock>().scene_seconds();
             let numbers = expected(count as u64, rate, life, now);
             let slots: BTreeSet<_> = numbers.iter().map(|number| (number % count as u64) as usize).collect();
             assert_eq!(living(&world, emitter), slots, "tick {tick} of {h} s, {rate} a second");
@@ -74,41 +74,14 @@ fn particles_are_born_and_taken_back_on_time_at_every_step_size() {
 }
 
 #[test]
-fn a_particle_is_where_the_closed_form_has_it() {
-    let g = Gravity::EARTH.acceleration;
-    for h in [H, 1.0 / 30.0] {
-        let (rate, life, count) = (500.0, 0.4, 250);
-        let (mut world, emitter) = fountain(count, rate, life);
-        world.insert_resource(Gravity::EARTH);
-        let mut steps = stepper(&mut world, h);
-        run(&mut world, &mut steps, 60);
-        let now = world.resource::<StepClock>().scene_seconds();
-        let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
-        for number in expected(count as u64, rate, life, now - h) {
-            let slot = (number % count as u64) as usize;
-            let born = number as f64 / rate;
-            // It falls from the start of the tick in which it is born.
-            let falls = now - (born / h - 1e-9).ceil() * h;
-            let x = AT + launch(slot) * (now - born) + g * (falls * falls / 2.0);
-            let body = world.entity(pool[slot]);
-            let (found, state) =
-                (body.get::<Transform>().unwrap().position, body.get::<PhysicsBody>().unwrap());
-            assert!((found - x).length() < 1e-9, "{number}: {found} is not {x}");
-            assert!((state.velocity - launch(slot) - g * falls).length() < 1e-9);
-            assert_eq!(state.inverse_mass, 2.0);
-        }
-    }
-}
-
-#[test]
 fn what_is_not_alive_rests_at_its_emitter_and_is_counted_by_nothing() {
     let (mut world, emitter) = fountain(4, 1.0, 0.5);
     world.insert_resource(Gravity::EARTH);
     let mut steps = stepper(&mut world, 0.25);
-    // Alive in two of four ticks.
+    // Alive at the end of one of four ticks.
     run(&mut world, &mut steps, 16);
-    assert_eq!(world.resource::<Evaluations>().accelerations(), 8);
-    assert_eq!(world.resource::<Evaluations>().laws(), [("gravity", 8)]);
+    assert_eq!(world.resource::<Evaluations>().accelerations(), 4);
+    assert_eq!(world.resource::<Evaluations>().laws(), [("gravity", 4)]);
     assert!(living(&world, emitter).is_empty());
     assert_eq!(motion::totals(&mut world), motion::Totals::default());
     for body in &world.get::<Emitter>(emitter).unwrap().pool {
@@ -119,18 +92,18 @@ fn what_is_not_alive_rests_at_its_emitter_and_is_counted_by_nothing() {
 
 #[test]
 fn a_particle_takes_nothing_of_another_life_with_it() {
-    let (mut world, emitter) = fountain(1, 2.0, 0.4);
+    let (mut world, emitter) = fountain(1, 1.0, 0.5);
     let body = world.get::<Emitter>(emitter).unwrap().pool[0];
     world.entity_mut(body).insert(PreviousPosition(AT));
-    let mut steps = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(0.1));
+    let mut steps = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(0.125));
     world.insert_resource(Gravity::EARTH);
-    run(&mut world, &mut steps, 4);
+    run(&mut world, &mut steps, 3);
     let first = (*world.get::<Transform>(body).unwrap(), *world.get::<PhysicsBody>(body).unwrap());
-    assert_eq!(world.get::<LastStep>(body), Some(&LastStep(0.1)));
+    assert_eq!(world.get::<LastStep>(body), Some(&LastStep(0.125)));
     run(&mut world, &mut steps, 1);
     assert!(world.get::<Dormant>(body).is_some());
     assert_eq!(world.get::<PreviousPosition>(body), Some(&PreviousPosition(AT)));
-    run(&mut world, &mut steps, 4);
+    run(&mut world, &mut steps, 4 + 3);
     let second = (*world.get::<Transform>(body).unwrap(), *world.get::<PhysicsBody>(body).unwrap());
     assert_eq!(first, second);
     assert_eq!(world.get::<PreviousPosition>(body), Some(&PreviousPosition(AT)));
@@ -188,7 +161,7 @@ fn particles_of_an_emitter_that_is_switched_off_live_out_their_lives_and_then_no
     world.resource_mut::<Requests>().ask(Request::Switch(Effect::Emitters, true));
     run(&mut world, &mut steps, 1);
     assert!(emits(&steps));
-    assert_eq!(alive(&world), 0);
+    assert!(alive(&world) <= 1, "{}", alive(&world));
     run(&mut world, &mut steps, 12);
     assert!((9..=11).contains(&alive(&world)), "{}", alive(&world));
 }

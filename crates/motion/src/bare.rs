@@ -1,6 +1,7 @@
 //! Bodies in plain arrays, without an entity component system.
 
 mod acting;
+mod emitters;
 mod entry_points;
 mod individuals;
 mod joined;
@@ -19,6 +20,7 @@ use crate::range::Range;
 use crate::real::Real;
 use crate::units::{Scalar, Vector};
 use acting::Acting;
+use emitters::Source;
 use individuals::Individuals;
 use joined::Joined;
 
@@ -57,6 +59,7 @@ pub struct Bare<T: Real> {
     substeps: u32,
     acting: Acting<T>,
     individuals: Individuals<T>,
+    sources: Vec<Source>,
     groups: Vec<Joined<T>>,
     scratch: Scratch<T>,
     clock: StepClock,
@@ -92,6 +95,7 @@ impl<T: Real> Bare<T> {
             substeps: 1,
             acting: Acting::default(),
             individuals: Individuals::default(),
+            sources: Vec::new(),
             groups: Vec::new(),
             scratch: Scratch::default(),
             clock: StepClock::default(),

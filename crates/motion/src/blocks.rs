@@ -28,6 +28,7 @@ use crate::methods::Integrator;
 use crate::range::{Bounds, Breach};
 use crate::real::Real;
 use crate::record::Recorder;
+use crate::units::Scalar;
 
 pub(crate) use affine::LEVEL;
 pub(crate) use calling::{Plain, Sums};
@@ -104,6 +105,12 @@ impl<'a, T: Real> Terms<'a, T> {
             self.decay = Decay::none(T::of(self.course.tick));
         }
         self
+    }
+
+    /// The same for a body that is born at `time`, s: what is left of the tick is a tick.
+    #[must_use]
+    pub fn since<M: Integrator>(&self, time: Scalar) -> Self {
+        Self { course: self.course.since(time), ..*self }.damped::<M>(self.damping)
     }
 
     /// Accelerations of a body in a tick of `M` in which no law is called.

@@ -66,6 +66,11 @@ impl Course {
         T::of(self.part())
     }
 
+    /// What is left of the tick at `time`, s, in as many parts as the whole: the first tick of a body that is born then.
+    pub fn since(self, time: Scalar) -> Self {
+        Self { start: time, tick: self.end - time, ..self }
+    }
+
     fn part(&self) -> Scalar {
         self.tick / Scalar::from(self.substeps)
     }

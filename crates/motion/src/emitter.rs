@@ -8,6 +8,9 @@ use crate::units::{Scalar, Vector};
 /// Throws out particles, an entity beside them. Particle number k, counted from 0, is born `k / rate` seconds
 /// after the scene's start and lives for `life`; it is the body `k % n` of a pool of n, and if that one still
 /// lives, it is taken. What was due before the emitter was spawned or while it was off is not made up for.
+///
+/// A birth within a tick is one: what is left of the tick is a tick of the body's method, in as many substeps as a
+/// whole one.
 #[derive(Component, Clone, Debug, PartialEq)]
 #[require(Emission)]
 pub struct Emitter {

@@ -15,6 +15,7 @@ use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, 
 use crate::course::Course;
 use crate::diagnosis::{Evidence, Exposure, Suspect};
 use crate::effects::{Damping, DampingRate};
+use crate::emission::Emissions;
 use crate::emitter::Dormant;
 use crate::epoch::Epoch;
 use crate::evaluations::Evaluations;
@@ -73,9 +74,21 @@ pub struct Acting<'w, 's> {
     entities: &'w Entities,
     /// Table and row of the pushed bodies, ascending; kept, so that a tick allocates nothing.
     rows: Local<'s, Vec<(usize, usize)>>,
+    emissions: Option<Res<'w, Emissions>>,
+    /// Those of the bodies that are born in the tick, ascending.
+    births: Local<'s, Vec<Birth>>,
     laws_epoch: ResMut<'w, Epoch>,
     /// That of the running tick.
     epoch: Local<'s, u64>,
+}
+
+/// A body that is born in the tick.
+#[derive(Clone, Copy, Debug)]
+struct Birth {
+    /// Its table and row.
+    place: (usize, usize),
+    /// s since the scene's start.
+    time: Scalar,
 }
 
 /// Where a system notes what happened.
@@ -87,7 +100,7 @@ pub struct Notes<'w> {
 }
 
 impl Acting<'_, '_> {
-    /// Looks up where the pushed bodies are, and whether laws have changed.
+    /// Looks up where the pushed and the newborn bodies are, and whether laws have changed.
     pub(crate) fn prepare(&mut self) {
         let changed = [
             self.drag.as_ref().map(DetectChanges::last_changed),
@@ -95,7 +108,7 @@ impl Acting<'_, '_> {
             self.laws.as_ref().map(DetectChanges::last_changed),
         ];
         *self.epoch = self.laws_epoch.bypass_change_detection().look(changed);
-        let Self { pushed, entities, rows, .. } = self;
+        let Self { pushed, entities, rows, emissions, births, clock, .. } = self;
         let place = |body: &Entity| {
             let place = entities.get_spawned(*body).ok()?;
             Some((place.table_id.as_usize(), place.table_row.index()))
@@ -104,6 +117,15 @@ impl Acting<'_, '_> {
         rows.extend(pushed.0.iter().filter_map(place));
         rows.sort_unstable();
         rows.dedup();
+        births.clear();
+        if let (Some(emissions), Some(clock)) = (emissions, clock) {
+            let born = emissions.births_in(clock.ticks());
+            births.reserve(2 * born.len());
+            births.extend(
+                born.iter().filter_map(|(body, time)| Some(Birth { place: place(body)?, time: *time })),
+            );
+            births.sort_unstable_by_key(|birth| birth.place);
+        }
     }
 
     /// Laws of every body, gravity aside.
@@ -190,6 +212,15 @@ impl Acting<'_, '_> {
         }
         self.table_of(body).map_or(&[], |table| self.pushed_in(table, 0..usize::MAX))
     }
+
+    /// The births in the table that holds `body`.
+    fn births_of(&self, body: Entity) -> &[Birth] {
+        let of = |table: usize| self.births.partition_point(|birth| birth.place.0 < table);
+        match self.table_of(body).filter(|_| !self.births.is_empty()) {
+            Some(table) => &self.births[of(table)..of(table + 1)],
+            None => &[],
+        }
+    }
 }
 
 /// The rows of a table, or a part of them.
@@ -245,17 +276,43 @@ impl<'a> Chunk<'a> {
         split!(entities, forces; rates, limits, locks, own, parts; transforms, bodies; steps, known)
     }
 
-    /// Integrates a tick of every row; `pushed` are the pushed ones of the table, in which the chunk begins at
+    /// Integrates a tick of every row; `pushed` and `births` are those of the table, in which the chunk begins at
     /// row `start`; `records` tells whether it is written down.
     fn integrate<M: Integrator>(
         mut self,
         terms: &Terms<'_, Scalar>,
         pushed: &[(usize, usize)],
+        births: &[Birth],
         start: usize,
         records: &TickRecords,
     ) -> Done {
         let mut done = Done::default();
         done.account.record = records.recorder(self.bodies.len());
+        let rows = self.bodies.len();
+        let row = |row: usize| births.partition_point(|birth| birth.place.1 < start + row);
+        let mut next = 0;
+        for Birth { place, time } in &births[row(0)..row(rows)] {
+            let born = place.1 - start;
+            self.integrate_rows::<M>(next..born, terms, pushed, start, &mut done);
+            self.integrate_rows::<M>(born..born + 1, &terms.since::<M>(*time), pushed, start, &mut done);
+            next = born + 1;
+        }
+        self.integrate_rows::<M>(next..rows, terms, pushed, start, &mut done);
+        done
+    }
+
+    /// The same for some of the rows, all of which have the same tick.
+    fn integrate_rows<M: Integrator>(
+        &mut self,
+        rows: Range<usize>,
+        terms: &Terms<'_, Scalar>,
+        pushed: &[(usize, usize)],
+        start: usize,
+        done: &mut Done,
+    ) {
+        if rows.is_empty() {
+            return;
+        }
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let asks = self.limits.is_some()
             || self.locks.is_some()
@@ -263,22 +320,24 @@ impl<'a> Chunk<'a> {
             || self.parts.is_some()
             || self.rates.is_some();
         if asks {
-            for row in 0..self.bodies.len() {
+            for row in rows {
                 if let Err(breach) = self.integrate_row::<M>(terms, row, &mut done.account) {
                     refused.push((row, breach));
                 }
             }
         } else {
-            let applied = Applied::of(self.forces, pushed, start);
-            let table = self.table(0..self.bodies.len());
-            let refuse = &mut |row, breach| refused.push((row, breach));
+            let applied = Applied::of(&self.forces[rows.clone()], pushed, start + rows.start);
+            let table = self.table(rows.clone());
+            let refuse = &mut |row, breach| refused.push((rows.start + row, breach));
+            if let Some(record) = &mut done.account.record {
+                record.first = rows.start;
+            }
             blocks::integrate::<_, M>(terms, table, applied, &mut done.account, refuse);
         }
         for (row, breach) in refused {
             let missed = self.diagnose::<M>(terms, row, breach);
             done.missed.push(missed);
         }
-        done
     }
 
     /// One row with everything that it asks for, or why it was refused.
@@ -389,6 +448,7 @@ fn shared<M: Integrator>(
     chunk: Chunk<'_>,
     terms: &Terms<'_, Scalar>,
     pushed: &[(usize, usize)],
+    births: &[Birth],
     records: &TickRecords,
 ) -> Done {
     let share = chunk.bodies.len().div_ceil(threads.count()).next_multiple_of(blocks::BLOCK);
@@ -404,7 +464,7 @@ fn shared<M: Integrator>(
     let jobs = parts.iter_mut().map(|(done, chunk, start)| {
         move || {
             if let Some(chunk) = chunk.take() {
-                *done = chunk.integrate::<M>(terms, pushed, *start, records);
+                *done = chunk.integrate::<M>(terms, pushed, births, *start, records);
             }
         }
     });
@@ -466,12 +526,12 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             steps: steps.as_mut().map(|steps| steps.bypass_change_detection()),
             known: known.as_mut().map(|known| known.bypass_change_detection()),
         };
-        let pushed = acting.pushed_of(entities[0]);
+        let (pushed, births) = (acting.pushed_of(entities[0]), acting.births_of(entities[0]));
         let done = match acting.threads.as_deref() {
             Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
-                shared::<M>(threads, chunk, terms, pushed, &notes.records)
+                shared::<M>(threads, chunk, terms, pushed, births, &notes.records)
             }
-            _ => chunk.integrate::<M>(terms, pushed, 0, &notes.records),
+            _ => chunk.integrate::<M>(terms, pushed, births, 0, &notes.records),
         };
         notes.evaluations.add(&done.account, called, acting.affine(gravity_off));
         notes.records.add(entities, done.account.record);

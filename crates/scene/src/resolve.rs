@@ -163,7 +163,6 @@ fn resolve(
             damping,
             falls: gravity.is_some_and(|gravity| gravity.acceleration != motion::units::Vector::ZERO),
             differ: bodies.bodies.iter().any(|body| body.gravity_off || body.damping_rate.is_some()),
-            emits: !raw.emitters.is_empty(),
             stretches: !raw.soft_bodies.is_empty()
                 || springs.iter().any(|spring| spring.elastic.rest_length > 0.0),
             names: bodies.names.as_ref(),

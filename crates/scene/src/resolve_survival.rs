@@ -30,7 +30,6 @@ pub(crate) struct Around<'a> {
     pub falls: bool,
     /// Whether bodies have damping of their own, or no gravity.
     pub differ: bool,
-    pub emits: bool,
     pub stretches: bool,
     pub names: Option<&'a Names>,
     /// The effects with the keys that call for them.
@@ -126,17 +125,15 @@ fn rows(raw: Pair<'_>, around: &Around<'_>, faults: &mut Faults) -> Vec<Survival
         script: script(raw, around, faults),
     };
     if precisions.contains(&true) {
-        single_precision(&row, scope, around, faults);
+        single_precision(&row, scope, faults);
     }
     precisions.into_iter().map(|single| SurvivalRow { single, ..row.clone() }).collect()
 }
 
 /// What plain arrays cannot do.
-fn single_precision(row: &SurvivalRow, scope: Scope, around: &Around<'_>, faults: &mut Faults) {
+fn single_precision(row: &SurvivalRow, scope: Scope, faults: &mut Faults) {
     let why = if row.measure == Measure::Energy {
         "books of energy are kept in f64 alone"
-    } else if around.emits {
-        "emitters run in f64 alone"
     } else if row.script.iter().any(|step| only_of_worlds(&step.action)) {
         "positions are set, bodies removed and effects switched in f64 alone"
     } else {

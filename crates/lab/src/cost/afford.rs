@@ -65,7 +65,7 @@ fn evaluations(subject: &Subject, plan: &Plan, rungs: &[u32]) -> f64 {
     let steps: f64 = rungs.iter().map(|rung| f64::from(*rung)).sum();
     let of = |method: &Method| {
         let solves = if *method == Method::ImplicitEuler { 10.0 } else { 1.0 };
-        let precisions = if plan.single.contains(method) && !subject.emits() { 4.0 } else { 1.0 };
+        let precisions = if plan.single.contains(method) { 4.0 } else { 1.0 };
         f64::from(method.claims().evaluations_with_velocity_laws) * solves * precisions
     };
     let finest = f64::from(rungs.last().copied().unwrap_or(1));

@@ -126,11 +126,7 @@ impl Bench {
         if exact_damping {
             study.notes.push(TICKWISE.to_owned());
         }
-        let mut settings = plan.settings(rungs);
-        if subject.emits() && settings.iter().any(|setting| setting.precision != Precision::F64) {
-            settings.retain(|setting| setting.precision == Precision::F64);
-            study.notes.push("no single precision: particles come and go only in the world".to_owned());
-        }
+        let settings = plan.settings(rungs);
         study.cells = settings.iter().map(|setting| Cell::open(*setting)).collect();
         let mut bench = Self {
             subject,

@@ -208,9 +208,4 @@ impl Subject {
         }
         (truth, changed)
     }
-
-    /// Whether it has particles that come and go, which plain arrays do not know.
-    pub(crate) fn emits(&self) -> bool {
-        !self.scene.emitters.is_empty()
-    }
 }

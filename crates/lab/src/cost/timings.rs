@@ -43,7 +43,7 @@ impl Timings {
                 if problem && substeps != middle {
                     continue;
                 }
-                let arrays = plan.single.contains(&method) && !subject.emits();
+                let arrays = plan.single.contains(&method);
                 let world = (precision == Precision::F64).then_some(Host::World);
                 let hosts = world.into_iter().chain(arrays.then_some(Host::Arrays));
                 list.extend(hosts.map(|host| Timing { cell, host, copies, trial: Trial::default() }));

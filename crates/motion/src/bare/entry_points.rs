@@ -20,14 +20,14 @@ macro_rules! entry_points {
             /// world if it is time to; otherwise it stays as it is. Rows are in the order of [`StableId`](crate::StableId).
             ///
             /// Boxed laws are of one precision: `laws` gives those of a body that has [`OwnLaws`](crate::OwnLaws),
-            /// in their order, and `shared` are those of [`Laws`](crate::Laws).
+            /// in their order, and `shared` are those of [`Laws`](crate::Laws). Emitters go on as they were: on or off.
             ///
             /// A body that a tick of the world would find half a step behind, because it was integrated by position
             /// Verlet, goes on with whatever method it has here as [`Bare::set_method`] says. In f64 the ticks
             /// are those of [`Stepper`](crate::Stepper) to the last bit.
             ///
             /// # Errors
-            /// Where there are emitters, or there is no time step.
+            /// Where there is no time step.
             pub fn of_world(
                 world: &mut World,
                 method: Method,

@@ -6,9 +6,10 @@ use crate::groups::{Askers, RowAsks};
 use crate::laws::Law;
 use crate::method::Method;
 use crate::real::Real;
+use crate::units::Scalar;
 
 /// How a row is integrated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Kind {
     /// Its own method.
     pub method: Option<Method>,
@@ -16,8 +17,10 @@ pub(super) struct Kind {
     pub weightless: bool,
     /// Its place among the bodies that ask for something else.
     pub own: Option<usize>,
-    /// It is in a group, or frozen: not integrated on its own.
+    /// It is in a group, frozen or dormant: not integrated on its own.
     pub apart: bool,
+    /// When it is born, s since the scene's start, if it is in the coming tick.
+    pub born: Option<Scalar>,
 }
 
 /// What a body asks for beside its method.
@@ -38,6 +41,8 @@ pub(super) struct Run {
     pub own: Option<usize>,
     /// How many of them can move.
     pub movable: u64,
+    /// When the only one of them is born, s since the scene's start, if it is in the coming tick.
+    pub born: Option<Scalar>,
 }
 
 /// The rows by what they ask for.
@@ -80,13 +85,14 @@ impl<T: Real> Individuals<T> {
         }
         self.runs.clear();
         for (row, (kind, [x, y, z, w])) in self.kinds.iter().zip(bodies).enumerate() {
-            let Kind { method, weightless, own, apart } = *kind;
+            let Kind { method, weightless, own, apart, born } = *kind;
             if apart || w.is_at_most(T::ZERO) && [*x, *y, *z] == [T::ZERO; 3] {
                 continue;
             }
             match self.runs.last_mut() {
                 Some(run)
                     if run.rows.end == row
+                        && run.born.or(born).is_none()
                         && (run.method, run.weightless) == (method, weightless)
                         && run.own.map(|first| first + run.rows.len()) == own =>
                 {
@@ -95,9 +101,17 @@ impl<T: Real> Individuals<T> {
                 }
                 _ => {
                     let movable = u64::from(*w > T::ZERO);
-                    self.runs.push(Run { rows: row..row + 1, method, weightless, own, movable });
+                    self.runs.push(Run { rows: row..row + 1, method, weightless, own, movable, born });
                 }
             }
+        }
+    }
+
+    /// What was born in the tick goes on like all others.
+    pub fn grow_up(&mut self) {
+        for run in self.runs.iter().filter(|run| run.born.is_some()) {
+            self.kinds[run.rows.start].born = None;
+            self.outdated = true;
         }
     }
 

@@ -10,8 +10,7 @@ use super::individuals::{Kind, Own};
 use super::joined::Joined;
 use crate::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform};
 use crate::effects::DampingRate;
-use crate::emission::Particle;
-use crate::emitter::{Dormant, Emitter};
+use crate::emitter::Dormant;
 use crate::groups::{Grouped, Groups, RowAsks, update_groups};
 use crate::laws::{Gravity, Law};
 use crate::method::Method;
@@ -23,8 +22,6 @@ use crate::units::Vector;
 /// Why a world cannot go on in plain arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotForArrays {
-    /// Bodies of emitters come and go, and rows do not.
-    Emitters,
     /// There is no [`TimeStep`].
     NoTimeStep,
 }
@@ -32,7 +29,6 @@ pub enum NotForArrays {
 impl fmt::Display for NotForArrays {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
-            Self::Emitters => "emitters cannot run in plain arrays: switch the effect emitters off",
             Self::NoTimeStep => "the world has no TimeStep: insert one before it is taken into plain arrays",
         })
     }
@@ -67,11 +63,6 @@ impl<T: Real> Bare<T> {
         laws: LawsOf<'_, T>,
         shared: Vec<Box<dyn Law<T>>>,
     ) -> Result<Self, NotForArrays> {
-        let flies = world.query_filtered::<(), (With<Particle>, Without<Dormant>)>().iter(world).next();
-        let emits = world.query_filtered::<(), With<Emitter>>().iter(world).next();
-        if flies.or(emits).is_some() {
-            return Err(NotForArrays::Emitters);
-        }
         let TimeStep(step) = *world.get_resource().ok_or(NotForArrays::NoTimeStep)?;
         update_groups(world, true);
         let mut bare = Self::new(method, T::ONE);
@@ -88,6 +79,7 @@ impl<T: Real> Bare<T> {
         acting.solver = world.get_resource().copied().unwrap_or_default();
         acting.range = world.get_resource().copied();
         let rows = bare.add_bodies(world, laws);
+        bare.add_sources(world, &rows);
         if let Some(groups) = world.get_resource::<Groups>() {
             bare.join(groups, &rows);
         }
@@ -131,6 +123,7 @@ impl<T: Real> Bare<T> {
                 weightless: gravity_off,
                 own: asks_for_more.then_some(self.individuals.owns.len()),
                 apart: grouped || quarantined || dormant,
+                born: None,
             });
             if asks_for_more {
                 self.individuals.owns.push(own);

@@ -2,6 +2,7 @@
 
 use super::{Bare, Residues};
 use crate::clock::StepClock;
+use crate::emission::Emission;
 use crate::real::Real;
 
 /// The state of a [`Bare`], to go back to.
@@ -11,6 +12,7 @@ pub struct BareState<T> {
     bodies: Vec<[T; 4]>,
     last_steps: Vec<T>,
     residues: Option<Residues<T>>,
+    emissions: Vec<Emission>,
     clock: StepClock,
 }
 
@@ -18,12 +20,13 @@ impl<T: Real> Bare<T> {
     /// The state, to go back to.
     #[must_use]
     pub fn save(&self) -> BareState<T> {
-        let Self { positions, bodies, last_steps, residues, clock, .. } = self;
+        let Self { positions, bodies, last_steps, residues, sources, clock, .. } = self;
         BareState {
             positions: positions.clone(),
             bodies: bodies.clone(),
             last_steps: last_steps.clone(),
             residues: residues.clone(),
+            emissions: sources.iter().map(|source| source.emission.clone()).collect(),
             clock: *clock,
         }
     }
@@ -38,6 +41,9 @@ impl<T: Real> Bare<T> {
         self.bodies.copy_from_slice(&state.bodies);
         self.last_steps.clone_from(&state.last_steps);
         self.residues.clone_from(&state.residues);
+        let sources = self.sources.iter_mut().zip(&state.emissions);
+        sources.for_each(|(source, emission)| source.emission.clone_from(emission));
+        self.look_who_lives();
         self.clock = state.clock;
         self.has_failed = false;
         self.forget_accelerations();

@@ -31,6 +31,9 @@ impl<T: Real> Bare<T> {
     /// Whether there is a tick at all.
     pub(super) fn begin_tick(&mut self) -> bool {
         self.refused.clear();
+        if self.step != 0.0 {
+            self.emit();
+        }
         self.individuals.plan(&self.bodies);
         self.forces.resize(self.bodies.len(), [T::ZERO; 3]);
         self.step != 0.0
@@ -38,6 +41,7 @@ impl<T: Real> Bare<T> {
 
     pub(super) fn end_tick(&mut self) {
         self.clock.count(self.step);
+        self.individuals.grow_up();
         for (_, row) in self.pushed.drain(..) {
             self.forces[row] = [T::ZERO; 3];
         }
@@ -60,11 +64,14 @@ impl<T: Real> Bare<T> {
 
     /// A tick of `M` for the rows of a run, summed up the one way or the other.
     pub(super) fn tick_rows<M: Integrator, W: Way>(&mut self, run: usize) {
-        let course = self.course(self.substeps);
+        let mut course = self.course(self.substeps);
         let Self {
             positions, bodies, residues, forces, pushed, acting, individuals, account, refused, ..
         } = self;
-        let Run { rows, weightless, own, movable, .. } = individuals.runs[run].clone();
+        let Run { rows, weightless, own, movable, born, .. } = individuals.runs[run].clone();
+        if let Some(time) = born {
+            course = course.since(time);
+        }
         let called = acting.called();
         let mut terms = acting.terms::<M>(acting.declared(), &called, course);
         if !weightless {

@@ -64,13 +64,18 @@ impl<'w> Around<'w> {
         damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
     }
 
+    fn course_of(&self, body: &Body<'_>) -> Course {
+        body.born.map_or(self.course, |time| self.course.since(time))
+    }
+
     fn method_of(&self, body: &Body<'_>) -> Method {
         body.method.unwrap_or(self.method)
     }
 
     /// Books the tick of a body that forces move, as it was recorded; gives its way.
     pub fn book(&self, body: &Body<'_>, record: &TickRecord, books: &mut Books) -> Path {
-        let Course { tick, .. } = self.course;
+        let course = self.course_of(body);
+        let Course { tick, .. } = course;
         let [start, end] = body.ends;
         let TickRecord { damping, limits, kicked, between } = record;
         books.energy.damping += damping.energy * body.mass();
@@ -84,9 +89,9 @@ impl<'w> Around<'w> {
         let rate = self.damping_rate(body);
         let ends = [State { velocity: from, ..start }, State { velocity: to, ..end }];
         let mut path = Path::new(ends, tick);
-        let cuts = cuts(&self.course, self.laws(body).flat_map(|law| law.breaks()));
-        self.bend(&mut path, body, &cuts);
-        let nodes = nodes(&self.course, &cuts);
+        let cuts = cuts(&course, self.laws(body).flat_map(|law| law.breaks()));
+        self.bend(&mut path, body, course.start, &cuts);
+        let nodes = nodes(&course, &cuts);
         let states: SmallVec<[(Node, State); 3]> =
             nodes.iter().map(|node| (*node, path.at(node.after))).collect();
         if rate != 0.0 {
@@ -113,8 +118,7 @@ impl<'w> Around<'w> {
     }
 
     /// Lets the way bend where laws jump.
-    fn bend(&self, path: &mut Path, body: &Body<'_>, cuts: &[Scalar]) {
-        let start = self.course.start;
+    fn bend(&self, path: &mut Path, body: &Body<'_>, start: Scalar, cuts: &[Scalar]) {
         for parts in cuts.windows(3) {
             let &[before, now, next] = parts else { continue };
             let (time, state) = (start + now, body.state(path.at(now)));

@@ -3,10 +3,12 @@
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
+use crate::clock::StepClock;
 use crate::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
 use crate::effects::DampingRate;
+use crate::emission::Emissions;
 use crate::emitter::Dormant;
 use crate::forces::PushQueue;
 use crate::laws::BodyState;
@@ -36,7 +38,11 @@ fn key(id: Option<&StableId>, entity: Entity) -> Key {
 
 /// The bodies at the start of a tick and what they are pushed with, in stable-id order.
 #[derive(Debug, Default)]
-pub(super) struct Opening(Vec<(Key, State, Vector)>);
+pub(super) struct Opening {
+    rows: Vec<(Key, State, Vector)>,
+    /// Bodies that are born in the tick, and when, s since the scene's start.
+    births: EntityHashMap<Scalar>,
+}
 
 impl Opening {
     pub fn of(world: &mut World) -> Self {
@@ -59,15 +65,17 @@ impl Opening {
         };
         let mut rows: Vec<_> = bodies.iter(world).map(row).collect();
         rows.sort_unstable_by_key(|(key, ..)| *key);
-        Self(rows)
+        let tick = world.get_resource().map_or(0, StepClock::ticks);
+        let births = world.get_resource::<Emissions>().map_or(&[][..], |emissions| emissions.births_in(tick));
+        Self { rows, births: births.iter().copied().collect() }
     }
 
     /// One body; `None`: it was not there.
     fn find(&self, key: Key, near: usize) -> Option<(State, Vector)> {
         // Nothing comes or goes in a tick: it stands where it is looked for.
-        let row = self.0.get(near).filter(|(found, ..)| *found == key).or_else(|| {
-            let row = self.0.binary_search_by_key(&key, |(key, ..)| *key).ok()?;
-            self.0.get(row)
+        let row = self.rows.get(near).filter(|(found, ..)| *found == key).or_else(|| {
+            let row = self.rows.binary_search_by_key(&key, |(key, ..)| *key).ok()?;
+            self.rows.get(row)
         });
         row.map(|(_, state, push)| (*state, *push))
     }
@@ -79,6 +87,8 @@ pub(super) struct Body<'w> {
     pub entity: Entity,
     /// At the start and at the end of the tick.
     pub ends: [State; 2],
+    /// When it is born, s since the scene's start, if it is in the tick: its tick starts then.
+    pub born: Option<Scalar>,
     /// 1/kg; 0 is immovable.
     pub inverse_mass: Scalar,
     /// Applied force, N.
@@ -161,6 +171,7 @@ pub(super) fn bodies<'w>(
             let body = Body {
                 entity,
                 ends: [end; 2],
+                born: opening.births.get(&entity).copied(),
                 inverse_mass: body.inverse_mass,
                 push: Vector::ZERO,
                 frozen,

@@ -1,0 +1,253 @@
+//! Particles fly from their birth: what is left of the tick in which one is born is a tick of its method.
+
+use bevy_ecs::prelude::*;
+use motion::units::Vector;
+use motion::{
+    AxisLocks, Bare, ClockState, Curve, Damping, DampingModel, DampingRate, Drag, Emitter, Gravity, LawsOf,
+    Ledger, Method, OwnLaws, OwnSubsteps, PhysicsBody, Quarantine, Quarantined, Range, SpeedLimit, StableId,
+    StepClock, Stepper, Substeps, Thrust, TimeStep, Transform, Well, Wells, Wind,
+};
+
+use super::emitters::{AT, expected, fountain, launch, living};
+use super::run;
+
+/// No laws of single bodies.
+const NONE: LawsOf<'_, f64> = &|_| Vec::new();
+
+fn arrays(world: &mut World, method: Method) -> Bare<f64> {
+    Bare::<f64>::of_world(world, method, NONE, Vec::new()).unwrap()
+}
+
+fn state(world: &World, body: Entity) -> (Vector, Vector) {
+    (world.get::<Transform>(body).unwrap().position, world.get::<PhysicsBody>(body).unwrap().velocity)
+}
+
+/// The methods whose positions are exact under a constant acceleration.
+const EXACT: [Method; 6] = [
+    Method::PositionVerlet,
+    Method::VelocityVerlet,
+    Method::RungeKutta2Midpoint,
+    Method::RungeKutta2Heun,
+    Method::RungeKutta4,
+    Method::Yoshida4,
+];
+
+#[test]
+fn particles_are_on_the_exact_parabola_at_any_tick_rate() {
+    let g = Gravity::EARTH.acceleration;
+    let constant = |hz: f64| vec![1.0 / hz];
+    let frames = vec![0.02, 0.031, 0.0047, 0.09];
+    let steps = [constant(30.0), constant(60.0), constant(240.0), constant(7.0), frames];
+    for (lengths, (rate, life, count)) in
+        steps.iter().flat_map(|lengths| [(31.0, 1.7, 53), (457.0, 0.6, 11)].map(|pool| (lengths, pool)))
+    {
+        for (method, substeps) in EXACT.into_iter().flat_map(|method| [(method, 1), (method, 3)]) {
+            let what = format!("{method:?} in {substeps} substeps of {lengths:?} s, {rate} a second");
+            let (mut world, emitter) = fountain(count, rate, life);
+            world.insert_resource(Gravity::EARTH);
+            world.insert_resource(Substeps(substeps));
+            let mut stepper = Stepper::new(&mut world, method, TimeStep(lengths[0]));
+            let mut bare = arrays(&mut world, method);
+            let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
+            let mut seen = 0;
+            for length in lengths.iter().cycle().take(100) {
+                world.insert_resource(TimeStep(*length));
+                bare.set_step(*length);
+                stepper.tick(&mut world);
+                bare.tick();
+                let now = world.resource::<StepClock>().scene_seconds();
+                let numbers = expected(count as u64, rate, life, now);
+                assert_eq!(living(&world, emitter).len(), numbers.len(), "{what}");
+                for number in numbers {
+                    let slot = (number % count as u64) as usize;
+                    let (x, v) = state(&world, pool[slot]);
+                    let age = now - number as f64 / rate;
+                    let exact = AT + launch(slot) * age + g * (age * age / 2.0);
+                    assert!((x - exact).length() < 1e-11, "{what}, {number}: {x} is not {exact}");
+                    if method != Method::PositionVerlet {
+                        assert!((v - launch(slot) - g * age).length() < 1e-11, "{what}, {number}: {v}");
+                    }
+                    seen += 1;
+                }
+                for (id, x, v) in bare.states() {
+                    assert_eq!((x, v), state(&world, pool[id.0 as usize]), "{what}: {id:?} in arrays");
+                }
+            }
+            assert!(seen >= 100, "{what}: {seen} particles");
+        }
+    }
+}
+
+#[test]
+fn under_drag_particles_have_the_order_of_their_method() {
+    let (g, c, until) = (Gravity::EARTH.acceleration, 3.0, 2);
+    let (rate, life, count) = (31.0, 0.9, 28);
+    for method in Method::ALL {
+        let order = f64::from(method.claims().order_with_velocity_laws);
+        let error = |hz: u32, in_arrays: bool| {
+            let (mut world, emitter) = fountain(count, rate, life);
+            world.insert_resource(Gravity::EARTH);
+            world.insert_resource(Drag::new(c, 0.0));
+            let mut stepper = Stepper::new(&mut world, method, TimeStep(1.0 / f64::from(hz)));
+            let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
+            let mut bare = arrays(&mut world, method);
+            let states: Vec<_> = if in_arrays {
+                (0..until * hz).for_each(|_| bare.tick());
+                bare.states().map(|(_, x, v)| (x, v)).collect()
+            } else {
+                run(&mut world, &mut stepper, u64::from(until * hz));
+                pool.iter().map(|body| state(&world, *body)).collect()
+            };
+            let numbers = expected(count as u64, rate, life, f64::from(until));
+            let squares = numbers.iter().map(|number| {
+                let slot = (number % count as u64) as usize;
+                let age = f64::from(until) - *number as f64 / rate;
+                let exact = AT + g * (age / c) - (launch(slot) - g / c) * ((-c * age).exp_m1() / c);
+                (states[slot].0 - exact).length_squared()
+            });
+            (squares.sum::<f64>() / numbers.len() as f64).sqrt()
+        };
+        for in_arrays in [false, true] {
+            let [coarse, fine] = [32, 256].map(|hz| error(hz, in_arrays));
+            let found = (coarse / fine).log2() / 3.0;
+            assert!(
+                (found - order).abs() < 0.1,
+                "{method:?}, in arrays {in_arrays}: {coarse:e} {fine:e}, {found}"
+            );
+        }
+    }
+}
+
+/// A world with everything that acts on single bodies, and what these `bodies` ask for.
+fn everything(world: &mut World, damping: DampingModel, bodies: &[Entity]) {
+    world.insert_resource(Gravity::EARTH);
+    world.insert_resource(Damping { model: damping, rate: 2.0 });
+    let wind = Wind { velocity: Vector::new(5.0, 0.0, 1.0), gust: 2.0, gust_hz: 3.0 };
+    world.insert_resource(Drag { wind: Some(wind), ..Drag::new(0.3, 0.1) });
+    world.insert_resource(Wells(vec![Well { position: Vector::Y * 9.0, strength: 7.0, softening: 0.1 }]));
+    // It starts within what is left of the tick.
+    let thrust = Thrust::new(Curve::Polynomial(vec![Vector::Z * 40.0]), 0.475, f64::INFINITY);
+    for (number, body) in bodies.iter().enumerate() {
+        let mut body = world.entity_mut(*body);
+        match number % 5 {
+            0 => body.insert(DampingRate::new(5.0)),
+            1 => body.insert(SpeedLimit(4.0)),
+            2 => body.insert(AxisLocks { x: true, ..AxisLocks::default() }),
+            3 => body.insert(OwnSubsteps(3)),
+            _ => body.insert(OwnLaws::new(vec![Box::new(thrust.clone())])),
+        };
+    }
+}
+
+#[test]
+fn the_rest_of_a_tick_is_a_tick_with_everything_that_acts() {
+    // Particles 10 to 19 are born in the tick from 0.4 s to 0.5 s, at 0.42 s and every 5 ms after it.
+    let (h, ticks) = (0.1, 5);
+    let time = |number: u64| number as f64 / 200.0;
+    for (method, damping) in
+        Method::ALL.into_iter().flat_map(|method| DampingModel::ALL.map(|model| (method, model)))
+    {
+        let (mut world, emitter) = fountain(20, 200.0, 10.0);
+        let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
+        everything(&mut world, damping, &pool);
+        let mut stepper = Stepper::new(&mut world, method, TimeStep(h));
+        run(&mut world, &mut stepper, ticks);
+        let end = world.resource::<StepClock>().scene_seconds();
+        for number in 80..100_u64 {
+            // The same body in a world of its own, one tick of which is what is left.
+            let slot = (number % 20) as usize;
+            let mut alone = World::new();
+            let bodies: Vec<_> = (0..20)
+                .map(|slot| {
+                    alone
+                        .spawn((Transform::at(AT), PhysicsBody { velocity: launch(slot), inverse_mass: 2.0 }))
+                        .id()
+                })
+                .collect();
+            everything(&mut alone, damping, &bodies);
+            let state_then = ClockState { since_time: time(number), ..ClockState::default() };
+            let mut stepper = Stepper::new(&mut alone, method, TimeStep(end - time(number)));
+            alone.insert_resource(StepClock::from_state(state_then).unwrap());
+            stepper.tick(&mut alone);
+            let ((x, v), (y, w)) = (state(&world, pool[slot]), state(&alone, bodies[slot]));
+            let near = (x - y).length() < 1e-12 && (v - w).length() < 1e-12;
+            assert!(near, "{method:?}, {damping:?}, slot {slot}: {x} {v}, not {y} {w}");
+            assert!((x - AT).length() > 1e-3, "{slot} has not moved");
+        }
+    }
+}
+
+#[test]
+fn a_particle_that_would_leave_the_range_at_its_birth_stays_where_it_was_born() {
+    for method in [Method::SemiImplicitEuler, Method::PositionVerlet, Method::RungeKutta4] {
+        let (mut world, emitter) = fountain(8, 25.0, 1.0);
+        let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
+        world.get_mut::<Emitter>(emitter).unwrap().launches[3] = Vector::Y * 100.0;
+        world.insert_resource(Gravity::EARTH);
+        world.insert_resource(Range { position: 1e9, speed: 50.0 });
+        let mut stepper = Stepper::new(&mut world, method, TimeStep(0.1));
+        run(&mut world, &mut stepper, 2);
+        assert_eq!(state(&world, pool[3]), (AT, Vector::Y * 100.0), "{method:?}");
+        assert!(world.get::<Quarantined>(pool[3]).is_some());
+        run(&mut world, &mut stepper, 9);
+        let records = world.resource::<Quarantine>().records();
+        assert_eq!((records.len(), records[0].id, records[0].tick), (1, Some(StableId(3)), 2));
+        assert!(state(&world, pool[4]).0 != AT);
+    }
+}
+
+#[test]
+fn a_scene_that_begins_again_after_one_tick_throws_its_first_particles_again() {
+    let (mut world, emitter) = fountain(8, 25.0, 1.0);
+    let mut stepper = Stepper::new(&mut world, Method::RungeKutta4, TimeStep(0.1));
+    run(&mut world, &mut stepper, 1);
+    let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
+    let states = |world: &World| pool.iter().map(|body| state(world, *body)).collect::<Vec<_>>();
+    let first = states(&world);
+    assert_eq!(living(&world, emitter).len(), 3);
+    world.resource_mut::<StepClock>().begin_scene();
+    run(&mut world, &mut stepper, 1);
+    assert_eq!(living(&world, emitter).len(), 3);
+    for ((x, v), (y, w)) in states(&world).into_iter().zip(first) {
+        // The scene's time is a difference of times by now.
+        assert!((x - y).length() < 1e-14 && v == w, "{x} {v}, not {y} {w}");
+    }
+}
+
+#[test]
+fn the_books_of_a_birth_within_a_tick_close() {
+    for (method, damping) in [Method::VelocityVerlet, Method::RungeKutta4]
+        .into_iter()
+        .flat_map(|method| [(method, None), (method, Some(DampingModel::Tutorial))])
+    {
+        let (mut world, _) = fountain(31, 31.0, 0.9);
+        world.insert_resource(Gravity::EARTH);
+        if let Some(model) = damping {
+            world.insert_resource(Damping { model, rate: 0.4 });
+        }
+        let mut stepper = Stepper::new(&mut world, method, TimeStep(1.0 / 30.0));
+        let mut ledger = Ledger::open(&mut world);
+        (0..60).for_each(|_| ledger.tick(&mut stepper, &mut world));
+        let books = ledger.since_opening();
+        let residual = (books.energy.residual.abs(), books.momentum.residual.length());
+        assert!(residual.0 < 1e-9 && residual.1 < 1e-9, "{method:?}, {damping:?}: {residual:?}");
+        assert!(books.momentum.law("gravity").y < -1.0);
+    }
+}
+
+#[test]
+fn arrays_go_back_to_a_state_with_the_particles_of_then() {
+    let (mut world, _) = fountain(20, 50.0, 0.3);
+    world.insert_resource(Gravity::EARTH);
+    world.insert_resource(TimeStep(1.0 / 30.0));
+    let mut bare = arrays(&mut world, Method::VelocityVerlet);
+    let flies = |bare: &mut Bare<f64>, ticks: u32| {
+        (0..ticks).for_each(|_| bare.tick());
+        bare.states().collect::<Vec<_>>()
+    };
+    flies(&mut bare, 25);
+    let saved = bare.save();
+    let first = flies(&mut bare, 13);
+    bare.restore(&saved);
+    assert_eq!(flies(&mut bare, 13), first);
+}
