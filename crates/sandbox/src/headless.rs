@@ -18,7 +18,7 @@ use crate::input::InputFrame;
 use crate::player::Player;
 use crate::progress::Loading;
 use crate::report::Summary;
-use crate::session::{CATCH_UP, Options, Order, Overrides, Session, Simulated, SwitchedBy};
+use crate::session::{CATCH_UP, ForecastRow, Options, Order, Overrides, Session, Simulated, SwitchedBy};
 
 mod outputs;
 
@@ -174,10 +174,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     // Before anything is written.
     let longest_frame = ends.longest();
     loading.next();
-    foretell(args, &mut session, longest_frame)?;
-    if let Some(ticks) = ticks {
-        tell_long_ticks(&session, ticks);
-    }
+    let told = foretell(args, &mut session, longest_frame)?;
+    let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
+    told.iter().chain(&long).for_each(|line| loading.tell(line));
     let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
     let mut camera = if wants_pictures { Some(Camera::new(size_px, folder)?) } else { None };
     // Opened before the run: a place that cannot be written is found out now, and not after an hour.
@@ -257,7 +256,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         for order in orders {
             if let Order::Open(name) = order {
                 session.open(scene::load(&name)?);
-                refused = foretell(args, &mut session, longest_frame);
+                let told = foretell(args, &mut session, longest_frame);
+                refused = told.map(|told| told.iter().for_each(|line| eprintln!("{line}")));
                 keep_books(args, &mut session);
             }
         }
@@ -288,26 +288,20 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
 /// Lines about what would grow: more of them say the same.
 const MOST_WARNINGS: usize = 3;
 
-/// Says what would grow without bound, and refuses it where that was asked for.
-fn foretell(args: &RunArgs, session: &mut Session, frame: f64) -> Result<(), Failure> {
+/// What there is to say of what would grow without bound; refused where that was asked for.
+fn foretell(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
     let scene = session.scene().name.clone();
     let rows = session.foretell(frame);
-    let Some((worst, others)) = rows.split_first() else { return Ok(()) };
-    let worst = format!("{scene} is unstable: {}", worst.line());
-    if args.refuse_unstable {
-        return Err(Failure::Expectation(worst));
+    let line = |row: &ForecastRow| format!("{scene} is unstable: {}", row.line());
+    let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
+    if args.refuse_unstable && !lines.is_empty() {
+        return Err(Failure::Expectation(lines.swap_remove(0)));
     }
-    eprintln!("{worst}");
-    for row in others.iter().take(MOST_WARNINGS - 1) {
-        eprintln!("{scene} is unstable: {}", row.line());
+    let more = rows.len() - lines.len();
+    if more > 0 {
+        lines.push(format!("{scene}: {more} more are unstable; key V in the window lists them"));
     }
-    if rows.len() > MOST_WARNINGS {
-        eprintln!(
-            "{scene}: {} more are unstable; key V in the window lists them",
-            rows.len() - MOST_WARNINGS
-        );
-    }
-    Ok(())
+    Ok(lines)
 }
 
 /// Keeps the books that were asked for, or that a bound of the energy is checked by.
@@ -321,19 +315,16 @@ fn keep_books(args: &RunArgs, session: &mut Session) {
 /// Runs that take less than this are not told of, s.
 const LONG: f64 = 10.0;
 
-/// Says what a tick takes where all bodies attract each other and the run will be long.
-fn tell_long_ticks(session: &Session, ticks: u64) {
+/// What there is to say of a tick where all bodies attract each other and the run will be long.
+fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
     let scene = session.scene();
-    let Some(AttractionTick { bodies, seconds }) = lab::attraction_tick(scene) else { return };
+    let AttractionTick { bodies, seconds } = lab::attraction_tick(scene)?;
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     let all = seconds * ticks as f64;
-    if all >= LONG {
-        let (tick, all) = (in_time(seconds), in_time(all));
-        eprintln!(
-            "{}: {bodies} bodies attract each other: a tick takes some {tick}, the run some {all}",
-            scene.name
-        );
-    }
+    let (name, tick, run) = (&scene.name, in_time(seconds), in_time(all));
+    (all >= LONG).then(|| {
+        format!("{name}: {bodies} bodies attract each other: a tick takes some {tick}, the run some {run}")
+    })
 }
 
 /// Seconds as a person would say them.

@@ -98,6 +98,11 @@ impl Loading {
         Self { bar, _over: over }
     }
 
+    /// Says a line on standard error; the bar goes on below it.
+    pub fn tell(&self, line: &str) {
+        self.bar.suspend(|| eprintln!("{line}"));
+    }
+
     /// Goes on with the next stage.
     pub fn next(&self) {
         self.bar.inc(1);

@@ -32,6 +32,7 @@ use crate::cli::{StepArgs, WindowArgs};
 use crate::failure::Failure;
 use crate::headless::{DEFAULT_FPS, load_script, player_of, write_picture};
 use crate::input::{Button, Input, InputFrame};
+use crate::progress::Loading;
 use crate::session::{Options, Order, Overrides, Session};
 
 /// Shortest time between two frames: vertical sync does not pace every display.
@@ -103,9 +104,11 @@ fn session(args: &WindowArgs, name: &str) -> Result<Session, Failure> {
         }
         return bundle::opened(&bundle, name, options);
     }
+    let loading = Loading::begin();
     let scene = scene::load(name)?;
     let overrides = Overrides { method, substeps, ..Overrides::default() };
     overrides.check(&scene)?;
+    loading.next();
     let mut session = Session::new(scene, Options { overrides, ..options });
     session.keep_timeline();
     session.save_faults();
