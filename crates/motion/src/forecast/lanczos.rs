@@ -89,7 +89,7 @@ pub(crate) fn largest(
         }
         if m == most {
             let best = &ritz[..m.div_ceil(2)];
-            basis = best.iter().map(|(_, shares)| combined(&basis, shares)).collect();
+            turn(&mut basis, best);
             projected.fill(0.0);
             best.iter().enumerate().for_each(|(i, (value, _))| projected[i * most + i] = *value);
         }
@@ -105,10 +105,9 @@ fn most_vectors(n: usize) -> usize {
     (MOST_NUMBERS / n.max(1)).clamp(LEAST_VECTORS, MOST_VECTORS).min(n)
 }
 
-/// Bytes of the vectors for an operator on `n` numbers: the basis, half of it again while it restarts, and the next one.
+/// Bytes of the vectors for an operator on `n` numbers: the basis, the next one, and the first of the results.
 pub(crate) fn most_bytes(n: usize) -> usize {
-    let most = most_vectors(n);
-    n.saturating_mul(size_of::<f64>() * (most + most / 2 + 2))
+    n.saturating_mul(size_of::<f64>() * (most_vectors(n) + 2))
 }
 
 /// What part of the largest eigenvalue the first Ritz value lacks at most after so many products, but for one start in a
@@ -117,6 +116,17 @@ pub(crate) fn most_bytes(n: usize) -> usize {
 fn missed(n: usize, products: usize) -> f64 {
     let least = libm::log(1.648 * (n as f64).sqrt() / UNLIKELY) / (2.0 * products as f64 - 1.0);
     least * least
+}
+
+/// Puts the Ritz vectors `best` in the place of the basis that they are shares of, number by number: a second basis would
+/// be the largest part of what the forecast of a large world takes.
+fn turn(basis: &mut Vec<Vec<f64>>, best: &[Pair]) {
+    let mut row = vec![0.0; basis.len()];
+    for i in 0..basis.first().map_or(0, Vec::len) {
+        row.iter_mut().zip(&*basis).for_each(|(part, vector)| *part = vector[i]);
+        basis.iter_mut().zip(best).for_each(|(vector, (_, shares))| vector[i] = dot(shares, &row));
+    }
+    basis.truncate(best.len());
 }
 
 /// The sum of the vectors of a basis, each times its factor.
