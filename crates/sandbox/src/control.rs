@@ -2,6 +2,8 @@
 //!
 //! Nothing here writes the state of a body: a click becomes a queued push, an edit a queued request.
 
+mod held;
+
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{
@@ -9,10 +11,11 @@ use motion::{
 };
 use scene::{PushSpec, unsolvable};
 
+use self::held::Held;
 use crate::actions::{Action, Key, When, binding};
 use crate::input::{Button, Experiment, Input};
 use crate::methods;
-use crate::session::{KEY_PUSH, Order, Session, SwitchedBy};
+use crate::session::{Order, Session, SwitchedBy};
 use crate::trails::Trails;
 use crate::ui::{Panel, Topic};
 
@@ -29,9 +32,6 @@ pub enum Mode {
 /// Slowest and fastest pace that the keys reach.
 const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
 
-/// A shift key that is held for less than this, s, before a key that goes with it, was not meant to fly.
-const CHORD_S: f64 = 0.5;
-
 /// What input has brought about so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Control {
@@ -43,13 +43,7 @@ pub(crate) struct Control {
     /// In selection mode, pixels from the top left.
     pub pointer: DVec2,
     pub selecting: bool,
-    pub held: Vec<Key>,
-    /// Held keys that went down in this frame.
-    pub pressed: Vec<Key>,
-    /// Those of them that came up in it, too: each acts once.
-    pub tapped: Vec<Key>,
-    /// How long shift has moved the camera since it went down, s.
-    pub shifted_s: f64,
+    pub held: Held,
     pub paused: bool,
     pub steps_asked: u64,
     pub velocity_arrows: bool,
@@ -69,10 +63,7 @@ impl Control {
             push,
             pointer: DVec2::ZERO,
             selecting: false,
-            held: Vec::new(),
-            pressed: Vec::new(),
-            tapped: Vec::new(),
-            shifted_s: 0.0,
+            held: Held::default(),
             paused,
             steps_asked: 0,
             velocity_arrows: false,
@@ -81,39 +72,6 @@ impl Control {
             trails: false,
         }
     }
-
-    fn release(&mut self, key: &Key) {
-        // By name: the control or the shift key may have gone down or up since the key did.
-        let same = |other: &Key| other.name() == key.name();
-        if let Some(at) = self.pressed.iter().position(same) {
-            self.tapped.push(self.pressed.remove(at));
-        }
-        self.held.retain(|held| !same(held));
-    }
-
-    fn release_all(&mut self) {
-        self.held.clear();
-        self.pressed.clear();
-        self.tapped.clear();
-    }
-}
-
-/// -1, 0 or 1 from two opposite actions of `keys`.
-fn axis(keys: &[Key], minus: Action, plus: Action) -> f64 {
-    f64::from(i8::from(holds(keys, plus)) - i8::from(holds(keys, minus)))
-}
-
-fn holds(keys: &[Key], action: Action) -> bool {
-    keys.iter().filter_map(binding).any(|binding| binding.action == action)
-}
-
-fn push_of(keys: &[Key]) -> DVec3 {
-    let axis = |minus, plus| axis(keys, minus, plus);
-    DVec3::new(
-        axis(Action::PushMinusX, Action::PushPlusX),
-        axis(Action::PushMinusY, Action::PushPlusY),
-        axis(Action::PushMinusZ, Action::PushPlusZ),
-    ) * KEY_PUSH
 }
 
 impl Session {
@@ -121,7 +79,7 @@ impl Session {
         match input {
             Input::KeyDown(key) => self.key_down(key),
             Input::KeyUp(key) => {
-                self.control.release(key);
+                self.control.held.release(key);
                 self.ui.key(key, false);
             }
             Input::Text(text) => {
@@ -146,7 +104,7 @@ impl Session {
                 }
             }
             Input::FocusLost => {
-                self.control.release_all();
+                self.control.held.release_all();
                 self.control.selecting = false;
                 self.ui.focus_lost();
             }
@@ -166,37 +124,24 @@ impl Session {
             self.ui.key(key, true);
         } else if let Some(binding) = binding {
             if key.takes_shift() {
-                self.take_shift();
+                self.camera.fly(DVec3::Y, self.control.held.take_shift());
             }
-            if !binding.held {
+            if binding.held {
+                self.control.held.press(key);
+            } else {
                 self.act(binding.action);
-            } else if !self.control.held.contains(key) {
-                if key.name() == "Shift" {
-                    self.control.shifted_s = 0.0;
-                }
-                self.control.held.push(key.clone());
-                self.control.pressed.push(key.clone());
             }
-        }
-    }
-
-    /// Takes a held shift key for a part of another key, and takes back how far it moved the camera.
-    fn take_shift(&mut self) {
-        let shift = |key: &Key| key.name() == "Shift";
-        if self.control.held.iter().any(shift) && self.control.shifted_s < CHORD_S {
-            self.control.held.retain(|key| !shift(key));
-            self.control.pressed.retain(|key| !shift(key));
-            self.camera.fly(DVec3::Y, std::mem::take(&mut self.control.shifted_s));
         }
     }
 
     /// What is held acts once a frame: flying, selecting, pushing.
     pub(crate) fn steer(&mut self, seconds: f64) {
-        self.control.pressed.clear();
-        let tapped = std::mem::take(&mut self.control.tapped);
-        self.fly(&tapped, seconds);
+        let tapped = self.control.held.end_input();
+        if self.control.mode == Mode::Camera && self.control.locked.is_none() {
+            self.camera.fly(self.control.held.flight(&tapped, seconds), seconds);
+        }
         // A tap pushes for one tick, as a click does.
-        let (held, tapped) = (push_of(&self.control.held), push_of(&tapped));
+        let (held, tapped) = (self.control.held.push(), held::push(&tapped));
         let selected = self.control.selection.filter(|_| self.control.mode == Mode::Selection);
         let pushes = |newtons: DVec3| match selected {
             Some(thing) if newtons != DVec3::ZERO => self.pushes_on(thing, newtons),
@@ -208,23 +153,6 @@ impl Session {
         tapped.into_iter().for_each(|Push { body, newtons }| queue.push_once(body, newtons));
         if self.control.selecting {
             self.select();
-        }
-    }
-
-    fn fly(&mut self, tapped: &[Key], seconds: f64) {
-        if self.control.mode == Mode::Selection || self.control.locked.is_some() {
-            return;
-        }
-        let keys = [&self.control.held, tapped].concat();
-        let axis = |minus, plus| axis(&keys, minus, plus);
-        let direction = DVec3::new(
-            axis(Action::FlyLeft, Action::FlyRight),
-            axis(Action::FlyDown, Action::FlyUp),
-            axis(Action::FlyBack, Action::FlyForward),
-        );
-        self.camera.fly(direction, seconds);
-        if direction.y < 0.0 {
-            self.control.shifted_s += seconds;
         }
     }
 
@@ -380,7 +308,7 @@ impl Session {
     /// wanted.
     fn select(&mut self) {
         let ray = self.picking_ray();
-        let wanted = holds(&self.control.held, Action::SelectImmovable) || self.scene.select_immovable;
+        let wanted = self.control.held.holds(Action::SelectImmovable) || self.scene.select_immovable;
         let hit = self.cast(&ray).map(|hit| hit.entity);
         self.control.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
     }
