@@ -173,7 +173,8 @@ impl Selected {
     }
 
     /// A soft body as its center of mass.
-    fn of_points(session: &Session, entity: Entity, soft: SoftSum) -> Self {
+    fn of_points(session: &mut Session, entity: Entity, mut soft: SoftSum) -> Self {
+        soft.body = session.synchronized_points(entity, soft.body);
         Self {
             entity,
             name: session.name(entity),
@@ -273,7 +274,7 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
 
 #[cfg(test)]
 mod tests {
-    use motion::FrameClock;
+    use motion::{FrameClock, SoftBody};
     use scene::Scene;
 
     use super::*;
@@ -309,9 +310,15 @@ mod tests {
             let (mut session, mut clock) = (Session::new(scene, options), FrameClock::default());
             session.advance(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
             let velocities = |session: &mut Session| {
-                let of = |session: &mut Session, body| Selected::of_thing(session, body)?.body;
+                let of = |session: &mut Session, thing| Selected::of(session, thing)?.body;
+                let mut softs = session.world.query_filtered::<Entity, With<SoftBody>>();
+                let softs: Vec<_> = softs.iter(&session.world).collect();
                 let bodies = session.entities.clone();
-                bodies.into_iter().map(|body| of(session, body).map(|body| body.velocity)).collect::<Vec<_>>()
+                bodies
+                    .into_iter()
+                    .chain(softs)
+                    .map(|body| of(session, body).map(|body| body.velocity))
+                    .collect::<Vec<_>>()
             };
             let stored =
                 |session: &Session, body| session.world.get::<PhysicsBody>(body).map(|body| body.velocity);

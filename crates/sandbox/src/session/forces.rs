@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Damping, DampingModel, ForceCause, LastStep, PhysicsBody, Push};
+use motion::{Damping, DampingModel, ForceCause, LastStep, PhysicsBody, Push, SoftBody};
 
 use super::Session;
 
@@ -31,16 +31,33 @@ impl Session {
     /// step before.
     pub(crate) fn synchronized(&self, body: Entity, forces: &[(ForceCause, DVec3)]) -> Option<PhysicsBody> {
         let state = *self.world.get::<PhysicsBody>(body)?;
-        let half = self.world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0);
-        let damping = self.world.get_resource::<Damping>().map(|damping| damping.model);
-        let laws = forces.iter().filter(|(cause, _)| match cause {
-            // All of a push, and of damping that is no law, is in the velocity already.
-            ForceCause::Push => false,
-            ForceCause::Law("damping") => damping == Some(DampingModel::Exact),
-            _ => true,
-        });
+        let damping = self.damping_model();
+        let laws = forces.iter().filter(|(cause, _)| is_of_laws(*cause, damping));
         let newtons: DVec3 = laws.map(|(_, newtons)| *newtons).sum();
-        Some(state.moving_at(state.velocity + newtons * state.inverse_mass * half))
+        Some(state.moving_at(state.velocity + newtons * state.inverse_mass * self.half_step(body)))
+    }
+
+    /// The same of the points of a soft body, which move `together`.
+    pub(crate) fn synchronized_points(&mut self, soft: Entity, together: PhysicsBody) -> PhysicsBody {
+        let points = self.world.get::<SoftBody>(soft).map_or_else(Vec::new, |soft| soft.points.clone());
+        let halves: Vec<_> = points.iter().map(|point| self.half_step(*point)).collect();
+        let (damping, mut impulse) = (self.damping_model(), DVec3::ZERO);
+        if halves.iter().any(|half| *half != 0.0) {
+            self.each_force(&points, |place, cause, newtons| {
+                if is_of_laws(cause, damping) {
+                    impulse += newtons * halves[place];
+                }
+            });
+        }
+        together.moving_at(together.velocity + impulse * together.inverse_mass)
+    }
+
+    fn half_step(&self, body: Entity) -> f64 {
+        self.world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0)
+    }
+
+    fn damping_model(&self) -> Option<DampingModel> {
+        self.world.get_resource::<Damping>().map(|damping| damping.model)
     }
 
     /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters
@@ -52,6 +69,15 @@ impl Session {
             self.force_scale = scale.is_normal().then_some(scale);
         }
         self.force_scale
+    }
+}
+
+/// Whether a method asks for it as a law. All of a push, and of damping that is no law, is in a velocity already.
+fn is_of_laws(cause: ForceCause, damping: Option<DampingModel>) -> bool {
+    match cause {
+        ForceCause::Push => false,
+        ForceCause::Law("damping") => damping == Some(DampingModel::Exact),
+        _ => true,
     }
 }
 
