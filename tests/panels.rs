@@ -5,7 +5,7 @@ use motion::{Gravity, Method, Solver};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Panel};
 
-use crate::drive::{Drive, at, click, tap};
+use crate::drive::{Drive, at, click, down, tap, up};
 use crate::film::Film;
 use crate::harness::H;
 
@@ -90,6 +90,37 @@ fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
     drive.press("Escape").ticks(2);
     assert_eq!((drive.session.open_panels(), drive.session.takes_text()), (&[Panel::Settings][..], false));
     assert_eq!(drive.press("Escape").session.open_panels(), []);
+}
+
+#[test]
+fn a_paused_session_changes_by_itself_only_where_something_goes_on() {
+    let mut film = Film::shipped("tutorial");
+    assert_eq!(film.session.changes_in_s(), 0.0, "it runs");
+    film.press("P");
+    film.frames(3);
+    assert_eq!(film.session.changes_in_s(), f64::INFINITY);
+    for key in ["H", "Tab", "E", "T", "B", "V", "R"] {
+        film.press(key);
+        film.frames(5);
+        assert_eq!(film.session.changes_in_s(), f64::INFINITY, "{key}");
+        film.press(key);
+    }
+    // A cursor blinks, and a notice goes.
+    film.press("Ctrl+O");
+    film.frames(5);
+    let blinks = film.session.changes_in_s();
+    assert!(blinks > 0.0 && blinks < 1.0, "{blinks} s");
+    film.press("Escape");
+    film.frames(5);
+    film.press("-");
+    let goes = film.session.changes_in_s();
+    assert!(goes > 3.0 && goes < 4.0, "{goes} s");
+    film.frames(300);
+    // What is held flies on.
+    film.frame([down("W")]);
+    assert_eq!(film.session.changes_in_s(), 0.0);
+    film.frame([up("W")]);
+    assert_eq!(film.session.changes_in_s(), f64::INFINITY);
 }
 
 #[test]

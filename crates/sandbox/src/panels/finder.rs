@@ -24,8 +24,10 @@ impl Finder {
                         .hint_text("part of a name")
                         .desired_width(f32::INFINITY),
                 );
-                // Focus needs a frame; Enter gives it up, so this asks again until the finder closes.
-                field.request_focus();
+                // Focus needs a frame, and Enter gives it up. Asking for what is there would ask for another frame.
+                if !field.has_focus() {
+                    field.request_focus();
+                }
                 let enter = ui.input(|input| input.key_pressed(Key::Enter));
                 let found = scene::find(&self.query);
                 if found.is_empty() {
