@@ -3,9 +3,14 @@
 use glam::DVec3;
 use lab::Timeline;
 use motion::{Effect, Method, PushQueue, Request, Requests};
+use scene::EnergyState;
 
 use crate::ghosts::mixed;
 use crate::snapshot::Run;
+
+/// Nothing is known of its energy.
+const UNWATCHED: EnergyState =
+    EnergyState { largest_j: 0.0, looked_tick: 0, looked_j: 0.0, growth: None, look: None };
 
 /// What acts before tick number `tick`.
 fn act(run: &mut Run, tick: u64) {
@@ -29,7 +34,7 @@ fn act(run: &mut Run, tick: u64) {
 
 /// Ticks of a run with a timeline of at most so many bytes, and its outcomes after every tick.
 pub fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::snapshot::Outcome>) {
-    let mut timeline = Timeline::new(&mut run.world, run.stepper.method(), cap, 0.0).unwrap();
+    let mut timeline = Timeline::new(&mut run.world, run.stepper.method(), cap, UNWATCHED).unwrap();
     let mut outcomes = vec![run.outcome()];
     for tick in 0..ticks {
         act(run, tick);
@@ -41,7 +46,7 @@ pub fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::
         }
         timeline.before_tick(&run.world);
         run.ticks(1);
-        timeline.after_tick(&mut run.world, run.stepper.method(), 0.0);
+        timeline.after_tick(&mut run.world, run.stepper.method(), UNWATCHED);
         assert!(timeline.bytes() <= cap, "{} bytes", timeline.bytes());
         outcomes.push(run.outcome());
     }
@@ -87,19 +92,19 @@ fn at_its_bytes_snapshots_get_sparser_then_the_oldest_go_and_what_is_left_is_exa
         }
     }
     let mut run = Run::of(mixed());
-    assert!(Timeline::new(&mut run.world, run.stepper.method(), 1000, 0.0).is_none());
+    assert!(Timeline::new(&mut run.world, run.stepper.method(), 1000, UNWATCHED).is_none());
 }
 
 #[test]
 fn more_than_a_minute_is_not_kept() {
     let mut run = Run::of(scene::load("oscillator").unwrap());
     let method = run.stepper.method();
-    let mut timeline = Timeline::new(&mut run.world, method, lab::TIMELINE_BYTES, 0.0).unwrap();
+    let mut timeline = Timeline::new(&mut run.world, method, lab::TIMELINE_BYTES, UNWATCHED).unwrap();
     let minute = (60.0 * run.scene.step_hz) as u64;
     for _ in 0..minute + 500 {
         timeline.before_tick(&run.world);
         run.ticks(1);
-        timeline.after_tick(&mut run.world, run.stepper.method(), 0.0);
+        timeline.after_tick(&mut run.world, run.stepper.method(), UNWATCHED);
     }
     let first = *timeline.range().start();
     assert!((400..=500).contains(&first), "{first}");

@@ -109,7 +109,7 @@ fn whole(u: &mut Unstructured<'_>) -> Result<Option<(Bundle, Scene)>> {
     // What is not a number equals nothing, itself neither.
     let finite = !format!("{what:?}").contains("NaN");
     let events = if finite { vec![Event { tick: snapshot.ticks(), what }] } else { Vec::new() };
-    Ok(Some((Bundle { scene: text, manifest, snapshot, events, energy_scale_j: None, picture: None }, scene)))
+    Ok(Some((Bundle { scene: text, manifest, snapshot, events, energy: None, picture: None }, scene)))
 }
 
 /// The same archive with some bytes of its files changed, and all checksums right.

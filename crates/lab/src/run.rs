@@ -119,7 +119,7 @@ const WATCH_WARM_UP: u64 = 32;
 #[must_use]
 pub fn watch_time(scene: &Scene) -> f64 {
     let mut run = Run::of(scene, &[]);
-    let mut watch = Watch::new(&mut run.world, None);
+    let mut watch = Watch::new(&mut run.world);
     for _ in 0..WATCH_WARM_UP {
         watch.tick(&mut run.stepper, &mut run.world, None);
     }

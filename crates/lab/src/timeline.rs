@@ -12,7 +12,7 @@ use std::ops::RangeInclusive;
 
 use bevy_ecs::prelude::*;
 use motion::{Method, Request, StepClock, TimeStep};
-use scene::{Event, Happening, Snapshot};
+use scene::{EnergyState, Event, Happening, Snapshot};
 
 use crate::input::{Input, asked, pending};
 
@@ -38,17 +38,16 @@ struct Keyframe {
     bytes: usize,
     /// Simulated time, s.
     seconds: f64,
-    /// What energies were measured by, J.
-    energy_scale: f64,
+    energy: EnergyState,
 }
 
 impl Keyframe {
-    fn of(world: &mut World, method: Method, energy_scale: f64) -> Self {
+    fn of(world: &mut World, method: Method, energy: EnergyState) -> Self {
         // What waits is noted as an event when the tick takes it.
         let snapshot = Snapshot::of(world, method).without_inputs();
         let bytes = size_of::<Self>() + snapshot.bytes();
         let (state_hash, seconds) = (snapshot.state_hash(), world.resource::<StepClock>().seconds());
-        Self { snapshot, state_hash, bytes, seconds, energy_scale }
+        Self { snapshot, state_hash, bytes, seconds, energy }
     }
 }
 
@@ -73,11 +72,11 @@ pub struct Timeline {
 
 impl Timeline {
     /// A timeline of `world` that begins now, between two ticks, and takes at most `cap` bytes. `None` where that
-    /// is less than two snapshots take. `energy_scale` is [`Watch::scale`].
+    /// is less than two snapshots take. `energy` is [`Watch::energy`].
     ///
     /// # Panics
     /// In a world that no [`Stepper`](motion::Stepper) has prepared.
-    pub fn new(world: &mut World, method: Method, cap: usize, energy_scale: f64) -> Option<Self> {
+    pub fn new(world: &mut World, method: Method, cap: usize, energy: EnergyState) -> Option<Self> {
         let mut timeline = Self {
             cap,
             keyframes: VecDeque::new(),
@@ -89,7 +88,7 @@ impl Timeline {
             keyframe_bytes: 0,
             event_bytes: 0,
         };
-        timeline.take_keyframe(world, method, energy_scale);
+        timeline.take_keyframe(world, method, energy);
         (timeline.bytes() * 2 <= cap).then_some(timeline)
     }
 
@@ -157,22 +156,22 @@ impl Timeline {
         some
     }
 
-    /// Notes that the tick is over. `energy_scale` is [`Watch::scale`].
-    pub fn after_tick(&mut self, world: &mut World, method: Method, energy_scale: f64) {
+    /// Notes that the tick is over. `energy` is [`Watch::energy`].
+    pub fn after_tick(&mut self, world: &mut World, method: Method, energy: EnergyState) {
         self.head = world.resource::<StepClock>().ticks();
         let last = self.keyframes.back().map_or(0, |keyframe| keyframe.snapshot.ticks());
         if self.head >= last + self.spacing {
-            self.take_keyframe(world, method, energy_scale);
+            self.take_keyframe(world, method, energy);
         }
         self.keep_within_cap();
     }
 
-    /// Where a run that is written into a file is repeated from, the events after it, and what energies were
-    /// measured by then, J.
+    /// Where a run that is written into a file is repeated from, the events after it, and what was known of the energy
+    /// then.
     #[must_use]
-    pub fn origin(&self) -> Option<(&Snapshot, Vec<Event>, f64)> {
+    pub fn origin(&self) -> Option<(&Snapshot, Vec<Event>, EnergyState)> {
         let first = self.keyframes.front()?;
-        Some((&first.snapshot, self.events.iter().cloned().collect(), first.energy_scale))
+        Some((&first.snapshot, self.events.iter().cloned().collect(), first.energy))
     }
 
     /// What was done to the world after tick number `tick` and before the next one.
@@ -181,8 +180,8 @@ impl Timeline {
         self.events.iter().skip(first).take_while(move |event| event.tick == tick)
     }
 
-    fn take_keyframe(&mut self, world: &mut World, method: Method, energy_scale: f64) {
-        let keyframe = Keyframe::of(world, method, energy_scale);
+    fn take_keyframe(&mut self, world: &mut World, method: Method, energy: EnergyState) {
+        let keyframe = Keyframe::of(world, method, energy);
         self.keyframe_bytes += keyframe.bytes;
         self.keyframes.push_back(keyframe);
     }

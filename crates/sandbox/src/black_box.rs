@@ -14,7 +14,7 @@ use crate::session::Session;
 pub(crate) struct BlackBox {
     /// Where it was written, or why not.
     pub written: Result<PathBuf, Failure>,
-    /// The last good tick.
+    /// The last good tick, or the oldest that is kept.
     pub tick: u64,
     pub fault: FaultEntry,
     /// Whether a body was; else energy jumped.
@@ -52,7 +52,8 @@ impl BlackBox {
             Ok(path) => format!("{} holds the run, for `sandbox replay`", path.display()),
             Err(failure) => failure.to_string(),
         };
-        let what = format!("{fault}; tick {tick} is the last good one; {file}");
+        let which = if *tick < fault.tick { "last good one" } else { "oldest that is kept" };
+        let what = format!("{fault}; tick {tick} is the {which}; {file}");
         if *quarantined { Failure::Quarantined(what) } else { Failure::Expectation(what) }
     }
 }

@@ -7,6 +7,7 @@
 
 mod archive;
 mod at_most;
+mod energy;
 mod manifest;
 
 use std::fmt;
@@ -16,6 +17,7 @@ use motion::{Method, Request};
 use serde::{Deserialize, Serialize};
 
 pub(crate) use archive::MAGIC;
+pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 
 use crate::faults::SceneError;
@@ -33,8 +35,8 @@ pub struct Bundle {
     pub snapshot: Snapshot,
     /// What came from outside after the snapshot, in its order.
     pub events: Vec<Event>,
-    /// The largest energy of the run until the snapshot, J, if books were kept.
-    pub energy_scale_j: Option<f64>,
+    /// What was known of the energy of the run at the snapshot, if it was watched.
+    pub energy: Option<EnergyState>,
     /// A PNG of the last good tick.
     pub picture: Option<Vec<u8>>,
 }
@@ -124,7 +126,9 @@ impl Bundle {
 struct State<S> {
     snapshot: S,
     events: Vec<SavedEvent>,
+    /// The largest energy until the snapshot, which is all that programs before `energy` read and wrote.
     energy_scale_j: Option<f64>,
+    energy: Option<EnergyState>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]

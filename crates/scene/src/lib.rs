@@ -45,7 +45,8 @@ mod syntax;
 
 pub use action::{Action, MouseButton};
 pub use bundle::{
-    BUNDLE_FORMAT, BadBundle, Bundle, Event, FaultEntry, Happening, Keyframe, Manifest, Settings,
+    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Happening,
+    Keyframe, Manifest, Settings,
 };
 pub use coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
 pub use declared::key_of_law;
@@ -58,6 +59,7 @@ pub use memory::allow_memory;
 pub use names::Names;
 pub use parts::Part;
 pub use resolve_springs::unsolvable;
+pub use resolve_survival::EXPLODES;
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, SceneText,
     Source, StepKind,

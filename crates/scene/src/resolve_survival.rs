@@ -14,7 +14,7 @@ use crate::survival::{Bounds, Measure, Steps, SurvivalRow};
 use crate::syntax::Word;
 
 /// From which magnitude on nothing is left of a run, unless the scene says otherwise.
-const EXPLODES: f64 = 1e3;
+pub const EXPLODES: f64 = 1e3;
 
 /// How much finer a reference is, unless the scene says otherwise.
 const REFERENCE_SUBSTEPS: u32 = 64;

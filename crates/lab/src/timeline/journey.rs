@@ -37,7 +37,7 @@ impl Timeline {
         let to = self.nearest(tick);
         let keyframe = self.keyframe_before(to).ok_or(Broken { tick: to })?;
         let mut replay =
-            Replay::of(scene, &keyframe.snapshot, keyframe.energy_scale).map_err(|_| Broken { tick: to })?;
+            Replay::of(scene, &keyframe.snapshot, keyframe.energy).map_err(|_| Broken { tick: to })?;
         if replay.state_hash() != keyframe.state_hash {
             return Err(Broken { tick: keyframe.snapshot.ticks() });
         }
@@ -63,8 +63,8 @@ impl Timeline {
         let Journey { replay, from, to, near } = journey;
         let long = *to - *from > FIRST_SPACING;
         if long && left <= FIRST_SPACING && near.is_none() {
-            let (method, scale) = (replay.stepper.method(), replay.watch.scale());
-            *near = Some(Keyframe::of(&mut replay.world, method, scale));
+            let (method, energy) = (replay.stepper.method(), replay.watch.energy());
+            *near = Some(Keyframe::of(&mut replay.world, method, energy));
         }
         let mut events = self.events_after(replay.ticks()).peekable();
         replay.tick(&mut events);

@@ -5,7 +5,7 @@ use std::iter::Peekable;
 
 use bevy_ecs::prelude::*;
 use motion::{StepClock, Stepper, Substeps, TimeStep};
-use scene::{BadSnapshot, Event, Happening, Scene, Snapshot, hash_of_states};
+use scene::{BadSnapshot, EnergyState, Event, Happening, Scene, Snapshot, hash_of_states};
 
 use super::{Fault, Watch};
 use crate::input::{Input, give};
@@ -39,14 +39,13 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// A world of `scene` in the state of `snapshot`, with energies as `energy_scale` has them, which is
-    /// [`Watch::scale`].
+    /// A world of `scene` in the state of `snapshot`, when `energy` was what [`Watch::energy`] was.
     ///
     /// # Errors
     /// A snapshot of another scene.
-    pub fn of(scene: &Scene, snapshot: &Snapshot, energy_scale: f64) -> Result<Self, BadSnapshot> {
+    pub fn of(scene: &Scene, snapshot: &Snapshot, energy: EnergyState) -> Result<Self, BadSnapshot> {
         let (mut world, stepper, bodies) = snapshot.restore(scene)?;
-        let watch = Watch::new(&mut world, Some(energy_scale));
+        let watch = Watch::going_on(&mut world, energy);
         Ok(Self { world, stepper, bodies, watch })
     }
 

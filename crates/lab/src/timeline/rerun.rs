@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use scene::{BadSnapshot, Bundle, Scene};
+use scene::{BadSnapshot, Bundle, EnergyState, Scene};
 
 use super::{Fault, Replay, Timeline};
 
@@ -61,14 +61,13 @@ impl Rerun {
         look: &mut dyn FnMut(u64),
     ) -> Result<Self, BadRerun> {
         let manifest = &bundle.manifest;
-        // Without one energies were not watched.
-        let scale = bundle.energy_scale_j.unwrap_or(f64::INFINITY);
-        let mut end = Replay::of(scene, &bundle.snapshot, scale).map_err(BadRerun::Snapshot)?;
+        let energy = bundle.energy.unwrap_or(EnergyState::at(manifest.snapshot_tick, f64::INFINITY));
+        let mut end = Replay::of(scene, &bundle.snapshot, energy).map_err(BadRerun::Snapshot)?;
         if end.ticks() != manifest.snapshot_tick || manifest.end_tick < manifest.snapshot_tick {
             return Err(BadRerun::Ticks);
         }
         let method = end.stepper.method();
-        let mut timeline = Timeline::new(&mut end.world, method, cap, scale).ok_or(BadRerun::TooLarge)?;
+        let mut timeline = Timeline::new(&mut end.world, method, cap, energy).ok_or(BadRerun::TooLarge)?;
         let mut keyframes = manifest.keyframes.iter().peekable();
         let mut events = bundle.events.iter().peekable();
         let (mut faults, mut diverged_at) = (Vec::new(), None);
@@ -94,7 +93,7 @@ impl Rerun {
             }
             faults.extend(end.tick(&mut noted));
             drop(noted);
-            timeline.after_tick(&mut end.world, end.stepper.method(), end.watch.scale());
+            timeline.after_tick(&mut end.world, end.stepper.method(), end.watch.energy());
             look(end.ticks());
         }
     }

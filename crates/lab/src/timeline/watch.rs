@@ -2,26 +2,33 @@
 
 use bevy_ecs::prelude::*;
 use motion::{Dormant, KineticEnergy, Ledger, PhysicsBody, Quarantine, StableId, StepClock, Stepper, totals};
-use scene::{FaultEntry, Names};
+use scene::{EXPLODES, EnergyGrowth, EnergyLook, EnergyState, FaultEntry, Names};
 
 /// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a
 /// fault. The first tick of a fall from rest invents as much as it has, whatever comes after it; of a method beyond
 /// its limit of stability the energy grows in every tick, and from 2 on it more than triples.
 pub const ENERGY_JUMP: f64 = 2.0;
 
-/// Kinetic energy, relative to the largest of the run before it, from which on books are kept for a while. A fall from
-/// rest has that much in each of its first four ticks, a jump in every one.
+/// Growth of the kinetic energy that is looked into, relative to the largest energy at the last look.
 const GROWTH: f64 = 1.5;
 
-/// Ticks for which books are kept after the last one of such a growth: in an oscillation that explodes, kinetic energy
-/// grows in some of them only.
+/// Ticks for which a ledger is kept after the last one that multiplied the energy by [`GROWTH`]: in an oscillation that
+/// explodes, kinetic energy grows in some of them only.
 const PATIENCE: u64 = 8;
+
+/// Most ticks of a look: where each multiplies the energy, it would have no end.
+const LONGEST_LOOK: u64 = 4 * PATIENCE;
+
+/// Share of a growth from which on what invents it is what makes it grow.
+const MOST: f64 = 0.5;
 
 /// Something that went wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Number of the tick that went wrong, counted from 1; the last good one is before it.
     pub tick: u64,
+    /// Number of the tick after which it was certain.
+    pub found: u64,
     /// Stable id of the body that was quarantined, or that has most of the energy.
     pub body: Option<u32>,
     /// Whether the body was quarantined; else energy came out of nowhere.
@@ -41,53 +48,45 @@ impl Fault {
 
 /// Simulates a run and looks at every tick.
 ///
-/// Energy is watched in two stages, because books of a tick cost more than small ticks do. Kinetic energy is summed up
-/// after every one; where it grows beyond what the run had, books are kept for some ticks, and they say whether
-/// something acted or the method invented it. A fault is the same whether books are kept anyway or not.
+/// Energy is watched in two stages, because a ledger costs more than small ticks do. Kinetic energy is summed up
+/// after every tick; where it has grown by half since the last look, a ledger is kept for some ticks, and says what the
+/// method invents. A fault is the same whether a ledger is kept anyway or not.
+///
+/// A jump is seen in one look. Slow growth is what look after look finds to be invented for the larger part; it is a
+/// fault when it comes to [`EXPLODES`] times the energy at the end of the first of them. Less is what demonstrations of methods live
+/// from, and what falls, is pushed or swings grows by less than that, or by what a ledger knows.
 #[derive(Debug)]
 pub struct Watch {
     records: usize,
-    scale: f64,
     kinetic: KineticEnergy,
-    doubt: Option<Doubt>,
-}
-
-/// Energy has grown, and books say by what.
-#[derive(Debug)]
-struct Doubt {
-    /// The tick with which it began.
-    since: u64,
-    /// The last tick with such a growth.
-    last: u64,
-    /// From the tick after the first on, unless books are kept anyway.
+    energy: EnergyState,
+    /// During a look, from the tick after the first on, unless a ledger is kept anyway.
     ledger: Option<Ledger>,
-    /// The first of the ticks in a row that invented too much.
-    jumped: Option<u64>,
 }
 
 impl Watch {
-    /// A watch over `world` from now on. What is too much is measured by `scale`, J, if a run goes on, else by the
-    /// energy that there is; by an infinite one energy is not watched.
+    /// A watch over `world` from now on, where a run begins.
     #[must_use]
-    pub fn new(world: &mut World, scale: Option<f64>) -> Self {
-        let present = |world: &mut World| {
-            let totals = totals(world);
-            let energy = (totals.kinetic_energy + totals.potential_energy).abs();
-            // Infinite ones of both signs: it is measured by what moves.
-            if energy.is_nan() { 0.0 } else { energy }
-        };
-        Self {
-            records: world.resource::<Quarantine>().records().len(),
-            scale: scale.unwrap_or_else(|| present(world)),
-            kinetic: KineticEnergy::new(world),
-            doubt: None,
-        }
+    pub fn new(world: &mut World) -> Self {
+        let totals = totals(world);
+        let energy = (totals.kinetic_energy + totals.potential_energy).abs();
+        // Infinite ones of both signs: it is measured by what moves.
+        let largest = if energy.is_nan() { 0.0 } else { energy };
+        let tick = world.resource::<StepClock>().ticks();
+        Self::going_on(world, EnergyState::at(tick, largest))
     }
 
-    /// The largest energy so far, J: the magnitude of the first, or the largest kinetic one since.
+    /// The watch over a run that goes on in `world`, with what [`Watch::energy`] was then.
     #[must_use]
-    pub const fn scale(&self) -> f64 {
-        self.scale
+    pub fn going_on(world: &mut World, energy: EnergyState) -> Self {
+        let records = world.resource::<Quarantine>().records().len();
+        Self { records, kinetic: KineticEnergy::new(world), energy, ledger: None }
+    }
+
+    /// What is known of the energy, to go on from.
+    #[must_use]
+    pub const fn energy(&self) -> EnergyState {
+        self.energy
     }
 
     /// Bytes that it takes while nothing grows.
@@ -104,15 +103,12 @@ impl Watch {
         world: &mut World,
         books: Option<&mut Ledger>,
     ) -> Option<Fault> {
-        let ledger = match (books, &mut self.doubt) {
-            (Some(books), _) => Some(books),
-            (None, Some(doubt)) => Some(doubt.ledger.get_or_insert_with(|| Ledger::open(world))),
-            (None, None) => None,
-        };
+        let own = self.energy.look.is_some().then_some(&mut self.ledger);
+        let ledger = books.or_else(|| Some(own?.get_or_insert_with(|| Ledger::open(world))));
         let invented = match ledger {
             Some(ledger) => {
                 ledger.tick(stepper, world);
-                ledger.last_tick().energy.residual.abs()
+                ledger.last_tick().energy.residual
             }
             None => {
                 stepper.tick(world);
@@ -134,6 +130,7 @@ impl Watch {
         self.records = records.len();
         first.map(|record| Fault {
             tick: record.tick,
+            found: record.tick,
             body: record.id.map(|id| id.0),
             quarantined: true,
             what: record.cause.what(),
@@ -141,25 +138,91 @@ impl Watch {
     }
 
     fn look_at_energy(&mut self, world: &mut World, invented: f64) -> Option<Fault> {
-        let (tick, scale, kinetic) =
-            (world.resource::<StepClock>().ticks(), self.scale, self.kinetic.sum(world));
-        self.scale = scale.max(kinetic);
-        let fault = self.doubt.as_mut().and_then(|doubt| doubt.judge(tick, invented, scale));
-        if kinetic > GROWTH * scale {
-            let new = Doubt { since: tick, last: tick, ledger: None, jumped: None };
-            self.doubt.get_or_insert(new).last = tick;
-        }
-        self.doubt.take_if(|doubt| doubt.jumped.is_none() && tick >= doubt.last + PATIENCE);
-        let first = fault?;
+        let (tick, kinetic) = (world.resource::<StepClock>().ticks(), self.kinetic.sum(world));
+        let jump = jump(&mut self.energy, tick, invented);
+        let growth = growth(&mut self.energy, invented);
+        take_in(&mut self.energy, tick, kinetic);
+        self.ledger.take_if(|_| self.energy.look.is_none());
+        let Nowhere { since, joules, before } = jump.or(growth)?;
         Some(Fault {
-            tick: first,
+            tick: since,
+            found: tick,
             body: most_energetic(world),
             quarantined: false,
             what: format!(
-                "energy out of nowhere from here on, {invented:.3e} J in tick {tick}, where there were {scale:.3e} J"
+                "energy out of nowhere from here on, {joules:.3e} J until tick {tick}, where there were {before:.3e} J"
             ),
         })
     }
+}
+
+/// Energy out of nowhere.
+struct Nowhere {
+    /// The first tick that invented it.
+    since: u64,
+    /// How much it is, J.
+    joules: f64,
+    /// What there was, J.
+    before: f64,
+}
+
+/// A jump that this tick makes certain, if it was booked: the second in a row that invents too much.
+fn jump(energy: &mut EnergyState, tick: u64, invented: f64) -> Option<Nowhere> {
+    let before = energy.largest_j;
+    let look = energy.look.as_mut()?;
+    // Written so that what is not a number is too much; beyond every number there is nothing to compare.
+    if invented.abs() <= ENERGY_JUMP * before || before.is_infinite() {
+        look.jumped = None;
+        return None;
+    }
+    let first = *look.jumped.get_or_insert(tick);
+    // The tick that raised the doubt was not booked: where the next one invents, it did.
+    let since = if first == look.since.saturating_add(1) { look.since } else { first };
+    (tick == first.saturating_add(1)).then_some(Nowhere { since, joules: invented, before })
+}
+
+/// A growth that has come to too much with this tick, if it was booked.
+fn growth(energy: &mut EnergyState, invented: f64) -> Option<Nowhere> {
+    let look = energy.look.as_mut()?;
+    if invented.is_finite() {
+        look.invented_j += invented;
+    }
+    let growth = energy.growth.as_mut()?;
+    let joules = energy.looked_j - growth.own_j + look.invented_j;
+    let too_much = joules > EXPLODES * growth.own_j && !growth.reported;
+    growth.reported |= too_much;
+    too_much.then_some(Nowhere { since: growth.since, joules, before: growth.own_j })
+}
+
+/// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it.
+fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64) {
+    let before = energy.largest_j;
+    energy.largest_j = before.max(kinetic);
+    if kinetic > GROWTH * energy.looked_j && energy.look.is_none() {
+        energy.look = Some(EnergyLook { since: tick, last: tick, ..EnergyLook::default() });
+    }
+    let Some(look) = &mut energy.look else { return };
+    if kinetic > GROWTH * before {
+        look.last = tick;
+    }
+    let over = look.last.saturating_add(PATIENCE).min(look.since.saturating_add(LONGEST_LOOK));
+    if look.jumped.is_some() || tick < over {
+        return;
+    }
+    // A push, or an engine that starts, multiplies what was next to nothing: it is counted from the end of the first look.
+    let begins = EnergyGrowth { since: look.since, own_j: energy.largest_j, reported: false };
+    let invented = is_invented(energy, tick);
+    energy.growth = invented.then(|| energy.growth.unwrap_or(begins));
+    (energy.look, energy.looked_tick, energy.looked_j) = (None, tick, energy.largest_j);
+}
+
+/// Whether the method, at the rate at which it invents in this look, which ends with tick number `now`, invented the
+/// larger part of what was added since the last one.
+#[expect(clippy::cast_precision_loss, reason = "ticks of a run")]
+fn is_invented(energy: &EnergyState, now: u64) -> bool {
+    let Some(look) = energy.look else { return false };
+    let [all, seen] = [energy.looked_tick, look.since].map(|first| now.saturating_sub(first) as f64);
+    look.invented_j * all >= MOST * (energy.largest_j - energy.looked_j) * seen
 }
 
 /// Stable id of the body with the most kinetic energy.
@@ -167,19 +230,4 @@ fn most_energetic(world: &mut World) -> Option<u32> {
     let mut bodies = world.query_filtered::<(&StableId, &PhysicsBody), Without<Dormant>>();
     let energies = bodies.iter(world).map(|(id, body)| (body.kinetic_energy(), id.0));
     energies.max_by(|(a, ida), (b, idb)| a.total_cmp(b).then(idb.cmp(ida))).map(|(_, id)| id)
-}
-
-impl Doubt {
-    /// Looks at a tick that was booked; the first that went wrong, if this one is not the only one.
-    fn judge(&mut self, tick: u64, invented: f64, scale: f64) -> Option<u64> {
-        // Written so that what is not a number is too much; beyond every number there is nothing to compare.
-        if invented <= ENERGY_JUMP * scale || scale.is_infinite() {
-            self.jumped = None;
-            return None;
-        }
-        let first = *self.jumped.get_or_insert(tick);
-        // The tick that raised the doubt was not booked: where the next one invents, it did.
-        let went_wrong = if first == self.since + 1 { self.since } else { first };
-        (first < tick).then_some(went_wrong)
-    }
 }

@@ -80,7 +80,7 @@ impl Session {
             same_fault: fault.as_ref().map(named) == then.fault,
             fault: fault.as_ref().map(named),
         };
-        let watch = Watch::new(&mut session.world, Some(end.watch.scale()));
+        let watch = Watch::going_on(&mut session.world, end.watch.energy());
         let mut recorded = Recorded::new(timeline, watch);
         (recorded.fault, recorded.repeats) = (fault, true);
         session.recorded = Some(Box::new(recorded));
@@ -103,7 +103,7 @@ impl Session {
     #[must_use]
     pub fn bundle(&self, picture: Option<Vec<u8>>) -> Option<Bundle> {
         let Recorded { timeline, fault, .. } = &**self.recorded.as_ref()?;
-        let (snapshot, events, scale) = timeline.origin()?;
+        let (snapshot, events, energy) = timeline.origin()?;
         let hash = |hash: u64| format!("{hash:016x}");
         let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
         let range = timeline.range();
@@ -120,12 +120,12 @@ impl Session {
                 keyframes: keyframes.collect(),
                 fault: fault
                     .as_ref()
-                    .filter(|fault| range.contains(&fault.tick))
+                    .filter(|fault| *range.start() < fault.found && fault.found <= *range.end())
                     .map(|fault| fault.named(&self.scene.names)),
             },
             snapshot: snapshot.clone(),
             events,
-            energy_scale_j: scale.is_finite().then_some(scale),
+            energy: energy.largest_j.is_finite().then_some(energy),
             picture,
         })
     }

@@ -126,8 +126,8 @@ impl Session {
         if self.recording.is_none() {
             return;
         }
-        let watch = Watch::new(&mut self.world, None);
-        match Timeline::new(&mut self.world, self.stepper.method(), TIMELINE_BYTES, watch.scale()) {
+        let watch = Watch::new(&mut self.world);
+        match Timeline::new(&mut self.world, self.stepper.method(), TIMELINE_BYTES, watch.energy()) {
             Some(timeline) => self.recorded = Some(Box::new(Recorded::new(timeline, watch))),
             None => self.refuse("too many bodies to go back in time"),
         }
@@ -180,8 +180,8 @@ impl Session {
         let Some(recorded) = &mut self.recorded else { return false };
         let at_the_end = repeated && now == *recorded.timeline.range().end();
         if !repeated {
-            let scale = recorded.watch.scale();
-            recorded.timeline.after_tick(&mut self.world, self.stepper.method(), scale);
+            let energy = recorded.watch.energy();
+            recorded.timeline.after_tick(&mut self.world, self.stepper.method(), energy);
         }
         let found = recorded.found.take();
         let news = found.as_ref().is_some_and(|fault| recorded.passed != Some(fault.tick));
@@ -286,7 +286,10 @@ impl Session {
     }
 
     fn tell_of_last_good_tick(&mut self) {
-        let good = format!("back at tick {}, the last good one", self.ticks());
+        let now = self.ticks();
+        let before = self.fault().is_none_or(|fault| now < fault.tick);
+        let which = if before { "the last good one" } else { "the oldest that is kept" };
+        let good = format!("back at tick {now}, {which}");
         // What is opened to be looked at is in a file, and so is the first fault of a scene: the next ones may be many.
         if self.saves_faults && !self.repeats() {
             self.saves_faults = false;

@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::at_most::AtMost;
-use super::{BadBundle, Bundle, Event, Manifest, State, UNDAMAGED};
+use super::{BadBundle, Bundle, EnergyState, Event, Manifest, State, UNDAMAGED};
 use crate::snapshot::Snapshot;
 
 /// A file of the archive, and the largest that it may be, bytes.
@@ -44,7 +44,7 @@ impl Bundle {
     /// What [`Bundle::read`] would refuse: what is too large, ticks that contradict each other, a law that is not of
     /// this program.
     pub fn write(&self) -> Result<Vec<u8>, BadBundle> {
-        let Self { scene, manifest, snapshot, events, energy_scale_j, picture } = self;
+        let Self { scene, manifest, snapshot, events, energy, picture } = self;
         manifest.check_format()?;
         manifest.check_ticks(snapshot.ticks())?;
         if snapshot.bytes() + events.iter().map(Event::bytes).sum::<usize>() > MOST_MEMORY {
@@ -52,7 +52,8 @@ impl Bundle {
             return Err(BadBundle::new(what, SMALLER));
         }
         let events = events.iter().cloned().map(Into::into).collect();
-        let state = cbor(&State { snapshot, events, energy_scale_j: *energy_scale_j })?;
+        let energy_scale_j = energy.map(|energy| energy.largest_j);
+        let state = cbor(&State { snapshot, events, energy_scale_j, energy: *energy })?;
         let manifest = serde_json::to_vec_pretty(manifest).map_err(|error| unwritten(&error, SMALLER))?;
         let mut files = vec![(&SCENE, scene.as_bytes()), (&MANIFEST, &manifest), (&STATE, &state)];
         files.extend(picture.as_ref().map(|picture| (&PICTURE, &picture[..])));
@@ -85,12 +86,13 @@ impl Bundle {
         let AtMost::<State<Snapshot>, MOST_MEMORY>(state) =
             ciborium::from_reader(&state[..]).map_err(|error| unreadable(&error))?;
         manifest.check_ticks(state.snapshot.ticks())?;
+        let tick = state.snapshot.ticks();
         Ok(Self {
             scene: String::from_utf8(scene).map_err(|error| unreadable(&error))?,
             manifest,
             snapshot: state.snapshot,
             events: state.events.into_iter().map(Into::into).collect(),
-            energy_scale_j: state.energy_scale_j,
+            energy: state.energy.or(state.energy_scale_j.map(|largest| EnergyState::at(tick, largest))),
             picture: file(&mut archive, &PICTURE)?,
         })
     }

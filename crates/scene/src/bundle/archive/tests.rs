@@ -7,7 +7,7 @@ use motion::{Method, Request, Stepper, TimeStep};
 
 use super::*;
 use crate::Scene;
-use crate::bundle::{BUNDLE_FORMAT, FaultEntry, Happening, Keyframe, Settings};
+use crate::bundle::{BUNDLE_FORMAT, EnergyGrowth, EnergyLook, FaultEntry, Happening, Keyframe, Settings};
 use crate::snapshot::Name;
 
 const TEXT: &str = "(version: 1, method: velocity_verlet, wells: [(strength_m3_s2: 5)], bodies: [
@@ -45,7 +45,11 @@ fn bundle() -> Bundle {
             event(22, Happening::Step(1e-3)),
             event(22, Happening::Push(0, Vector::new(1e-320, -0.0, f64::INFINITY))),
         ],
-        energy_scale_j: Some(0.1),
+        energy: Some(EnergyState {
+            growth: Some(EnergyGrowth { since: 3, own_j: f64::INFINITY, reported: true }),
+            look: Some(EnergyLook { since: 17, last: 19, invented_j: -1e-320, jumped: Some(18) }),
+            ..EnergyState::at(15, 0.1)
+        }),
         picture: Some(vec![1, 2, 3]),
     }
 }
@@ -119,7 +123,7 @@ fn keys_of_a_later_program_are_passed_over() {
 fn keys_of_an_earlier_program_that_it_did_not_write_are_empty() {
     let earlier = in_state(|state| {
         let Value::Map(state) = state else { panic!("{state:?}") };
-        state.retain(|(key, _)| key.as_text() != Some("energy_scale_j"));
+        state.retain(|(key, _)| key.as_text() != Some("energy"));
         let snapshot = state.iter_mut().find(|(key, _)| key.as_text() == Some("snapshot"));
         let Some((_, Value::Map(snapshot))) = snapshot else { panic!("a snapshot") };
         let before = snapshot.len();
@@ -127,7 +131,7 @@ fn keys_of_an_earlier_program_that_it_did_not_write_are_empty() {
         assert_eq!(snapshot.len(), before - 2);
     });
     let read = Bundle::read(&earlier).unwrap();
-    let mut expected = Bundle { picture: None, energy_scale_j: None, ..bundle() };
+    let mut expected = Bundle { picture: None, energy: Some(EnergyState::at(20, 0.1)), ..bundle() };
     assert!(!expected.snapshot.kept.is_empty());
     (expected.snapshot.kept, expected.snapshot.kept_groups) = (Vec::new(), Vec::new());
     assert_eq!(read, expected);

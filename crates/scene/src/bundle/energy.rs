@@ -1,0 +1,53 @@
+//! What the watch over the energy of a run remembers between two ticks, so that a bundle goes on with it.
+
+use serde::{Deserialize, Serialize};
+
+/// What is known of the energy of a run. The default is that of a run without energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EnergyState {
+    /// The largest energy so far, J: the magnitude of the first, or the largest kinetic one since.
+    pub largest_j: f64,
+    /// Tick at which the last look ended.
+    pub looked_tick: u64,
+    /// The largest energy then, J.
+    pub looked_j: f64,
+    /// The growth that every look since it began found to be invented.
+    pub growth: Option<EnergyGrowth>,
+    /// The look that is being taken: a ledger is kept.
+    pub look: Option<EnergyLook>,
+}
+
+impl EnergyState {
+    /// That of a run whose largest energy so far is `largest_j`. An infinite one is not watched.
+    #[must_use]
+    pub fn at(tick: u64, largest_j: f64) -> Self {
+        Self { largest_j, looked_tick: tick, looked_j: largest_j, ..Self::default() }
+    }
+}
+
+/// Energy that grows, look by look, by what the method invents.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EnergyGrowth {
+    /// The tick in which it was first seen.
+    pub since: u64,
+    /// The largest energy at the end of the first look, J.
+    pub own_j: f64,
+    /// Whether it was reported.
+    pub reported: bool,
+}
+
+/// A look at what makes energy grow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EnergyLook {
+    /// The tick in which energy had grown; the ledger begins after it.
+    pub since: u64,
+    /// The last tick that multiplied it.
+    pub last: u64,
+    /// What was invented since the ledger began, J.
+    pub invented_j: f64,
+    /// The first of the ticks in a row that invented too much.
+    pub jumped: Option<u64>,
+}
