@@ -13,7 +13,7 @@ use scene::{Scene, Snapshot, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{output, program, root};
+use crate::harness::{blesses, output, program, root, stored};
 
 /// Ticks of a run; `scripts/hashes` has the same number.
 const TICKS: u64 = 240;
@@ -111,20 +111,15 @@ fn all_are_pinned(hashed: impl Fn(&Scene) -> u64) {
 
 #[test]
 fn every_shipped_scene_has_its_pinned_hash() {
-    let names: Vec<_> = scene::shipped().iter().map(|scene| scene.name).collect();
-    if std::env::var_os("BLESS").is_some() {
-        let mut text = format!(
-            "# Scene, frames a second, state hash after {TICKS} ticks, gravity switched after {BEFORE_SWITCH}. BLESS=1 writes it.\n"
-        );
-        for name in &names {
-            let scene = scene::load(name).unwrap();
-            let (fps, found) = (fps(&scene), Run::start(&scene, World::new(), |_| {}).hash());
-            writeln!(text, "{name} {fps} {found:016x}").unwrap();
-        }
-        fs::write(pins(), text).unwrap();
+    let mut text = format!(
+        "# Scene, frames a second, state hash after {TICKS} ticks, gravity switched after {BEFORE_SWITCH}. BLESS=1 writes it.\n"
+    );
+    for shipped in scene::shipped() {
+        let scene = shipped.load().unwrap();
+        let (fps, found) = (fps(&scene), Run::start(&scene, World::new(), |_| {}).hash());
+        writeln!(text, "{} {fps} {found:016x}", shipped.name).unwrap();
     }
-    assert_eq!(pinned().iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>(), names);
-    all_are_pinned(|scene| Run::start(scene, World::new(), |_| {}).hash());
+    stored(&pins(), &text, blesses()).unwrap_or_else(|why| panic!("{why}"));
 }
 
 #[test]

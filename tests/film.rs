@@ -10,7 +10,7 @@ use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::Scene;
 
-use crate::harness::root;
+use crate::harness::{blesses, root};
 
 /// Small: drawn in software, and stored; large enough that the panels leave the bodies in sight.
 pub const SIZE: [u32; 2] = [640, 360];
@@ -113,9 +113,8 @@ pub fn compared(
 #[track_caller]
 pub fn assert_pictures<const N: usize>(names: [&str; N], pictures: &[Image]) {
     assert_eq!(pictures.len(), N);
-    let bless = std::env::var("BLESS").is_ok_and(|value| value == "1");
     let (references, evidence) = (root().join("tests/pictures"), root().join("target/pictures"));
-    let compare = |(name, picture)| compared(picture, name, &references, &evidence, bless).err();
+    let compare = |(name, picture)| compared(picture, name, &references, &evidence, blesses()).err();
     let faults: Vec<_> = names.into_iter().zip(pictures).filter_map(compare).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

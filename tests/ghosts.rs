@@ -340,7 +340,9 @@ fn pause_single_steps_and_slow_motion_keep_ghosts_in_step() {
 
 #[test]
 fn too_many_bodies_have_no_ghosts() {
-    let text = "(version: 1, clouds: [(count: 10001, center_m: (0, 0, 0), half_extents_m: (1, 1, 1))])";
-    let mut drive = Drive::of(Scene::parse("crowd", text).unwrap());
-    assert!(drive.press("T").session.ghosts().is_empty());
+    for (count, rows) in [(10_000, Method::ALL.len() + 1), (10_001, 0)] {
+        let text = format!("(version: 1, clouds: [(count: {count}, half_extents_m: (1, 1, 1))])");
+        let mut drive = Drive::of(Scene::parse("crowd", &text).unwrap());
+        assert_eq!(drive.press("T").session.ghosts().len(), rows, "{count} bodies");
+    }
 }

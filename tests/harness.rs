@@ -1,6 +1,6 @@
 //! A world of bodies that is stepped and looked at: the `check` of these tests.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -98,7 +98,7 @@ pub fn digits(actual: f64, expected: &str) {
 ///
 /// # Panics
 /// When it is not there: say how to build it.
-pub fn program() -> std::path::PathBuf {
+pub fn program() -> PathBuf {
     let tests = std::env::current_exe().unwrap();
     let program =
         tests.parent().unwrap().parent().unwrap().join(format!("sandbox{}", std::env::consts::EXE_SUFFIX));
@@ -154,6 +154,29 @@ pub fn sandbox(folder: &Path, line: &str) -> Output {
 #[should_panic = "did not end within"]
 fn a_program_that_waits_for_ever_is_ended() {
     output_within(Duration::from_millis(50), Command::new("tail").args(["-f", "/dev/null"]));
+}
+
+/// Whether this run writes what other runs compare with.
+pub fn blesses() -> bool {
+    std::env::var("BLESS").is_ok_and(|value| value == "1")
+}
+
+/// Why `text` is not what is stored at `path`. To `bless` stores it, which is no success: what a run wrote itself proves
+/// nothing.
+pub fn stored(path: &Path, text: &str, bless: bool) -> Result<(), String> {
+    let path_shown = path.display();
+    if bless {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+        return Err(format!(
+            "{path_shown} is written: look at the difference, and run again without BLESS\n"
+        ));
+    }
+    let golden = std::fs::read_to_string(path).unwrap_or_default();
+    if golden == text {
+        return Ok(());
+    }
+    Err(format!("{path_shown}: BLESS=1 writes it anew\nwas\n{golden}\nis\n{text}\n"))
 }
 
 /// Root of the repository.

@@ -1,4 +1,3 @@
-//! What the acceptance tests, which are the modules of `main.rs`, share with the fuzz targets of `fuzz/` and the list of mutants.
+//! What the acceptance tests, which are the modules of `main.rs`, share with the fuzz targets of `fuzz/`.
 
-pub mod mutants;
 pub mod targets;

@@ -26,7 +26,6 @@ mod groups;
 mod harness;
 mod ledger;
 mod methods;
-mod mutant_list;
 mod newton;
 mod panels;
 mod picking;

@@ -13,7 +13,7 @@ use motion::{
 use sandbox::{Options, Overrides, Session};
 use scene::Scene;
 
-use crate::harness::root;
+use crate::harness::{blesses, root, stored};
 
 /// A shipped scene as a headless run without pictures has it, a few ticks on.
 fn session(name: &str) -> Session {
@@ -90,22 +90,29 @@ fn laws_are_named_with_their_numbers() {
 #[test]
 fn plans_of_shipped_scenes_are_the_golden_ones() {
     let folder = root().join("tests/plans");
-    let bless = std::env::var_os("BLESS").is_some();
     let mut kept: BTreeSet<PathBuf> = std::fs::read_dir(&folder)
         .map(|files| files.map(|file| file.unwrap().path()).collect())
         .unwrap_or_default();
-    for name in shipped() {
+    let compare = |name| {
         let plan = sandbox::plan::text(scene::load(name).unwrap(), Overrides::default());
         let path = folder.join(format!("{name}.txt"));
         kept.remove(&path);
-        if bless {
-            std::fs::create_dir_all(&folder).unwrap();
-            std::fs::write(&path, &plan).unwrap();
-        }
-        let golden = std::fs::read_to_string(&path).unwrap_or_default();
-        assert!(plan == golden, "{name}: BLESS=1 writes the golden plan\nwas\n{golden}\nis\n{plan}");
-    }
+        stored(&path, &plan, blesses()).err()
+    };
+    let faults: Vec<_> = shipped().into_iter().filter_map(compare).collect();
+    assert!(faults.is_empty(), "{}", faults.concat());
     assert!(kept.is_empty(), "plans of no scene: {kept:?}");
+}
+
+#[test]
+fn a_run_that_blesses_fails_and_the_next_one_compares() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("plans/scene.txt");
+    let why = stored(&path, "plan", true).unwrap_err();
+    assert!(why.contains("without BLESS"), "{why}");
+    assert_eq!(stored(&path, "plan", false), Ok(()));
+    let why = stored(&path, "another plan", false).unwrap_err();
+    assert!(why.contains("was\nplan\nis\nanother plan\n"), "{why}");
 }
 
 #[test]

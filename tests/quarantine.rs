@@ -10,7 +10,7 @@ use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Cause, Damping, Fault, Gravity, Method, PhysicsBody, Quarantine, Quarantined, Request,
-    Requests, Substeps, Transform,
+    Requests, StableId, Substeps, Transform,
 };
 
 use crate::harness::Lab;
@@ -130,23 +130,49 @@ fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
 }
 
 #[test]
-fn damping_that_is_not_a_number_freezes_what_moves_and_nothing_else() {
+fn damping_that_is_not_a_number_freezes_what_moves_where_it_is_and_an_infinite_rate_stops_it_where_it_can() {
     for rate in [f64::NAN, f64::INFINITY] {
         for model in motion::DampingModel::ALL {
+            // The tutorial's factor 1 - c h is as infinite as the rate, the other two are 0.
+            let stops = rate.is_infinite() && model != motion::DampingModel::Tutorial;
             for n in [1, 3, 4, 5, 8, 300] {
+                let what = format!("{model:?} {rate} {n}");
                 let (mut lab, bodies) = crowd(n);
                 let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
                 lab.run(2);
+                let before: Vec<_> = bodies.iter().map(|body| lab.x(*body)).collect();
                 lab.world.resource_mut::<Requests>().ask(Request::SetDamping(Damping { model, rate }));
                 lab.run(3);
-                for body in &bodies {
-                    assert!(lab.x(*body).is_finite() && lab.v(*body).is_finite(), "{model:?} {rate} {n}");
+                for (body, before) in bodies.iter().zip(before) {
+                    let rests = lab.v(*body) == Vector::ZERO;
+                    assert_eq!(lab.world.get::<Quarantined>(*body).is_some(), !stops, "{what}");
+                    assert!(lab.x(*body) == before && rests == stops, "{what}: {}", lab.v(*body));
                 }
                 assert!(lab.world.get::<Quarantined>(floor).is_none());
-                assert!(lab.world.resource::<Quarantine>().records().len() <= n);
+                let records = lab.world.resource::<Quarantine>().records();
+                assert_eq!(records.len(), if stops { 0 } else { n }, "{what}");
+                assert!(records.iter().all(|record| record.tick == 3), "{what}");
             }
         }
     }
+}
+
+#[test]
+fn records_are_in_the_order_of_ticks_and_within_a_tick_of_stable_ids() {
+    let (mut lab, bodies) = crowd(300);
+    // The last row of the table has the lowest id.
+    for (id, body) in (0..).zip(bodies.iter().rev()) {
+        lab.world.entity_mut(*body).insert(StableId(id));
+    }
+    for broken in [&[250, 2, 7][..], &[], &[1, 299], &[0, 4]] {
+        for id in broken {
+            lab.push(bodies[299 - id], Vector::NAN);
+        }
+        lab.run(1);
+    }
+    let records = lab.world.resource::<Quarantine>().records().iter();
+    let records: Vec<_> = records.map(|record| (record.tick, record.id.unwrap().0)).collect();
+    assert_eq!(records, [(1, 2), (1, 7), (1, 250), (3, 1), (3, 299), (4, 0), (4, 4)]);
 }
 
 #[test]

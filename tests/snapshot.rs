@@ -65,6 +65,26 @@ fn sorted(evaluations: &Evaluations) -> Evaluations {
     Evaluations::going_on(evaluations.accelerations(), laws, iterations)
 }
 
+#[test]
+fn steps_that_did_not_converge_are_counted_on() {
+    // Implicit Euler falls into a sun.
+    let text = "(version: 1, method: implicit_euler, step_hz: 20,
+        wells: [(position_m: (0, 0, 0), strength_m3_s2: 50, softening_m: 1e-4)],
+        bodies: [(name: \"comet\", position_m: (1, 0, 0), velocity_m_s: (0, 0.1, 0))])";
+    let mut whole = Run::of(Scene::parse("comet", text).unwrap());
+    let counted = |run: &Run| run.world.resource::<Evaluations>().unconverged_steps();
+    while counted(&whole) < 5 {
+        whole.ticks(1);
+    }
+    let before = counted(&whole);
+    let mut restored = whole.restored();
+    for run in [&mut whole, &mut restored] {
+        run.ticks(100);
+    }
+    assert!(before < counted(&whole), "{before} and no more");
+    assert_eq!(restored.outcome(), whole.outcome());
+}
+
 /// What a run came to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {

@@ -100,6 +100,25 @@ fn of_a_soft_body_and_a_cuboid_the_nearer_is_selected() {
 }
 
 #[test]
+fn of_the_layers_of_a_fold_the_closest_is_pushed() {
+    // Three cells, one behind the other, zigzag; from the front the first of them is met, from behind the last.
+    for (toward, pushed) in [(-1.2, 1), (1.2, 3)] {
+        let fold = Soft::sheet(1, 3, |u, v| {
+            let right = (u * 3.0).round() % 2.0;
+            MIDDLE + DVec3::new(3.0 * right - 1.5, 1.5 - 3.0 * v, toward * u)
+        });
+        let mut drive = drive(DVec3::ZERO, "", [fold]);
+        let (_, body) = soft_body(&mut drive);
+        // Nearest to this place are: of the first cell the point 1, of the second 5, of the third 3.
+        let front = if toward < 0.0 { 0.7 / 3.0 } else { 2.7 / 3.0 };
+        let pixel = drive.pixel(MIDDLE + DVec3::new(0.6, 0.3, toward * front));
+        assert_eq!(drive.select(pixel).as_deref(), Some("soft"));
+        drive.click(Button::Right, pixel).ticks(1);
+        assert_eq!(moving(&drive, &body), [pushed]);
+    }
+}
+
+#[test]
 fn through_a_hole_and_past_an_edge_nothing_is_selected() {
     let mut sheet = sheet();
     // The two triangles of row 1, column 1.

@@ -60,6 +60,20 @@ fn an_opened_bundle_has_every_tick_of_its_run_and_repeats_it_until_its_end() {
 }
 
 #[test]
+fn a_bundle_of_the_last_minute_of_a_longer_run_with_inputs_repeats_it() {
+    let mut drive = recording();
+    for tick in 0..65 * 60 {
+        let along = if tick % 2 == 0 { 0.5 } else { -0.5 };
+        drive.frame(1.0 / 60.0, [push("ball", [along, 0.0, 0.0])]);
+    }
+    let bundle = drive.session.bundle(None).unwrap();
+    assert!(bundle.manifest.snapshot_tick > 0, "nothing was dropped");
+    let (again, repetition) = reopened(&bundle, false);
+    assert!(repetition.same(), "{repetition:?}");
+    assert_eq!(again.hash(), drive.hash());
+}
+
+#[test]
 fn counts_of_evaluations_are_repeated_too() {
     let (then, _) = recorded();
     let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);

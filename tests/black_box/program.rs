@@ -73,6 +73,41 @@ fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
 }
 
 #[test]
+fn energy_that_grows_for_longer_than_a_minute_is_repeated_by_its_bundle() {
+    let folder = folder();
+    // Explicit Euler adds 10 % a second: it takes 73 s to a thousand times as much.
+    let slow = STIFF.replace("step_hz: 100", "step_hz: 60, method: explicit_euler").replace("1.6e6", "5.73");
+    fs::write(folder.path().join("slow.ron"), slow).unwrap();
+    let line = "run slow.ron --seconds 120 --black-box box.zip --summary summary.json";
+    let (code, _, err) = run(folder.path(), line);
+    assert_eq!(code, 1, "{err}");
+    let black_box = &json(folder.path(), "summary.json")["black_box"];
+    let (oldest, began) = (black_box["tick"].as_u64().unwrap(), black_box["fault"]["tick"].as_u64().unwrap());
+    assert!(began < 60 * 10 && oldest > 60 * 10, "{black_box}");
+    assert!(err.contains(&format!("tick {oldest} is the oldest that is kept")), "{err}");
+    let (code, out, err) = run(folder.path(), "replay box.zip");
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(out.contains(&format!("the same fault, ball, tick {began}: energy out of nowhere")), "{out}");
+}
+
+#[test]
+fn a_quarantine_wins_over_an_energy_jump_of_the_same_tick() {
+    let folder = folder();
+    let scene = STIFF.replace("bodies: [", "bodies: [(name: \"free\", position_m: (0, 9, 0)), ");
+    fs::write(folder.path().join("two.ron"), scene).unwrap();
+    let line = "run two.ron --fps 100 --seconds 1 --black-box box.zip --summary summary.json";
+    let (code, _, err) = run(folder.path(), line);
+    assert_eq!(code, 1, "{err}");
+    let found = json(folder.path(), "summary.json")["ticks"].as_u64().unwrap();
+    let script = format!("[(at_tick: {}, do: push(\"free\", (nan, 0, 0)))]", found - 1);
+    fs::write(folder.path().join("nan.script"), script).unwrap();
+    let (code, _, err) = run(folder.path(), &format!("{line} --script nan.script"));
+    assert_eq!(code, 3, "{err}");
+    let fault = &json(folder.path(), "summary.json")["black_box"]["fault"];
+    assert_eq!((&fault["body"], &fault["tick"]), (&"free".into(), &found.into()));
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn a_fault_is_told_and_decides_the_exit_code_where_its_bundle_cannot_be_written() {
     let folder = folder();
