@@ -89,7 +89,7 @@ fn laws_that_a_system_inserts_act_in_the_same_tick() {
     const LAWS: [Declare; 4] = [
         |world| world.insert_resource(Drag::new(0.5, 0.1)),
         |world| {
-            world.insert_resource(Wells(vec![Well { position: DVec3::X, strength: 30.0, softening: 1.0 }]))
+            world.insert_resource(Wells(vec![Well { position: DVec3::X, strength: 30.0, softening: 1.0 }]));
         },
         |world| world.insert_resource(Laws(vec![Box::new(Drag::new(0.0, 0.3))])),
         |world| world.insert_resource(motion::MutualGravity { constant: 5.0, softening: 1.0 }),

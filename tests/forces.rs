@@ -122,7 +122,7 @@ fn in_every_shipped_scene_the_forces_shown_are_those_that_act() {
             let compared = run.ticks(ticks).check(&what, NO_PUSH);
             // Particles are not born yet, and a body may be at its limit of speed.
             assert!(emits || movable == 0 || compared > 0, "{what}");
-            let kick = |place: usize| (place % 3 == 0).then_some(DVec3::new(0.3, -2.0, 5.0));
+            let kick = |place: usize| place.is_multiple_of(3).then_some(DVec3::new(0.3, -2.0, 5.0));
             run.ticks(1).check(&format!("{what}, pushed"), kick);
         }
     }
@@ -195,7 +195,7 @@ fn under_every_method_and_damping_model_the_forces_of_all_causes_are_those_that_
             run.stepper.recompile(&mut run.world);
             for ticks in [0, 20, 30] {
                 let what = format!("{:?}, {model:?}, {ticks} ticks", claims.method);
-                let push = |place: usize| (place % 2 == 0).then_some(DVec3::new(-3.0, 20.0, 8.0));
+                let push = |place: usize| place.is_multiple_of(2).then_some(DVec3::new(-3.0, 20.0, 8.0));
                 assert!(run.ticks(ticks).check(&what, push) > 15);
             }
             let shared = ["damping", "embedded", "wells"];
