@@ -69,7 +69,7 @@ pub struct Place {
     pub method: Method,
     /// Thread CPU time per body per step at [`Study::size`] bodies, ns.
     pub ns_per_body_step: f64,
-    /// Whether it ties with the place before: they differ by no more than the spread of their rounds.
+    /// Whether it shares the rank of the place before: it ties with the first of that rank.
     pub tied: bool,
 }
 
@@ -111,13 +111,15 @@ impl Study {
         let at = self.ranked_at();
         let mut timed: Vec<_> = self.world_times().filter_map(|of| Some((of.method, of.at(at)?))).collect();
         timed.sort_by(|(_, a), (_, b)| a.ns.total_cmp(&b.ns));
-        let tied = |i: usize| i > 0 && timed[i].1.compare(timed[i - 1].1).is_none();
-        let place = |(i, (method, tick)): (usize, &(Method, &TimedTick))| Place {
-            method: *method,
-            ns_per_body_step: tick.ns / at,
-            tied: tied(i),
+        let mut first: Option<&TimedTick> = None;
+        let place = |(method, tick): (Method, _)| {
+            let tied = first.is_some_and(|first| first.compare(tick).is_none());
+            if !tied {
+                first = Some(tick);
+            }
+            Place { method, ns_per_body_step: tick.ns / at, tied }
         };
-        timed.iter().enumerate().map(place).collect()
+        timed.into_iter().map(place).collect()
     }
 
     /// The sizes at which the ranking changes, ascending: between two that were timed the difference of times is

@@ -181,7 +181,7 @@ pub fn table(study: &Study) -> String {
     if !ranked.is_empty() {
         let rows: Vec<_> = [ranking::header(study)].into_iter().chain(ranked).collect();
         text += &aligned(&rows);
-        text += "= ties with its neighbor: the times differ by less than the spread of their rounds.\n\n";
+        text += "= ties with the first of its rank: the times differ by less than the spread of their rounds.\n\n";
     }
     text += &aligned(&rows);
     text + "* on the front: nothing is both cheaper and more accurate. " + ARRAYS + "\n"
