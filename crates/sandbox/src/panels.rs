@@ -307,8 +307,10 @@ mod tests {
             // Mutual gravity is not for every method.
             scene.method = Method::PositionVerlet;
             let options = Options { pictures: false, ..Options::default() };
+            // A few ticks: the cape does not live long under position Verlet.
+            let seconds = 2.0 / scene.step_hz;
             let (mut session, mut clock) = (Session::new(scene, options), FrameClock::default());
-            session.advance(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
+            session.advance(&InputFrame::NOTHING, clock.advance_by(seconds).expect("a time"));
             let velocities = |session: &mut Session| {
                 let of = |session: &mut Session, thing| Selected::of(session, thing)?.body;
                 let mut softs = session.world.query_filtered::<Entity, With<SoftBody>>();
@@ -331,7 +333,7 @@ mod tests {
                 apart.fold(0.0, f64::max)
             };
             let (changed, lag) = (most(&before, &after), most(&lagged, &after));
-            assert!(changed < 1e-9 && lag > 1e-4, "{name}: {changed} m/s of {lag} m/s");
+            assert!(changed < 1e-9 * lag && lag > 1e-3, "{name}: {changed} m/s of {lag} m/s");
         }
     }
 
