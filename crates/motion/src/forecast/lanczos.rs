@@ -16,7 +16,7 @@ const MOST_WORK: usize = 100_000_000;
 /// How far apart the bounds of the largest eigenvalue may be when it stops, relative to it: the root of the eigenvalue is
 /// then known to half of that. The second one where the first would take more than [`ENOUGH_WORK`].
 const TOLERANCES: [f64; 2] = [1e-3, 0.02];
-const ENOUGH_WORK: usize = 20_000_000;
+const ENOUGH_WORK: usize = 5_000_000;
 
 /// How likely a start is that has too little of the largest eigenvector.
 const UNLIKELY: f64 = 1e-3;

@@ -161,19 +161,20 @@ impl<'a> LinearGroup<'a> {
 
     /// `out = stiffness A y + rate C y`, the scene's damping counted in C where `decays`.
     pub fn apply(&self, [stiffness, rate]: [Scalar; 2], decays: bool, y: &[Scalar], out: &mut [Scalar]) {
-        let vector = |row: usize| self.root[row] * DVec3::from_slice(&y[3 * row..]);
-        let movable = self.root.len();
-        let of = |row: usize| if row < movable { vector(row) } else { DVec3::ZERO };
+        // Once a row: a row has many springs.
+        let each = self.root.iter().zip(y.as_chunks().0);
+        let mut scaled: Vec<DVec3> = each.map(|(root, y)| *root * DVec3::from_array(*y)).collect();
+        scaled.resize(self.at.len(), DVec3::ZERO);
         out.fill(0.0);
+        let rows: &mut [[Scalar; 3]] = out.as_chunks_mut().0;
         let mut add = |row: usize, force: DVec3| {
-            if let Some(root) = self.root.get(row) {
-                let force = (*root * force).to_array();
-                (0..3).for_each(|axis| out[3 * row + axis] += force[axis]);
+            if let Some(sum) = rows.get_mut(row) {
+                *sum = (DVec3::from_array(*sum) + force).to_array();
             }
         };
         for spring in self.springs() {
             let [a, b] = spring.ends;
-            let d = of(b) - of(a);
+            let d = scaled[b] - scaled[a];
             let along = stiffness * spring.along + rate * spring.damping;
             let across = stiffness * spring.across;
             let force = d * across + spring.n * (spring.n.dot(d) * (along - across));
@@ -181,9 +182,12 @@ impl<'a> LinearGroup<'a> {
             add(b, force);
         }
         for (corners, n, strength) in &self.sheets {
-            let sum = corners.iter().map(|corner| of(*corner)).sum::<DVec3>();
+            let sum = corners.iter().map(|corner| scaled[*corner]).sum::<DVec3>();
             let force = *n * (rate * strength * n.dot(sum));
             corners.iter().for_each(|corner| add(*corner, force));
+        }
+        for (sum, root) in rows.iter_mut().zip(&self.root) {
+            *sum = (DVec3::from_array(*sum) * *root).to_array();
         }
         for (row, drag) in self.drag.iter().enumerate() {
             let open = self.root[row].cmpgt(DVec3::ZERO);
