@@ -270,7 +270,7 @@ body.script:2:14: steps[1].do: there is no body "cloud.3"; give the name of a bo
     Case { name: "a picture outside its folder", line: "run fine.ron --script slash.script --frames pictures", code: 2, message: r#"sandbox: slash.script:1:14: steps[0].do: "../shot.png" is not a plain file name that ends in .png; give one such as "push.png""# },
     Case { name: "a script of another scene, and of a body that is gone", line: "run fine.ron --script unfit.script", code: 2, message: r#"sandbox: unfit.script:1:12: steps[0].do: this scene declares no effect `damping`; declare it in the scene, or leave this step out
 unfit.script:3:12: steps[2].do: steps[1] has removed "ball" before; leave this step out, or put it first"# },
-    Case { name: "an empty script", line: "run fine.ron --script empty.script", code: 2, message: "sandbox: empty.script:1:1: steps: a list is expected here; open it with `[`" },
+    Case { name: "an empty script", line: "run fine.ron --script empty.script", code: 2, message: "sandbox: empty.script:1:1: a list is expected here; open it with `[`" },
     Case { name: "a script that goes back in time", line: "run fine.ron --script backwards.script --state out.csv --summary out.json", code: 2, message: "sandbox: backwards.script:1:32: steps[1].at_s: 0.25 s comes after 0.5 s; give times that never go backwards" },
     Case { name: "several faults of a script at once", line: "run fine.ron --script faults.script --state out.csv --summary out.json", code: 2, message: r#"sandbox: faults.script:1:2: steps[0]: the step has no time; add at_s, at_tick or at_frame
 faults.script:2:3: steps[1].at_s: -1 is not a time; give seconds from 0 up
