@@ -210,3 +210,28 @@ impl Session {
         self.effects.seen = (self.ticks(), self.world.resource::<Evaluations>().laws().to_vec());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use motion::Gravity;
+    use scene::Scene;
+
+    use super::*;
+    use crate::session::Options;
+
+    #[test]
+    fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
+        let scene = Scene::parse("bare", "(version: 1)").expect("it is a scene");
+        let mut session = Session::new(scene, Options::default());
+        let mut declared_by = |by| {
+            session.ask_by(Request::SetGravity(DVec3::Y), by);
+            session.carry_out_requests();
+            let said = session.notices().last().expect("either is told").to_owned();
+            (session.world().contains_resource::<Gravity>(), said)
+        };
+        assert_eq!(declared_by(SwitchedBy::Script), (false, "this scene never declared gravity".to_owned()));
+        let said = "gravity is declared by the settings now, not by the scene".to_owned();
+        assert_eq!(declared_by(SwitchedBy::Settings), (true, said));
+    }
+}
