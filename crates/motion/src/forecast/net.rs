@@ -67,8 +67,8 @@ fn group_margin(
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
     let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
-    let Limiting { system, mode: y, excess } = modes_of(group, damping, short, bounds, restless)?;
-    let [stiffness, rate] = quotients(group, &y);
+    let Limiting { system, mode: y, quotients: [stiffness, rate], excess } =
+        modes_of(group, damping, short, bounds, restless)?;
     let name = |row: usize| bodies[row];
     let (part, value, above) = match group.holder([short * short, 2.0 * short], &y)? {
         Holder::Spring(ends) => (Part::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt()),
@@ -122,13 +122,11 @@ fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool 
     condition * Scalar::EPSILON < 1.0 && by_condition.min(by_numbers) <= Scalar::from(solver.most_iterations)
 }
 
-/// `y·A y` and `y·C y`, the scene's damping in it.
-fn quotients(group: &LinearGroup<'_>, y: &[Scalar]) -> [Scalar; 2] {
+/// `stiffness y·A y + rate y·C y`, the scene's damping in it.
+fn quotient(group: &LinearGroup<'_>, factors: [Scalar; 2], y: &[Scalar]) -> Scalar {
     let mut product = vec![0.0; y.len()];
-    [[1.0, 0.0], [0.0, 1.0]].map(|factors| {
-        group.apply(factors, true, y, &mut product);
-        dot(y, &product).max(0.0)
-    })
+    group.apply(factors, true, y, &mut product);
+    dot(y, &product).max(0.0)
 }
 
 /// What decides whether a group is stable.
@@ -136,6 +134,8 @@ struct Limiting {
     system: System,
     /// The mode that limits it, of length 1.
     mode: Vec<Scalar>,
+    /// What it has of stiffness, 1/s², and of damping, 1/s.
+    quotients: [Scalar; 2],
     /// The square of how much faster the fastest mode may be, as far as is known; at least 1.
     excess: Scalar,
 }
@@ -155,7 +155,12 @@ fn modes_of(
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
     let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
-    let factors = [h * h, if alike.is_some() { 0.0 } else { 2.0 * h }];
+    // Numbers of about 1, whatever the stiffness is.
+    let factors = match alike {
+        Some(_) if stiffest > 0.0 => [(1.0 / stiffest).min(Scalar::MAX), 0.0],
+        Some(_) => [0.0; 2],
+        None => [h * h, 2.0 * h],
+    };
     let count = if alike.is_some() { 1 } else { MOST };
     let bound = (factors[0] * stiffest + factors[1] * rate).min(group.bound(factors));
     let Largest { pairs, at_most } =
@@ -164,9 +169,12 @@ fn modes_of(
     let (value, fastest) = pairs.first()?.clone();
     let excess = if value > 0.0 { (at_most / value).max(1.0) } else { 1.0 };
     if let Some((all, own)) = alike {
-        let parts =
-            [quotients(group, &fastest)[0], 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
-        return Some(Limiting { system: System::apart(parts.to_vec()), mode: fastest, excess });
+        // As a product with the vector would say once more.
+        let stiffness = if value > 0.0 { value / factors[0] } else { 0.0 };
+        let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
+        let system = System::apart(parts.to_vec());
+        let quotients = [stiffness, quotient(group, [0.0, 1.0], &fastest)];
+        return Some(Limiting { system, mode: fastest, quotients, excess });
     }
     let undamped: Vec<_> = restless.map_or_else(Vec::new, |h| {
         // A mode of explicit Euler grows where h² w² - h c is above 0; the shift lets no eigenvalue be below.
@@ -185,7 +193,7 @@ fn modes_of(
         orthonormal(undamped.into_iter().chain(fast), MOST)
     };
     let modes = reduced(group, damping, &basis);
-    let [stiffness, all] = quotients(group, &limiting);
+    let [stiffness, all] = [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, &limiting));
     // What of it is the scene's damping has its own formula; the guess need not be exact.
     let mut own = vec![0.0; n];
     group.damp(1.0, &limiting, &mut own);
@@ -193,7 +201,8 @@ fn modes_of(
     let rate = group.rates().iter().zip(limiting.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
     let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
     let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(rate));
-    Some(Limiting { system: System::joined(modes, guess), mode: limiting, excess })
+    let system = System::joined(modes, guess);
+    Some(Limiting { system, mode: limiting, quotients: [stiffness, all], excess })
 }
 
 /// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span.

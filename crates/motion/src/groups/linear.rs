@@ -172,7 +172,8 @@ impl<'a> LinearGroup<'a> {
                 *sum = (DVec3::from_array(*sum) + force).to_array();
             }
         };
-        for spring in self.springs() {
+        let pull = stiffness != 0.0 || self.coupling.springs.damped();
+        for spring in self.springs().take_while(|_| pull) {
             let [a, b] = spring.ends;
             let d = scaled[b] - scaled[a];
             let along = stiffness * spring.along + rate * spring.damping;
