@@ -97,9 +97,10 @@ pub struct Change {
 }
 
 /// Particles that are born before `time`, s since the scene's start.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at least 0, and saturating")]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be above 0")]
 fn born_before(emitter: &Emitter, time: Scalar) -> u64 {
-    (time * emitter.rate - NEARLY).ceil().max(0.0) as u64
+    let births = (time * emitter.rate - NEARLY).ceil();
+    if births > 0.0 { births as u64 } else { 0 }
 }
 
 /// Particles whose life is over at `time`, s since the scene's start.
