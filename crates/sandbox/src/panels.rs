@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_card() {
-        for name in ["orbit", "oscillator", "cape", "jelly", "everything", "terminal_speed"] {
+        for name in ["orbit", "oscillator", "cape", "jelly", "everything"] {
             let mut scene = scene::load(name).expect("it is shipped");
             // Mutual gravity is not for every method.
             scene.method = Method::PositionVerlet;

@@ -336,6 +336,8 @@ impl Session {
                 output.textures_delta = std::mem::take(&mut earlier.textures_delta);
             }
             let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
+            // The longest delay is never.
+            let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
             self.ui.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
             self.ui.output = Some(output);
         }
