@@ -88,8 +88,8 @@ impl Run {
             let Some(after) = self.moving(*body).filter(|_| !self.is_at_its_limit(*body)) else { continue };
             let (before, (start, size), end) = (before[place], sums[place], ends[place]);
             let acted = (after.velocity - before.velocity) / SHORT * before.mass();
-            // What rounding the velocity leaves of its change.
-            let rounding = 8.0 * f64::EPSILON * before.velocity.length() / SHORT * before.mass();
+            // What rounding the velocity leaves of its change, and rounding places of springs at rest.
+            let rounding = 8.0 * f64::EPSILON * before.velocity.length() / SHORT * before.mass() + 1e-12;
             // A method evaluates at the start of a step, at its end or between, where stiff springs differ.
             let change = end - start;
             let part = ((acted - start).dot(change) / change.length_squared()).clamp(0.0, 1.0);

@@ -44,7 +44,7 @@ pub fn blow(
     bodies: Query<Entity, (With<PhysicsBody>, Without<Dormant>)>,
 ) {
     for body in &bodies {
-        forces.add(body, Vector::X * (0.05 * clock.scene_seconds().sin()));
+        forces.add(body, Vector::X * (0.05 * clock.scene_seconds()));
     }
 }
 
