@@ -113,6 +113,7 @@ fn a_paused_session_changes_by_itself_only_where_something_goes_on() {
     film.press("Escape");
     film.frames(5);
     film.press("-");
+    film.frames(5);
     let goes = film.session.changes_in_s();
     assert!(goes > 3.0 && goes < 4.0, "{goes} s");
     film.frames(300);
