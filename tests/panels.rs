@@ -121,6 +121,7 @@ fn a_paused_session_changes_by_itself_only_where_something_goes_on() {
     film.frame([down("W")]);
     assert_eq!(film.session.changes_in_s(), 0.0);
     film.frame([up("W")]);
+    film.frames(3);
     assert_eq!(film.session.changes_in_s(), f64::INFINITY);
 }
 
