@@ -110,6 +110,36 @@ fn a_particle_takes_nothing_of_another_life_with_it() {
 }
 
 #[test]
+fn an_emitter_that_comes_in_the_place_of_another_emits() {
+    let (mut world, emitter) = fountain(20, 50.0, 0.3);
+    let mut steps = stepper(&mut world, H);
+    run(&mut world, &mut steps, 12);
+    let again = world.entity_mut(emitter).take::<Emitter>().unwrap();
+    world.despawn(emitter);
+    run(&mut world, &mut steps, 2);
+    let (first, second) =
+        (world.spawn(again.clone()).id(), world.spawn(Emitter { rate: 25.0, ..again }).id());
+    world.entity_mut(second).get_mut::<Emitter>().unwrap().pool.clear();
+    run(&mut world, &mut steps, 12);
+    assert_eq!(world.get::<Emission>(first).unwrap().living(), 5);
+}
+
+#[test]
+fn a_clock_that_begins_again_leaves_no_births_behind() {
+    let (mut world, emitter) = fountain(4, 4.0, 9.0);
+    // Born in the middle of the tick.
+    let body = world.get::<Emitter>(emitter).unwrap().pool[1];
+    let mut steps = stepper(&mut world, 0.5);
+    run(&mut world, &mut steps, 1);
+    world.entity_mut(emitter).remove::<Emitter>();
+    world.insert_resource(StepClock::default());
+    let before = world.get::<Transform>(body).unwrap().position;
+    run(&mut world, &mut steps, 1);
+    let moved = world.get::<Transform>(body).unwrap().position - before;
+    close(moved.y, 0.5 * launch(1).y, 1e-12);
+}
+
+#[test]
 fn slots_of_removed_and_quarantined_bodies_stay_empty() {
     let (mut world, emitter) = fountain(3, 10.0, 0.2);
     let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();

@@ -60,7 +60,7 @@ pub(crate) struct Emissions {
     pub over: bool,
     /// Number of the tick that `births` are of.
     tick: u64,
-    births: Vec<(Entity, Scalar)>,
+    pub births: Vec<(Entity, Scalar)>,
 }
 
 impl Emissions {

@@ -12,7 +12,7 @@ use crate::clock::StepClock;
 use crate::components::{AxisLocks, PhysicsBody, Quarantined, SpeedLimit};
 use crate::effects::Damping;
 use crate::emission::{self, emit_particles};
-use crate::emitter::Dormant;
+use crate::emitter::{Dormant, Emitter};
 use crate::epoch::Epoch;
 use crate::evaluations::Evaluations;
 use crate::forces::{Forces, PushQueue, PushedBodies};
@@ -137,6 +137,8 @@ pub(crate) struct Demands {
     bounded: bool,
     substeps: u32,
     attracts: bool,
+    /// Each has a pool that is made ready when the schedule is compiled.
+    emitters: u32,
 }
 
 impl Demands {
@@ -150,6 +152,10 @@ impl Demands {
             bounded: world.contains_resource::<Range>(),
             substeps: Substeps::parts(world.get_resource()),
             attracts: world.contains_resource::<MutualGravity>(),
+            emitters: world.components().component_id::<Emitter>().map_or(0, |emitter| {
+                let kinds = world.archetypes().iter().filter(|kind| kind.contains(emitter));
+                kinds.map(Archetype::len).sum()
+            }),
         }
     }
 }

@@ -168,6 +168,9 @@ impl Stepper {
             self.plan.emits || self.counted.as_ref().is_some_and(|counted| !counted.particles.is_empty());
         if emits {
             self.count_particles(world);
+            if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
+                emissions.births.clear();
+            }
         }
         let TimeStep(step) = *world.resource::<TimeStep>();
         world.resource_mut::<StepClock>().count(step);

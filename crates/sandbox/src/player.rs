@@ -61,11 +61,12 @@ impl Player {
     pub fn waits_in_vain(&self, session: &Session, rate: f64) -> Option<When> {
         #[expect(clippy::cast_precision_loss, reason = "counts of frames")]
         let last = session.frames().saturating_add(MOST_PAUSED_FRAMES) as f64;
-        if !self.afterwards.is_empty() || !self.held.is_empty() {
+        if !self.afterwards.is_empty() || self.held.iter().any(|(until, _)| until * rate <= last) {
             return None;
         }
         let Some((_, Step { when, .. })) = self.of_frames.front() else {
-            return self.of_ticks.front().map(|(_, step)| step.when);
+            let key = self.held.first().map(|(until, _)| When::Seconds(*until));
+            return self.of_ticks.front().map(|(_, step)| step.when).or(key);
         };
         #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
         let in_vain = match *when {

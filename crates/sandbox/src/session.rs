@@ -488,6 +488,9 @@ impl Session {
 
     fn carry_out_unrecorded(&mut self) {
         self.carry_out_in_ghosts();
+        if !self.world.resource::<Requests>().is_empty() {
+            self.outdate_forecast();
+        }
         self.stepper.carry_out_requests(&mut self.world);
         self.targets_current = false;
         for thing in [&mut self.control.selection, &mut self.control.locked] {

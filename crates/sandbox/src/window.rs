@@ -371,6 +371,7 @@ impl Shell {
         let mut after = before;
         // What is recorded is played back without a wall clock.
         let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
+        let had_arrived = self.session.arrived();
         self.session.advance_watched(&InputFrame { events }, time, &mut |_, _| {
             after = Instant::now();
             if after - before > patience {
@@ -379,6 +380,10 @@ impl Shell {
                 ops::ControlFlow::Continue(())
             }
         });
+        // Panels are laid out before a way back ends.
+        if !had_arrived && self.session.arrived() {
+            self.unsettled = SETTLING_FRAMES;
+        }
         self.speed.frame(speed::Sample {
             length_s: time.length(),
             // A run that went back simulated nothing.

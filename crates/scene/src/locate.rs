@@ -107,9 +107,10 @@ pub(crate) fn spell_nan(text: &str) -> String {
     spelled
 }
 
-/// Whether the outermost value of the text is a group in round brackets.
+/// Whether the outermost value of the text is a group in round brackets, with or without the name of its type.
 pub(crate) fn is_group(text: &str) -> bool {
-    matches!(Tokens::new(text).next(), Some((Token::Open, range)) if text[range.clone()].starts_with('('))
+    let mut tokens = Tokens::new(text).skip_while(|(token, _)| *token == Token::Word);
+    matches!(tokens.next(), Some((Token::Open, range)) if text[range.clone()].starts_with('('))
 }
 
 fn parent(path: &str) -> Option<&str> {

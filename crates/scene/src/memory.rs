@@ -117,18 +117,29 @@ fn free() -> Option<u64> {
 }
 
 /// The least that the control groups of this process leave it, from its own up to the root; those of version 1 have one
-/// file for all of memory.
+/// file for all of memory. The kernel takes the cache of files back before it refuses anything.
 fn free_in_control_groups() -> Option<u64> {
     let number = |path: &Path| fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
-    let left = |folder: &Path, most: &str, now: &str| {
-        Some(number(&folder.join(most))?.saturating_sub(number(&folder.join(now))?))
+    let cached = |folder: &Path, kinds: [&str; 2]| -> u64 {
+        let text = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
+        let lines = text.lines().filter_map(|line| line.split_once(' '));
+        lines
+            .filter(|(kind, _)| kinds.contains(kind))
+            .filter_map(|(_, bytes)| bytes.parse::<u64>().ok())
+            .sum()
+    };
+    let left = |folder: &Path, most: &str, now: &str, kinds| {
+        let used = number(&folder.join(now))?.saturating_sub(cached(folder, kinds));
+        Some(number(&folder.join(most))?.saturating_sub(used))
     };
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let own = groups.lines().find_map(|line| line.strip_prefix("0::/")).unwrap_or_default();
     let root = Path::new("/sys/fs/cgroup");
     let own = root.join(own);
     let second = own.ancestors().take_while(|folder| folder.starts_with(root));
-    let second = second.filter_map(|folder| left(folder, "memory.max", "memory.current"));
-    let first = left(&root.join("memory"), "memory.limit_in_bytes", "memory.usage_in_bytes");
+    let second = second
+        .filter_map(|folder| left(folder, "memory.max", "memory.current", ["inactive_file", "active_file"]));
+    let kinds = ["total_inactive_file", "total_active_file"];
+    let first = left(&root.join("memory"), "memory.limit_in_bytes", "memory.usage_in_bytes", kinds);
     second.chain(first).min()
 }

@@ -222,6 +222,13 @@ impl Session {
         }
     }
 
+    /// Lets the list be made again in the next frame.
+    pub(super) fn outdate_forecast(&mut self) {
+        if let Some(shown) = &mut self.shown_forecast {
+            shown.age = f64::INFINITY;
+        }
+    }
+
     /// The forecast of the open panel, the worst first.
     #[must_use]
     pub fn shown_forecast(&self) -> Option<&[ForecastRow]> {

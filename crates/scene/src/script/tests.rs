@@ -193,6 +193,13 @@ fn a_recording_without_its_header_is_refused() {
 }
 
 #[test]
+fn a_recording_may_have_the_name_of_its_type() {
+    let text = "(version: 1, scene: \"tutorial\", size_px: (9, 9), frame_ends_s: [0.5], steps: [])";
+    let named = Script::parse("t", &format!("Recording{text}")).unwrap();
+    assert_eq!(named, Script::parse("t", text).unwrap());
+}
+
+#[test]
 fn a_text_that_is_no_script_is_refused() {
     check("", &["t:1:1: a list is expected here; open it with `[`"]);
     check("// nothing yet\n", &["t:2:1: a list is expected here; open it with `[`"]);
