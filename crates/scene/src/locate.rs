@@ -107,9 +107,9 @@ pub(crate) fn spell_nan(text: &str) -> String {
     spelled
 }
 
-/// Whether the outermost value of the text is a group in round brackets, with or without the name of its type.
-pub(crate) fn is_group(text: &str) -> bool {
-    let mut tokens = Tokens::new(text).skip_while(|(token, _)| *token == Token::Word);
+/// Whether the outermost value of the text is a group in round brackets, which may have the name of its type before it.
+pub(crate) fn is_group(text: &str, type_name: &str) -> bool {
+    let mut tokens = Tokens::new(text).skip_while(|(_, range)| text[range.clone()] == *type_name);
     matches!(tokens.next(), Some((Token::Open, range)) if text[range.clone()].starts_with('('))
 }
 

@@ -238,7 +238,7 @@ impl Script {
 
 /// What the outermost value of a script is called in paths: the steps of a bare list are called like those of a recording.
 fn root_of(text: &str) -> &'static str {
-    if locate::is_group(text) { "" } else { "steps" }
+    if locate::is_group(text, "Recording") { "" } else { "steps" }
 }
 
 /// What is wrong with an action of an effect that is not declared.

@@ -53,7 +53,9 @@ fn named_groups_raw_names_and_attributes_are_passed_through() {
 fn a_bare_list_has_the_name_of_its_root() {
     let text = "[(at_s: 1, do: press(\"G\")),\n (at_s: 2, do: x)]";
     assert_eq!(at(text, "steps", "steps[1].do"), Some(Position { line: 2, column: 12 }));
-    assert!(!is_group(text) && is_group(" // x\n(") && !is_group("[(a: 1)]") && !is_group(""));
+    let is_group = |text| is_group(text, "Named");
+    assert!(!is_group(text) && !is_group("[(a: 1)]") && !is_group("Other(1)") && !is_group(""));
+    assert!(is_group(" // x\n(") && is_group("Named (a: 1)"));
     assert_eq!(path_at(text, "steps", 22), "steps[0].do[0]");
 }
 
