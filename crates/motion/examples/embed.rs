@@ -37,7 +37,7 @@ pub fn spawn(world: &mut World) {
     world.spawn(Emitter { rate: 40.0, life: 0.5, position, pool, launches, inverse_mass: 100.0 });
 }
 
-/// A system of your own that adds forces, in every tick anew.
+/// A system of your own that adds forces in every tick.
 pub fn blow(
     clock: Res<StepClock>,
     mut forces: Forces,

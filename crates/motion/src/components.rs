@@ -121,6 +121,14 @@ pub struct AxisLocks {
     pub z: bool,
 }
 
+impl AxisLocks {
+    /// A force or an acceleration without its parts along locked axes.
+    pub(crate) fn open(self, v: Vector) -> Vector {
+        let open = |part, locked| if locked { 0.0 } else { part };
+        Vector::new(open(v.x, self.x), open(v.y, self.y), open(v.z, self.z))
+    }
+}
+
 /// Gravity, and gravity alone, passes this body by. Present only on bodies that ask for it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GravityOff;

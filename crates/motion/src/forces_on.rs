@@ -12,6 +12,7 @@ use crate::forces::{Push, PushQueue};
 use crate::groups::{Coupling, Row, couplings_now};
 use crate::laws::{BodyState, Declared, Gravity, Law, MutualGravity};
 use crate::own::{OwnLaws, OwnSubsteps, Substeps};
+use crate::record::vector;
 use crate::step::TimeStep;
 use crate::units::{Scalar, Vector};
 
@@ -93,12 +94,8 @@ pub fn each_force(
 }
 
 /// Without what acts along locked axes.
-fn open(locks: Option<&AxisLocks>, mut newtons: Vector) -> Vector {
-    let Some(AxisLocks { x, y, z }) = locks else { return newtons };
-    for (part, locked) in newtons.as_mut().iter_mut().zip([x, y, z]) {
-        *part = if *locked { 0.0 } else { *part };
-    }
-    newtons
+fn open(locks: Option<&AxisLocks>, newtons: Vector) -> Vector {
+    locks.map_or(newtons, |locks| locks.open(newtons))
 }
 
 /// What acts on every body.
@@ -167,7 +164,7 @@ impl<'w> Environment<'w> {
         for spring in coupling.springs.iter() {
             let [a, b] = spring.ends.map(|end| end as usize);
             if is_asked(a) || is_asked(b) {
-                let pull = vector(spring.force([x[a], x[b]], [v[a], v[b]]));
+                let pull = vector(&spring.force([x[a], x[b]], [v[a], v[b]]));
                 each(a, ForceCause::Spring(members[b]), pull);
                 each(b, ForceCause::Spring(members[a]), -pull);
             }
@@ -176,14 +173,14 @@ impl<'w> Environment<'w> {
             let mut forces = vec![[0.0; 4]; x.len()];
             coupling.blow(drag, self.course.start, x, v, &mut forces);
             for row in coupling.in_sheets.iter().map(|row| *row as usize) {
-                each(row, ForceCause::Law(Law::<Scalar>::name(drag)), vector(forces[row]));
+                each(row, ForceCause::Law(Law::<Scalar>::name(drag)), vector(&forces[row]));
             }
         }
         if let Some(law) = self.attraction.filter(|_| coupling.attracts) {
             for row in (0..coupling.movable).filter(|row| is_asked(*row)) {
                 let pull = |other: usize| {
                     let masses = [row, other].map(|row| coupling.mass(row, w));
-                    coupling.attraction(law, masses, [row, other].map(|row| vector(x[row])))
+                    coupling.attraction(law, masses, [row, other].map(|row| vector(&x[row])))
                 };
                 let others = (0..coupling.rows).filter(|other| *other != row);
                 each(row, ForceCause::Law("mutual_gravity"), others.filter_map(pull).sum());
@@ -229,8 +226,4 @@ impl<'a> Joined<'a> {
         }
         Self { coupling, members, asked, x, v, w }
     }
-}
-
-fn vector([x, y, z, _]: Row<Scalar>) -> Vector {
-    Vector::new(x, y, z)
 }

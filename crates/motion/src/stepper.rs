@@ -83,7 +83,7 @@ impl Stepper {
         }
     }
 
-    /// Compiles the schedule anew if the world asks for another one than when it was compiled last. A tick does so by
+    /// Compiles the schedule again if the world asks for another one than when it was compiled last. A tick does so by
     /// itself where bodies, laws or effects have come or gone.
     ///
     /// # Panics

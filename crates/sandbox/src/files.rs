@@ -36,7 +36,7 @@ pub(crate) fn leave_nothing_when_ended() {
 
 /// Removes what is not finished, and ends as a shell expects of a program that a signal ended.
 fn end_by(signal: i32) {
-    // Nothing is begun from here on: who holds this lock ends the process.
+    // Nothing is begun from here on: this lock is held until the process ends.
     let begun = begun();
     for path in &*begun {
         let _ = fs::remove_file(path);

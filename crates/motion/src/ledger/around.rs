@@ -11,6 +11,7 @@ use crate::course::Course;
 use crate::effects::Damping;
 use crate::laws::{Declared, Gravity, Law, Moment, MutualGravity};
 use crate::method::Method;
+use crate::methods::{Integrator, with_method};
 use crate::own::Substeps;
 use crate::record::TickRecord;
 use crate::units::{Scalar, Vector};
@@ -59,7 +60,7 @@ impl<'w> Around<'w> {
 
     /// Rate of the linear drag that damping is for a body, 1/s: the exact model, where it is no part of a kick.
     fn damping_rate(&self, body: &Body<'_>) -> Scalar {
-        let inside = matches!(self.method_of(body), Method::ExplicitEuler | Method::SemiImplicitEuler);
+        let inside = with_method!(self.method_of(body), M => M::DAMPS_INSIDE);
         let damping = self.damping.filter(|damping| damping.is_exact() && !inside);
         damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
     }

@@ -8,6 +8,7 @@ use super::path::{Node, Path, nodes};
 use super::rows::{Body, State};
 use crate::groups::{Coupling, Groups};
 use crate::laws::MutualGravity;
+use crate::record::vector;
 use crate::units::{Scalar, Vector};
 
 type Row = [Scalar; 4];
@@ -26,10 +27,6 @@ pub(super) struct Members<'w> {
 struct Rows {
     x: Vec<Row>,
     v: Vec<Row>,
-}
-
-fn vector([x, y, z, _]: Row) -> Vector {
-    Vector::new(x, y, z)
 }
 
 fn row(v: Vector) -> Row {
@@ -102,7 +99,7 @@ impl Members<'_> {
         let mut lost = 0.0;
         for spring in self.coupling.springs.iter() {
             let ends @ [a, b] = spring.ends.map(|end| end as usize);
-            let (d, u) = (vector(x[b]) - vector(x[a]), vector(v[b]) - vector(v[a]));
+            let (d, u) = (vector(&x[b]) - vector(&x[a]), vector(&v[b]) - vector(&v[a]));
             let length = d.length();
             if length > 0.0 {
                 let rate = d.dot(u) / length;
@@ -134,7 +131,7 @@ impl Members<'_> {
             if end < self.coupling.movable {
                 (body.open(force), 0.0)
             } else {
-                (Vector::ZERO, -force.dot(vector(v[end])))
+                (Vector::ZERO, -force.dot(vector(&v[end])))
             }
         };
         let [(first, by_first), (second, by_second)] = [given(ends[0], force), given(ends[1], -force)];
@@ -155,8 +152,8 @@ impl Members<'_> {
         self.coupling.blow(drag, node.at.time, &rows.x, &rows.v, &mut forces);
         let (mut work, mut impulse) = (0.0, Vector::ZERO);
         for (i, body) in self.rows[..self.coupling.movable].iter().enumerate() {
-            let part = bodies[*body].open(vector(forces[i])) * node.weight;
-            work += part.dot(vector(rows.v[i]));
+            let part = bodies[*body].open(vector(&forces[i])) * node.weight;
+            work += part.dot(vector(&rows.v[i]));
             impulse += part;
         }
         books.energy.add_law("drag", work);
@@ -177,7 +174,7 @@ impl Members<'_> {
             let from = if self.locked { a + 1 } else { coupling.movable };
             for b in from..coupling.rows {
                 let masses = [coupling.mass(a, w), coupling.mass(b, w)];
-                if let Some(pull) = coupling.attraction(law, masses, [vector(x[a]), vector(x[b])]) {
+                if let Some(pull) = coupling.attraction(law, masses, [vector(&x[a]), vector(&x[b])]) {
                     self.book_pair(bodies, [a, b], pull, v, weight, books);
                 }
             }

@@ -13,6 +13,7 @@ use crate::emitter::Dormant;
 use crate::forces::PushQueue;
 use crate::laws::BodyState;
 use crate::method::Method;
+use crate::methods::{Integrator, with_method};
 use crate::own::{OwnLaws, OwnMethod, own_method};
 use crate::units::{Scalar, Vector};
 
@@ -129,9 +130,7 @@ impl Body<'_> {
 
     /// What is left of a force or an acceleration where the body is not accelerated along every axis.
     pub fn open(&self, v: Vector) -> Vector {
-        let Some(AxisLocks { x, y, z }) = self.closed else { return v };
-        let open = |part, locked| if locked { 0.0 } else { part };
-        Vector::new(open(v.x, x), open(v.y, y), open(v.z, z))
+        self.closed.map_or(v, |closed| closed.open(v))
     }
 }
 
@@ -165,9 +164,8 @@ pub(super) fn bodies<'w>(
         .map(|(entity, id, transform, body, frozen, gravity_off, rate, limit, locks, marked, laws)| {
             let end = State::of(transform, body);
             let method = if marked { world.get_entity(entity).ok().and_then(own_method) } else { None };
-            // Semi-implicit Euler limits what its kick has made of the velocity before it locks.
-            let kick_first = method.unwrap_or(world_method) == Method::SemiImplicitEuler;
-            let closed = locks.copied().filter(|_| !(limit.is_some() && kick_first));
+            let limits_after_kick = with_method!(method.unwrap_or(world_method), M => M::LIMITS_AFTER_KICK);
+            let closed = locks.copied().filter(|_| !(limit.is_some() && limits_after_kick));
             let body = Body {
                 entity,
                 ends: [end; 2],

@@ -121,7 +121,7 @@ fn resource<R: Resource>(world: &World) -> usize {
         + one(world.contains_resource::<OffResource<R>>(), size_of::<OffResource<R>>())
 }
 
-/// Bytes of groups, which springs have made, or mutual gravity where there are none.
+/// Bytes of groups, which springs have made, or mutual gravity in a world without springs.
 fn groups(world: &mut World, effect: Effect) -> usize {
     let springs = state(world, Effect::Springs) == EffectState::On;
     let bytes = world.get_resource::<Groups>().map_or(0, Groups::bytes);
