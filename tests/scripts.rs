@@ -1,11 +1,11 @@
 //! Scripts: the same inputs as a person's, and experiments.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Gravity, Method};
+use motion::{Damping, DampingModel, ForceCause, Gravity, Method};
 use sandbox::Mode;
 use sandbox::input::{Button, Experiment, Input, InputFrame};
 use sandbox::player::Player;
-use scene::Script;
+use scene::{Script, When};
 
 use crate::drive::{Drive, at, click, down, tap, up};
 use crate::harness::H;
@@ -165,6 +165,33 @@ fn steps_of_one_frame_or_tick_are_done_in_the_order_of_the_list() {
     play(&mut drive, &script, 2);
     assert_eq!(drive.selected().as_deref(), Some("other"), "the pointer was there when the button went down");
     assert_eq!(drive.v("ball"), DVec3::new(5.0, 2.0, 0.0));
+}
+
+#[test]
+fn of_two_pushes_in_ticks_of_one_frame_the_last_is_shown() {
+    let mut drive = Drive::tutorial();
+    let script =
+        r#"[(at_tick: 0, do: push("enemy", (30, 0, 0))), (at_tick: 1, do: push("enemy", (0, 5, 0)))]"#;
+    play(&mut drive, script, 1);
+    assert_eq!(drive.session.ticks(), 2);
+    let enemy = drive.entity("enemy");
+    let mut forces = drive.session.forces_on(enemy);
+    forces.retain(|(cause, newtons)| matches!(cause, ForceCause::Push) && *newtons != DVec3::ZERO);
+    assert_eq!(forces, [(ForceCause::Push, DVec3::Y * 5.0)]);
+}
+
+#[test]
+fn a_paused_run_waits_for_no_key_that_is_held_for_ever() {
+    let waits = |hold_s: &str| {
+        let mut drive = Drive::tutorial();
+        let script = format!(r#"[(at_frame: 0, do: press("P")), (at_frame: 1, do: hold("W", {hold_s}))]"#);
+        drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
+        drive.run(5, 1.0 / 60.0);
+        assert!(drive.session.paused() && !drive.session.player().unwrap().finished());
+        drive.session.player().unwrap().waits_in_vain(&drive.session, 60.0)
+    };
+    assert_eq!(waits("5"), None);
+    assert!(matches!(waits("1e300"), Some(When::Seconds(until)) if until >= 1e300));
 }
 
 #[test]

@@ -223,6 +223,49 @@ fn every_effect_can_be_toggled_in_the_middle_of_a_run_under_every_method() {
     }
 }
 
+/// What an embedder does to the resources of a world between two ticks, without a request.
+const CHANGES: [fn(&mut World); 4] = [
+    |world| world.insert_resource(Drag { quadratic: 0.5, ..Drag::default() }),
+    |world| world.insert_resource(Drag { linear: 0.2, ..Drag::default() }),
+    |world| world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.3 }),
+    |world| {
+        world.remove_resource::<Drag>();
+    },
+];
+
+#[test]
+fn a_law_that_is_exchanged_between_two_ticks_is_counted_as_if_it_had_always_been_there() {
+    for method in Method::ALL {
+        let mut world = world_of(&[Effect::Gravity, Effect::Drag]);
+        let mut steps = stepper(&mut world, method);
+        run(&mut world, &mut steps, 2);
+        let mut others = world_of(&[Effect::Gravity, Effect::Drag]);
+        for (number, change) in CHANGES.iter().enumerate() {
+            change(&mut world);
+            change(&mut others);
+            let mut new = stepper(&mut others, method);
+            // The first tick of a method may evaluate once more.
+            run(&mut world, &mut steps, 1);
+            run(&mut others, &mut new, 1);
+            let [changed, expected] =
+                [(&mut world, &mut steps), (&mut others, &mut new)].map(|(world, steps)| {
+                    let before = world.resource::<Evaluations>().clone();
+                    run(world, steps, 3);
+                    let after = world.resource::<Evaluations>();
+                    let laws = after.laws().iter().map(|(name, count)| {
+                        let old =
+                            before.laws().iter().find(|(old, _)| old == name).map_or(0, |(_, count)| *count);
+                        (*name, count - old)
+                    });
+                    let mut laws: Vec<_> = laws.filter(|(_, count)| *count > 0).collect();
+                    laws.sort_unstable();
+                    (after.accelerations() - before.accelerations(), laws)
+                });
+            assert_eq!(changed, expected, "change {number} under {}", method.name());
+        }
+    }
+}
+
 #[test]
 fn gravity_that_is_off_is_no_term() {
     let mut world = world_of(&[Effect::Gravity]);

@@ -1,6 +1,6 @@
 //! The panel and the colors of springs, before and while something grows.
 
-use motion::Method;
+use motion::{Method, Request, Requests};
 use render::Frame;
 use sandbox::Session;
 use scene::Scene;
@@ -96,6 +96,22 @@ fn the_panel_follows_the_method_and_forgets_when_it_is_closed() {
     film.press("V");
     film.frames(1);
     assert!(film.session.shown_forecast().is_none());
+}
+
+#[test]
+fn the_open_panel_follows_a_changed_body_at_once() {
+    let mut film = hung(1.15 * 7200.0);
+    film.press("P");
+    film.press("V");
+    film.frames(2);
+    let worst = |film: &Film| film.session.shown_forecast().unwrap()[0].margin.clone();
+    assert!(worst(&film).is_unstable);
+    for end in ["w2", "w3"] {
+        let body = film.session.body(end).unwrap();
+        film.session.world_mut().resource_mut::<Requests>().ask(Request::SetInverseMass(body, 0.1));
+    }
+    film.frames(2);
+    assert!(!worst(&film).is_unstable, "bodies of ten times the mass are slower");
 }
 
 #[test]

@@ -24,6 +24,7 @@ use crate::rest::{Static, mark_static};
 use crate::step::{
     Demands, Passes, StepPlan, TimeStep, inner_schedule, insert_step_resources, step_schedule,
 };
+use crate::units::Scalar;
 
 /// The compiled schedule of a world, with what happens around it: requests before a tick, the count after it.
 pub struct Stepper {
@@ -43,8 +44,8 @@ pub struct Stepper {
 /// Evaluations of a tick that are known beforehand: those of bodies that no law is called for.
 #[derive(Clone, Debug)]
 struct Counted {
-    /// What they were counted for: entities by kind, frozen bodies.
-    world: (u64, usize),
+    /// What they were counted for.
+    world: CountedFor,
     /// Laws that are summed up, gravity aside.
     laws: Vec<&'static str>,
     accelerations: u64,
@@ -52,6 +53,19 @@ struct Counted {
     /// Kinds of entity whose living particles come and go, with evaluations a tick of one body, and whether it
     /// falls.
     particles: Vec<(ArchetypeId, u64, bool)>,
+}
+
+/// What the number of evaluations depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct CountedFor {
+    /// A hash of the number of entities of each archetype.
+    entities: u64,
+    quarantined: usize,
+    damping: Option<Damping>,
+    /// The rate of linear drag, 1/s.
+    drag: Scalar,
+    /// How many laws are called.
+    called: usize,
 }
 
 impl Stepper {
@@ -241,15 +255,22 @@ impl Stepper {
         // Births and deaths change numbers in every tick, and nothing else.
         let particle = world.components().component_id::<Particle>().filter(|_| self.plan.emits);
         let stays = |kind: &&Archetype| particle.is_none_or(|particle| !kind.contains(particle));
-        let entities = world.archetypes().iter().filter(stays).fold(0, mix);
-        let counted_for = (entities, world.resource::<Quarantine>().records().len());
-        if self.counted.as_ref().is_none_or(|counted| counted.world != counted_for) {
-            let exact = world.get_resource::<Damping>().is_some_and(Damping::is_exact);
-            let laws = Declared::of(world).affine().map(|law| law.name());
-            let laws = laws.chain(exact.then_some("damping")).collect();
+        let declared = Declared::of(world);
+        let counted_for = CountedFor {
+            entities: world.archetypes().iter().filter(stays).fold(0, mix),
+            quarantined: world.resource::<Quarantine>().records().len(),
+            damping: world.get_resource().copied(),
+            drag: Affine::sum(declared.all()).rate,
+            called: declared.called().count(),
+        };
+        let exact = counted_for.damping.is_some_and(|damping| damping.is_exact());
+        let laws = || declared.affine().map(|law| law.name()).chain(exact.then_some("damping"));
+        let current =
+            |counted: &Counted| counted.world == counted_for && laws().eq(counted.laws.iter().copied());
+        if !self.counted.as_ref().is_some_and(current) {
             let mut counted = Counted {
                 world: counted_for,
-                laws,
+                laws: laws().collect(),
                 accelerations: 0,
                 with_gravity: 0,
                 particles: Vec::new(),
@@ -296,11 +317,10 @@ impl Counted {
             Without<OwnLaws>,
             Without<OwnSubsteps>,
         );
-        let damping = world.get_resource::<Damping>().copied();
-        let declared = Declared::of(world);
-        let drag = Affine::sum(declared.all()).rate != 0.0;
-        // What `blocks::integrate` calls laws for, or reckons as if it did.
-        if declared.called().next().is_some() || drag && damping.is_some() && M::DAMPS_INSIDE {
+        let CountedFor { damping, called, .. } = self.world;
+        let drag = self.world.drag != 0.0;
+        // Bodies for which `blocks::integrate` calls laws, or counts as if it did.
+        if called > 0 || drag && damping.is_some() && M::DAMPS_INSIDE {
             return;
         }
         let exact = damping.is_some_and(|damping| damping.is_exact() && damping.rate != 0.0);

@@ -138,10 +138,9 @@ impl Session {
     pub(crate) fn steer(&mut self, seconds: f64) {
         let tapped = self.control.held.end_input();
         if self.control.mode == Mode::Camera && self.control.locked.is_none() {
-            self.camera.fly(self.control.held.flight(&tapped, seconds), seconds);
+            self.camera.fly(self.control.held.flight(&tapped.in_frame, seconds), seconds);
         }
-        // A tap pushes for one tick, as a click does.
-        let (held, tapped) = (self.control.held.push(), held::push(&tapped));
+        let (held, tapped) = (self.control.held.push(), held::push(&tapped.between_ticks));
         let selected = self.control.selection.filter(|_| self.control.mode == Mode::Selection);
         let pushes = |newtons: DVec3| match selected {
             Some(thing) if newtons != DVec3::ZERO => self.pushes_on(thing, newtons),

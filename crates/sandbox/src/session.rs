@@ -370,12 +370,8 @@ impl Session {
         }
         if ticks > 0 {
             self.ui.retract(Topic::Place);
-            // Shown until the next tick: a frame without one changes nothing.
-            self.acting.clear();
-            let queue = self.world.resource::<PushQueue>();
-            for Push { body, newtons } in queue.pending() {
-                *self.acting.entry(body).or_default() += newtons;
-            }
+            self.control.held.begin_tick();
+            self.note_pushes();
         }
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
@@ -423,6 +419,14 @@ impl Session {
         self.note_unconverged();
         self.meet_fault();
         self.travel(after_tick);
+    }
+
+    /// Notes the pushes of the coming tick. They are shown until the next one: a frame without a tick changes nothing.
+    pub(super) fn note_pushes(&mut self) {
+        self.acting.clear();
+        for Push { body, newtons } in self.world.resource::<PushQueue>().pending() {
+            *self.acting.entry(body).or_default() += newtons;
+        }
     }
 
     fn follow_locked(&mut self) {

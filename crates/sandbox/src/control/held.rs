@@ -8,6 +8,14 @@ use crate::session::KEY_PUSH;
 /// A shift key that is held for less than this, s, before a key that goes with it, was not meant to fly.
 const CHORD_S: f64 = 0.5;
 
+/// Keys that went down and up before what they steer could see them.
+pub(crate) struct Tapped {
+    /// Within one frame: they fly for that frame.
+    pub in_frame: Vec<Key>,
+    /// With no tick between: they push for one tick, as a click does.
+    pub between_ticks: Vec<Key>,
+}
+
 /// Keys that act as long as they are held.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Held {
@@ -16,6 +24,10 @@ pub(crate) struct Held {
     pressed: Vec<Key>,
     /// Those of them that came up in it, too.
     tapped: Vec<Key>,
+    /// Those that went down since the last tick.
+    unticked: Vec<Key>,
+    /// Those of them that came up before the next one.
+    missed: Vec<Key>,
     /// How long shift has moved the camera since it went down, s.
     shifted_s: f64,
 }
@@ -32,6 +44,7 @@ impl Held {
             }
             self.keys.push(key.clone());
             self.pressed.push(key.clone());
+            self.unticked.push(key.clone());
         }
     }
 
@@ -40,6 +53,9 @@ impl Held {
         let same = |other: &Key| other.name() == key.name();
         if let Some(at) = self.pressed.iter().position(same) {
             self.tapped.push(self.pressed.remove(at));
+        }
+        if let Some(at) = self.unticked.iter().position(same) {
+            self.missed.push(self.unticked.remove(at));
         }
         self.keys.retain(|held| !same(held));
     }
@@ -55,13 +71,19 @@ impl Held {
         }
         self.keys.retain(|key| !is_shift(key));
         self.pressed.retain(|key| !is_shift(key));
+        self.unticked.retain(|key| !is_shift(key));
         std::mem::take(&mut self.shifted_s)
     }
 
-    /// Ends the input of a frame; what was only tapped in it acts once.
-    pub fn end_input(&mut self) -> Vec<Key> {
+    /// Ends the input of a frame. Returns the keys that were only tapped in it: each acts once.
+    pub fn end_input(&mut self) -> Tapped {
         self.pressed.clear();
-        std::mem::take(&mut self.tapped)
+        Tapped { in_frame: std::mem::take(&mut self.tapped), between_ticks: std::mem::take(&mut self.missed) }
+    }
+
+    /// A tick begins: it sees the keys that are held now.
+    pub fn begin_tick(&mut self) {
+        self.unticked.clear();
     }
 
     /// Where the camera flies in a frame of `seconds`: right, up and forward, each -1, 0 or 1.

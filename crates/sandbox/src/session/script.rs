@@ -1,7 +1,7 @@
 //! A script that a session plays.
 
 use bevy_ecs::prelude::*;
-use motion::{FrameTime, PushQueue, StepClock, TimeStep};
+use motion::{FrameTime, StepClock, TimeStep};
 use scene::When;
 
 use super::Session;
@@ -48,10 +48,7 @@ impl Session {
     pub(super) fn play_between_ticks(&mut self) {
         if self.play_tick() {
             self.carry_out_requests();
-            // Those of before are over.
-            for push in self.world.resource::<PushQueue>().edges() {
-                *self.acting.entry(push.body).or_default() += push.newtons;
-            }
+            self.note_pushes();
         }
     }
 
