@@ -139,7 +139,7 @@ fn the_lists_of_names_that_files_hold_have_every_name_in_use() {
     }
     let systems = quoted_after(motion, "\"integrate");
     let systems: BTreeSet<_> = systems.iter().map(|rest| format!("integrate{rest}")).collect();
-    let places = quoted_after("crates/motion/src/quarantine.rs", ": &str = \"");
+    let places = quoted_after("crates/motion/src/tick/quarantine.rs", ": &str = \"");
     let mut names: BTreeSet<String> = motion::Cause::NAMES.map(str::to_owned).into();
     assert!(names.remove("requests"));
     assert_eq!(&systems | &places, names);

@@ -27,14 +27,14 @@ struct Mutant {
 const MUTANTS: &[Mutant] = &[
     Mutant {
         mistake: "clamped damping without its clamp",
-        file: "crates/motion/src/effects.rs",
+        file: "crates/motion/src/laws/damping.rs",
         from: "let factor = if q > T::ONE { stopped }",
         to: "let factor = if q > T::MAX { stopped }",
         killed_by: "damping::strong_damping_flips_the_tutorial_stops_clamped_and_decays_exactly",
     },
     Mutant {
         mistake: "forces not cleared",
-        file: "crates/motion/src/forces.rs",
+        file: "crates/motion/src/state/forces.rs",
         from: "force.bypass_change_detection().0 = Vector::ZERO;",
         to: "force.bypass_change_detection().0 += Vector::ZERO;",
         killed_by: "newton::two_pushes_in_one_tick_add_and_a_push_is_gone_in_the_next",
@@ -55,14 +55,14 @@ const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "time computed in single precision",
-        file: "crates/motion/src/clock.rs",
+        file: "crates/motion/src/state/clock.rs",
         from: "let passed = self.carried + (frame.total - self.anchor) * self.pace * self.rate;",
         to: "let passed = self.carried + Scalar::from((frame.total - self.anchor) as f32) * self.pace * self.rate;",
         killed_by: "time::ticks_due_come_from_total_time_and_never_drift",
     },
     Mutant {
         mistake: "no limit of what a frame catches up with",
-        file: "crates/motion/src/clock.rs",
+        file: "crates/motion/src/state/clock.rs",
         from: "        if owed > most {",
         to: "        if owed > most && most == 0 {",
         killed_by: "time::a_hitch_is_capped_and_its_dropped_time_is_reported",
@@ -76,7 +76,7 @@ const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "records of quarantine ordered by body over all ticks",
-        file: "crates/motion/src/quarantine.rs",
+        file: "crates/motion/src/tick/quarantine.rs",
         from: "records[before..].sort_by_key",
         to: "records.sort_by_key",
         killed_by: "quarantine::records_are_in_the_order_of_ticks_and_within_a_tick_of_stable_ids",

@@ -31,7 +31,7 @@ pub use split::Sets;
 pub use system::integrate_groups;
 
 use crate::laws::MutualGravity;
-use crate::springs::structure_changed;
+use crate::state::springs::structure_changed;
 use crate::units::Scalar;
 
 /// A body that is integrated in a group. Put on bodies, and taken away, by [`compile_groups`].

@@ -4,9 +4,13 @@
 //! ([`Force`](crate::Force)) is constant over the tick and is not a law. Each law is one small file; adding
 //! one touches no method.
 
+pub(crate) mod course;
+pub(crate) mod damping;
 mod drag;
+pub(crate) mod epoch;
 mod gravity;
 mod mutual_gravity;
+pub(crate) mod own;
 mod texts;
 mod thrust;
 mod wells;
@@ -25,7 +29,7 @@ pub use wells::{Well, Wells};
 pub(crate) use wind::Air;
 pub use wind::Wind;
 
-use crate::own::OwnLaws;
+use crate::laws::own::OwnLaws;
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Scalar;
 

@@ -10,6 +10,7 @@
 pub(crate) mod euler;
 mod implicit_euler;
 mod runge_kutta;
+pub(crate) mod table;
 mod verlet;
 mod yoshida;
 
@@ -21,7 +22,7 @@ pub use runge_kutta::{RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4};
 pub use verlet::{PositionVerlet, VelocityVerlet, synchronise};
 pub use yoshida::Yoshida4;
 
-use crate::method::Method;
+use crate::methods::table::Method;
 use crate::real::Real;
 
 /// What positions, velocities and accelerations are in.
@@ -182,7 +183,7 @@ macro_rules! with_method {
     };
     (@each $method:expr, $name:ident => $do:expr; $($each:ident)*) => {
         match $method {
-            $($crate::method::Method::$each => {
+            $($crate::methods::table::Method::$each => {
                 type $name = $crate::methods::$each;
                 $do
             })*

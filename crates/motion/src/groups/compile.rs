@@ -6,13 +6,13 @@ use bevy_ecs::prelude::*;
 use super::coupling::{Coupling, SheetRow};
 use super::pull::{SpringRow, Springs};
 use super::{Group, Grouped, Groups};
-use crate::components::{PhysicsBody, Quarantined, StableId};
-use crate::emission::Particle;
+use crate::laws::own::{LastAcceleration, LastStep, OwnSubsteps, mark_method, own_method};
 use crate::laws::{MutualGravity, SourceMass};
-use crate::own::{LastAcceleration, LastStep, OwnSubsteps, mark_method, own_method};
-use crate::springs::{Elastic, Link, SoftBody, Spring};
-use crate::step::may_exist;
-use crate::switch::SpringsOff;
+use crate::schedule::emission::Particle;
+use crate::schedule::step::may_exist;
+use crate::schedule::switch::SpringsOff;
+use crate::state::components::{PhysicsBody, Quarantined, StableId};
+use crate::state::springs::{Elastic, Link, SoftBody, Spring};
 use crate::units::Scalar;
 
 /// Makes the groups anew if what acts between bodies has changed: a spring came or went, a body was removed,

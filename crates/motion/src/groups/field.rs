@@ -17,14 +17,14 @@ use super::coupling::{Coupling, SheetRow};
 use super::pull::Springs;
 use super::rows::{Row, RowArray};
 use super::solver::{Solver, Workspace};
-use crate::blocks::{Account, Terms};
-use crate::components::AxisLocks;
-use crate::course::{Piece, Pieces};
-use crate::effects::{Damping, Decay, Factor};
+use crate::kernels::{Account, Terms};
+use crate::laws::course::{Piece, Pieces};
+use crate::laws::damping::{Damping, Decay, Factor};
 use crate::laws::{Affine, Drag, Law, Moment, MutualGravity};
 use crate::methods::{Carry, Field, Integrator, Memory};
-use crate::range::Bounds;
 use crate::real::{Real, RealVector as _};
+use crate::state::components::AxisLocks;
+use crate::state::range::Bounds;
 
 /// What acts on every body of a world, for groups.
 #[derive(Clone, Copy)]

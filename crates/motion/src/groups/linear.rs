@@ -7,10 +7,10 @@ use super::coupling::{Coupling, SheetRow, in_air, rate_along};
 use super::field::is_open;
 use super::pull::{SpringRow, axis};
 use super::rows::Row;
-use crate::clock::StepClock;
-use crate::components::{AxisLocks, PhysicsBody, Transform};
-use crate::effects::{Damping, DampingRate};
+use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::{BodyState, Drag, Law, Moment};
+use crate::state::clock::StepClock;
+use crate::state::components::{AxisLocks, PhysicsBody, Transform};
 use crate::units::Scalar;
 
 /// A spring as it is now.

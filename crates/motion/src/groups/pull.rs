@@ -3,9 +3,9 @@
 use fearless_simd::{Fallback, Simd, prelude::*};
 
 use super::rows::Row;
-use crate::blocks::LEVEL;
+use crate::kernels::LEVEL;
 use crate::real::{Lanes as _, Real, RealVector as _};
-use crate::springs::Elastic;
+use crate::state::springs::Elastic;
 
 /// Springs that are reckoned with at once: what takes longest is the square root and the division, and four of
 /// each take hardly longer than one.

@@ -8,14 +8,14 @@ use super::split::Part;
 use super::suspects::{SpringsByRow, Suspects};
 use super::system::{ByRow, Members, Wishes};
 use super::{Group, Groups};
-use crate::blocks::{self, Account, Asks, MemoryRows, Table, Terms};
-use crate::components::{PhysicsBody, Transform};
-use crate::effects::Damping;
-use crate::integrate::{Acting, Notes};
+use crate::kernels::{self, Account, Asks, MemoryRows, Table, Terms};
+use crate::laws::damping::Damping;
 use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Memory};
-use crate::quarantine::{Cause, Refused};
-use crate::range::{Breach, Part as StatePart};
+use crate::state::components::{PhysicsBody, Transform};
+use crate::state::range::{Breach, Part as StatePart};
+use crate::tick::integrate::{Acting, Notes};
+use crate::tick::quarantine::{Cause, Refused};
 use crate::units::{Scalar, Vector};
 
 /// Redoes the tick of a group in which a row broke, without it.
@@ -235,7 +235,7 @@ impl Rescue<'_, '_, '_, '_> {
             _ => MemoryRows::None,
         };
         let table = Table { positions: &mut positions, bodies: &mut bodies, memory };
-        let outcome = blocks::integrate_one::<Scalar, M>(&terms, &asks, table, force, account);
+        let outcome = kernels::integrate_one::<Scalar, M>(&terms, &asks, table, force, account);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome

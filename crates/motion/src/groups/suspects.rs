@@ -7,12 +7,12 @@ use super::rescue::Before;
 use super::rows::Row;
 use super::system::ByRow;
 use super::{Group, Groups};
-use crate::diagnosis::{Evidence, Exposure, Suspect};
-use crate::integrate::Acting;
 use crate::laws::MutualGravity;
-use crate::quarantine::{Cause, Fault, place};
-use crate::range::{Breach, Part};
-use crate::springs::Elastic;
+use crate::state::range::{Breach, Part};
+use crate::state::springs::Elastic;
+use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
+use crate::tick::integrate::Acting;
+use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
 
 /// The springs of every row.

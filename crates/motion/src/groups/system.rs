@@ -8,14 +8,16 @@ use super::rescue::Rescue;
 use super::rows::Row;
 use super::solver::Solver;
 use super::{Group, Grouped, Groups, Run};
-use crate::blocks::Account;
-use crate::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform};
-use crate::effects::DampingRate;
-use crate::integrate::{Acting, Called, Notes};
+use crate::kernels::Account;
+use crate::laws::damping::DampingRate;
+use crate::laws::own::{LastStep, OwnLaws};
 use crate::laws::{Declared, Law, MutualGravity};
 use crate::methods::{Integrator, Memory};
-use crate::own::{LastStep, OwnLaws};
-use crate::range::Bounds;
+use crate::state::components::{
+    AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
+};
+use crate::state::range::Bounds;
+use crate::tick::integrate::{Acting, Called, Notes};
 use crate::units::{Scalar, Vector};
 
 /// The bodies of a system that move in groups.

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use bevy_ecs::prelude::*;
 
 use super::{Law, MutualGravity, laws};
-use crate::effects::Damping;
 use crate::groups::Groups;
-use crate::own::OwnLaws;
+use crate::laws::damping::Damping;
+use crate::laws::own::OwnLaws;
 
 /// The laws of a world in words, with their numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

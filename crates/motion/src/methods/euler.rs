@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::{Carry, Field, Integrator};
-use crate::method::Method;
-use crate::own::OwnMethod;
+use crate::laws::own::OwnMethod;
+use crate::methods::table::Method;
 use crate::real::Real as _;
 
 /// `x += v h; v += a(x, v) h`, both from the state at the start (Euler 1768): order 1, gains energy on every

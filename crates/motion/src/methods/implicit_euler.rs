@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::{Carry, Field, Integrator, NewtonField};
-use crate::method::Method;
-use crate::own::OwnMethod;
+use crate::laws::own::OwnMethod;
+use crate::methods::table::Method;
 use crate::real::Real;
 
 /// `v1 = v + a(x1, v1) h; x1 = x + v1 h`: the acceleration at the end of the step, which has to be solved for

@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::{Carry, Field, Integrator};
-use crate::method::Method;
-use crate::own::OwnMethod;
+use crate::laws::own::OwnMethod;
+use crate::methods::table::Method;
 use crate::real::Real;
 
 /// One explicit Euler step to the middle of the step, whose slopes then carry over all of it (Runge 1895):

@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::{Carry, Field, Integrator, Memory};
-use crate::method::Method;
-use crate::own::{LastStep, OwnMethod};
+use crate::laws::own::{LastStep, OwnMethod};
+use crate::methods::table::Method;
 use crate::real::Real;
 
 /// Positions from positions (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in increment form

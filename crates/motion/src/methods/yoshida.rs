@@ -4,8 +4,8 @@ use bevy_ecs::prelude::*;
 
 use super::verlet::kick_drift_kick;
 use super::{Carry, Field, Integrator, Memory};
-use crate::method::Method;
-use crate::own::OwnMethod;
+use crate::laws::own::OwnMethod;
+use crate::methods::table::Method;
 use crate::real::Real;
 
 /// Three steps of velocity Verlet, the middle one backwards, whose errors of third order cancel (Yoshida 1990,

@@ -1,7 +1,7 @@
 //! Arrays of a step: claimed, worked out, finished.
 
 use super::*;
-use crate::blocks::{add_compensated, restrain};
+use crate::kernels::{add_compensated, restrain};
 
 impl<T: Real> GroupField<'_, T> {
     pub(super) fn claim(&mut self) -> usize {

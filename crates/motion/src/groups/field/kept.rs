@@ -1,7 +1,7 @@
 //! What groups keep from tick to tick.
 
 use super::*;
-use crate::blocks::add_compensated;
+use crate::kernels::add_compensated;
 use crate::units::Scalar;
 
 /// The acceleration at the end of a tick, which is the next one's first if nothing has changed.

@@ -1,7 +1,7 @@
 //! What a tick of a group did to its rows, written down for a ledger.
 
 use super::*;
-use crate::record::{TickRecord, vector};
+use crate::kernels::record::{TickRecord, vector};
 use crate::units::Vector;
 
 impl<T: Real> GroupField<'_, T> {

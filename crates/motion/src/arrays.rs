@@ -1,0 +1,300 @@
+//! Bodies in plain arrays, without an entity component system.
+
+mod acting;
+mod emitters;
+mod entry_points;
+mod individuals;
+mod joined;
+mod of_world;
+mod state;
+mod tick;
+
+use crate::groups::Scratch;
+use crate::kernels::{Account, Known, add_compensated};
+use crate::laws::damping::Damping;
+use crate::laws::{Gravity, Law};
+use crate::methods::table::Method;
+use crate::real::Real;
+use crate::state::clock::StepClock;
+use crate::state::components::StableId;
+use crate::state::range::Range;
+use crate::units::{Scalar, Vector};
+use acting::Acting;
+use emitters::Source;
+use individuals::Individuals;
+use joined::Joined;
+
+pub use of_world::{LawsOf, NotForArrays};
+pub use state::BareState;
+
+/// Bodies in plain arrays, f64 or f32, integrated by the same kernels as those of a world.
+///
+/// ```
+/// use motion::{Bare, Gravity, Method};
+///
+/// let mut ball = Bare::<f32>::new(Method::RungeKutta4, 1.0 / 64.0).with_law(Gravity::EARTH);
+/// ball.add([0.0, 10.0, 0.0], [1.0, 0.0, 0.0], 1.0);
+/// for _ in 0..64 {
+///     ball.tick();
+/// }
+/// assert!((ball.positions[0][1] - (10.0 - 4.9)).abs() < 1e-5);
+/// ```
+///
+/// [`Bare::of_world`] takes in a whole world, with what single bodies ask for and what acts between them.
+#[derive(Debug)]
+pub struct Bare<T: Real> {
+    /// Position of every body, m.
+    pub positions: Vec<[T; 3]>,
+    /// Velocity, m/s, and inverse mass, 1/kg, of every body. Of a world, a tick passes by what is immovable and at rest:
+    /// velocities are set by [`Bare::set_velocity`].
+    pub bodies: Vec<[T; 4]>,
+    /// Ids of the bodies of a world, ascending.
+    ids: Vec<StableId>,
+    forces: Vec<[T; 3]>,
+    /// Rows that were pushed, in the form that the kernels take.
+    pushed: Vec<(usize, usize)>,
+    method: Method,
+    /// Length of a tick, s.
+    step: Scalar,
+    substeps: u32,
+    acting: Acting<T>,
+    individuals: Individuals<T>,
+    sources: Vec<Source>,
+    groups: Vec<Joined<T>>,
+    scratch: Scratch<T>,
+    clock: StepClock,
+    last_steps: Vec<T>,
+    residues: Option<Residues<T>>,
+    known: Vec<Known<T>>,
+    account: Account,
+    refused: Vec<usize>,
+    has_failed: bool,
+}
+
+/// What rounding left out of the state.
+#[derive(Clone, Debug)]
+struct Residues<T> {
+    /// Of positions, m.
+    x: Vec<[T; 3]>,
+    /// Of velocities, m/s.
+    v: Vec<[T; 3]>,
+}
+
+impl<T: Real> Bare<T> {
+    /// No bodies yet, to be integrated by `method` in ticks of `step` seconds.
+    #[must_use]
+    pub fn new(method: Method, step: T) -> Self {
+        Self {
+            positions: Vec::new(),
+            bodies: Vec::new(),
+            ids: Vec::new(),
+            forces: Vec::new(),
+            pushed: Vec::new(),
+            method,
+            step: step.to_f64(),
+            substeps: 1,
+            acting: Acting::default(),
+            individuals: Individuals::default(),
+            sources: Vec::new(),
+            groups: Vec::new(),
+            scratch: Scratch::default(),
+            clock: StepClock::default(),
+            last_steps: Vec::new(),
+            residues: None,
+            known: Vec::new(),
+            account: Account::default(),
+            refused: Vec::new(),
+            has_failed: false,
+        }
+    }
+
+    /// With a law that acts on every body.
+    #[must_use]
+    pub fn with_law(mut self, law: impl Law<T>) -> Self {
+        self.acting.laws.push(Box::new(law));
+        self
+    }
+
+    /// With damping.
+    #[must_use]
+    pub const fn with_damping(mut self, damping: Damping) -> Self {
+        self.acting.damping = Some(damping);
+        self
+    }
+
+    /// With a range that bodies have to stay in: the row of one that would leave it is refused. In f32 no bound is above
+    /// the largest number of f32.
+    #[must_use]
+    pub const fn with_range(mut self, range: Range) -> Self {
+        self.acting.range = Some(range);
+        self
+    }
+
+    /// With ticks divided into `substeps`, at least 1; bodies with a number of their own keep it.
+    #[must_use]
+    pub fn with_substeps(mut self, substeps: u32) -> Self {
+        self.substeps = substeps.max(1);
+        self
+    }
+
+    /// Adds a body at `position`, m, moving at `velocity`, m/s; an `inverse_mass`, 1/kg, of 0 is immovable. Gives
+    /// its row.
+    pub fn add(&mut self, position: [T; 3], velocity: [T; 3], inverse_mass: T) -> usize {
+        let [x, y, z] = velocity;
+        self.positions.push(position);
+        self.bodies.push([x, y, z, inverse_mass]);
+        if let Some(Residues { x, v }) = &mut self.residues {
+            x.push([T::ZERO; 3]);
+            v.push([T::ZERO; 3]);
+        }
+        self.individuals.add();
+        self.bodies.len() - 1
+    }
+
+    /// Pushes a body for the next tick with `newtons`; pushes of a tick add up.
+    pub fn push(&mut self, body: usize, newtons: [T; 3]) {
+        self.forces.resize(self.bodies.len(), [T::ZERO; 3]);
+        self.forces[body].iter_mut().zip(newtons).for_each(|(sum, newtons)| *sum += newtons);
+        if let Err(place) = self.pushed.binary_search(&(0, body)) {
+            self.pushed.insert(place, (0, body));
+        }
+    }
+
+    /// The row of the body of a world with that id.
+    #[must_use]
+    pub fn row_of(&self, id: StableId) -> Option<usize> {
+        self.ids.binary_search(&id).ok()
+    }
+
+    /// Id, position, m, and velocity, m/s, of every body of a world, immovable ones too, in the order of the ids.
+    /// What has no id comes last, as [`u32::MAX`].
+    pub fn states(&self) -> impl Iterator<Item = (StableId, Vector, Vector)> + '_ {
+        let rows = self.positions.iter().zip(&self.bodies);
+        self.ids.iter().zip(rows).map(|(id, (x, [a, b, c, _]))| {
+            (*id, Vector::from_array(x.map(T::to_f64)), Vector::from_array([*a, *b, *c].map(T::to_f64)))
+        })
+    }
+
+    /// Sets the velocity of a body, m/s, that of this moment: position Verlet starts anew with it.
+    pub fn set_velocity(&mut self, body: usize, velocity: [T; 3]) {
+        self.bodies[body][..3].copy_from_slice(&velocity);
+        if let Some(last) = self.last_steps.get_mut(body) {
+            *last = T::ZERO;
+        }
+        if let Some(residues) = &mut self.residues {
+            residues.v[body] = [T::ZERO; 3];
+        }
+        self.individuals.outdated = true;
+    }
+
+    /// Gives a body an impulse J, N s: `v += J w`.
+    pub fn give_impulse(&mut self, body: usize, impulse: [T; 3]) {
+        let w = self.bodies[body][3];
+        for (axis, impulse) in impulse.into_iter().enumerate().filter(|_| w > T::ZERO) {
+            let (v, more) = (&mut self.bodies[body][axis], impulse * w);
+            match &mut self.residues {
+                None => *v += more,
+                Some(residues) => {
+                    let residue = &mut residues.v[body][axis];
+                    (*v, *residue) = add_compensated((*v, *residue), (more, T::ZERO));
+                }
+            }
+        }
+    }
+
+    /// Turns every velocity round.
+    pub fn reverse_velocities(&mut self) {
+        for body in &mut self.bodies {
+            body[..3].iter_mut().for_each(|v| *v = T::ZERO - *v);
+        }
+        if let Some(residues) = &mut self.residues {
+            residues.v.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+        }
+        self.last_steps.iter_mut().for_each(|step| *step = -*step);
+    }
+
+    /// Changes the length of a tick, s.
+    pub fn set_step(&mut self, step: T) {
+        self.step = step.to_f64();
+    }
+
+    /// The method of every body that has none of its own.
+    #[must_use]
+    pub const fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Gravity, if it was declared.
+    #[must_use]
+    pub const fn gravity(&self) -> Option<Gravity> {
+        self.acting.gravity
+    }
+
+    /// Damping, if there is some.
+    #[must_use]
+    pub const fn damping(&self) -> Option<Damping> {
+        self.acting.damping
+    }
+
+    /// Simulated time, s: since the scene began, for that of a world. Reckoned in f64 and rounded once, as all
+    /// times are that laws see.
+    #[must_use]
+    pub fn time(&self) -> T {
+        T::of(self.clock.scene_seconds())
+    }
+
+    /// Accelerations of one body by all laws together, evaluated so far, as [`Evaluations`](crate::Evaluations)
+    /// counts them.
+    #[must_use]
+    pub const fn evaluations(&self) -> u64 {
+        self.account.accelerations
+    }
+
+    /// Newton iterations of implicit steps of single bodies so far, and steps of a body or group that did not
+    /// converge.
+    #[must_use]
+    pub const fn newton(&self) -> (u64, u64) {
+        (self.account.newton_iterations, self.account.unconverged)
+    }
+
+    /// Iterations of conjugate gradients of implicit steps of groups so far.
+    #[must_use]
+    pub const fn cg_iterations(&self) -> u64 {
+        self.account.cg_iterations
+    }
+
+    /// Rows that were left as they were in the last tick, because they would have turned non-finite or left the range. Of a group
+    /// it is the row that was first, and all of it stays as it was.
+    #[must_use]
+    pub fn refused(&self) -> &[usize] {
+        &self.refused
+    }
+
+    /// Whether a row was refused in any tick. There is no quarantine here: what comes after is no result.
+    #[must_use]
+    pub const fn has_failed(&self) -> bool {
+        self.has_failed
+    }
+
+    /// Bytes of the state of a body that a tick reads and writes: position, velocity and inverse mass, and what
+    /// methods keep of it. What it asks for, springs and the arrays of stages are not counted.
+    #[must_use]
+    pub const fn bytes_per_body(&self) -> usize {
+        let mut bytes = size_of::<[T; 3]>() + size_of::<[T; 4]>();
+        if !self.last_steps.is_empty() {
+            bytes += size_of::<T>();
+        }
+        if !self.known.is_empty() {
+            bytes += size_of::<Known<T>>();
+        }
+        if self.residues.is_some() {
+            bytes += 2 * size_of::<[T; 3]>();
+        }
+        bytes
+    }
+
+    fn forget_accelerations(&mut self) {
+        self.known.clear();
+        self.groups.iter_mut().for_each(Joined::forget);
+    }
+}

@@ -1,0 +1,75 @@
+//! Emitters of a world in plain arrays.
+
+use bevy_ecs::entity::EntityHashMap;
+use bevy_ecs::prelude::*;
+
+use super::Bare;
+use crate::kernels::Known;
+use crate::real::Real;
+use crate::schedule::emission::{Emission, Tick};
+use crate::schedule::switch::Off;
+use crate::state::components::Quarantined;
+use crate::state::emitter::Emitter;
+use crate::units::Vector;
+
+/// An emitter and the rows of its pool.
+#[derive(Debug)]
+pub(super) struct Source {
+    emitter: Emitter,
+    pub emission: Emission,
+    is_on: bool,
+    /// Of every slot; `None`: its body was removed or quarantined.
+    rows: Vec<Option<usize>>,
+}
+
+impl<T: Real> Bare<T> {
+    /// Takes in the emitters of a world, bodies of which have these `rows`.
+    pub(super) fn add_sources(&mut self, world: &mut World, rows: &EntityHashMap<usize>) {
+        let mut emitters = world.query::<(Option<&Emitter>, Option<&Off<Emitter>>, &Emission)>();
+        let world = &*world;
+        for (on, off, emission) in emitters.iter(world) {
+            let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) else { continue };
+            let mut emission = emission.clone();
+            emission.fit(emitter);
+            let is_sound = |body: &Entity| world.get::<Quarantined>(*body).is_none();
+            let row = |body: &Entity| rows.get(body).copied().filter(|_| is_sound(body));
+            let rows = emitter.pool.iter().map(row).collect();
+            self.sources.push(Source { emitter: emitter.clone(), emission, is_on: on.is_some(), rows });
+        }
+    }
+
+    /// Births and deaths of the coming tick.
+    pub(super) fn emit(&mut self) {
+        let tick = Tick::next(self.clock, self.step);
+        let Self { sources, individuals, positions, bodies, last_steps, known, residues, .. } = self;
+        for Source { emitter, emission, is_on, rows } in sources {
+            emission.advance(emitter, *is_on, tick, |slot, born| {
+                let Some(row) = rows[slot] else { return };
+                let numbers = |vector: Vector| vector.to_array().map(T::of);
+                let [x, y, z] = numbers(born.map_or(Vector::ZERO, |_| emitter.launches[slot]));
+                positions[row] = numbers(emitter.position);
+                bodies[row] = [x, y, z, T::of(emitter.inverse_mass)];
+                // Nothing of another life.
+                last_steps.get_mut(row).into_iter().for_each(|step| *step = T::ZERO);
+                known.get_mut(row).into_iter().for_each(|known| *known = Known::default());
+                if let Some(residues) = residues {
+                    (residues.x[row], residues.v[row]) = ([T::ZERO; 3], [T::ZERO; 3]);
+                }
+                let kind = &mut individuals.kinds[row];
+                (kind.born, kind.apart) = (born, born.is_none());
+                individuals.outdated = true;
+            });
+        }
+    }
+
+    /// Lets live what lives in the emissions.
+    pub(super) fn look_who_lives(&mut self) {
+        for Source { emission, rows, .. } in &self.sources {
+            for (slot, row) in rows.iter().enumerate() {
+                if let Some(row) = row {
+                    self.individuals.kinds[*row].apart = !emission.lives(slot);
+                }
+            }
+        }
+    }
+}

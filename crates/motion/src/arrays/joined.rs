@@ -1,0 +1,168 @@
+//! Groups of bodies in plain arrays.
+
+use super::individuals::OfRows;
+use super::{Bare, Residues};
+use crate::groups::{Coupling, GroupField, Kept, Outcome, Row, RowArray, Rows, Scratch, Surroundings, Watch};
+use crate::kernels::Account;
+use crate::laws::Declared;
+use crate::methods::table::Method;
+use crate::methods::{Integrator, Memory};
+use crate::real::Real;
+
+/// One group.
+#[derive(Debug, Default)]
+pub(super) struct Joined<T: Real> {
+    pub coupling: Coupling<T>,
+    /// The rows of its bodies among all, those that move first.
+    pub rows: Vec<usize>,
+    /// Its own rows with something to look up, ascending.
+    pub asking: Vec<u32>,
+    /// Its own rows with laws of their own, ascending.
+    pub lawful: Vec<u32>,
+    pub substeps: Option<u32>,
+    /// The method that its bodies ask for.
+    pub method: Option<Method>,
+    pub kept: Kept<T>,
+    pub x: RowArray<T>,
+    pub v: RowArray<T>,
+    /// Of both, where sums are compensated.
+    pub residues: [RowArray<T>; 2],
+    pub w: Vec<T>,
+    pub last: Vec<T>,
+}
+
+impl<T: Real> Joined<T> {
+    /// The rows of the bodies that move.
+    pub fn members(&self) -> impl Iterator<Item = usize> {
+        self.rows[..self.coupling.movable].iter().copied()
+    }
+
+    pub fn forget(&mut self) {
+        self.kept = Kept::default();
+    }
+}
+
+impl<T: Real> Bare<T> {
+    pub(super) fn method_of_group(&self, group: usize) -> Method {
+        self.groups[group].method.unwrap_or(self.method)
+    }
+
+    /// A tick of `M` for a group; if a row of it turns non-finite, all of them stay.
+    pub(super) fn tick_group<M: Integrator>(&mut self, number: usize) {
+        let mut group = std::mem::take(&mut self.groups[number]);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let rows = std::mem::take(&mut group.rows);
+        let members = &rows[..group.coupling.movable];
+        let mut account = Account::default();
+        let mut outcome = Outcome::Finite;
+        for watch in [Watch::Off, Watch::On] {
+            self.gather(&rows, &mut group);
+            self.gather_pushes(members, &mut scratch.pushes);
+            outcome = self.work_out::<M>(watch, &rows, &mut group, &mut scratch, &mut account);
+            if outcome == Outcome::Finite {
+                break;
+            }
+        }
+        self.scratch = scratch;
+        match outcome {
+            Outcome::Finite => {
+                self.account.add(&account);
+                self.scatter::<M>(members, &group);
+            }
+            Outcome::Broken(first) => {
+                let pushed = self.first_broken_push(members);
+                self.refused.push(pushed.or(first.first().map(|row| rows[*row])).unwrap_or(rows[0]));
+                group.forget();
+            }
+        }
+        group.rows = rows;
+        self.groups[number] = group;
+    }
+
+    /// The rows of a group after a tick, which no body has yet.
+    fn work_out<M: Integrator>(
+        &self,
+        watch: Watch,
+        rows: &[usize],
+        group: &mut Joined<T>,
+        scratch: &mut Scratch<T>,
+        account: &mut Account,
+    ) -> Outcome {
+        let acting = &self.acting;
+        let called = acting.called();
+        let course = self.course(group.substeps.unwrap_or(self.substeps));
+        let around = Surroundings {
+            // Drag does not act alike on all points.
+            terms: acting.terms::<M>(Declared { drag: None, ..acting.declared() }, &called, course),
+            gravity: acting.gravity(),
+            drag: acting.drag.as_ref(),
+            attraction: acting.attraction.as_ref(),
+            solver: acting.solver,
+            affine: &[],
+        };
+        let askers = OfRows { rows, individuals: &self.individuals };
+        let Joined { coupling, asking, lawful, kept, x, v, residues: [rx, rv], w, last, .. } = group;
+        let residues = self.residues.is_some().then_some([&mut **rx, &mut **rv]);
+        let last = (M::MEMORY == Memory::LastStep).then(|| &mut last[..coupling.movable]);
+        let rows = Rows { x, v, residues, w, asking, lawful };
+        GroupField::new(coupling, &around, rows, &askers, scratch, account).tick::<M>(watch, last, Some(kept))
+    }
+
+    fn gather(&self, rows: &[usize], group: &mut Joined<T>) {
+        let Joined { x, v, .. } = group;
+        x.resize(rows.len());
+        v.resize(rows.len());
+        for ((row, x), v) in rows.iter().zip(x.iter_mut()).zip(v.iter_mut()) {
+            let ([a, b, c], [d, e, f, _]) = (self.positions[*row], self.bodies[*row]);
+            (*x, *v) = ([a, b, c, T::ZERO], [d, e, f, T::ZERO]);
+        }
+        if let Some(Residues { x, v }) = &self.residues {
+            for (to, from) in group.residues.iter_mut().zip([x, v]) {
+                to.resize(rows.len());
+                for (to, row) in to.iter_mut().zip(rows) {
+                    let [x, y, z] = from[*row];
+                    *to = [x, y, z, T::ZERO];
+                }
+            }
+        }
+        let Joined { w, last, .. } = group;
+        w.clear();
+        w.extend(rows.iter().map(|row| self.bodies[*row][3]));
+        last.clear();
+        last.extend(rows.iter().map(|row| self.last_steps.get(*row).copied().unwrap_or(T::ZERO)));
+    }
+
+    /// What was pushed of a group, by its own rows.
+    fn gather_pushes(&self, members: &[usize], pushes: &mut Vec<(usize, Row<T>)>) {
+        pushes.clear();
+        if self.pushed.is_empty() {
+            return;
+        }
+        pushes.extend(members.iter().enumerate().filter_map(|(own, row)| {
+            let [x, y, z] = self.forces[*row];
+            self.pushed.binary_search(&(0, *row)).ok().map(|_| (own, [x, y, z, T::ZERO]))
+        }));
+    }
+
+    /// The first row of a group whose force is not finite.
+    fn first_broken_push(&self, members: &[usize]) -> Option<usize> {
+        members.iter().copied().find(|row| !self.forces[*row].iter().all(|part| part.is_finite()))
+    }
+
+    fn scatter<M: Integrator>(&mut self, members: &[usize], group: &Joined<T>) {
+        if M::MEMORY == Memory::LastStep {
+            self.last_steps.resize(self.bodies.len(), T::ZERO);
+        }
+        for (own, row) in members.iter().enumerate() {
+            self.positions[*row].copy_from_slice(&group.x[own][..3]);
+            self.bodies[*row][..3].copy_from_slice(&group.v[own][..3]);
+            if M::MEMORY == Memory::LastStep {
+                self.last_steps[*row] = group.last[own];
+            }
+            if let Some(Residues { x, v }) = &mut self.residues {
+                x[*row].copy_from_slice(&group.residues[0][own][..3]);
+                v[*row].copy_from_slice(&group.residues[1][own][..3]);
+            }
+        }
+    }
+}

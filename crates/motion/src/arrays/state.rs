@@ -1,0 +1,52 @@
+//! States of arrays, to go back to.
+
+use super::{Bare, Residues};
+use crate::real::Real;
+use crate::schedule::emission::Emission;
+use crate::state::clock::StepClock;
+
+/// The state of a [`Bare`], to go back to.
+#[derive(Clone, Debug)]
+pub struct BareState<T> {
+    positions: Vec<[T; 3]>,
+    bodies: Vec<[T; 4]>,
+    last_steps: Vec<T>,
+    residues: Option<Residues<T>>,
+    emissions: Vec<Emission>,
+    clock: StepClock,
+}
+
+impl<T: Real> Bare<T> {
+    /// The state, to go back to.
+    #[must_use]
+    pub fn save(&self) -> BareState<T> {
+        let Self { positions, bodies, last_steps, residues, sources, clock, .. } = self;
+        BareState {
+            positions: positions.clone(),
+            bodies: bodies.clone(),
+            last_steps: last_steps.clone(),
+            residues: residues.clone(),
+            emissions: sources.iter().map(|source| source.emission.clone()).collect(),
+            clock: *clock,
+        }
+    }
+
+    /// Goes back to a state of these bodies. Counts stay as they are, and a method that starts with the
+    /// acceleration that the last tick left evaluates it again.
+    ///
+    /// # Panics
+    /// When bodies were added since.
+    pub fn restore(&mut self, state: &BareState<T>) {
+        self.positions.copy_from_slice(&state.positions);
+        self.bodies.copy_from_slice(&state.bodies);
+        self.last_steps.clone_from(&state.last_steps);
+        self.residues.clone_from(&state.residues);
+        let sources = self.sources.iter_mut().zip(&state.emissions);
+        sources.for_each(|(source, emission)| source.emission.clone_from(emission));
+        self.look_who_lives();
+        self.clock = state.clock;
+        self.has_failed = false;
+        self.forget_accelerations();
+        self.individuals.outdated = true;
+    }
+}

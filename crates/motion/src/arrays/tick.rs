@@ -1,0 +1,179 @@
+//! A tick of bodies in plain arrays.
+
+use std::ops::Range;
+
+use super::individuals::{Own, Run};
+use super::{Bare, Residues};
+use crate::kernels::{self, Account, Applied, Asks, Known, MemoryRows, Sums, Table};
+use crate::laws::course::Course;
+use crate::laws::damping::Damping;
+use crate::methods::table::Method;
+use crate::methods::{Integrator, Memory};
+use crate::real::Real;
+
+impl<T: Real> Bare<T> {
+    /// Integrates a tick of every body by another method than those of the table, such as one of one's own. A
+    /// tick of no length is none.
+    ///
+    /// # Panics
+    /// When bodies act on each other or sums are compensated: that is for the methods of the table only.
+    pub fn tick_with<M: Integrator>(&mut self) {
+        let plain = self.groups.is_empty() && self.residues.is_none();
+        assert!(plain, "groups and compensated sums are for the methods of the table only");
+        if self.begin_tick() {
+            for run in 0..self.individuals.runs.len() {
+                self.tick_rows::<M, Plainly>(run);
+            }
+            self.end_tick();
+        }
+    }
+
+    /// Whether there is a tick at all.
+    pub(super) fn begin_tick(&mut self) -> bool {
+        self.refused.clear();
+        if self.step != 0.0 {
+            self.emit();
+        }
+        self.individuals.plan(&self.bodies);
+        self.forces.resize(self.bodies.len(), [T::ZERO; 3]);
+        self.step != 0.0
+    }
+
+    pub(super) fn end_tick(&mut self) {
+        self.clock.count(self.step);
+        self.individuals.grow_up();
+        for (_, row) in self.pushed.drain(..) {
+            self.forces[row] = [T::ZERO; 3];
+        }
+        self.has_failed |= !self.refused.is_empty();
+    }
+
+    pub(super) fn method_of_run(&self, run: usize) -> Method {
+        self.individuals.runs[run].method.unwrap_or(self.method)
+    }
+
+    /// Whether the velocity of one of those rows is that of half a step ago.
+    pub(super) fn is_half_a_step_behind(&self, rows: impl IntoIterator<Item = usize>) -> bool {
+        rows.into_iter().any(|row| self.last_steps.get(row).is_some_and(|step| *step != T::ZERO))
+    }
+
+    pub(super) fn course(&self, substeps: u32) -> Course {
+        let (start, end) = (self.clock.scene_seconds(), self.clock.after(self.step).scene_seconds());
+        Course { start, end, tick: self.step, substeps }
+    }
+
+    /// A tick of `M` for the rows of a run, summed up the one way or the other.
+    pub(super) fn tick_rows<M: Integrator, W: Way>(&mut self, run: usize) {
+        let mut course = self.course(self.substeps);
+        let Self {
+            positions, bodies, residues, forces, pushed, acting, individuals, account, refused, ..
+        } = self;
+        let Run { rows, weightless, own, movable, born, .. } = individuals.runs[run].clone();
+        if let Some(time) = born {
+            course = course.since(time);
+        }
+        let called = acting.called();
+        let mut terms = acting.terms::<M>(acting.declared(), &called, course);
+        if !weightless {
+            terms.gravity += acting.gravity();
+        }
+        forces.resize(bodies.len(), [T::ZERO; 3]);
+        let calls = !called.is_empty() || own.is_some();
+        let mut memory = memory::<T, M>(&mut self.last_steps, &mut self.known, bodies.len(), calls);
+        let mut memory = memory.part(rows.clone());
+        let mut counted = Account::default();
+        if let Some(first) = own {
+            for row in rows.clone() {
+                let Own { asks, laws, substeps } = &individuals.owns[first + row - rows.start];
+                let rate = asks.damping_rate.zip(terms.damping);
+                let asks = Asks {
+                    damping: rate.map(|(rate, damping)| Damping { rate, ..damping }),
+                    limit: asks.limit.map(T::of),
+                    locks: asks.locks,
+                    laws,
+                    version: 0,
+                    substeps: *substeps,
+                };
+                let at = row - rows.start;
+                let table = Table {
+                    positions: &mut positions[row..row + 1],
+                    bodies: &mut bodies[row..row + 1],
+                    memory: memory.part(at..at + 1),
+                };
+                let mut sums = W::sums(residues, row..row + 1);
+                let counts = &mut counted;
+                let force = forces[row];
+                if kernels::integrate_one_summed::<T, M>(&terms, &asks, table, &mut sums, force, counts)
+                    .is_err()
+                {
+                    refused.push(row);
+                }
+            }
+        } else {
+            let applied = Applied { forces, rows: pushed, offset: 0 }.part(rows.clone());
+            let applied = (!applied.rows.is_empty()).then_some(applied);
+            let table =
+                Table { positions: &mut positions[rows.clone()], bodies: &mut bodies[rows.clone()], memory };
+            let mut sums = W::sums(residues, rows.clone());
+            let refuse = &mut |row, _| refused.push(rows.start + row);
+            kernels::integrate_summed::<T, M>(&terms, table, &mut sums, applied, &mut counted, refuse);
+            if counted.accelerations == 0 {
+                // Where no law is called nothing is counted on the way.
+                counted.accelerations = terms.evaluations::<M>() * movable;
+            }
+        }
+        account.add(&counted);
+    }
+}
+
+/// What `M` keeps of all rows; `calls` tells whether laws are called.
+fn memory<'a, T: Real, M: Integrator>(
+    last_steps: &'a mut Vec<T>,
+    known: &'a mut Vec<Known<T>>,
+    rows: usize,
+    calls: bool,
+) -> MemoryRows<'a, T> {
+    match M::MEMORY {
+        Memory::LastStep => {
+            last_steps.resize(rows, T::ZERO);
+            MemoryRows::LastStep(last_steps)
+        }
+        Memory::LastAcceleration if calls => {
+            known.resize(rows, Known::default());
+            MemoryRows::Known(known)
+        }
+        Memory::LastAcceleration | Memory::None => MemoryRows::None,
+    }
+}
+
+/// How the rows of single bodies are summed up: a type, so that kernels are compiled only for those that are used.
+pub(super) trait Way {
+    type Sums<'a, T: Real>: Sums<T>;
+
+    /// Those of some rows.
+    fn sums<T: Real>(residues: &mut Option<Residues<T>>, rows: Range<usize>) -> Self::Sums<'_, T>;
+}
+
+/// Without residues.
+pub(super) struct Plainly;
+
+/// With residues, which there have to be.
+pub(super) struct Compensating;
+
+impl Way for Plainly {
+    type Sums<'a, T: Real> = kernels::Plain;
+
+    fn sums<T: Real>(_: &mut Option<Residues<T>>, _: Range<usize>) -> kernels::Plain {
+        kernels::Plain
+    }
+}
+
+impl Way for Compensating {
+    type Sums<'a, T: Real> = kernels::Residues<'a, T>;
+
+    fn sums<T: Real>(residues: &mut Option<Residues<T>>, rows: Range<usize>) -> kernels::Residues<'_, T> {
+        let none = Residues { x: Vec::new(), v: Vec::new() };
+        let Residues { x, v } = residues.get_or_insert(none);
+        kernels::Residues { x: &mut x[rows.clone()], v: &mut v[rows] }
+    }
+}

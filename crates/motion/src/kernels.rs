@@ -1,0 +1,323 @@
+//! Methods on blocks of rows: the arithmetic of a tick, checked before it is committed.
+//!
+//! A row of a body is four lanes, (velocity, inverse mass), and every update is written on four lanes whose
+//! constants leave the last one alone, so that one body is one register. The whole tick of a block, every
+//! substep and stage, is computed before the next block is looked at; a row that would turn non-finite is left
+//! as it was and refused. There is no fused multiply-add: it would change the bits.
+//!
+//! Two kernels do it. The affine one knows gravity, linear drag, damping and applied forces, and is compiled
+//! for the vector instructions of the machine, chosen at run time, with the same bits on all of them. The
+//! calling one knows everything: laws that are called and what single bodies ask for.
+
+mod affine;
+mod calling;
+mod compensated;
+pub(crate) mod evaluations;
+mod field;
+mod lanes;
+mod memory;
+pub(crate) mod record;
+
+use std::ops::Range;
+
+use smallvec::SmallVec;
+
+use crate::kernels::record::Recorder;
+use crate::laws::course::Course;
+use crate::laws::damping::{Damping, Decay};
+use crate::laws::{Affine, Law};
+use crate::methods::Integrator;
+use crate::real::Real;
+use crate::state::components::{AxisLocks, Force};
+use crate::state::range::{Bounds, Breach};
+use crate::units::Scalar;
+
+pub(crate) use affine::LEVEL;
+pub(crate) use calling::{Plain, Sums};
+pub(crate) use compensated::{Residues, add_compensated};
+pub(crate) use field::restrain;
+pub(crate) use memory::{Known, MemoryRows};
+
+/// Rows that are computed before the first of them is stored.
+pub(crate) const BLOCK: usize = 4;
+
+type Row<T> = [T; 4];
+
+/// What acts on every body of a table in a tick.
+#[derive(Clone, Copy)]
+pub(crate) struct Terms<'a, T: Real> {
+    /// Acceleration by the constant laws, m/s².
+    pub gravity: T::Vector,
+    /// Rate of linear drag by the laws, 1/s.
+    pub drag: T,
+    /// Rate of linear drag altogether, 1/s: exact damping is in it where the method has damping around its ticks.
+    pub rate: T,
+    /// Damping, for steps of other lengths.
+    pub damping: Option<Damping>,
+    /// What damping does in a step or, around it, in a tick.
+    pub decay: Decay<T>,
+    /// Laws that have to be called.
+    pub laws: &'a [&'a dyn Law<T>],
+    /// Changes whenever one of these laws does.
+    pub epoch: u64,
+    /// The times of the tick.
+    pub course: Course,
+    /// What the state that is stored may be at most.
+    pub bounds: Bounds<T>,
+}
+
+impl<'a, T: Real> Terms<'a, T> {
+    /// What is taken from the drag and damping that are in force: for a method that has damping inside its steps
+    /// or around its ticks.
+    pub fn new<M: Integrator>(
+        affine: Affine<T>,
+        damping: Option<Damping>,
+        laws: &'a [&'a dyn Law<T>],
+        epoch: u64,
+        course: Course,
+    ) -> Self {
+        let decay = Decay::none(course.substep());
+        let Affine { constant: gravity, rate: drag } = affine;
+        let bounds = Bounds::FINITE;
+        let terms = Self { gravity, drag, rate: drag, damping: None, decay, laws, epoch, course, bounds };
+        terms.damped::<M>(damping)
+    }
+
+    /// The same for states that stay within `bounds`.
+    #[must_use]
+    pub const fn within(mut self, bounds: Bounds<T>) -> Self {
+        self.bounds = bounds;
+        self
+    }
+
+    /// The same with other damping.
+    #[must_use]
+    pub fn damped<M: Integrator>(mut self, damping: Option<Damping>) -> Self {
+        self.damping = damping;
+        (self.decay, self.rate) = match damping {
+            None => (Decay::none(self.course.substep()), self.drag),
+            Some(damping) if M::DAMPS_INSIDE => (damping.factors(self.course.substep()), self.drag),
+            Some(damping) => {
+                let (decay, rate) = damping.around(T::of(self.course.tick));
+                (decay, self.drag + rate)
+            }
+        };
+        if !M::PASSES_TIME {
+            self.course.substeps = 1;
+            self.decay = Decay::none(T::of(self.course.tick));
+        }
+        self
+    }
+
+    /// The same for a body that is born at `time`, s: what is left of the tick is a tick.
+    #[must_use]
+    pub fn since<M: Integrator>(&self, time: Scalar) -> Self {
+        Self { course: self.course.since(time), ..*self }.damped::<M>(self.damping)
+    }
+
+    /// Accelerations of a body in a tick of `M` in which no law is called.
+    pub fn evaluations<M: Integrator>(&self) -> u64 {
+        let claims = M::METHOD.claims();
+        let of_a_step = match self.rate == T::ZERO {
+            true => claims.evaluations,
+            false => claims.evaluations_with_velocity_laws,
+        };
+        if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.course.substeps) } else { 0 }
+    }
+
+    fn calls_with_velocity(&self, own: &[Box<dyn Law<T>>]) -> bool {
+        self.laws.iter().any(|law| law.depends_on_velocity())
+            || own.iter().any(|law| law.depends_on_velocity())
+    }
+}
+
+/// What a single body asks for beside its table's [`Terms`].
+#[derive(Clone, Copy)]
+pub(crate) struct Asks<'a, T: Real> {
+    /// Its own damping.
+    pub damping: Option<Damping>,
+    /// Largest speed, m/s.
+    pub limit: Option<T>,
+    /// Axes that it does not move along.
+    pub locks: Option<AxisLocks>,
+    /// Its own laws.
+    pub laws: &'a [Box<dyn Law<T>>],
+    /// Changes whenever its own laws do.
+    pub version: u64,
+    /// Its own number of substeps.
+    pub substeps: Option<u32>,
+}
+
+impl<T: Real> Asks<'_, T> {
+    /// Nothing.
+    pub const NOTHING: Self =
+        Self { damping: None, limit: None, locks: None, laws: &[], version: 0, substeps: None };
+}
+
+/// A count a name.
+pub(crate) type Counts = SmallVec<[(&'static str, u64); 8]>;
+
+/// Adds `more` to the count of that name, which is first heard of when it is not 0.
+pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
+    match counts.iter_mut().find(|(known, _)| *known == name) {
+        Some((_, count)) => *count += more,
+        None if more > 0 => counts.push((name, more)),
+        None => {}
+    }
+}
+
+/// What a tick took: counted where laws are called, so that it is exact.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Account {
+    /// Accelerations of one body, by all laws together.
+    pub accelerations: u64,
+    /// Evaluations of the laws of all bodies, one number a law of [`Terms::laws`].
+    pub calls: SmallVec<[u64; 8]>,
+    /// Evaluations of the laws of single bodies, by name.
+    pub own: Counts,
+    /// Newton iterations of implicit steps.
+    pub newton_iterations: u64,
+    /// Implicit steps that did not converge.
+    pub unconverged: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+    /// What is written down of every row, if it is.
+    pub record: Option<Recorder>,
+}
+
+impl Account {
+    pub(crate) fn count_own(&mut self, name: &'static str, rows: u64) {
+        count(&mut self.own, name, rows);
+    }
+
+    /// Takes the counts of another account into this one.
+    pub fn add(&mut self, other: &Self) {
+        self.accelerations += other.accelerations;
+        self.calls.resize(self.calls.len().max(other.calls.len()), 0);
+        let calls = self.calls.iter_mut().zip(&other.calls);
+        calls.for_each(|(sum, calls)| *sum += calls);
+        other.own.iter().for_each(|(name, calls)| self.count_own(name, *calls));
+        self.newton_iterations += other.newton_iterations;
+        self.unconverged += other.unconverged;
+        self.cg_iterations += other.cg_iterations;
+    }
+}
+
+/// The rows of a table, or a part of them.
+pub(crate) struct Table<'a, T: Real> {
+    /// x, y, z of every body.
+    pub positions: &'a mut [[T; 3]],
+    /// (velocity, inverse mass) of every body.
+    pub bodies: &'a mut [Row<T>],
+    /// What the method keeps of them.
+    pub memory: MemoryRows<'a, T>,
+}
+
+/// The forces of a table, or a part of it, and the rows that have one; all other rows are zero and are not looked
+/// at.
+#[derive(Clone, Copy)]
+pub(crate) struct Applied<'a, T> {
+    /// Of every body of the part.
+    pub forces: &'a [[T; 3]],
+    /// Table and row of the bodies of this part that were pushed, rows ascending.
+    pub rows: &'a [(usize, usize)],
+    /// The row of the table at which the part begins.
+    pub offset: usize,
+}
+
+impl<T> Applied<'_, T> {
+    /// A part of this part.
+    pub fn part(&self, rows: Range<usize>) -> Self {
+        let of = |row: usize| self.rows.partition_point(|(_, pushed)| *pushed < self.offset + row);
+        Self {
+            forces: &self.forces[rows.clone()],
+            rows: &self.rows[of(rows.start)..of(rows.end)],
+            offset: self.offset + rows.start,
+        }
+    }
+}
+
+impl<'a> Applied<'a, f64> {
+    /// From the column of a chunk of a table that begins at row `start`, and the pushed rows of the table; `None`
+    /// if none of them is in the chunk.
+    pub fn of(forces: &'a [Force], pushed: &'a [(usize, usize)], start: usize) -> Option<Self> {
+        let row = |row: usize| pushed.partition_point(|(_, pushed)| *pushed < row);
+        let rows = &pushed[row(start)..row(start + forces.len())];
+        (!rows.is_empty()).then(|| Self { forces: bytemuck::cast_slice(forces), rows, offset: start })
+    }
+}
+
+/// What to tell about a row that was not updated, and why it was not.
+pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
+
+/// Integrates a tick of every body of a table.
+pub(crate) fn integrate<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    table: Table<'_, T>,
+    applied: Option<Applied<'_, T>>,
+    account: &mut Account,
+    refuse: Refuse<'_>,
+) {
+    integrate_summed::<T, M>(terms, table, &mut Plain, applied, account, refuse);
+}
+
+/// The same, summed up as `sums` says.
+pub(crate) fn integrate_summed<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    mut table: Table<'_, T>,
+    sums: &mut impl Sums<T>,
+    applied: Option<Applied<'_, T>>,
+    account: &mut Account,
+    refuse: Refuse<'_>,
+) {
+    assert_eq!(table.positions.len(), table.bodies.len(), "a position for every body");
+    let Terms { laws, rate, damping, decay, course, .. } = terms;
+    let drags_and_damps = *rate != T::ZERO && damping.is_some() && M::DAMPS_INSIDE;
+    // Factors of a tick, between whose substeps the affine kernel does not know the first from the last.
+    let factors = decay.before_move.is_some() || decay.after_move.is_some();
+    let around = !M::DAMPS_INSIDE && course.substeps > 1 && factors;
+    if laws.is_empty() && !drags_and_damps && M::PASSES_TIME {
+        let in_registers = !around && sums.are_plain() && account.record.is_none();
+        if !in_registers || !affine::run::<T, M>(terms, &mut table, applied, refuse) {
+            // The same bits; what it would count is known without it.
+            let mut uncounted = Account { record: account.record.take(), ..Account::default() };
+            calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, &mut uncounted, refuse);
+            account.record = uncounted.record;
+        }
+    } else {
+        calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, account, refuse);
+    }
+}
+
+/// Integrates a tick of one body that asks for something, or says why it was refused.
+pub(crate) fn integrate_one<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    asks: &Asks<'_, T>,
+    body: Table<'_, T>,
+    force: [T; 3],
+    account: &mut Account,
+) -> Result<(), Breach> {
+    integrate_one_summed::<T, M>(terms, asks, body, &mut Plain, force, account)
+}
+
+/// The same, summed up as `sums` says.
+pub(crate) fn integrate_one_summed<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    asks: &Asks<'_, T>,
+    mut body: Table<'_, T>,
+    sums: &mut impl Sums<T>,
+    force: [T; 3],
+    account: &mut Account,
+) -> Result<(), Breach> {
+    let mut outcome = Ok(());
+    let applied = Applied { forces: &[force], rows: &[(0, 0)], offset: 0 };
+    let mut own = *terms;
+    if let Some(substeps) = asks.substeps {
+        own.course.substeps = substeps;
+    }
+    let own = own.damped::<M>(asks.damping.or(terms.damping));
+    calling::run::<T, M>(&own, asks, &mut body, sums, Some(applied), account, &mut |_, breach| {
+        outcome = Err(breach);
+    });
+    outcome
+}

@@ -1,0 +1,476 @@
+//! The kernel of gravity, linear drag, damping and applied forces: everything in registers.
+
+use std::ops::Range;
+use std::sync::LazyLock;
+
+use fearless_simd::{Level, Simd, prelude::*};
+
+use super::field::{BlockField, Constants, parts};
+use super::lanes::{Rows, each_row};
+use super::memory::MemoryRows;
+use super::{Applied, BLOCK, Refuse, Row, Table, Terms};
+use crate::methods::{Carry, Integrator, Memory};
+use crate::real::{Lanes as _, Real};
+use crate::state::range::{Bounds, Breach};
+
+/// What the machine offers; asking costs more than stepping one body.
+pub(crate) static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
+
+/// The positions of a block and one number beyond: each row is loaded as four lanes, and nobody looks at the
+/// last.
+type Triples<T> = [T; 3 * BLOCK + 1];
+
+/// Rows that go through all substeps before the next ones: they stay in the first-level cache.
+const STAY: usize = 32 * BLOCK;
+
+/// Integrates a tick, if the machine has registers that hold a row of `T`; `false`: it has not, and nothing was
+/// done.
+#[must_use]
+pub(super) fn run<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    table: &mut Table<'_, T>,
+    applied: Option<Applied<'_, T>>,
+    refuse: Refuse<'_>,
+) -> bool {
+    let (rows, substeps) = (table.bodies.len(), terms.course.substeps);
+    if substeps == 1 {
+        return step_all::<T, M>(terms, table, 0..rows, applied, refuse);
+    }
+    // Nothing here looks at the time, so that every substep is the same step. A row that one of them refuses
+    // stays as it is, and the others refuse it as well; it goes back to where it was before the tick. Of a range only
+    // the end of the tick is asked.
+    let inner = terms.within(Bounds::FINITE);
+    let mut refused: Vec<(usize, Breach)> = Vec::new();
+    let mut before = ([[T::ZERO; 3]; STAY], [[T::ZERO; 4]; STAY]);
+    for start in (0..rows).step_by(STAY) {
+        let rows = start..rows.min(start + STAY);
+        before.0[..rows.len()].copy_from_slice(&table.positions[rows.clone()]);
+        before.1[..rows.len()].copy_from_slice(&table.bodies[rows.clone()]);
+        let first = refused.len();
+        for _ in 0..substeps {
+            let refuse = &mut |row, breach| refused.push((row, breach));
+            if !step_all::<T, M>(&inner, table, rows.clone(), applied, refuse) {
+                return false;
+            }
+        }
+        if terms.bounds != Bounds::FINITE {
+            for row in rows {
+                let breach = terms.bounds.breach(&table.positions[row], &table.bodies[row]);
+                let (x, body) = (&before.0[row - start], &before.1[row - start]);
+                refused
+                    .extend(breach.filter(|_| is_missed(&terms.bounds, x, body)).map(|breach| (row, breach)));
+            }
+        }
+        for (row, _) in &refused[first..] {
+            table.positions[*row] = before.0[row - start];
+            table.bodies[*row] = before.1[row - start];
+        }
+    }
+    // The first of a row is why; the sort keeps their order.
+    refused.sort_by_key(|(row, _)| *row);
+    refused.dedup_by_key(|(row, _)| *row);
+    refused.into_iter().for_each(|(row, breach)| refuse(row, breach));
+    true
+}
+
+/// A step of some rows.
+#[must_use]
+fn step_all<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    table: &mut Table<'_, T>,
+    rows: Range<usize>,
+    applied: Option<Applied<'_, T>>,
+    refuse: Refuse<'_>,
+) -> bool {
+    if rows.is_empty() {
+        return true;
+    }
+    let part = applied.map(|applied| applied.part(rows.clone()));
+    let mut whole = Table {
+        positions: &mut table.positions[rows.clone()],
+        bodies: &mut table.bodies[rows.clone()],
+        memory: table.memory.part(rows.clone()),
+    };
+    if !step::<T, M>(terms, &mut whole, part, &mut |row, breach| refuse(rows.start + row, breach)) {
+        return false;
+    }
+    // A block is loaded one number beyond its last row: the last block is copied, with a row beyond.
+    let rest = (rows.len() - 1) % BLOCK + 1;
+    let last = rows.end - rest..rows.end;
+    let zero = [T::ZERO; 3];
+    let (mut positions, mut bodies) = ([zero; BLOCK + 1], [[T::ZERO; 4]; BLOCK + 1]);
+    let (mut forces, mut steps) = ([zero; BLOCK + 1], [T::ZERO; BLOCK + 1]);
+    positions[..rest].copy_from_slice(&table.positions[last.clone()]);
+    bodies[..rest].copy_from_slice(&table.bodies[last.clone()]);
+    let (mut pushed, mut count) = ([(0, 0); BLOCK], 0);
+    if let Some(applied) = applied {
+        let Applied { forces: all, rows, offset } = applied.part(last.clone());
+        forces[..rest].copy_from_slice(all);
+        count = rows.len();
+        pushed.iter_mut().zip(rows).for_each(|(copy, (table, row))| *copy = (*table, row - offset));
+    }
+    let mut memory = MemoryRows::None;
+    if let MemoryRows::LastStep(all) = &table.memory {
+        // Rows that fill the block up are like its first: the block stays one of equal steps.
+        steps = [all[last.start]; BLOCK + 1];
+        steps[..rest].copy_from_slice(&all[last.clone()]);
+        memory = MemoryRows::LastStep(&mut steps);
+    }
+    let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
+    let mut copy = Table { positions: &mut positions, bodies: &mut bodies, memory };
+    let done = step::<T, M>(terms, &mut copy, applied, &mut |row, breach| refuse(last.start + row, breach));
+    table.positions[last.clone()].copy_from_slice(&positions[..rest]);
+    table.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
+    if let MemoryRows::LastStep(all) = &mut table.memory {
+        all[last].copy_from_slice(&steps[..rest]);
+    }
+    done
+}
+
+/// A step of every whole block that has a row beyond it.
+///
+/// Every set of instructions is a copy of every method, so there is one: on x86 AVX2 for f64 and SSE4.2 for f32.
+#[must_use]
+fn step<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    table: &mut Table<'_, T>,
+    applied: Option<Applied<'_, T>>,
+    refuse: Refuse<'_>,
+) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    match (LEVEL.as_avx2(), LEVEL.as_sse4_2()) {
+        (Some(simd), _) if T::WIDE => simd.vectorize(
+            #[inline(always)]
+            || step_with::<T, M, _>(simd, terms, table, applied, refuse),
+        ),
+        (_, Some(simd)) if !T::WIDE => simd.vectorize(
+            #[inline(always)]
+            || step_with::<T, M, _>(simd, terms, table, applied, refuse),
+        ),
+        _ => return false,
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let level = *LEVEL;
+        fearless_simd::dispatch!(level, simd => step_with::<T, M, _>(simd, terms, table, applied, refuse));
+    }
+    true
+}
+
+/// [`step`] with the instructions of `simd`.
+#[inline(always)]
+fn step_with<T: Real, M: Integrator, S: Simd>(
+    simd: S,
+    terms: &Terms<'_, T>,
+    table: &mut Table<'_, T>,
+    applied: Option<Applied<'_, T>>,
+    refuse: Refuse<'_>,
+) {
+    use parts::{AFTER, BEFORE, DRAG, KEEP};
+    let rows = Kernel { simd, terms, table, applied, refuse };
+    if !M::DAMPS_INSIDE {
+        // The methods that save an evaluation where nothing varies have a kernel for that.
+        let constant = M::MEMORY == Memory::LastAcceleration && terms.rate == T::ZERO;
+        return if constant { rows.run::<M, 0>() } else { rows.run::<M, DRAG>() };
+    }
+    let decay = &terms.decay;
+    if M::KICKS && decay.keep.is_some() {
+        rows.run::<M, KEEP>();
+    } else if M::KICKS && terms.rate != T::ZERO {
+        rows.run::<M, DRAG>();
+    } else if M::MOVES && decay.before_move.is_some() {
+        rows.run::<M, BEFORE>();
+    } else if M::MOVES && decay.after_move.is_some() {
+        rows.run::<M, AFTER>();
+    } else {
+        rows.run::<M, 0>();
+    }
+}
+
+struct Kernel<'a, 't, 'r, T: Real, S> {
+    simd: S,
+    terms: &'a Terms<'t, T>,
+    table: &'a mut Table<'r, T>,
+    applied: Option<Applied<'a, T>>,
+    refuse: Refuse<'a>,
+}
+
+impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
+    #[inline(always)]
+    fn run<M: Integrator, const PARTS: u8>(self) {
+        let Self { simd, terms, table: Table { positions, bodies, memory }, applied, refuse } = self;
+        let step = StepOf { constants: Constants::new(simd, terms), terms };
+        let limit = Limit::of::<M>(terms);
+        let mut pushed = Pushed::new(applied, bodies.len());
+        let count = bodies.len().saturating_sub(1) / BLOCK;
+        let (blocks, _) = bodies.as_chunks_mut::<BLOCK>();
+        let mut positions: &mut [T] = positions.as_flattened_mut();
+        let mut last = match memory {
+            MemoryRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
+            _ => None,
+        };
+        for (number, block) in blocks[..count].iter_mut().enumerate() {
+            let start = number * BLOCK;
+            let x: &mut Triples<T> = positions.first_chunk_mut().expect("a whole block and a number");
+            let steps = last.as_mut().and_then(Iterator::next);
+            // A force that nobody applied is worth a kernel without one: adding it would lengthen every stage.
+            let new = if pushed.touches(start) {
+                step.block::<M, PARTS, true>(simd, x, block, Some(&pushed.block(start)), steps)
+            } else {
+                step.block::<M, PARTS, false>(simd, x, block, None, steps)
+            };
+            if !M::CHECKED || limit.is_of_numbers && is_finite::<T, M, S>(&new) {
+                store::<T, M, S>(&new, x, block);
+            } else {
+                let (x, rows) = (&mut x[..3 * BLOCK], (&new.0.rows(), &new.1.rows()));
+                commit_each(&limit.bounds, rows, x, block, start, refuse);
+            }
+            positions = &mut positions[3 * BLOCK..];
+        }
+    }
+}
+
+/// A step of a block.
+#[derive(Clone, Copy)]
+struct StepOf<'a, 't, T: Real, S: Simd> {
+    constants: Constants<T, S>,
+    terms: &'a Terms<'t, T>,
+}
+
+type Block<T, S> = (Rows<T, S, BLOCK>, Rows<T, S, BLOCK>);
+
+impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
+    /// The new positions and rows; nothing is stored or checked.
+    #[inline(always)]
+    fn block<M: Integrator, const PARTS: u8, const PUSHED: bool>(
+        &self,
+        simd: S,
+        x: &Triples<T>,
+        bodies: &[Row<T>; BLOCK],
+        forces: Option<&Triples<T>>,
+        mut last: Option<&mut [T; BLOCK]>,
+    ) -> Block<T, S> {
+        if let (Memory::LastStep, Some(last)) = (M::MEMORY, &mut last)
+            && !(last[1] == last[0] && last[2] == last[0] && last[3] == last[0])
+        {
+            return self.one_by_one::<M, PARTS>(simd, x, bodies, forces, last);
+        }
+        let mut applied = Rows::splat(T::Lanes::splat(simd, T::ZERO));
+        if PUSHED && let Some(forces) = forces {
+            applied = load_triples(simd, forces);
+        }
+        let field = BlockField::<_, _, BLOCK, PARTS, PUSHED>::new(
+            self.constants,
+            self.terms,
+            bodies,
+            Some(&applied),
+            None,
+        );
+        let (x, v) = (load_triples(simd, x), Rows::of(simd, bodies));
+        self.run::<M, PARTS, PUSHED, BLOCK>(field, x, v, last)
+    }
+
+    /// A block of bodies whose last steps differ, because some of them are new.
+    #[inline(always)]
+    fn one_by_one<M: Integrator, const PARTS: u8>(
+        &self,
+        simd: S,
+        x: &Triples<T>,
+        bodies: &[Row<T>; BLOCK],
+        forces: Option<&Triples<T>>,
+        last: &mut [T; BLOCK],
+    ) -> Block<T, S> {
+        let zero = [T::ZERO; 3 * BLOCK + 1];
+        let (x, forces) = (load_triples(simd, x), load_triples(simd, forces.unwrap_or(&zero)));
+        let (mut new_x, mut new_v) = (x, Rows::of(simd, bodies));
+        each_row!(k in BLOCK {
+            let body = [bodies[k]];
+            let force = Rows([forces.0[k]]);
+            let field =
+                BlockField::<_, _, 1, PARTS, true>::new(self.constants, self.terms, &body, Some(&force), None);
+            let (x, v) = (Rows([x.0[k]]), Rows::of(simd, &body));
+            let mut step = [last[k]];
+            let (x, v) = self.run::<M, PARTS, true, 1>(field, x, v, Some(&mut step));
+            (new_x.0[k], new_v.0[k]) = (x.0[0], v.0[0]);
+            // One that was not a number stays: it tells why its row was refused.
+            if last[k].is_finite() {
+                last[k] = step[0];
+            }
+        });
+        (new_x, new_v)
+    }
+
+    #[inline(always)]
+    fn run<M: Integrator, const PARTS: u8, const PUSHED: bool, const N: usize>(
+        &self,
+        mut field: BlockField<'_, T, S, N, PARTS, PUSHED>,
+        mut x: Rows<T, S, N>,
+        mut v: Rows<T, S, N>,
+        last: Option<&mut [T; N]>,
+    ) -> (Rows<T, S, N>, Rows<T, S, N>) {
+        let Terms { decay, rate, .. } = self.terms;
+        let mut carry = Carry::new();
+        if let (Memory::LastStep, Some(last)) = (M::MEMORY, &last) {
+            carry.last_step = last[0];
+        }
+        if !M::DAMPS_INSIDE && decay.before_move.is_some() {
+            v = field.decay_before(v);
+        }
+        (x, v) = M::step(&mut field, x, v, &mut carry);
+        if !M::DAMPS_INSIDE {
+            if decay.after_move.is_some() {
+                v = field.decay_after(v);
+            } else if *rate > T::ZERO {
+                v = field.constants.snap(v);
+            }
+        }
+        if let (Memory::LastStep, Some(last)) = (M::MEMORY, last) {
+            *last = [carry.last_step; N];
+        }
+        (x, v)
+    }
+}
+
+/// Finds the blocks that were pushed while the rows go by.
+struct Pushed<'a, T> {
+    numbers: &'a [T],
+    rows: &'a [(usize, usize)],
+    offset: usize,
+    next: usize,
+}
+
+impl<'a, T: Real> Pushed<'a, T> {
+    fn new(applied: Option<Applied<'a, T>>, rows: usize) -> Self {
+        let Applied { forces, rows: pushed, offset } =
+            applied.unwrap_or(Applied { forces: &[], rows: &[], offset: 0 });
+        assert!(pushed.is_empty() || forces.len() == rows, "a force for every body");
+        Self { numbers: forces.as_flattened(), rows: pushed, offset, next: first_row(pushed, offset) }
+    }
+
+    /// Whether a row of the block at `start` was pushed. Blocks are asked for in order.
+    #[inline(always)]
+    fn touches(&mut self, start: usize) -> bool {
+        if self.next >= start + BLOCK {
+            return false;
+        }
+        self.skip(start + BLOCK);
+        true
+    }
+
+    #[inline(never)]
+    fn skip(&mut self, end: usize) {
+        let end = end + self.offset;
+        let beyond = self.rows.iter().position(|(_, row)| *row >= end).unwrap_or(self.rows.len());
+        self.rows = &self.rows[beyond..];
+        self.next = first_row(self.rows, self.offset);
+    }
+
+    /// The forces of a block and one number beyond.
+    #[inline(always)]
+    fn block(&self, start: usize) -> Triples<T> {
+        *self.numbers[3 * start..].first_chunk().expect("a row lies beyond the block")
+    }
+}
+
+fn first_row(rows: &[(usize, usize)], offset: usize) -> usize {
+    rows.first().map_or(usize::MAX, |(_, row)| *row - offset)
+}
+
+#[inline(always)]
+fn load_triples<T: Real, S: Simd>(simd: S, numbers: &Triples<T>) -> Rows<T, S, BLOCK> {
+    let mut rows = Rows::splat(T::Lanes::splat(simd, T::ZERO));
+    each_row!(k in BLOCK {
+        rows.0[k] = T::Lanes::from_slice(simd, &numbers[3 * k..3 * k + 4]);
+    });
+    rows
+}
+
+/// What new rows may be at most.
+struct Limit<T> {
+    bounds: Bounds<T>,
+    /// Whether rows may be stored if every number of them is finite.
+    is_of_numbers: bool,
+}
+
+impl<T: Real> Limit<T> {
+    fn of<M: Integrator>(terms: &Terms<'_, T>) -> Self {
+        // A factor after the move may enlarge a velocity that the position has not seen.
+        let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
+        let is_of_numbers = terms.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
+        Self { bounds: terms.bounds, is_of_numbers }
+    }
+}
+
+/// `true` proves that every number is finite: what is not finite leaves no sum finite. Sums of numbers near the largest
+/// one may deny it.
+#[expect(clippy::eq_op, reason = "+0 of a number, NaN of what is none")]
+#[inline(always)]
+fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>) -> bool {
+    let [a, b, c, d] = x.0;
+    let mut sum = (a + b) + (c + d);
+    // A step that moves with its own new velocity has a finite position only if that is finite as well.
+    if !M::MOVES_WITH_NEW_VELOCITY {
+        let [a, b, c, d] = v.0;
+        sum += (a + b) + (c + d);
+    }
+    (sum - sum).is_zero()
+}
+
+/// Stores positions and rows.
+#[inline(always)]
+fn store<T: Real, M: Integrator, S: Simd>(
+    (new_x, new_v): &Block<T, S>,
+    x: &mut Triples<T>,
+    bodies: &mut [Row<T>; BLOCK],
+) {
+    if M::MOVES {
+        // In this order: the last lane of a row is the first number of the next, which is stored after it.
+        each_row!(k in BLOCK - 1 {
+            new_x.0[k].store_slice(&mut x[3 * k..3 * k + 4]);
+        });
+        let [a, b, c, _] = new_x.0[BLOCK - 1].row();
+        x[3 * BLOCK - 3..3 * BLOCK].copy_from_slice(&[a, b, c]);
+    }
+    each_row!(k in BLOCK {
+        new_v.0[k].store_slice(&mut bodies[k]);
+    });
+}
+
+/// Row by row.
+#[cold]
+fn commit_each<T: Real>(
+    bounds: &Bounds<T>,
+    (new_x, new_v): (&[Row<T>; BLOCK], &[Row<T>; BLOCK]),
+    x: &mut [T],
+    bodies: &mut [Row<T>; BLOCK],
+    start: usize,
+    refuse: Refuse<'_>,
+) {
+    for k in 0..BLOCK {
+        let [a, b, c, _] = new_x[k];
+        let old = &mut x[3 * k..3 * k + 3];
+        match bounds.breach(&[a, b, c], &new_v[k]) {
+            None => {
+                old.copy_from_slice(&[a, b, c]);
+                bodies[k] = new_v[k];
+            }
+            Some(breach) if is_missed(bounds, old, &bodies[k]) => refuse(start + k, breach),
+            Some(_) => {}
+        }
+    }
+}
+
+/// Whether a row, (velocity, inverse mass), can be accelerated.
+pub(super) fn is_movable<T: Real>(row: &Row<T>) -> bool {
+    row[3] > T::ZERO
+}
+
+/// Whether a row at `x` that is not updated has to be told of. Not one that is immovable and at rest, which an update
+/// would spoil (damping that is not a number): it is left alone. So are the rows that fill the last block up and
+/// belong to nobody.
+pub(super) fn is_missed<T: Real>(bounds: &Bounds<T>, x: &[T], row: &Row<T>) -> bool {
+    *row != [T::ZERO; 4] || x.iter().any(|part| !part.is_finite() || part.abs() > bounds.position)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,101 @@
+//! Every way in which a table can be integrated gives the same bits.
+
+use super::*;
+use crate::kernels::calling::{self, Plain};
+use crate::kernels::{Account, Asks, integrate, integrate_one};
+use crate::laws::Affine;
+use crate::laws::course::Course;
+use crate::laws::damping::{Damping, DampingModel};
+use crate::methods::table::Method;
+use crate::methods::with_method;
+use crate::real::RealVector as _;
+
+const ROWS: usize = 11;
+
+/// Positions and rows of a small table.
+#[derive(Clone, Debug, PartialEq)]
+struct State<T> {
+    x: Vec<[T; 3]>,
+    bodies: Vec<Row<T>>,
+    steps: Vec<T>,
+}
+
+impl<T: Real> State<T> {
+    fn new(h: T) -> Self {
+        let number = |i: usize, k: f64| T::of(0.1 * i as f64 + k / (i + 1) as f64);
+        Self {
+            x: (0..ROWS).map(|i| [number(i, 1.0), number(i, 2.0), number(i, -3.7)]).collect(),
+            bodies: (0..ROWS)
+                .map(|i| [number(i, 0.3), number(i, 5.0), number(i, -0.7), T::of(i as f64 / 3.0)])
+                .collect(),
+            // One body is new, another one was turned round.
+            steps: (0..ROWS).map(|i| [h, h, T::ZERO, h, h, h, h, h, h, -h, h][i]).collect(),
+        }
+    }
+
+    fn table<M: Integrator>(&mut self, rows: Range<usize>) -> Table<'_, T> {
+        let memory = match M::MEMORY {
+            Memory::LastStep => MemoryRows::LastStep(&mut self.steps[rows.clone()]),
+            _ => MemoryRows::None,
+        };
+        Table { positions: &mut self.x[rows.clone()], bodies: &mut self.bodies[rows], memory }
+    }
+}
+
+fn terms<M: Integrator, T: Real>(damping: Option<Damping>, drag: f64, substeps: u32) -> Terms<'static, T> {
+    let h = T::of(1.0 / 120.0);
+    let h = h.to_f64();
+    let course = Course { start: 0.0, end: h, tick: h, substeps };
+    let gravity = T::Vector::of(glam::DVec3::new(0.1, -9.8, 1e-3));
+    Terms::new::<M>(Affine { constant: gravity, rate: T::of(drag) }, damping, &[], 0, course)
+}
+
+/// The state after 50 ticks by each of the ways in which a table can be integrated.
+fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, substeps: u32) -> Vec<State<T>> {
+    let terms = terms::<M, T>(damping, drag, substeps);
+    let forces: Vec<[T; 3]> = (0..ROWS)
+        .map(|i| if [1, 2, 7, 10].contains(&i) { [T::of(i as f64), T::ONE, -T::ONE] } else { [T::ZERO; 3] })
+        .collect();
+    let pushed = [1, 2, 7, 10].map(|row| (0, row));
+    let applied = Applied { forces: &forces, rows: &pushed, offset: 0 };
+    let start = State::new(T::of(terms.course.tick));
+    let mut states = Vec::new();
+    let mut run = |tick: &mut dyn FnMut(&mut State<T>)| {
+        let mut state = start.clone();
+        (0..50).for_each(|_| tick(&mut state));
+        assert!(state.bodies.iter().flatten().all(|number| number.is_finite()));
+        states.push(state);
+    };
+    let refuse = &mut |row, breach| panic!("row {row} refused: {breach:?}");
+    let account = &mut Account::default();
+    run(&mut |state| integrate::<T, M>(&terms, state.table::<M>(0..ROWS), Some(applied), account, refuse));
+    run(&mut |state| {
+        let mut table = state.table::<M>(0..ROWS);
+        calling::run::<T, M>(&terms, &Asks::NOTHING, &mut table, &mut Plain, Some(applied), account, refuse);
+    });
+    run(&mut |state| {
+        for (row, force) in forces.iter().enumerate() {
+            let body = state.table::<M>(row..row + 1);
+            assert_eq!(integrate_one::<T, M>(&terms, &Asks::NOTHING, body, *force, account), Ok(()));
+        }
+    });
+    states
+}
+
+#[test]
+fn every_kernel_and_instruction_set_gives_the_same_bits() {
+    let models = DampingModel::ALL.map(|model| Some(Damping { model, rate: 0.4 }));
+    for method in Method::ALL {
+        for (damping, drag) in [None, models[0], models[1], models[2]].into_iter().zip([0.3, 0.0, 0.0, 0.3]) {
+            for substeps in [1, 3] {
+                let all = with_method!(method, M => every_way::<f64, M>(damping, drag, substeps));
+                assert!(all.iter().all(|state| *state == all[0]), "{method:?} {damping:?} {drag} {substeps}");
+                let all = with_method!(method, M => every_way::<f32, M>(damping, drag, substeps));
+                assert!(
+                    all.iter().all(|state| *state == all[0]),
+                    "f32 {method:?} {damping:?} {drag} {substeps}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! The kernel of everything: laws that are called, and what single bodies ask for.
+//!
+//! Bodies are copied into a block and back, and the instructions are the least that every machine has: what a
+//! called law costs is more than either.
+
+use std::ops::Range;
+
+use fearless_simd::Fallback;
+
+use super::affine::{is_missed, is_movable};
+use super::field::{BlockField, Calls, Constants, parts::CALLS};
+use super::lanes::Rows;
+use super::memory::{Known, MemoryRows};
+use super::{Account, Applied, Asks, BLOCK, Refuse, Row, Table, Terms};
+use crate::laws::course::{Piece, Pieces};
+use crate::laws::damping::Decay;
+use crate::methods::{Carry, Field, Integrator, Memory};
+use crate::real::Real;
+use crate::state::components::AxisLocks;
+
+/// A field that a tick goes through piece by piece.
+pub(crate) trait TickField: Field {
+    /// Goes on to the next piece of the tick.
+    fn enter(&mut self, piece: Piece<Self::Real>, decay: Decay<Self::Real>);
+
+    /// Notes the velocities with which such a method begins its tick.
+    fn note_begin(&mut self, _v: Self::Space) {}
+
+    /// Notes the velocities with which such a method ends its tick.
+    fn note_end(&mut self, _v: Self::Space) {}
+
+    /// What is done to velocities after each step of such a method.
+    fn after_step(&mut self, v: Self::Space) -> Self::Space {
+        v
+    }
+
+    /// What is done to velocities after the tick of a method that has damping around it.
+    fn after_tick(&mut self, v: Self::Space) -> Self::Space;
+}
+
+/// How rows are summed up.
+pub(crate) trait Sums<T: Real> {
+    /// Whether there is nothing beside rows, so that they may go the shorter way through registers.
+    fn are_plain(&self) -> bool {
+        false
+    }
+
+    /// What a tick of a block leaves beside its rows.
+    type Left<const N: usize>;
+
+    /// The rows of a block at the end of a tick; it begins with the row `rows.start`.
+    fn tick<M: Integrator, const N: usize>(
+        &self,
+        kernel: &Kernel<'_, '_, T>,
+        block: &Block<T, N>,
+        rows: Range<usize>,
+        memory: MemoryRows<'_, T>,
+        account: &mut Account,
+    ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>);
+
+    /// Keeps what was left of row `k` of a block, which is that row of the table.
+    fn commit<const N: usize>(&mut self, row: usize, k: usize, left: &Self::Left<N>);
+}
+
+/// Plain sums: what rounding leaves out of them is lost.
+pub(crate) struct Plain;
+
+/// Integrates a tick.
+pub(super) fn run<T: Real, M: Integrator>(
+    terms: &Terms<'_, T>,
+    asks: &Asks<'_, T>,
+    table: &mut Table<'_, T>,
+    sums: &mut impl Sums<T>,
+    applied: Option<Applied<'_, T>>,
+    account: &mut Account,
+    refuse: Refuse<'_>,
+) {
+    if M::SOLVES {
+        run_by::<T, M, 1>(terms, asks, table, sums, applied, account, refuse);
+    } else {
+        run_by::<T, M, BLOCK>(terms, asks, table, sums, applied, account, refuse);
+    }
+}
+
+/// Integrates a tick, `N` bodies at a time.
+fn run_by<T: Real, M: Integrator, const N: usize>(
+    terms: &Terms<'_, T>,
+    asks: &Asks<'_, T>,
+    table: &mut Table<'_, T>,
+    sums: &mut impl Sums<T>,
+    applied: Option<Applied<'_, T>>,
+    account: &mut Account,
+    refuse: Refuse<'_>,
+) {
+    account.calls.resize(terms.laws.len(), 0);
+    let breaks = terms.laws.iter().flat_map(|law| law.breaks());
+    let pieces = terms.course.pieces(breaks.chain(asks.laws.iter().flat_map(|law| law.breaks())));
+    // A limit sees the kick along locked axes, if it comes after it.
+    let closed = asks.locks.filter(|_| !(asks.limit.is_some() && M::LIMITS_AFTER_KICK));
+    let kernel = Kernel { terms, asks, closed, pieces };
+    let mut start = 0;
+    while start < table.bodies.len() {
+        let mut rows = start..table.bodies.len().min(start + N);
+        if let MemoryRows::LastStep(steps) = &table.memory
+            && steps[rows.clone()].iter().any(|step| *step != steps[start])
+        {
+            // Some are new to the method: one by one.
+            rows.end = start + 1;
+        }
+        let mut block = Block::<T, N>::default();
+        block.x[..rows.len()]
+            .iter_mut()
+            .zip(&table.positions[rows.clone()])
+            .for_each(|(row, [x, y, z])| *row = [*x, *y, *z, T::ZERO]);
+        block.bodies[..rows.len()].copy_from_slice(&table.bodies[rows.clone()]);
+        if let Some(Applied { forces, rows: pushed, offset }) =
+            applied.map(|applied| applied.part(rows.clone()))
+        {
+            for (_, row) in pushed {
+                let [x, y, z] = forces[row - offset];
+                block.forces[row - offset] = [x, y, z, T::ZERO];
+            }
+        }
+        let memory = table.memory.part(rows.clone());
+        if let Some(record) = &mut account.record {
+            record.enter(&rows);
+        }
+        let (x, v, left) = sums.tick::<M, N>(&kernel, &block, rows.clone(), memory, account);
+        for k in 0..rows.len() {
+            let row = start + k;
+            let [a, b, c, _] = x[k];
+            match terms.bounds.breach(&[a, b, c], &v[k]) {
+                None => {
+                    table.positions[row] = [a, b, c];
+                    table.bodies[row] = v[k];
+                    sums.commit(row, k, &left);
+                }
+                Some(breach) if is_missed(&terms.bounds, &table.positions[row], &table.bodies[row]) => {
+                    refuse(row, breach);
+                }
+                Some(_) => {}
+            }
+        }
+        start = rows.end;
+    }
+}
+
+/// A block of bodies in memory; those of inverse mass 0 fill it up.
+pub(crate) struct Block<T, const N: usize> {
+    x: [Row<T>; N],
+    bodies: [Row<T>; N],
+    forces: [Row<T>; N],
+}
+
+impl<T: Real, const N: usize> Default for Block<T, N> {
+    fn default() -> Self {
+        let zero = [[T::ZERO; 4]; N];
+        Self { x: zero, bodies: zero, forces: zero }
+    }
+}
+
+impl<T: Real, const N: usize> Block<T, N> {
+    /// Positions and (velocity, inverse mass).
+    pub fn state(&self) -> (Rows<T, Fallback, N>, Rows<T, Fallback, N>) {
+        (Rows::of(Fallback::new(), &self.x), Rows::of(Fallback::new(), &self.bodies))
+    }
+}
+
+/// A tick as it is for every block of a table.
+pub(crate) struct Kernel<'a, 't, T: Real> {
+    terms: &'a Terms<'t, T>,
+    asks: &'a Asks<'a, T>,
+    /// Axes along which nothing accelerates the bodies.
+    closed: Option<AxisLocks>,
+    pieces: Pieces,
+}
+
+impl<T: Real> Kernel<'_, '_, T> {
+    /// What acts on a block.
+    pub fn field<'a, const N: usize>(
+        &'a self,
+        block: &Block<T, N>,
+        account: &'a mut Account,
+    ) -> BlockField<'a, T, Fallback, N, CALLS, true> {
+        let Self { terms, asks, closed, .. } = self;
+        let simd = Fallback::new();
+        let rows = block.bodies.iter().filter(|body| is_movable(body)).count() as u64;
+        let Asks { limit, locks, .. } = **asks;
+        let calls = Calls { laws: terms.laws, own: asks.laws, limit, locks, closed: *closed, account, rows };
+        let forces = Rows::of(simd, &block.forces);
+        let constants = Constants::new(simd, terms);
+        BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))
+    }
+
+    /// All pieces of the tick, one after the other.
+    pub fn go<M: Integrator, F: TickField<Real = T>>(
+        &self,
+        field: &mut F,
+        mut x: F::Space,
+        mut v: F::Space,
+        last_step: T,
+        start: Option<F::Space>,
+    ) -> (F::Space, F::Space, Carry<F>) {
+        let last_step = if M::MEMORY == Memory::LastStep { last_step } else { T::ZERO };
+        let mut carry = Carry { last_step, start };
+        if !M::DAMPS_INSIDE {
+            v = field.before_move(v);
+            field.note_begin(v);
+        }
+        for piece in self.pieces.iter() {
+            field.enter(piece, self.decay::<M>(piece));
+            if piece.jump {
+                // It was evaluated before the jump.
+                carry.start = None;
+            }
+            (x, v) = M::step(field, x, v, &mut carry);
+            if !M::DAMPS_INSIDE {
+                v = field.after_step(v);
+            }
+        }
+        if !M::DAMPS_INSIDE {
+            field.note_end(v);
+            v = field.after_tick(v);
+        }
+        (x, v, carry)
+    }
+
+    /// Notes what the next tick begins with: the accelerations `called` if they serve for it.
+    pub fn note<const N: usize>(
+        &self,
+        memory: &mut MemoryRows<'_, T>,
+        last_step: T,
+        called: Option<[Row<T>; N]>,
+        x: &[Row<T>; N],
+        v: &[Row<T>; N],
+    ) {
+        match (memory, called) {
+            // One that was not a number stays: it tells why its row was refused.
+            (MemoryRows::LastStep(steps), _) => {
+                steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
+            }
+            (MemoryRows::Known(known), Some(called)) => {
+                let time = T::of(self.terms.course.end);
+                let laws = (self.terms.epoch, self.asks.version);
+                for (k, known) in known.iter_mut().enumerate() {
+                    let at = [x[k][0], x[k][1], x[k][2], v[k][3]];
+                    *known = Known { at, time, laws, called: called[k] };
+                }
+            }
+            (MemoryRows::Known(known), None) => known.fill(Known::default()),
+            (MemoryRows::None, _) => {}
+        }
+    }
+
+    /// The acceleration that the last tick left for this one.
+    pub fn recall<M: Integrator, const N: usize>(
+        &self,
+        block: &Block<T, N>,
+        memory: &MemoryRows<'_, T>,
+        field: &BlockField<'_, T, Fallback, N, CALLS, true>,
+        v: Rows<T, Fallback, N>,
+    ) -> Option<Rows<T, Fallback, N>> {
+        let (Memory::LastAcceleration, MemoryRows::Known(known)) = (M::MEMORY, memory) else { return None };
+        let fits = |(k, known): (usize, &Known<T>)| {
+            let [x, y, z, _] = block.x[k];
+            known.time == T::of(self.terms.course.start)
+                && known.at == [x, y, z, block.bodies[k][3]]
+                && known.laws == (self.terms.epoch, self.asks.version)
+                // It only saves an evaluation: one that somebody spoiled is evaluated again.
+                && known.called.iter().all(|part| part.is_finite())
+        };
+        known.iter().enumerate().all(fits).then(|| {
+            let mut called = [[T::ZERO; 4]; N];
+            known.iter().zip(&mut called).for_each(|(known, called)| *called = known.called);
+            field.laws_from(Rows::of(Fallback::new(), &called), v)
+        })
+    }
+
+    /// What damping does in a step or, around it, in the tick.
+    pub const fn decay_of_tick(&self) -> Decay<T> {
+        self.terms.decay
+    }
+
+    /// What damping does in a piece; around a tick it is the same in every piece.
+    fn decay<M: Integrator>(&self, piece: Piece<T>) -> Decay<T> {
+        let Terms { decay, damping, course, .. } = self.terms;
+        if !M::DAMPS_INSIDE || piece.length == course.substep() {
+            return *decay;
+        }
+        damping.map_or(Decay::none(piece.length), |damping| damping.factors(piece.length))
+    }
+}
+
+impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS, true> {
+    fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
+        BlockField::enter(self, piece, decay);
+    }
+
+    fn note_begin(&mut self, v: Self::Space) {
+        self.write_down(v, v, |record, _, v, _| record.begin(v));
+    }
+
+    fn note_end(&mut self, v: Self::Space) {
+        self.write_down(v, v, |record, _, v, _| record.end(v));
+    }
+
+    /// As the affine kernel, of which each step may be the last, so that subnormal numbers are the same as well.
+    fn after_step(&mut self, v: Self::Space) -> Self::Space {
+        self.snap_drag(v)
+    }
+
+    fn after_tick(&mut self, v: Self::Space) -> Self::Space {
+        let decayed = self.after_move(v);
+        self.limited(decayed)
+    }
+}
+
+impl<T: Real> Sums<T> for Plain {
+    type Left<const N: usize> = ();
+
+    #[inline(always)]
+    fn are_plain(&self) -> bool {
+        true
+    }
+
+    fn tick<M: Integrator, const N: usize>(
+        &self,
+        kernel: &Kernel<'_, '_, T>,
+        block: &Block<T, N>,
+        _: Range<usize>,
+        mut memory: MemoryRows<'_, T>,
+        account: &mut Account,
+    ) -> ([Row<T>; N], [Row<T>; N], ()) {
+        let (x, v) = block.state();
+        let mut field = kernel.field(block, account);
+        let start = kernel.recall::<M, N>(block, &memory, &field, v);
+        let (x, v, carry) = kernel.go::<M, _>(&mut field, x, v, memory.last_step(), start);
+        let (x, v) = (x.rows(), v.rows());
+        let called = carry.start.is_some().then(|| field.called.rows());
+        kernel.note(&mut memory, carry.last_step, called, &x, &v);
+        (x, v, ())
+    }
+
+    fn commit<const N: usize>(&mut self, _: usize, _: usize, _: &()) {}
+}

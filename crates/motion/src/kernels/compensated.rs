@@ -1,0 +1,257 @@
+//! Compensated sums: what rounding leaves out of the state is kept beside it and added with the next increment.
+
+use std::ops::{Add, Mul, Range, Sub};
+
+use fearless_simd::Fallback;
+
+use super::calling::{Block, Kernel, Sums};
+use super::field::{BlockField, parts::CALLS};
+use super::lanes::Rows;
+use super::memory::MemoryRows;
+use super::{Account, Row};
+use crate::laws::course::Piece;
+use crate::laws::damping::Decay;
+use crate::methods::{Field, Integrator, Newton, NewtonField, newton_velocity};
+use crate::real::Real;
+
+/// `a + b`, and exactly what its rounding left out (Knuth 1969, section 4.2.2).
+#[inline(always)]
+fn two_sum<X: Copy + Add<Output = X> + Sub<Output = X>>(a: X, b: X) -> (X, X) {
+    let sum = a + b;
+    let part = sum - a;
+    (sum, (a - (sum - part)) + (b - part))
+}
+
+/// The sum and the residue of `sum + residue + more + left`: a compensated addition (Kahan 1965; Neumaier 1974) of an
+/// increment that may itself have a residue, `left`. The residue is at most half a rounding of the sum.
+#[inline(always)]
+pub(crate) fn add_compensated<X: Copy + Add<Output = X> + Sub<Output = X>>(
+    (sum, residue): (X, X),
+    (more, left): (X, X),
+) -> (X, X) {
+    let (sum, lost) = two_sum(sum, more);
+    let residue = residue + left + lost;
+    let total = sum + residue;
+    (total, residue - (total - sum))
+}
+
+/// What rounding left out of positions, m, and velocities, m/s.
+pub(crate) struct Residues<'a, T> {
+    pub x: &'a mut [[T; 3]],
+    pub v: &'a mut [[T; 3]],
+}
+
+/// Rows and their residues.
+#[derive(Clone, Copy)]
+pub(crate) struct Compensated<T: Real, const N: usize> {
+    sum: Rows<T, Fallback, N>,
+    residue: Rows<T, Fallback, N>,
+}
+
+impl<T: Real, const N: usize> Compensated<T, N> {
+    fn of(sum: Rows<T, Fallback, N>) -> Self {
+        Self { sum, residue: Rows::of(Fallback::new(), &[[T::ZERO; 4]; N]) }
+    }
+}
+
+impl<T: Real, const N: usize> Add for Compensated<T, N> {
+    type Output = Self;
+
+    // Not in line: every method would hold many copies of it.
+    #[inline(never)]
+    fn add(self, other: Self) -> Self {
+        let (sum, residue) = add_compensated((self.sum, self.residue), (other.sum, other.residue));
+        Self { sum, residue }
+    }
+}
+
+impl<T: Real, const N: usize> Sub for Compensated<T, N> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self + other * -T::ONE
+    }
+}
+
+impl<T: Real, const N: usize> Mul<T> for Compensated<T, N> {
+    type Output = Self;
+
+    fn mul(self, factor: T) -> Self {
+        Self { sum: self.sum * factor, residue: self.residue * factor }
+    }
+}
+
+/// Everything that acts on a block, for states that are compensated sums; laws see the sums.
+pub(super) struct CompensatedField<'a, T: Real, const N: usize> {
+    pub inner: BlockField<'a, T, Fallback, N, CALLS, true>,
+    pub decay: Decay<T>,
+}
+
+impl<T: Real, const N: usize> CompensatedField<'_, T, N> {
+    /// `v` times a factor, given as the factor minus 1: the factor itself, rounded, would be another one in every
+    /// step alike.
+    fn changed(&self, v: Compensated<T, N>, change: Option<T>) -> Compensated<T, N> {
+        let Some(change) = change else { return v };
+        // The last lane is the inverse mass.
+        let [mut sum, mut residue] = [v.sum, v.residue].map(Rows::rows);
+        sum.iter_mut().chain(&mut residue).for_each(|row| row[3] = T::ZERO);
+        let [sum, residue] = [sum, residue].map(|rows| Rows::of(Fallback::new(), &rows) * change);
+        self.snap(v + Compensated { sum, residue })
+    }
+
+    fn snap(&self, v: Compensated<T, N>) -> Compensated<T, N> {
+        let constants = &self.inner.constants;
+        Compensated { sum: constants.snap(v.sum), residue: constants.snap(v.residue) }
+    }
+
+    /// A limit of the speed, and axes along which nothing moves.
+    fn restrain(&self, v: Compensated<T, N>) -> Compensated<T, N> {
+        let sum = self.inner.restrain(v.sum).rows();
+        let (before, mut residue) = (v.sum.rows(), v.residue.rows());
+        for (residue, (before, after)) in residue.iter_mut().zip(before.iter().zip(&sum)) {
+            if before != after {
+                *residue = [T::ZERO; 4];
+            }
+        }
+        let [sum, residue] = [sum, residue].map(|rows| Rows::of(Fallback::new(), &rows));
+        Compensated { sum, residue }
+    }
+}
+
+impl<T: Real, const N: usize> Field for CompensatedField<'_, T, N> {
+    type Real = T;
+    type Space = Compensated<T, N>;
+
+    fn step(&self) -> T {
+        self.inner.step()
+    }
+
+    fn laws(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
+        Compensated::of(self.inner.laws(part, x.sum, v.sum))
+    }
+
+    fn applied(&self) -> Self::Space {
+        Compensated::of(self.inner.applied())
+    }
+
+    fn depends_on_velocity(&self) -> bool {
+        self.inner.depends_on_velocity()
+    }
+
+    fn is_constant(&self) -> bool {
+        self.inner.is_constant()
+    }
+
+    fn kick(&mut self, v: Self::Space, a: Self::Space) -> Self::Space {
+        self.changed(v, self.decay.keep.map(|keep| keep.change)) + a * self.decay.gain
+    }
+
+    fn before_move(&mut self, v: Self::Space) -> Self::Space {
+        self.restrain(self.changed(v, self.decay.before_move.map(|factor| factor.change)))
+    }
+
+    fn after_move(&mut self, v: Self::Space) -> Self::Space {
+        self.changed(v, self.decay.after_move.map(|factor| factor.change))
+    }
+
+    fn laws_before_jump(&mut self, x: Self::Space, v: Self::Space) -> Option<Self::Space> {
+        self.inner.laws_before_jump(x.sum, v.sum).map(Compensated::of)
+    }
+
+    fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
+        newton_velocity(self, x, v)
+    }
+}
+
+impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, T, N> {
+    fn linear_rate(&self) -> Option<T> {
+        self.inner.linear_rate()
+    }
+
+    fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space {
+        Compensated::of(self.inner.correction(x.sum, v.sum, residual.sum))
+    }
+
+    fn size(&self, v: Self::Space) -> T {
+        self.inner.size(v.sum)
+    }
+
+    fn report(&mut self, newton: Newton) {
+        self.inner.report(newton);
+    }
+}
+
+impl<'a, T: Real, const N: usize> super::calling::TickField for CompensatedField<'a, T, N> {
+    fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
+        self.inner.enter(piece, decay);
+        self.decay = decay;
+    }
+
+    fn after_tick(&mut self, v: Self::Space) -> Self::Space {
+        let v = self.after_move(v);
+        self.restrain(v)
+    }
+}
+
+impl<T: Real> Sums<T> for Residues<'_, T> {
+    /// Residues of positions and velocities.
+    type Left<const N: usize> = [[Row<T>; N]; 2];
+
+    fn tick<M: Integrator, const N: usize>(
+        &self,
+        kernel: &Kernel<'_, '_, T>,
+        block: &Block<T, N>,
+        rows: Range<usize>,
+        mut memory: MemoryRows<'_, T>,
+        account: &mut Account,
+    ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>) {
+        let load = |residues: &[[T; 3]]| {
+            let mut loaded = [[T::ZERO; 4]; N];
+            for (row, [x, y, z]) in loaded.iter_mut().zip(&residues[rows.clone()]) {
+                *row = [*x, *y, *z, T::ZERO];
+            }
+            Rows::of(Fallback::new(), &loaded)
+        };
+        let (sum_x, sum_v) = block.state();
+        let x = Compensated { sum: sum_x, residue: load(self.x) };
+        let v = Compensated { sum: sum_v, residue: load(self.v) };
+        let inner = kernel.field(block, account);
+        let start = kernel.recall::<M, N>(block, &memory, &inner, sum_v).map(Compensated::of);
+        let mut field = CompensatedField { inner, decay: kernel.decay_of_tick() };
+        let (x, v, carry) = kernel.go::<M, _>(&mut field, x, v, memory.last_step(), start);
+        let (sum_x, sum_v) = (x.sum.rows(), v.sum.rows());
+        let called = carry.start.is_some().then(|| field.inner.called.rows());
+        kernel.note(&mut memory, carry.last_step, called, &sum_x, &sum_v);
+        (sum_x, sum_v, [x.residue.rows(), v.residue.rows()])
+    }
+
+    fn commit<const N: usize>(&mut self, row: usize, k: usize, [x, v]: &Self::Left<N>) {
+        self.x[row].copy_from_slice(&x[k][..3]);
+        self.v[row].copy_from_slice(&v[k][..3]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_lost_of_a_sum() {
+        for (a, b) in [(1.0_f32, 1e-9), (1e-9, 1.0), (3.0e7, -3.3), (0.1, 0.2), (-5.0, 5.0)] {
+            let (sum, left) = two_sum(a, b);
+            assert_eq!(sum, a + b);
+            assert_eq!(f64::from(sum) + f64::from(left), f64::from(a) + f64::from(b), "{a} + {b}");
+        }
+    }
+
+    #[test]
+    fn small_increments_are_added_up() {
+        let (mut plain, mut sum) = (1.0_f32, (1.0_f32, 0.0));
+        for _ in 0..1_000_000 {
+            plain += 1e-8;
+            sum = add_compensated(sum, (1e-8, 0.0));
+        }
+        assert_eq!(plain, 1.0);
+        assert!((sum.0 - 1.01).abs() <= f32::EPSILON, "{}", sum.0);
+    }
+}

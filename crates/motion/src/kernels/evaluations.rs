@@ -1,0 +1,109 @@
+//! How often laws were evaluated, and what solvers did.
+
+use bevy_ecs::prelude::*;
+
+use crate::kernels::{Account, Counts, count};
+use crate::laws::Law;
+use crate::units::Scalar;
+
+/// Evaluations since the world was made, counted in the run.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Evaluations {
+    accelerations: u64,
+    laws: Counts,
+    newton_iterations: u64,
+    cg_iterations: u64,
+    unconverged_steps: u64,
+}
+
+/// Counts of iterations, and of steps in which they did not converge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Iterations {
+    /// Newton iterations of implicit steps.
+    pub newton: u64,
+    /// Iterations of conjugate gradients.
+    pub cg: u64,
+    /// Implicit steps that did not converge.
+    pub unconverged_steps: u64,
+}
+
+impl Evaluations {
+    /// Counts to go on from: accelerations, evaluations by law, and iterations.
+    #[must_use]
+    pub fn going_on(
+        accelerations: u64,
+        laws: impl IntoIterator<Item = (&'static str, u64)>,
+        iterations: Iterations,
+    ) -> Self {
+        Self {
+            accelerations,
+            laws: laws.into_iter().collect(),
+            newton_iterations: iterations.newton,
+            cg_iterations: iterations.cg,
+            unconverged_steps: iterations.unconverged_steps,
+        }
+    }
+
+    /// Accelerations of one body by all laws together, evaluated once.
+    #[must_use]
+    pub const fn accelerations(&self) -> u64 {
+        self.accelerations
+    }
+
+    /// The same for each law that acted, by name.
+    #[must_use]
+    pub fn laws(&self) -> &[(&'static str, u64)] {
+        &self.laws
+    }
+
+    /// Newton iterations of implicit steps.
+    #[must_use]
+    pub const fn newton_iterations(&self) -> u64 {
+        self.newton_iterations
+    }
+
+    /// Iterations of conjugate gradients of implicit steps of groups.
+    #[must_use]
+    pub const fn cg_iterations(&self) -> u64 {
+        self.cg_iterations
+    }
+
+    /// Implicit steps of a body, or a group, that did not converge: their state is that of the last iteration.
+    #[must_use]
+    pub const fn unconverged_steps(&self) -> u64 {
+        self.unconverged_steps
+    }
+
+    /// Counts evaluations of a law, which is first heard of when there is one.
+    pub(crate) fn count(&mut self, law: &'static str, evaluations: u64) {
+        count(&mut self.laws, law, evaluations);
+    }
+
+    /// Counts accelerations by laws that are summed up before the tick, all of which are in `laws`.
+    pub(crate) fn count_accelerations(
+        &mut self,
+        accelerations: u64,
+        laws: impl Iterator<Item = &'static str>,
+    ) {
+        self.accelerations += accelerations;
+        laws.for_each(|law| self.count(law, accelerations));
+    }
+
+    /// Takes an account of a table in which `called` were called and `affine` were not.
+    pub(crate) fn add(
+        &mut self,
+        account: &Account,
+        called: &[&dyn Law<Scalar>],
+        affine: impl Iterator<Item = &'static str>,
+    ) {
+        if account.accelerations == 0 {
+            return;
+        }
+        self.count_accelerations(account.accelerations, affine);
+        called.iter().zip(account.calls.as_slice()).for_each(|(law, calls)| self.count(law.name(), *calls));
+        account.own.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
+        self.newton_iterations += account.newton_iterations;
+        self.cg_iterations += account.cg_iterations;
+        self.unconverged_steps += account.unconverged;
+    }
+}

@@ -1,0 +1,499 @@
+//! What acts on a block of bodies, in registers.
+
+use fearless_simd::{Simd, prelude::*};
+
+use super::lanes::{Rows, each_row};
+use super::{Account, Terms};
+use crate::kernels::record::{TickRecord, vector};
+use crate::laws::course::Piece;
+use crate::laws::damping::{Decay, Factor};
+use crate::laws::{BodyState, Law, Moment};
+use crate::methods::{Field, Newton, NewtonField, newton_velocity};
+use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
+use crate::state::components::AxisLocks;
+use crate::units::Vector;
+
+/// Parts of the arithmetic that a kernel is compiled with; the others cost it nothing.
+pub(crate) mod parts {
+    /// Exact damping inside the kick.
+    pub const KEEP: u8 = 1;
+    /// A factor before the move.
+    pub const BEFORE: u8 = 2;
+    /// A factor after the move.
+    pub const AFTER: u8 = 4;
+    /// Linear drag.
+    pub const DRAG: u8 = 8;
+    /// Laws that are called, and whatever a single body asks for.
+    pub const CALLS: u8 = 16;
+}
+
+use parts::{AFTER, BEFORE, CALLS, DRAG, KEEP};
+
+/// Numbers that are the same for every body of a table, in registers: loaded once, because stores of rows might
+/// change them in memory.
+pub(crate) struct Constants<T: Real, S: Simd> {
+    simd: S,
+    gravity: T::Lanes<S>,
+    rate: T::Lanes<S>,
+    keep: T::Lanes<S>,
+    before: T::Lanes<S>,
+    after: T::Lanes<S>,
+    immovable: T::Lanes<S>,
+    least: T::Lanes<S>,
+    gain: T,
+    h: T,
+    /// Which of `KEEP`, `BEFORE`, `AFTER` and `DRAG` there is.
+    slows: u8,
+}
+
+impl<T: Real, S: Simd> Clone for Constants<T, S> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: Real, S: Simd> Copy for Constants<T, S> {}
+
+impl<T: Real, S: Simd> Constants<T, S> {
+    #[inline(always)]
+    pub fn new(simd: S, terms: &Terms<'_, T>) -> Self {
+        let three = |number: T, fourth: T| T::Lanes::of(simd, [number, number, number, fourth]);
+        let [x, y, z] = terms.gravity.to_array();
+        let mut constants = Self {
+            simd,
+            // Adding 0 turns -0 into 0: a row comes out the same whether its block has a force or not.
+            gravity: T::Lanes::of(simd, [x + T::ZERO, y + T::ZERO, z + T::ZERO, T::ZERO]),
+            rate: three(terms.rate, T::ZERO),
+            keep: three(T::ONE, T::ONE),
+            before: three(T::ONE, T::ONE),
+            after: three(T::ONE, T::ONE),
+            // No inverse mass is above infinity: the last lane, the inverse mass itself, is never accelerated.
+            immovable: three(T::ZERO, T::INFINITY),
+            least: three(T::ZERO, T::ZERO),
+            slows: if terms.rate > T::ZERO { DRAG } else { 0 },
+            gain: T::ZERO,
+            h: terms.course.substep(),
+        };
+        constants.set_decay(terms.decay);
+        constants
+    }
+
+    #[inline(always)]
+    fn set_decay(&mut self, decay: Decay<T>) {
+        let factor = |factor: Option<Factor<T>>| {
+            let k = factor.map_or(T::ONE, |factor| factor.whole);
+            T::Lanes::of(self.simd, [k, k, k, T::ONE])
+        };
+        (self.keep, self.before, self.after) =
+            (factor(decay.keep), factor(decay.before_move), factor(decay.after_move));
+        self.gain = decay.gain;
+        let Decay { keep, before_move, after_move, .. } = decay;
+        for (part, factor) in [(KEEP, keep), (BEFORE, before_move), (AFTER, after_move)] {
+            self.slows = if factor.is_some() { self.slows | part } else { self.slows & !part };
+        }
+        // No inverse mass is below 0: the last lane is never snapped. Neither is what does not decay.
+        let least = if self.slows == 0 { T::ZERO } else { T::SNAP };
+        self.least = T::Lanes::of(self.simd, [least, least, least, T::ZERO]);
+    }
+
+    /// Snaps velocities that decayed to next to nothing.
+    #[inline(always)]
+    pub fn snap<const N: usize>(&self, mut v: Rows<T, S, N>) -> Rows<T, S, N> {
+        each_row!(k in N {
+            // Not "where it is at least": NaN is not, and has to stay to be found.
+            v.0[k] = v.0[k].except(v.0[k].abs().simd_lt(self.least));
+        });
+        v
+    }
+
+    #[inline(always)]
+    fn times<const N: usize>(&self, mut v: Rows<T, S, N>, factor: T::Lanes<S>) -> Rows<T, S, N> {
+        each_row!(k in N {
+            v.0[k] *= factor;
+        });
+        self.snap(v)
+    }
+}
+
+/// What a single body asks for, and the laws that are called.
+pub(crate) struct Calls<'a, T: Real> {
+    /// Laws of every body, beside gravity and linear drag.
+    pub laws: &'a [&'a dyn Law<T>],
+    /// Laws of this body alone.
+    pub own: &'a [Box<dyn Law<T>>],
+    pub limit: Option<T>,
+    pub locks: Option<AxisLocks>,
+    /// Axes along which nothing accelerates it.
+    pub closed: Option<AxisLocks>,
+    pub account: &'a mut Account,
+    /// Bodies of the block that count.
+    pub rows: u64,
+}
+
+/// A limit of the speed of a row, and axes along which it does not move.
+pub(crate) fn restrain<T: Real>([x, y, z, _]: &mut [T; 4], limit: Option<T>, locks: Option<AxisLocks>) {
+    if let Some(limit) = limit {
+        // Not by the sum of squares: it overflows for speeds that are still finite.
+        let speed = x.hypot(*y).hypot(*z);
+        // Not "above it": a limit that is not a number is to be found, not passed over.
+        if !speed.is_at_most(limit) {
+            let factor = limit / speed;
+            (*x, *y, *z) = (*x * factor, *y * factor, *z * factor);
+        }
+    }
+    if let Some(locks) = locks {
+        for (v, locked) in [(x, locks.x), (y, locks.y), (z, locks.z)] {
+            if locked {
+                *v = T::ZERO;
+            }
+        }
+    }
+}
+
+/// Everything that acts on the `N` bodies of a block.
+pub(crate) struct BlockField<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> {
+    pub constants: Constants<T, S>,
+    movable: [<T::Lanes<S> as SimdBase<S>>::Mask; N],
+    applied: Rows<T, S, N>,
+    depends_on_velocity: bool,
+    linear: Option<T>,
+    calls: Option<Calls<'a, T>>,
+    piece: Option<Piece<T>>,
+    /// Sum of the called laws in their last evaluation.
+    pub called: Rows<T, S, N>,
+}
+
+impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
+    BlockField<'a, T, S, N, PARTS, PUSHED>
+{
+    /// The field of `bodies`, (velocity, inverse mass) each, and of `forces` if they were pushed.
+    #[inline(always)]
+    pub fn new(
+        mut constants: Constants<T, S>,
+        terms: &Terms<'_, T>,
+        bodies: &[[T; 4]; N],
+        forces: Option<&Rows<T, S, N>>,
+        calls: Option<Calls<'a, T>>,
+    ) -> Self {
+        let simd = constants.simd;
+        let zero = Rows::splat(T::Lanes::splat(simd, T::ZERO));
+        let mut least = constants.immovable;
+        if PARTS & CALLS != 0
+            && let Some(Calls { closed: Some(AxisLocks { x, y, z }), .. }) = calls
+        {
+            // Along a closed axis, too, nothing is above infinity.
+            let zero_or_infinity = |locked: bool| if locked { T::INFINITY } else { T::ZERO };
+            let [x, y, z] = [x, y, z].map(zero_or_infinity);
+            least = T::Lanes::of(simd, [x, y, z, T::INFINITY]);
+        }
+        // A selection, not a factor: NaN and infinity are deselected as well.
+        let mut movable = [least.simd_gt(least); N];
+        let mut applied = zero;
+        each_row!(k in N {
+            // From memory, where it stands unchanged: broadcasting it from a register takes shuffles.
+            let w = T::Lanes::splat(simd, bodies[k][3]);
+            movable[k] = w.simd_gt(least);
+            if PUSHED && let Some(forces) = forces {
+                applied.0[k] = (forces.0[k] * w).only(movable[k]);
+            }
+        });
+        let (mut depends_on_velocity, mut linear) = (PARTS & DRAG != 0, Some(terms.rate));
+        if PARTS & CALLS != 0
+            && let Some(calls) = &calls
+        {
+            let called = terms.calls_with_velocity(calls.own);
+            depends_on_velocity = terms.rate != T::ZERO || called;
+            // Snapping follows from it in every piece that is entered.
+            constants.slows |= if called { DRAG } else { 0 };
+            linear = (terms.laws.is_empty() && calls.own.is_empty()).then_some(terms.rate);
+        }
+        Self { constants, movable, applied, depends_on_velocity, linear, calls, piece: None, called: zero }
+    }
+
+    /// Whether velocities decay in that way. Kernels with calls are asked as they run, because bodies differ.
+    #[inline(always)]
+    const fn decays(&self, part: u8) -> bool {
+        (if PARTS & CALLS == 0 { PARTS } else { self.constants.slows }) & part != 0
+    }
+
+    /// Goes on to the next piece of the tick. Only kernels with calls know of pieces.
+    pub fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
+        self.constants.h = piece.length;
+        self.constants.set_decay(decay);
+        self.piece = Some(piece);
+    }
+
+    /// The accelerations by gravity and linear drag.
+    #[inline(always)]
+    fn affine(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        let mut a = Rows::splat(self.constants.gravity);
+        if PARTS & (DRAG | CALLS) != 0 {
+            each_row!(k in N {
+                a.0[k] -= v.0[k] * self.constants.rate;
+            });
+        }
+        a
+    }
+
+    #[inline(always)]
+    fn movable(&self, mut a: Rows<T, S, N>) -> Rows<T, S, N> {
+        each_row!(k in N {
+            a.0[k] = a.0[k].only(self.movable[k]);
+        });
+        a
+    }
+
+    /// The accelerations by all laws, from the called ones' sum.
+    #[inline(always)]
+    pub fn laws_from(&self, called: Rows<T, S, N>, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        self.movable(self.affine(v) + called)
+    }
+
+    /// Calls the laws at `at`.
+    fn call(&mut self, at: Moment<T>, x: Rows<T, S, N>, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        let mut sum = [[T::ZERO; 4]; N];
+        if let Some(Calls { laws, own, account, rows, .. }) = &mut self.calls {
+            let (x, v) = (x.rows(), v.rows());
+            account.accelerations += *rows;
+            for (law, calls) in laws.iter().zip(account.calls.as_mut_slice()) {
+                law.accelerate(at, &x, &v, &mut sum);
+                *calls += *rows;
+            }
+            for law in *own {
+                law.accelerate(at, &x, &v, &mut sum);
+                account.count_own(law.name(), *rows);
+            }
+        }
+        Rows::of(self.constants.simd, &sum)
+    }
+
+    /// A limit of the speed, and axes along which nothing moves.
+    pub fn restrain(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        let Some(Calls { limit, locks, .. }) = &self.calls else { return v };
+        let mut rows = v.rows();
+        rows.iter_mut().for_each(|row| restrain(row, *limit, *locks));
+        Rows::of(self.constants.simd, &rows)
+    }
+
+    /// The same, written down.
+    pub fn limited(&mut self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        let limited = self.restrain(v);
+        self.write_down(v, limited, |record, _, from, to| record.limits.turn(from, to));
+        limited
+    }
+
+    /// Writes down what became of the velocities `from`, where anything is. Only kernels with calls do.
+    #[inline(always)]
+    pub fn write_down(
+        &mut self,
+        from: Rows<T, S, N>,
+        to: Rows<T, S, N>,
+        note: impl Fn(&mut TickRecord, usize, Vector, Vector),
+    ) {
+        if PARTS & CALLS != 0
+            && let Some(Calls { account, .. }) = &mut self.calls
+            && let Some(record) = &mut account.record
+        {
+            record.note(&from.rows(), &to.rows(), note);
+        }
+    }
+
+    /// Writes a kick down.
+    #[inline(always)]
+    fn write_kick_down(&mut self, v: Rows<T, S, N>, a: Rows<T, S, N>, kicked: Rows<T, S, N>) {
+        if PARTS & CALLS == 0 {
+            return;
+        }
+        let Constants { keep, gain, h, .. } = self.constants;
+        let h = h.to_f64();
+        if self.decays(KEEP) {
+            let q = h * (1.0 - keep.row()[0].to_f64()) / gain.to_f64();
+            let a = a.rows();
+            self.write_down(v, kicked, |record, k, from, to| {
+                record.damped_kick(h, q, vector(&a[k]), from, to);
+            });
+        } else {
+            self.write_down(v, kicked, |record, _, from, to| record.kick(h, from, to));
+        }
+    }
+
+    /// The factor before the move.
+    #[inline(always)]
+    pub fn decay_before(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        self.constants.times(v, self.constants.before)
+    }
+
+    /// The factor after the move.
+    #[inline(always)]
+    pub fn decay_after(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        self.constants.times(v, self.constants.after)
+    }
+
+    /// Snaps velocities that drag has slowed down to next to nothing.
+    #[inline(always)]
+    pub fn snap_drag(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
+        if self.constants.slows & DRAG == 0 { v } else { self.constants.snap(v) }
+    }
+
+    fn moment(&self, part: T) -> Moment<T> {
+        match self.piece {
+            Some(piece) => piece.moment(part),
+            None => Moment { time: T::ZERO, inside: T::ZERO },
+        }
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Field
+    for BlockField<'_, T, S, N, PARTS, PUSHED>
+{
+    type Real = T;
+    type Space = Rows<T, S, N>;
+
+    #[inline(always)]
+    fn step(&self) -> T {
+        self.constants.h
+    }
+
+    #[inline(always)]
+    fn laws(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
+        if PARTS & CALLS == 0 {
+            return self.movable(self.affine(v));
+        }
+        self.called = self.call(self.moment(part), x, v);
+        self.laws_from(self.called, v)
+    }
+
+    #[inline(always)]
+    fn applied(&self) -> Self::Space {
+        self.applied
+    }
+
+    #[inline(always)]
+    fn acceleration(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
+        let laws = self.laws(part, x, v);
+        if PUSHED { laws + self.applied } else { laws }
+    }
+
+    #[inline(always)]
+    fn depends_on_velocity(&self) -> bool {
+        self.depends_on_velocity
+    }
+
+    #[inline(always)]
+    fn is_constant(&self) -> bool {
+        PARTS & (CALLS | DRAG) == 0 || self.linear == Some(T::ZERO)
+    }
+
+    #[inline(always)]
+    fn kick(&mut self, v: Self::Space, a: Self::Space) -> Self::Space {
+        let mut kicked = v;
+        let Constants { keep, gain, .. } = self.constants;
+        each_row!(k in N {
+            let kept = if self.decays(KEEP) { v.0[k] * keep } else { v.0[k] };
+            kicked.0[k] = kept + a.0[k] * gain;
+        });
+        let kicked = if self.decays(KEEP | DRAG) { self.constants.snap(kicked) } else { kicked };
+        self.write_kick_down(v, a, kicked);
+        kicked
+    }
+
+    #[inline(always)]
+    fn before_move(&mut self, v: Self::Space) -> Self::Space {
+        let decayed = if self.decays(BEFORE) { self.decay_before(v) } else { v };
+        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        if PARTS & CALLS == 0 { decayed } else { self.limited(decayed) }
+    }
+
+    #[inline(always)]
+    fn after_move(&mut self, v: Self::Space) -> Self::Space {
+        let decayed = if self.decays(AFTER) { self.decay_after(v) } else { v };
+        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        decayed
+    }
+
+    #[inline(always)]
+    fn laws_before_jump(&mut self, x: Self::Space, v: Self::Space) -> Option<Self::Space> {
+        if PARTS & CALLS == 0 {
+            return None;
+        }
+        let piece = self.piece.filter(|piece| piece.jump)?;
+        let called = self.call(piece.before(), x, v);
+        Some(self.laws_from(called, v))
+    }
+
+    #[inline(always)]
+    fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
+        let solved = newton_velocity(self, x, v);
+        let h = self.constants.h.to_f64();
+        self.write_down(v, solved, |record, _, from, to| record.kick(h, from, to));
+        solved
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> NewtonField
+    for BlockField<'_, T, S, N, PARTS, PUSHED>
+{
+    #[inline(always)]
+    fn linear_rate(&self) -> Option<T> {
+        self.linear
+    }
+
+    fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space {
+        let (h, at) = (self.constants.h, self.moment(T::ONE));
+        let (x, v, mut rows) = (x.rows(), v.rows(), residual.rows());
+        let rate = self.constants.rate.row()[0];
+        let Some(Calls { laws, own, closed, .. }) = &self.calls else { return residual };
+        let open = closed.map_or([true; 3], |closed| [!closed.x, !closed.y, !closed.z]);
+        for k in 0..N {
+            let body = BodyState::of_rows(&x[k], &v[k]);
+            if body.inverse_mass.is_at_most(T::ZERO) {
+                continue;
+            }
+            let (mut by_x, mut by_v) = (T::Matrix::ZERO, T::Matrix::IDENTITY * -rate);
+            for law in laws.iter().copied().chain(own.iter().map(|law| &**law)) {
+                let jacobians = law.jacobians(at, body);
+                (by_x, by_v) = (by_x + jacobians.position, by_v + jacobians.velocity);
+            }
+            let slope = by_v * h + by_x * (h * h);
+            let unit = |axis: usize| {
+                let mut unit = [T::ZERO; 3];
+                unit[axis] = T::ONE;
+                unit
+            };
+            let columns = [0, 1, 2].map(|axis| {
+                let column = slope.times(T::Vector::from_array(unit(axis))).to_array();
+                let unit = unit(axis);
+                // Along a closed axis nothing depends on anything.
+                let entry = |row: usize| if open[row] { unit[row] - column[row] } else { unit[row] };
+                T::Vector::from_array([0, 1, 2].map(entry))
+            });
+            let residual = T::Vector::from_array([rows[k][0], rows[k][1], rows[k][2]]);
+            let [dx, dy, dz] = T::Matrix::from_columns(columns).solve(residual).to_array();
+            rows[k] = [dx, dy, dz, T::ZERO];
+        }
+        Rows::of(self.constants.simd, &rows)
+    }
+
+    #[inline(always)]
+    fn size(&self, v: Self::Space) -> T {
+        let mut size = T::ZERO;
+        for [x, y, z, _] in v.rows() {
+            for part in [x, y, z] {
+                // NaN stays: nothing is larger.
+                if !part.abs().is_at_most(size) && size.is_at_most(size) {
+                    size = part.abs();
+                }
+            }
+        }
+        size
+    }
+
+    fn report(&mut self, Newton { iterations, converged }: Newton) {
+        // One body is solved at a time: none that counts is an immovable one.
+        if let Some(Calls { account, rows, .. }) = &mut self.calls {
+            account.newton_iterations += u64::from(iterations) * *rows;
+            account.unconverged += u64::from(!converged) * *rows;
+        }
+    }
+}

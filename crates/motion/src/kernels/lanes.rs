@@ -1,0 +1,104 @@
+//! Blocks of rows in registers, as something that a method can reckon with.
+//!
+//! Loops, and no closures: a closure that the compiler does not put in line is compiled without the vector
+//! instructions of the code around it, and passes registers through memory.
+
+use std::ops::{Add, Mul, Sub};
+
+use fearless_simd::{Simd, prelude::*};
+
+use crate::real::{Lanes as _, Real};
+
+/// Repeats a block for each row of a block of at most four. Not a loop: it would be unrolled, but after the
+/// compiler has decided to keep the rows in memory, where it could index them.
+macro_rules! each_row {
+    ($k:ident in $n:tt $(- $less:literal)? $body:block) => {
+        $crate::kernels::lanes::each_row!(@at 0, $k in $n $(- $less)?, $body);
+        $crate::kernels::lanes::each_row!(@at 1, $k in $n $(- $less)?, $body);
+        $crate::kernels::lanes::each_row!(@at 2, $k in $n $(- $less)?, $body);
+        $crate::kernels::lanes::each_row!(@at 3, $k in $n $(- $less)?, $body);
+    };
+    (@at $at:literal, $k:ident in $n:expr, $body:block) => {
+        if $at < $n {
+            let $k = $at;
+            $body
+        }
+    };
+}
+pub(crate) use each_row;
+
+/// The rows of `N` bodies, four lanes each: (x, y, z, anything) or (velocity, inverse mass).
+pub(crate) struct Rows<T: Real, S: Simd, const N: usize>(pub [T::Lanes<S>; N]);
+
+impl<T: Real, S: Simd, const N: usize> Clone for Rows<T, S, N> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize> Copy for Rows<T, S, N> {}
+
+impl<T: Real, S: Simd, const N: usize> Rows<T, S, N> {
+    /// Loads `N` rows.
+    #[inline(always)]
+    pub fn of(simd: S, rows: &[[T; 4]; N]) -> Self {
+        let mut lanes = [T::Lanes::splat(simd, T::ZERO); N];
+        each_row!(k in N {
+            lanes[k] = T::Lanes::of(simd, rows[k]);
+        });
+        Self(lanes)
+    }
+
+    /// The same in every row.
+    #[inline(always)]
+    pub fn splat(lanes: T::Lanes<S>) -> Self {
+        Self([lanes; N])
+    }
+
+    /// The rows in memory.
+    #[inline(always)]
+    pub fn rows(self) -> [[T; 4]; N] {
+        let mut rows = [[T::ZERO; 4]; N];
+        each_row!(k in N {
+            rows[k] = self.0[k].row();
+        });
+        rows
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize> Add for Rows<T, S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(mut self, other: Self) -> Self {
+        each_row!(k in N {
+            self.0[k] += other.0[k];
+        });
+        self
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize> Sub for Rows<T, S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(mut self, other: Self) -> Self {
+        each_row!(k in N {
+            self.0[k] -= other.0[k];
+        });
+        self
+    }
+}
+
+impl<T: Real, S: Simd, const N: usize> Mul<T> for Rows<T, S, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(mut self, factor: T) -> Self {
+        each_row!(k in N {
+            self.0[k] *= factor;
+        });
+        self
+    }
+}

@@ -1,0 +1,7 @@
+//! Observation: what is computed from a world and changes nothing in it, such as the ledger and the forecast.
+
+pub(crate) mod forces_on;
+pub(crate) mod forecast;
+pub(crate) mod kept;
+pub(crate) mod ledger;
+pub(crate) mod totals;

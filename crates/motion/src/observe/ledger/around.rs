@@ -1,0 +1,134 @@
+//! What laws, pushes and damping do to one body in a tick.
+
+use bevy_ecs::prelude::*;
+use smallvec::SmallVec;
+
+use super::books::{Books, Energies};
+use super::path::{Node, Path, cuts, nodes};
+use super::rows::{Body, State};
+use crate::kernels::record::TickRecord;
+use crate::laws::course::Course;
+use crate::laws::damping::Damping;
+use crate::laws::own::Substeps;
+use crate::laws::{Declared, Gravity, Law, Moment, MutualGravity};
+use crate::methods::table::Method;
+use crate::methods::{Integrator, with_method};
+use crate::state::clock::StepClock;
+use crate::units::{Scalar, Vector};
+
+/// What acts on every body in a tick.
+pub(super) struct Around<'w> {
+    pub course: Course,
+    pub attraction: Option<&'w MutualGravity>,
+    pub declared: Declared<'w>,
+    gravity: Option<&'w Gravity>,
+    damping: Option<Damping>,
+    /// Of bodies that have none of their own.
+    method: Method,
+}
+
+impl<'w> Around<'w> {
+    /// What acts in `world` in the tick of `tick` seconds that began at the time of `clock`.
+    pub fn of(world: &'w World, method: Method, clock: StepClock, tick: Scalar) -> Self {
+        let (start, end) = (clock.scene_seconds(), clock.after(tick).scene_seconds());
+        Self {
+            course: Course { start, end, tick, substeps: Substeps::parts(world.get_resource()) },
+            attraction: world.get_resource(),
+            declared: Declared::of(world),
+            gravity: world.get_resource::<Gravity>().filter(|gravity| gravity.on),
+            damping: world.get_resource().copied(),
+            method,
+        }
+    }
+
+    /// The laws of a body.
+    fn laws<'a>(&'a self, body: &'a Body<'_>) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+        let gravity = self.gravity.filter(|_| !body.gravity_off);
+        self.declared.on_body(gravity, body.in_sheet, body.laws)
+    }
+
+    /// Adds the energies of the bodies at an end of the tick: 0 is its start, 1 its end.
+    pub fn add_energies(&self, bodies: &[Body<'_>], end: usize, energies: &mut Energies) {
+        for body in bodies.iter().filter(|body| body.is_movable()) {
+            let state = body.ends[end];
+            energies.kinetic += 0.5 * body.mass() * state.velocity.dot(state.velocity);
+            for law in self.laws(body).filter(|law| law.has_potential()) {
+                energies.add_potential(law.name(), law.potential_energy(body.state(state)));
+            }
+        }
+    }
+
+    /// Rate of the linear drag that damping is for a body, 1/s: the exact model, where it is no part of a kick.
+    fn damping_rate(&self, body: &Body<'_>) -> Scalar {
+        let inside = with_method!(self.method_of(body), M => M::DAMPS_INSIDE);
+        let damping = self.damping.filter(|damping| damping.is_exact() && !inside);
+        damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
+    }
+
+    fn course_of(&self, body: &Body<'_>) -> Course {
+        body.born.map_or(self.course, |time| self.course.since(time))
+    }
+
+    fn method_of(&self, body: &Body<'_>) -> Method {
+        body.method.unwrap_or(self.method)
+    }
+
+    /// Books the tick of a body that forces move, as it was recorded; gives its way.
+    pub fn book(&self, body: &Body<'_>, record: &TickRecord, books: &mut Books) -> Path {
+        let course = self.course_of(body);
+        let Course { tick, .. } = course;
+        let [start, end] = body.ends;
+        let TickRecord { damping, limits, kicked, between } = record;
+        books.energy.damping += damping.energy * body.mass();
+        books.momentum.damping += damping.velocity * body.mass();
+        books.energy.limits += limits.energy * body.mass();
+        books.momentum.limits += limits.velocity * body.mass();
+        let push = body.open(body.push);
+        books.energy.pushes += push.dot(kicked.unwrap_or(end.position - start.position));
+        books.momentum.pushes += push * tick;
+        let [from, to] = between.unwrap_or([start.velocity, end.velocity]);
+        let rate = self.damping_rate(body);
+        let ends = [State { velocity: from, ..start }, State { velocity: to, ..end }];
+        let mut path = Path::new(ends, tick);
+        let cuts = cuts(&course, self.laws(body).flat_map(|law| law.breaks()));
+        self.bend(&mut path, body, course.start, &cuts);
+        let nodes = nodes(&course, &cuts);
+        let states: SmallVec<[(Node, State); 3]> =
+            nodes.iter().map(|node| (*node, path.at(node.after))).collect();
+        if rate != 0.0 {
+            for (node, State { velocity, .. }) in &states {
+                let impulse = *velocity * (-rate * body.mass() * node.weight);
+                books.energy.damping += impulse.dot(*velocity);
+                books.momentum.damping += impulse;
+            }
+        }
+        for law in self.laws(body) {
+            let (mut work, mut impulse) = (0.0, Vector::ZERO);
+            for (node, state) in &states {
+                let a = body.open(law.acceleration(node.at, body.state(*state)));
+                let part = a * (body.mass() * node.weight);
+                work += part.dot(state.velocity);
+                impulse += part;
+            }
+            if !law.has_potential() {
+                books.energy.add_law(law.name(), work);
+            }
+            books.momentum.add_law(law.name(), impulse);
+        }
+        path
+    }
+
+    /// Lets the way bend where laws jump.
+    fn bend(&self, path: &mut Path, body: &Body<'_>, start: Scalar, cuts: &[Scalar]) {
+        for parts in cuts.windows(3) {
+            let &[before, now, next] = parts else { continue };
+            let (time, state) = (start + now, body.state(path.at(now)));
+            let [past, future] =
+                [before, next].map(|other| Moment { time, inside: start + 0.5 * (other + now) });
+            let lawful = self.laws(body).filter(|law| !law.breaks().is_empty());
+            let jump =
+                lawful.map(|law| law.acceleration(future, state) - law.acceleration(past, state)).sum();
+            path.bend(now, body.open(jump));
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What bodies do to each other in a tick: springs, air on sheets, mutual gravity.
+
+use bevy_ecs::entity::{Entity, EntityHashMap};
+
+use super::around::Around;
+use super::books::{Books, Energies};
+use super::path::{Node, Path, nodes};
+use super::rows::{Body, State};
+use crate::groups::{Coupling, Groups};
+use crate::kernels::record::vector;
+use crate::laws::MutualGravity;
+use crate::units::{Scalar, Vector};
+
+type Row = [Scalar; 4];
+
+/// A group by the numbers of its bodies among all.
+pub(super) struct Members<'w> {
+    coupling: &'w Coupling<Scalar>,
+    /// Of every row.
+    rows: Vec<usize>,
+    inverse_masses: Vec<Scalar>,
+    /// Whether a body is not accelerated along every axis.
+    locked: bool,
+}
+
+/// Positions and velocities of the rows of a group at one time.
+struct Rows {
+    x: Vec<Row>,
+    v: Vec<Row>,
+}
+
+fn row(v: Vector) -> Row {
+    [v.x, v.y, v.z, 0.0]
+}
+
+/// The groups, whose bodies are told by it if they are in sheets.
+pub(super) fn members<'w>(groups: Option<&'w Groups>, bodies: &mut [Body<'_>]) -> Vec<Members<'w>> {
+    let Some(groups) = groups else { return Vec::new() };
+    let numbers: EntityHashMap<usize> = bodies.iter().enumerate().map(|(i, body)| (body.entity, i)).collect();
+    let mut found = Vec::new();
+    for (coupling, entities) in groups.couplings() {
+        let number = |entity: &Entity| numbers.get(entity).copied();
+        let Some(rows) = entities.iter().map(number).collect::<Option<Vec<_>>>() else { continue };
+        coupling.in_sheets.iter().for_each(|row| bodies[rows[*row as usize]].in_sheet = true);
+        let inverse_masses = rows.iter().map(|body| bodies[*body].inverse_mass).collect();
+        let locked = rows[..coupling.movable].iter().any(|body| bodies[*body].closed.is_some());
+        found.push(Members { coupling, rows, inverse_masses, locked });
+    }
+    found
+}
+
+impl Members<'_> {
+    fn states(&self, state: impl Fn(usize) -> State) -> Rows {
+        let states = self.rows.iter().map(|body| state(*body));
+        let (x, v) = states.map(|State { position, velocity }| (row(position), row(velocity))).unzip();
+        Rows { x, v }
+    }
+
+    /// Adds the energies at an end of the tick: 0 is its start, 1 its end.
+    pub fn add_energies(
+        &self,
+        around: &Around<'_>,
+        bodies: &[Body<'_>],
+        end: usize,
+        energies: &mut Energies,
+    ) {
+        let Rows { x, .. } = self.states(|body| bodies[body].ends[end]);
+        if !self.coupling.springs.is_empty() {
+            energies.add_potential("springs", self.coupling.elastic_energy(&x));
+        }
+        if self.attraction(around).is_some() {
+            let energy = self.coupling.attraction_energy(around.attraction, &x, &self.inverse_masses, 0.0);
+            energies.add_potential("mutual_gravity", energy);
+        }
+    }
+
+    fn attraction<'a>(&self, around: &Around<'a>) -> Option<&'a MutualGravity> {
+        around.attraction.filter(|_| self.coupling.attracts)
+    }
+
+    /// Books a tick whose bodies went along `paths`.
+    pub fn book(&self, around: &Around<'_>, bodies: &[Body<'_>], paths: &[Path], books: &mut Books) {
+        for node in nodes(&around.course, &[0.0, around.course.tick]) {
+            let rows = self.states(|body| paths[body].at(node.after));
+            self.book_springs(bodies, &rows, node.weight, books);
+            self.book_sheets(around, bodies, &rows, &node, books);
+            if let Some(law) = self.attraction(around) {
+                self.book_attraction(law, bodies, &rows, node.weight, books);
+            }
+        }
+    }
+
+    fn book_springs(&self, bodies: &[Body<'_>], Rows { x, v }: &Rows, weight: Scalar, books: &mut Books) {
+        let movable = self.coupling.movable;
+        if !self.coupling.springs.damped() && !self.locked && self.rows.len() == movable {
+            // Nothing is left of either book.
+            return;
+        }
+        let mut lost = 0.0;
+        for spring in self.coupling.springs.iter() {
+            let ends @ [a, b] = spring.ends.map(|end| end as usize);
+            let (d, u) = (vector(&x[b]) - vector(&x[a]), vector(&v[b]) - vector(&v[a]));
+            let length = d.length();
+            if length > 0.0 {
+                let rate = d.dot(u) / length;
+                let drag = spring.elastic.damping * rate;
+                lost += drag * rate;
+                if self.locked || a >= movable || b >= movable {
+                    let pull = spring.elastic.stiffness * (length - spring.elastic.rest_length) + drag;
+                    self.book_pair(bodies, ends, d * (pull / length), v, weight, books);
+                }
+            }
+        }
+        if self.coupling.springs.damped() {
+            books.energy.add_law("spring_damping", -lost * weight);
+        }
+    }
+
+    /// Books a force on the first of two rows and its opposite on the second, of which something may be held.
+    fn book_pair(
+        &self,
+        bodies: &[Body<'_>],
+        ends: [usize; 2],
+        force: Vector,
+        v: &[Row],
+        weight: Scalar,
+        books: &mut Books,
+    ) {
+        let given = |end: usize, force: Vector| {
+            let body = &bodies[self.rows[end]];
+            if end < self.coupling.movable {
+                (body.open(force), 0.0)
+            } else {
+                (Vector::ZERO, -force.dot(vector(&v[end])))
+            }
+        };
+        let [(first, by_first), (second, by_second)] = [given(ends[0], force), given(ends[1], -force)];
+        books.momentum.anchors += (first + second) * weight;
+        books.energy.anchors += (by_first + by_second) * weight;
+    }
+
+    fn book_sheets(
+        &self,
+        around: &Around<'_>,
+        bodies: &[Body<'_>],
+        rows: &Rows,
+        node: &Node,
+        books: &mut Books,
+    ) {
+        let Some(drag) = around.declared.drag.filter(|_| !self.coupling.sheets.is_empty()) else { return };
+        let mut forces = vec![[0.0; 4]; rows.x.len()];
+        self.coupling.blow(drag, node.at.time, &rows.x, &rows.v, &mut forces);
+        let (mut work, mut impulse) = (0.0, Vector::ZERO);
+        for (i, body) in self.rows[..self.coupling.movable].iter().enumerate() {
+            let part = bodies[*body].open(vector(&forces[i])) * node.weight;
+            work += part.dot(vector(&rows.v[i]));
+            impulse += part;
+        }
+        books.energy.add_law("drag", work);
+        books.momentum.add_law("drag", impulse);
+    }
+
+    fn book_attraction(
+        &self,
+        law: &MutualGravity,
+        bodies: &[Body<'_>],
+        Rows { x, v }: &Rows,
+        weight: Scalar,
+        books: &mut Books,
+    ) {
+        let (coupling, w) = (self.coupling, &self.inverse_masses);
+        for a in 0..coupling.movable {
+            // Between two that can move nothing is left of it.
+            let from = if self.locked { a + 1 } else { coupling.movable };
+            for b in from..coupling.rows {
+                let masses = [coupling.mass(a, w), coupling.mass(b, w)];
+                if let Some(pull) = coupling.attraction(law, masses, [vector(&x[a]), vector(&x[b])]) {
+                    self.book_pair(bodies, [a, b], pull, v, weight, books);
+                }
+            }
+        }
+    }
+}

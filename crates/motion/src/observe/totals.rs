@@ -1,0 +1,95 @@
+//! Sums over all bodies: energy, momentum, angular momentum.
+
+use bevy_ecs::prelude::*;
+
+use crate::groups::{Groups, compile_groups};
+use crate::laws::own::OwnLaws;
+use crate::laws::{BodyState, Declared, Gravity, Law};
+use crate::state::components::{GravityOff, PhysicsBody, StableId, Transform};
+use crate::state::emitter::Dormant;
+use crate::units::{Scalar, Vector};
+
+/// Energy and momentum of all movable bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Sum of `m v² / 2`, J.
+    pub kinetic_energy: Scalar,
+    /// Sum of the potentials of all laws that have one, J: of gravity that is on, zero at the origin, of wells and
+    /// mutual gravity, zero far away, and of springs, zero at rest.
+    pub potential_energy: Scalar,
+    /// Sum of `m v`, kg m/s.
+    pub momentum: Vector,
+    /// Sum of `m x × v` about the origin, kg m²/s.
+    pub angular_momentum: Vector,
+}
+
+/// Sums over every movable body of `world`, in stable-id order so that no table order changes a bit; bodies
+/// without an id come last, in table order.
+pub fn totals(world: &mut World) -> Totals {
+    compile_groups(world);
+    type Body = (
+        Option<&'static StableId>,
+        &'static Transform,
+        &'static PhysicsBody,
+        Option<&'static OwnLaws>,
+        Has<GravityOff>,
+    );
+    let mut query = world.query_filtered::<Body, Without<Dormant>>();
+    let world = &*world;
+    let gravity = world.get_resource::<Gravity>();
+    let declared = Declared::of(world);
+    let mut rows: Vec<_> = query
+        .iter(world)
+        .filter(|(_, _, body, ..)| body.inverse_mass > 0.0)
+        .map(|(id, transform, body, own, gravity_off)| {
+            (id.map_or(u32::MAX, |id| id.0), transform.position, *body, own, gravity_off)
+        })
+        .collect();
+    rows.sort_by_key(|(id, ..)| *id);
+    let mut sum = Totals {
+        potential_energy: world.get_resource::<Groups>().map_or(0.0, |groups| groups.potential_energy(world)),
+        ..Totals::default()
+    };
+    for (_, position, body, own, gravity_off) in rows {
+        let momentum = body.momentum();
+        sum.kinetic_energy += body.kinetic_energy();
+        sum.momentum += momentum;
+        sum.angular_momentum += position.cross(momentum);
+        let state = BodyState { position, velocity: body.velocity, inverse_mass: body.inverse_mass };
+        let own = own.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
+        let gravity = gravity.filter(|_| !gravity_off).map(|gravity| gravity as &dyn Law<Scalar>);
+        for law in gravity.into_iter().chain(declared.all()).chain(own).filter(|law| law.has_potential()) {
+            sum.potential_energy += law.potential_energy(state);
+        }
+    }
+    sum
+}
+
+/// Sums up the kinetic energy of one world again and again, faster than [`totals`] and rounded otherwise.
+#[derive(Debug)]
+pub struct KineticEnergy(QueryState<&'static PhysicsBody, Without<Dormant>>);
+
+impl KineticEnergy {
+    /// For sums of `world`.
+    #[must_use]
+    pub fn new(world: &mut World) -> Self {
+        Self(world.query_filtered())
+    }
+
+    /// Sum of `m v² / 2` over the movable bodies of `world`, J, in the order of its tables.
+    ///
+    /// # Panics
+    /// In another world than it was made for.
+    pub fn sum(&mut self, world: &World) -> Scalar {
+        let tables = self.0.contiguous_iter(world).expect("the state of a body is stored in tables");
+        // Divisions of one lane do not wait for the sum of another.
+        let mut lanes = [0.0; 4];
+        for block in tables.flat_map(|bodies| bodies.chunks(4)) {
+            for (lane, body) in lanes.iter_mut().zip(block) {
+                let energy = body.velocity.length_squared() / body.inverse_mass;
+                *lane += if body.inverse_mass > 0.0 { energy } else { 0.0 };
+            }
+        }
+        0.5 * lanes.iter().sum::<Scalar>()
+    }
+}

@@ -1,0 +1,7 @@
+//! The schedule: which systems a tick is compiled of, and what changes the world between two ticks.
+
+pub(crate) mod emission;
+pub(crate) mod requests;
+pub(crate) mod step;
+pub(crate) mod stepper;
+pub(crate) mod switch;

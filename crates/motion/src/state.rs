@@ -1,0 +1,11 @@
+//! State: the components and resources of bodies and of what acts on them, without the systems that use them.
+
+pub(crate) mod clock;
+pub(crate) mod components;
+pub(crate) mod emitter;
+pub(crate) mod forces;
+pub(crate) mod interpolate;
+pub(crate) mod range;
+pub(crate) mod rest;
+pub(crate) mod springs;
+pub(crate) mod threads;

@@ -1,0 +1,98 @@
+//! Applied forces: how a push reaches a body, acts for one tick and is gone.
+
+use bevy_ecs::prelude::*;
+use bevy_ecs::system::SystemParam;
+
+use crate::state::components::Force;
+use crate::units::Vector;
+
+/// Bodies whose [`Force`] is to be cleared at the end of the tick; a body pushed twice stands in it twice.
+#[derive(Resource, Debug, Default)]
+pub struct PushedBodies(pub(crate) Vec<Entity>);
+
+/// The only way to write a [`Force`]: the tutorial's `AddForce`.
+#[derive(SystemParam)]
+pub struct Forces<'w, 's> {
+    forces: Query<'w, 's, &'static mut Force>,
+    pushed: ResMut<'w, PushedBodies>,
+}
+
+impl Forces<'_, '_> {
+    /// Adds `newtons` to what acts on `body` in this tick. A thing without physics, or one that is gone, is
+    /// not pushed; pushing it does nothing.
+    pub fn add(&mut self, body: Entity, newtons: Vector) {
+        if let Ok(mut force) = self.forces.get_mut(body) {
+            force.bypass_change_detection().0 += newtons;
+            self.pushed.0.push(body);
+        }
+    }
+
+    /// Clears every force that was added since the last clearing.
+    pub(crate) fn clear(&mut self) {
+        for body in self.pushed.0.drain(..) {
+            if let Ok(mut force) = self.forces.get_mut(body) {
+                force.bypass_change_detection().0 = Vector::ZERO;
+            }
+        }
+    }
+}
+
+/// A force on a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// The body that is pushed.
+    pub body: Entity,
+    /// Force, N.
+    pub newtons: Vector,
+}
+
+/// Pushes on their way to the next tick.
+///
+/// An edge push (a click) waits here until a tick takes it and acts for that one tick: it is neither lost in a
+/// frame without a tick nor doubled in a frame with two. A sustained push (a held key) acts in every tick that
+/// begins while it stands here.
+#[derive(Resource, Debug, Default)]
+pub struct PushQueue {
+    edges: Vec<Push>,
+    sustained: Vec<Push>,
+}
+
+impl PushQueue {
+    /// Pushes `body` with `newtons` for exactly one tick, the next one.
+    pub fn push_once(&mut self, body: Entity, newtons: Vector) {
+        self.edges.push(Push { body, newtons });
+    }
+
+    /// Replaces the sustained pushes: these act in every tick until they are replaced again.
+    pub fn sustain(&mut self, pushes: impl IntoIterator<Item = Push>) {
+        self.sustained.clear();
+        self.sustained.extend(pushes);
+    }
+
+    /// Number of edge pushes that wait for a tick.
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// The edge pushes that wait for a tick.
+    #[must_use]
+    pub fn edges(&self) -> &[Push] {
+        &self.edges
+    }
+
+    /// The sustained pushes.
+    #[must_use]
+    pub fn sustained(&self) -> &[Push] {
+        &self.sustained
+    }
+
+    /// What the next tick will apply.
+    pub fn pending(&self) -> impl Iterator<Item = Push> + '_ {
+        self.edges.iter().chain(&self.sustained).copied()
+    }
+
+    pub(crate) fn take(&mut self) -> impl Iterator<Item = Push> + '_ {
+        self.edges.drain(..).chain(self.sustained.iter().copied())
+    }
+}

@@ -1,0 +1,21 @@
+//! The state that drawing between two ticks needs; absent unless pictures are wanted.
+
+use bevy_ecs::prelude::*;
+
+use crate::state::components::{PhysicsBody, Transform};
+use crate::units::Vector;
+
+/// Where the body was when the last tick began, m. Present only in runs that draw between ticks.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct PreviousPosition(pub Vector);
+
+/// Remembers every position before a tick moves it; run before the last tick of a frame.
+pub fn remember_positions(mut bodies: Query<(&Transform, &mut PreviousPosition), With<PhysicsBody>>) {
+    let tables = bodies.contiguous_iter_mut().expect("every component of a body is stored in tables");
+    for (transforms, mut previous) in tables {
+        for (transform, previous) in transforms.iter().zip(previous.bypass_change_detection()) {
+            previous.0 = transform.position;
+        }
+    }
+}

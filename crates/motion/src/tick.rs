@@ -1,0 +1,6 @@
+//! A tick: the systems that integrate single bodies over the tables of the world, and the quarantine of bodies that
+//! fail.
+
+pub(crate) mod diagnosis;
+pub(crate) mod integrate;
+pub(crate) mod quarantine;

@@ -1,0 +1,139 @@
+//! Why a body was refused. All of this runs after the fact: what a body had is looked at, and what acts on it is
+//! evaluated once more.
+
+use crate::laws::{BodyState, Drag, Law, Moment, Well};
+use crate::state::components::PhysicsBody;
+use crate::state::range::{Breach, Part, Range};
+use crate::tick::integrate::Acting;
+use crate::tick::quarantine::{Cause, Fault, place};
+use crate::units::{Scalar, Vector};
+
+/// What is at fault, and how.
+pub(crate) type Evidence = (&'static str, Fault);
+
+/// What a refused body had when the system looked.
+pub(crate) struct Suspect<'a> {
+    pub position: Vector,
+    pub body: PhysicsBody,
+    pub force: Vector,
+    pub damping_rate: Option<Scalar>,
+    pub limit: Option<Scalar>,
+    pub last_step: Option<Scalar>,
+    pub laws: &'a [Box<dyn Law<Scalar>>],
+}
+
+/// What of the resources acted on a refused body.
+#[derive(Clone, Copy)]
+pub(crate) struct Exposure {
+    /// Forces and laws, as far as velocities were updated at all.
+    pub kicks: bool,
+    pub gravity_off: bool,
+    /// Whether its own rate of damping stood in for that of the world.
+    pub own_rate: bool,
+}
+
+impl Suspect<'_> {
+    /// Which of its components was not finite.
+    pub fn found(&self) -> Option<Evidence> {
+        let Self { position, body, force, damping_rate, limit, last_step, .. } = self;
+        let broken = |number: &Option<Scalar>| number.is_some_and(|number| !number.is_finite());
+        let places = [
+            (!position.is_finite(), place::POSITION),
+            (!body.velocity.is_finite(), place::VELOCITY),
+            (!body.inverse_mass.is_finite(), place::INVERSE_MASS),
+            (!force.is_finite(), place::FORCE),
+            (broken(damping_rate), place::DAMPING_RATE),
+            // An infinite one limits nothing.
+            (limit.is_some_and(Scalar::is_nan), place::SPEED_LIMIT),
+            (broken(last_step), place::LAST_STEP),
+        ];
+        places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| (place, Fault::Found))
+    }
+
+    /// Which of its own laws gives no number, at one of the times.
+    pub fn own_law(&self, times: [Scalar; 2]) -> Option<Evidence> {
+        guilty(self.laws.iter().map(|law| &**law), self.state(), times)
+            .map(|name| (place::OWN_LAWS, Fault::Law(name)))
+    }
+
+    pub fn state(&self) -> BodyState<Scalar> {
+        let PhysicsBody { velocity, inverse_mass } = self.body;
+        BodyState { position: self.position, velocity, inverse_mass }
+    }
+}
+
+/// The first of the laws that gives no number.
+fn guilty<'a>(
+    mut laws: impl Iterator<Item = &'a dyn Law<Scalar>>,
+    state: BodyState<Scalar>,
+    times: [Scalar; 2],
+) -> Option<&'static str> {
+    let gives = |law: &&dyn Law<Scalar>| {
+        times.iter().all(|time| law.acceleration(Moment { time: *time, inside: *time }, state).is_finite())
+    };
+    laws.find(|law| !gives(law)).map(|law| law.name())
+}
+
+impl Acting<'_, '_> {
+    /// Which of the resources that act on a body is not finite.
+    pub(crate) fn found(&self, exposure: Exposure) -> Option<Evidence> {
+        let Exposure { kicks, gravity_off, own_rate } = exposure;
+        let falls = kicks && !gravity_off;
+        let declared = self.declared();
+        let places = [
+            (self.range().is_some_and(is_no_range), place::RANGE),
+            (falls && self.gravity().is_some_and(|gravity| !gravity.is_finite()), place::GRAVITY),
+            (!own_rate && self.damping().is_some_and(|damping| !damping.rate.is_finite()), place::DAMPING),
+            (kicks && declared.drag.is_some_and(is_no_drag), place::DRAG),
+            (kicks && declared.wells.is_some_and(|wells| wells.0.iter().any(is_no_well)), place::WELLS),
+        ];
+        places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| (place, Fault::Found))
+    }
+
+    /// Which law of every body gives no number for this one.
+    pub(crate) fn law_at_fault(&self, state: BodyState<Scalar>) -> Option<Evidence> {
+        let declared = self.declared();
+        let drag = declared.drag.map(|drag| drag as &dyn Law<Scalar>);
+        let wells = declared.wells.map(|wells| wells as &dyn Law<Scalar>);
+        let name = |laws: &mut dyn Iterator<Item = &dyn Law<Scalar>>| guilty(laws, state, self.times());
+        let at = |place, name| (place, Fault::Law(name));
+        name(&mut drag.into_iter())
+            .map(|name| at(place::DRAG, name))
+            .or_else(|| name(&mut wells.into_iter()).map(|name| at(place::WELLS, name)))
+            .or_else(|| name(&mut declared.more.iter().map(|law| &**law)).map(|name| at(place::LAWS, name)))
+    }
+
+    /// The cause, from what is known.
+    pub(crate) fn cause(&self, system: &'static str, breach: Breach, evidence: Option<Evidence>) -> Cause {
+        let component = match breach.of {
+            Part::Position => place::POSITION,
+            Part::Velocity => place::VELOCITY,
+        };
+        let range = self.range().copied().unwrap_or_default();
+        let outside = match breach.of {
+            Part::Position => Fault::Range(range.position),
+            Part::Velocity => Fault::Range(range.speed),
+        };
+        let (component, fault) = match evidence {
+            Some(evidence) => evidence,
+            None if breach.finite => (component, outside),
+            None => (component, Fault::Overflow),
+        };
+        Cause { system, component, fault }
+    }
+}
+
+fn is_no_range(range: &Range) -> bool {
+    range.position.is_nan() || range.speed.is_nan()
+}
+
+fn is_no_drag(drag: &Drag) -> bool {
+    let wind = drag.wind.unwrap_or_default();
+    let numbers = [drag.linear, drag.quadratic, wind.gust, wind.gust_hz];
+    !wind.velocity.is_finite() || numbers.iter().any(|number| !number.is_finite())
+}
+
+fn is_no_well(well: &Well) -> bool {
+    // An infinite softening leaves no pull.
+    !well.position.is_finite() || !well.strength.is_finite() || well.softening.is_nan()
+}

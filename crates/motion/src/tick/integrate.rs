@@ -1,0 +1,626 @@
+//! The systems that integrate bodies, over the tables of the world.
+
+use std::ops::Range;
+
+use bevy_ecs::entity::Entities;
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::ArchetypeFilter;
+use bevy_ecs::system::SystemParam;
+use bytemuck::TransparentWrapper as _;
+use smallvec::SmallVec;
+
+use crate::groups::Grouped;
+use crate::kernels::evaluations::Evaluations;
+use crate::kernels::record::TickRecords;
+use crate::kernels::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
+use crate::laws::course::Course;
+use crate::laws::damping::{Damping, DampingRate};
+use crate::laws::epoch::Epoch;
+use crate::laws::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
+use crate::laws::{Affine, BodyState, Declared, Drag, Gravity, Law, Laws, Wells};
+use crate::methods::table::Method;
+use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
+use crate::real::Real as _;
+use crate::schedule::emission::Emissions;
+use crate::schedule::step::TimeStep;
+use crate::state::clock::StepClock;
+use crate::state::components::{
+    AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
+};
+use crate::state::emitter::Dormant;
+use crate::state::forces::PushedBodies;
+use crate::state::range::{self, Bounds, Breach};
+use crate::state::rest::Static;
+use crate::state::threads::Threads;
+use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
+use crate::tick::quarantine::{Quarantine, Refused};
+use crate::units::{Scalar, Vector};
+
+/// Bodies that are integrated with the world's method.
+pub type Unmarked = Without<OwnMethod>;
+
+/// The columns of a body that the integration may need; most bodies have the first four.
+type Columns = (
+    Entity,
+    &'static mut Transform,
+    &'static mut PhysicsBody,
+    &'static Force,
+    Has<GravityOff>,
+    Option<&'static DampingRate>,
+    Option<&'static SpeedLimit>,
+    Option<&'static AxisLocks>,
+    Option<&'static OwnLaws>,
+    Option<&'static OwnSubsteps>,
+    Option<&'static mut LastStep>,
+    Option<&'static mut LastAcceleration>,
+);
+
+/// The bodies of a system.
+pub type Bodies<'w, 's, Who> =
+    Query<'w, 's, Columns, (Who, Without<Quarantined>, Without<Static>, Without<Dormant>, Without<Grouped>)>;
+
+/// What acts in a tick besides the applied forces.
+#[derive(SystemParam)]
+pub struct Acting<'w, 's> {
+    step: Res<'w, TimeStep>,
+    substeps: Option<Res<'w, Substeps>>,
+    clock: Option<Res<'w, StepClock>>,
+    gravity: Option<Res<'w, Gravity>>,
+    damping: Option<Res<'w, Damping>>,
+    range: Option<Res<'w, range::Range>>,
+    drag: Option<Res<'w, Drag>>,
+    wells: Option<Res<'w, Wells>>,
+    laws: Option<Res<'w, Laws>>,
+    threads: Option<Res<'w, Threads>>,
+    pushed: Res<'w, PushedBodies>,
+    entities: &'w Entities,
+    /// Table and row of the pushed bodies, ascending; kept, so that a tick allocates nothing.
+    rows: Local<'s, Vec<(usize, usize)>>,
+    emissions: Option<Res<'w, Emissions>>,
+    /// Those of the bodies that are born in the tick, ascending.
+    births: Local<'s, Vec<Birth>>,
+    laws_epoch: ResMut<'w, Epoch>,
+    /// That of the running tick.
+    epoch: Local<'s, u64>,
+}
+
+/// A body that is born in the tick.
+#[derive(Clone, Copy, Debug)]
+struct Birth {
+    /// Its table and row.
+    place: (usize, usize),
+    /// s since the scene's start.
+    time: Scalar,
+}
+
+/// Where a system notes what happened.
+#[derive(SystemParam)]
+pub struct Notes<'w> {
+    pub(crate) quarantine: ResMut<'w, Quarantine>,
+    pub(crate) evaluations: ResMut<'w, Evaluations>,
+    pub(crate) records: ResMut<'w, TickRecords>,
+}
+
+impl Acting<'_, '_> {
+    /// Looks up where the pushed and the newborn bodies are, and whether laws have changed.
+    pub(crate) fn prepare(&mut self) {
+        let changed = [
+            self.drag.as_ref().map(DetectChanges::last_changed),
+            self.wells.as_ref().map(DetectChanges::last_changed),
+            self.laws.as_ref().map(DetectChanges::last_changed),
+        ];
+        *self.epoch = self.laws_epoch.bypass_change_detection().look(changed);
+        let Self { pushed, entities, rows, emissions, births, clock, .. } = self;
+        let place = |body: &Entity| {
+            let place = entities.get_spawned(*body).ok()?;
+            Some((place.table_id.as_usize(), place.table_row.index()))
+        };
+        rows.clear();
+        rows.extend(pushed.0.iter().filter_map(place));
+        rows.sort_unstable();
+        rows.dedup();
+        births.clear();
+        if let (Some(emissions), Some(clock)) = (emissions, clock) {
+            let born = emissions.births_in(clock.ticks());
+            births.reserve(2 * born.len());
+            births.extend(
+                born.iter().filter_map(|(body, time)| Some(Birth { place: place(body)?, time: *time })),
+            );
+            births.sort_unstable_by_key(|birth| birth.place);
+        }
+    }
+
+    /// Laws of every body, gravity aside.
+    pub(crate) fn declared(&self) -> Declared<'_> {
+        let more = self.laws.as_deref().map_or(&[][..], |laws| &laws.0);
+        Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more }
+    }
+
+    fn course(&self) -> Course {
+        let TimeStep(tick) = *self.step;
+        let clock = self.clock.as_deref().copied().unwrap_or_default();
+        let substeps = Substeps::parts(self.substeps.as_deref());
+        Course { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
+    }
+
+    /// What acts on every body, gravity aside: the affine ones of the laws `summed`, and those `called`.
+    pub(crate) fn terms<'a, M: Integrator>(
+        &self,
+        summed: Declared<'_>,
+        called: &'a [&'a dyn Law<Scalar>],
+    ) -> Terms<'a, Scalar> {
+        let damping = self.damping.as_deref().copied();
+        Terms::new::<M>(Affine::sum(summed.all()), damping, called, *self.epoch, self.course())
+            .within(self.bounds())
+    }
+
+    /// What a state that is stored may be at most.
+    pub(crate) fn bounds(&self) -> Bounds<Scalar> {
+        Bounds::of(self.range.as_deref())
+    }
+
+    pub(crate) fn range(&self) -> Option<&range::Range> {
+        self.range.as_deref()
+    }
+
+    pub(crate) fn damping(&self) -> Option<&Damping> {
+        self.damping.as_deref()
+    }
+
+    /// Start and end of the tick, s.
+    pub(crate) fn times(&self) -> [Scalar; 2] {
+        let Course { start, end, .. } = self.course();
+        [start, end]
+    }
+
+    pub(crate) fn gravity(&self) -> Option<Vector> {
+        self.gravity.as_deref().and_then(Gravity::acting)
+    }
+
+    pub(crate) fn drag(&self) -> Option<&Drag> {
+        self.drag.as_deref()
+    }
+
+    /// Names of the laws that are summed up in a table's terms.
+    pub(crate) fn affine(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
+        let gravity = (!gravity_off && self.gravity().is_some()).then_some("gravity");
+        let exact = self.damping.as_deref().is_some_and(Damping::is_exact);
+        let affine = self.declared().affine().map(|law| law.name());
+        gravity.into_iter().chain(exact.then_some("damping")).chain(affine)
+    }
+
+    /// Table and row of `body`.
+    pub(crate) fn place_of(&self, body: Entity) -> Option<(usize, usize)> {
+        let place = self.entities.get_spawned(body).ok()?;
+        Some((place.table_id.as_usize(), place.table_row.index()))
+    }
+
+    /// The table of `body`.
+    pub(crate) fn table_of(&self, body: Entity) -> Option<usize> {
+        self.place_of(body).map(|(table, _)| table)
+    }
+
+    /// What was pushed of those rows of a table.
+    pub(crate) fn pushed_in(&self, table: usize, rows: Range<usize>) -> &[(usize, usize)] {
+        let start = self.rows.partition_point(|place| *place < (table, rows.start));
+        let end = self.rows.partition_point(|place| *place < (table, rows.end));
+        &self.rows[start..end]
+    }
+
+    /// What was pushed of the table that holds `body`.
+    fn pushed_of(&self, body: Entity) -> &[(usize, usize)] {
+        if self.rows.is_empty() {
+            return &[];
+        }
+        self.table_of(body).map_or(&[], |table| self.pushed_in(table, 0..usize::MAX))
+    }
+
+    /// The births in the table that holds `body`.
+    fn births_of(&self, body: Entity) -> &[Birth] {
+        let of = |table: usize| self.births.partition_point(|birth| birth.place.0 < table);
+        match self.table_of(body).filter(|_| !self.births.is_empty()) {
+            Some(table) => &self.births[of(table)..of(table + 1)],
+            None => &[],
+        }
+    }
+}
+
+/// The rows of a table, or a part of them.
+struct Chunk<'a> {
+    entities: &'a [Entity],
+    transforms: &'a mut [Transform],
+    bodies: &'a mut [PhysicsBody],
+    forces: &'a [Force],
+    rates: Option<&'a [DampingRate]>,
+    limits: Option<&'a [SpeedLimit]>,
+    locks: Option<&'a [AxisLocks]>,
+    own: Option<&'a [OwnLaws]>,
+    parts: Option<&'a [OwnSubsteps]>,
+    steps: Option<&'a mut [LastStep]>,
+    known: Option<&'a mut [LastAcceleration]>,
+}
+
+/// A row that was not updated.
+struct Missed {
+    body: Entity,
+    /// The state to freeze it at.
+    transform: Transform,
+    state: PhysicsBody,
+    system: &'static str,
+    breach: Breach,
+    /// What is at fault, if it is of this body alone.
+    evidence: Option<Evidence>,
+    own_rate: bool,
+}
+
+/// What became of a chunk.
+#[derive(Default)]
+struct Done {
+    account: Account,
+    missed: Vec<Missed>,
+}
+
+impl<'a> Chunk<'a> {
+    /// Splits the first `rows` off.
+    fn split_at(self, rows: usize) -> (Self, Self) {
+        macro_rules! split {
+            ($($name:ident),*; $($maybe:ident),*; $($own:ident),*; $($maybe_own:ident),*) => {{
+                $(let $name = self.$name.split_at(rows);)*
+                $(let $own = self.$own.split_at_mut(rows);)*
+                $(let $maybe = self.$maybe.map(|column| column.split_at(rows)).unzip();)*
+                $(let $maybe_own = self.$maybe_own.map(|column| column.split_at_mut(rows)).unzip();)*
+                (
+                    Self { $($name: $name.0,)* $($own: $own.0,)* $($maybe: $maybe.0,)* $($maybe_own: $maybe_own.0),* },
+                    Self { $($name: $name.1,)* $($own: $own.1,)* $($maybe: $maybe.1,)* $($maybe_own: $maybe_own.1),* },
+                )
+            }};
+        }
+        split!(entities, forces; rates, limits, locks, own, parts; transforms, bodies; steps, known)
+    }
+
+    /// Integrates a tick of every row; `pushed` and `births` are those of the table, in which the chunk begins at
+    /// row `start`; `records` tells whether it is written down.
+    fn integrate<M: Integrator>(
+        mut self,
+        terms: &Terms<'_, Scalar>,
+        pushed: &[(usize, usize)],
+        births: &[Birth],
+        start: usize,
+        records: &TickRecords,
+    ) -> Done {
+        let mut done = Done::default();
+        done.account.record = records.recorder(self.bodies.len());
+        let rows = self.bodies.len();
+        let row = |row: usize| births.partition_point(|birth| birth.place.1 < start + row);
+        let mut next = 0;
+        for Birth { place, time } in &births[row(0)..row(rows)] {
+            let born = place.1 - start;
+            self.integrate_rows::<M>(next..born, terms, pushed, start, &mut done);
+            self.integrate_rows::<M>(born..born + 1, &terms.since::<M>(*time), pushed, start, &mut done);
+            next = born + 1;
+        }
+        self.integrate_rows::<M>(next..rows, terms, pushed, start, &mut done);
+        done
+    }
+
+    /// The same for some of the rows, all of which have the same tick.
+    fn integrate_rows<M: Integrator>(
+        &mut self,
+        rows: Range<usize>,
+        terms: &Terms<'_, Scalar>,
+        pushed: &[(usize, usize)],
+        start: usize,
+        done: &mut Done,
+    ) {
+        if rows.is_empty() {
+            return;
+        }
+        let mut refused: Vec<(usize, Breach)> = Vec::new();
+        let asks = self.limits.is_some()
+            || self.locks.is_some()
+            || self.own.is_some()
+            || self.parts.is_some()
+            || self.rates.is_some();
+        if asks {
+            for row in rows {
+                if let Err(breach) = self.integrate_row::<M>(terms, row, &mut done.account) {
+                    refused.push((row, breach));
+                }
+            }
+        } else {
+            let applied = Applied::of(&self.forces[rows.clone()], pushed, start + rows.start);
+            let table = self.table(rows.clone());
+            let refuse = &mut |row, breach| refused.push((rows.start + row, breach));
+            if let Some(record) = &mut done.account.record {
+                record.first = rows.start;
+            }
+            kernels::integrate::<_, M>(terms, table, applied, &mut done.account, refuse);
+        }
+        for (row, breach) in refused {
+            let missed = self.diagnose::<M>(terms, row, breach);
+            done.missed.push(missed);
+        }
+    }
+
+    /// One row with everything that it asks for, or why it was refused.
+    fn integrate_row<M: Integrator>(
+        &mut self,
+        terms: &Terms<'_, Scalar>,
+        row: usize,
+        account: &mut Account,
+    ) -> Result<(), Breach> {
+        if let Some(record) = &mut account.record {
+            record.first = row;
+        }
+        let own = self.own.map(|own| &own[row]);
+        let rate = self.rates.as_ref().map(|rates| rates[row].rate());
+        let asks = Asks {
+            damping: rate.zip(terms.damping).map(|(rate, damping)| Damping { rate, ..damping }),
+            limit: self.limits.map(|limits| limits[row].0),
+            locks: self.locks.map(|locks| locks[row]),
+            laws: own.map_or(&[], OwnLaws::laws),
+            version: own.map_or(0, OwnLaws::version),
+            substeps: self.parts.map(|parts| parts[row].0.max(1)),
+        };
+        let force = self.forces[row].0.to_array();
+        kernels::integrate_one::<_, M>(terms, &asks, self.table(row..row + 1), force, account)
+    }
+
+    fn table(&mut self, rows: Range<usize>) -> Table<'_, Scalar> {
+        let memory = match (&mut self.steps, &mut self.known) {
+            (Some(steps), _) => MemoryRows::LastStep(bytemuck::cast_slice_mut(&mut steps[rows.clone()])),
+            (None, Some(known)) => {
+                MemoryRows::Known(LastAcceleration::peel_slice_mut(&mut known[rows.clone()]))
+            }
+            (None, None) => MemoryRows::None,
+        };
+        Table {
+            positions: bytemuck::cast_slice_mut(&mut self.transforms[rows.clone()]),
+            bodies: bytemuck::cast_slice_mut(&mut self.bodies[rows]),
+            memory,
+        }
+    }
+
+    /// What went wrong in a row. Of a step that no number comes out of the first of the two updates of Euler stands if
+    /// it can, as it does where the two are systems of their own; in a tick of several steps, and at the border of a
+    /// range, none does.
+    #[cold]
+    fn diagnose<M: Integrator>(&mut self, terms: &Terms<'_, Scalar>, row: usize, breach: Breach) -> Missed {
+        const KICK: &str = "integrate_acceleration";
+        const DRIFT: &str = "integrate_velocity";
+        let account = &mut Account::default();
+        let before = (self.transforms[row], self.bodies[row]);
+        let (system, breach) = match M::METHOD {
+            _ if !M::DAMPS_INSIDE => ("integrate", breach),
+            _ if !M::MOVES => (KICK, breach),
+            _ if !M::KICKS => (DRIFT, breach),
+            Method::SemiImplicitEuler => match self.integrate_row::<Kick>(terms, row, account) {
+                Ok(()) => (DRIFT, breach),
+                Err(breach) => (KICK, breach),
+            },
+            _ => match self.integrate_row::<Drift>(terms, row, account) {
+                Ok(()) => (KICK, breach),
+                Err(breach) => (DRIFT, breach),
+            },
+        };
+        let substeps = self.parts.map_or(terms.course.substeps, |parts| parts[row].0);
+        if breach.finite || substeps > 1 {
+            (self.transforms[row], self.bodies[row]) = before;
+        }
+        let damping_rate = self.rates.map(|rates| rates[row].rate()).filter(|_| terms.damping.is_some());
+        let suspect = Suspect {
+            position: self.transforms[row].position,
+            body: self.bodies[row],
+            force: if M::KICKS { self.forces[row].0 } else { Vector::ZERO },
+            damping_rate,
+            limit: self.limits.map(|limits| limits[row].0),
+            last_step: self.steps.as_ref().map(|steps| steps[row].0),
+            laws: self.own.filter(|_| M::KICKS).map_or(&[], |own| own[row].laws()),
+        };
+        let times = [terms.course.start, terms.course.end];
+        Missed {
+            body: self.entities[row],
+            transform: self.transforms[row],
+            state: self.bodies[row],
+            system,
+            breach,
+            evidence: suspect.found().or_else(|| suspect.own_law(times)),
+            own_rate: damping_rate.is_some(),
+        }
+    }
+}
+
+impl Acting<'_, '_> {
+    /// Names the cause, from what was found in the row and what acts on every body.
+    #[cold]
+    fn judge(&self, missed: Missed, kicks: bool, gravity_off: bool) -> Refused {
+        let Missed { body, transform, state, system, breach, evidence, own_rate } = missed;
+        let PhysicsBody { velocity, inverse_mass } = state;
+        let at = BodyState { position: transform.position, velocity, inverse_mass };
+        let evidence = evidence
+            .or_else(|| self.found(Exposure { kicks, gravity_off, own_rate }))
+            .or_else(|| if kicks { self.law_at_fault(at) } else { None });
+        Refused { body, transform, state, cause: self.cause(system, breach, evidence) }
+    }
+}
+
+/// Integrates a chunk on all threads.
+fn shared<M: Integrator>(
+    threads: &Threads,
+    chunk: Chunk<'_>,
+    terms: &Terms<'_, Scalar>,
+    pushed: &[(usize, usize)],
+    births: &[Birth],
+    records: &TickRecords,
+) -> Done {
+    let share = chunk.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
+    let mut parts: Vec<(Done, Option<Chunk<'_>>, usize)> = Vec::new();
+    let (mut rest, mut start) = (Some(chunk), 0);
+    while let Some(chunk) = rest {
+        let rows = chunk.bodies.len().min(share);
+        let (first, others) = chunk.split_at(rows);
+        parts.push((Done::default(), Some(first), start));
+        start += rows;
+        rest = (!others.bodies.is_empty()).then_some(others);
+    }
+    let jobs = parts.iter_mut().map(|(done, chunk, start)| {
+        move || {
+            if let Some(chunk) = chunk.take() {
+                *done = chunk.integrate::<M>(terms, pushed, births, *start, records);
+            }
+        }
+    });
+    threads.run(jobs.collect());
+    let mut sum = Done::default();
+    for (done, ..) in parts {
+        sum.account.add(&done.account);
+        if let Some(record) = done.account.record {
+            sum.account.record.get_or_insert_default().append(record);
+        }
+        sum.missed.extend(done.missed);
+    }
+    sum
+}
+
+/// Laws that are called for every body, in a list that allocates nothing.
+pub(crate) type Called<'a> = SmallVec<[&'a dyn Law<Scalar>; 8]>;
+
+/// One system's share of a tick: `M` over all bodies.
+fn advance<M: Integrator, Who: ArchetypeFilter>(
+    mut acting: Acting,
+    mut notes: Notes,
+    mut bodies: Bodies<Who>,
+) {
+    acting.prepare();
+    let mut called = Called::new();
+    called.extend(acting.declared().called());
+    let called = called.as_slice();
+    let weightless = acting.terms::<M>(acting.declared(), called);
+    let mut falling = weightless;
+    falling.gravity += acting.gravity().unwrap_or(Vector::ZERO);
+    for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
+        let (
+            entities,
+            mut transforms,
+            mut bodies,
+            forces,
+            gravity_off,
+            rates,
+            limits,
+            locks,
+            own,
+            parts,
+            mut steps,
+            mut known,
+        ) = columns;
+        let terms = if gravity_off { &weightless } else { &falling };
+        let chunk = Chunk {
+            entities,
+            // A kick moves nothing, so nothing is marked as moved.
+            transforms: if M::MOVES { &mut transforms } else { transforms.bypass_change_detection() },
+            bodies: bodies.bypass_change_detection(),
+            forces,
+            rates,
+            limits,
+            locks,
+            own,
+            parts,
+            steps: steps.as_mut().map(|steps| steps.bypass_change_detection()),
+            known: known.as_mut().map(|known| known.bypass_change_detection()),
+        };
+        let (pushed, births) = (acting.pushed_of(entities[0]), acting.births_of(entities[0]));
+        let done = match acting.threads.as_deref() {
+            Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
+                shared::<M>(threads, chunk, terms, pushed, births, &notes.records)
+            }
+            _ => chunk.integrate::<M>(terms, pushed, births, 0, &notes.records),
+        };
+        notes.evaluations.add(&done.account, called, acting.affine(gravity_off));
+        notes.records.add(entities, done.account.record);
+        for missed in done.missed {
+            notes.quarantine.refuse(acting.judge(missed, M::KICKS, gravity_off));
+        }
+    }
+}
+
+/// The velocity's half of an Euler step.
+#[derive(Clone, Copy, Default)]
+struct Kick;
+
+/// The position's half of an Euler step.
+#[derive(Clone, Copy, Default)]
+struct Drift;
+
+impl Integrator for Kick {
+    const METHOD: Method = Method::SemiImplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+    const MOVES: bool = false;
+    const LIMITS_AFTER_KICK: bool = true;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        let a = field.acceleration(F::Real::ZERO, x, v);
+        (x, field.kick(v, a))
+    }
+}
+
+impl Integrator for Drift {
+    const METHOD: Method = Method::SemiImplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+    const KICKS: bool = false;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        euler::advance(field, x, v)
+    }
+}
+
+/// What a body of position Verlet needs to go on with another method.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Synchronise;
+
+impl Integrator for Synchronise {
+    const METHOD: Method = Method::PositionVerlet;
+    const MEMORY: Memory = Memory::LastStep;
+    const MOVES: bool = false;
+    const PASSES_TIME: bool = false;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+        let v = synchronise(field, x, v, carry.last_step);
+        carry.last_step = F::Real::ZERO;
+        (x, v)
+    }
+}
+
+/// `v += (F w + g) h`: forces and laws become acceleration, acceleration becomes velocity.
+///
+/// A body of inverse mass 0 is passed by whatever acts on it. With
+/// [`DampingModel::Exact`](crate::DampingModel::Exact) the decay is part of this update. Laws of the position or
+/// the velocity are not for this system and [`integrate_velocity`], but for [`integrate_in_one_pass`], which
+/// reads them before either half.
+pub fn integrate_acceleration(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
+    advance::<Kick, _>(acting, notes, bodies);
+}
+
+/// `x += v h`, with the damping, speed limit and axis locks that have their place around the move.
+pub fn integrate_velocity(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
+    advance::<Drift, _>(acting, notes, bodies);
+}
+
+/// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory: the same bits as
+/// [`integrate_acceleration`] and [`integrate_velocity`] one after the other, in that order or the other.
+pub fn integrate_in_one_pass<M: Integrator>(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
+    advance::<M, _>(acting, notes, bodies);
+}
+
+/// A tick of `M` for the bodies `Who`.
+pub fn integrate<M: Integrator, Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
+    advance::<M, _>(acting, notes, bodies);
+}
+
+/// Gives the bodies `Who` the velocity at the time of their position, which position Verlet does not keep, so
+/// that another method can go on with them.
+pub(crate) fn leave_position_verlet<Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
+    advance::<Synchronise, _>(acting, notes, bodies);
+}

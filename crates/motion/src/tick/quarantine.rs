@@ -1,0 +1,244 @@
+//! Bodies that would turn non-finite or leave the range: frozen at their last finite state, marked, and named.
+
+use bevy_ecs::entity::EntityHashSet;
+use bevy_ecs::prelude::*;
+
+use crate::groups::Groups;
+use crate::laws::own::LastStep;
+use crate::state::clock::StepClock;
+use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
+use crate::state::interpolate::PreviousPosition;
+use crate::units::{Scalar, Vector};
+
+/// Why a body was frozen: where it was noticed, what it was, and what had happened to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cause {
+    /// The system that noticed. Of a step that runs as one pass it is the half that went wrong.
+    pub system: &'static str,
+    /// The component, with its field where it has several, or the resource to which `fault` happened.
+    pub component: &'static str,
+    /// What had happened.
+    pub fault: Fault,
+}
+
+/// What happened to a component or a resource.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// It was not finite when the system looked: something else wrote that.
+    Found,
+    /// This law of it gave an acceleration that is not finite, for a state that is.
+    Law(&'static str),
+    /// The spring to that body pulled with a force that is not finite, between states that are.
+    Spring(Entity),
+    /// It would have turned non-finite by finite numbers: they grew out of the largest one.
+    Overflow,
+    /// It would have left the stated range, whose bound is this, m or m/s.
+    Range(Scalar),
+    /// An experiment asked for a value of it that is not finite, or for an inverse mass below 0.
+    Request,
+}
+
+impl Fault {
+    /// A word for it: `found`, `law`, `spring`, `overflow`, `range` or `request`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Found => "found",
+            Self::Law(_) => "law",
+            Self::Spring(_) => "spring",
+            Self::Overflow => "overflow",
+            Self::Range(_) => "range",
+            Self::Request => "request",
+        }
+    }
+}
+
+impl Cause {
+    pub(crate) const REQUESTS: &'static str = "requests";
+
+    /// Every system and every component that a cause may name.
+    pub const NAMES: [&'static str; 22] = [
+        "integrate_acceleration",
+        "integrate_velocity",
+        "integrate",
+        "integrate_groups",
+        Self::REQUESTS,
+        place::POSITION,
+        place::VELOCITY,
+        place::INVERSE_MASS,
+        place::FORCE,
+        place::DAMPING_RATE,
+        place::SPEED_LIMIT,
+        place::LAST_STEP,
+        place::OWN_LAWS,
+        place::SOURCE_MASS,
+        place::SPRING,
+        place::GRAVITY,
+        place::DAMPING,
+        place::DRAG,
+        place::WELLS,
+        place::LAWS,
+        place::MUTUAL_GRAVITY,
+        place::RANGE,
+    ];
+
+    /// What happened, as a sentence for summaries and panels.
+    #[must_use]
+    pub fn what(self) -> String {
+        let Self { system, component, fault } = self;
+        let (part, unit) = match component {
+            place::POSITION => ("position", "m"),
+            place::VELOCITY => ("velocity", "m/s"),
+            place::INVERSE_MASS => ("inverse mass", "1/kg"),
+            other => (other, ""),
+        };
+        match fault {
+            Fault::Found => format!("{component} was not finite when {system} looked"),
+            Fault::Law(name) => format!("the law {name} gave a non-finite acceleration in {system}"),
+            Fault::Spring(_) => format!("a spring pulled with a non-finite force in {system}"),
+            Fault::Overflow => format!("{part} would turn non-finite in {system}"),
+            Fault::Range(bound) => format!("{part} would leave the range of {bound:e} {unit} in {system}"),
+            Fault::Request => format!("an experiment asked for a state that cannot be, in its {part}"),
+        }
+    }
+}
+
+/// Names of what may be at fault.
+pub(crate) mod place {
+    pub const POSITION: &str = "Transform.position";
+    pub const VELOCITY: &str = "PhysicsBody.velocity";
+    pub const INVERSE_MASS: &str = "PhysicsBody.inverse_mass";
+    pub const FORCE: &str = "Force";
+    pub const DAMPING_RATE: &str = "DampingRate";
+    pub const SPEED_LIMIT: &str = "SpeedLimit";
+    pub const LAST_STEP: &str = "LastStep";
+    pub const OWN_LAWS: &str = "OwnLaws";
+    pub const SOURCE_MASS: &str = "SourceMass";
+    pub const SPRING: &str = "Spring";
+    pub const GRAVITY: &str = "Gravity";
+    pub const DAMPING: &str = "Damping";
+    pub const DRAG: &str = "Drag";
+    pub const WELLS: &str = "Wells";
+    pub const LAWS: &str = "Laws";
+    pub const MUTUAL_GRAVITY: &str = "MutualGravity";
+    pub const RANGE: &str = "Range";
+}
+
+/// One body that was frozen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuarantineRecord {
+    /// The body.
+    pub body: Entity,
+    /// Its stable id, if it had one: it names the body also when that is gone.
+    pub id: Option<StableId>,
+    /// The stable id of the other end of the spring that was at fault, if one was and that end had one.
+    pub other_end: Option<StableId>,
+    /// Number of the tick that it did not survive, counted from 1.
+    pub tick: u64,
+    /// Why.
+    pub cause: Cause,
+}
+
+/// A body refused in the running tick, with the state to freeze it at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refused {
+    pub body: Entity,
+    pub transform: Transform,
+    pub state: PhysicsBody,
+    pub cause: Cause,
+}
+
+/// Every body that was frozen so far, tick by tick, those of a tick by stable id.
+#[derive(Resource, Debug, Default)]
+pub struct Quarantine {
+    refused: Vec<Refused>,
+    records: Vec<QuarantineRecord>,
+}
+
+impl Quarantine {
+    /// The records of bodies that were frozen before, to go on from.
+    #[must_use]
+    pub const fn going_on(records: Vec<QuarantineRecord>) -> Self {
+        Self { refused: Vec::new(), records }
+    }
+
+    /// The bodies that were frozen, in the order of events.
+    #[must_use]
+    pub fn records(&self) -> &[QuarantineRecord] {
+        &self.records
+    }
+
+    /// A kernel did not commit a row: what it holds is what it stays at.
+    #[cold]
+    pub(crate) fn refuse(&mut self, refused: Refused) {
+        self.refused.push(refused);
+    }
+}
+
+/// Freezes the bodies that the tick refused and marks them [`Quarantined`].
+///
+/// A state that was overwritten by something non-finite is frozen at what the world still knows: at its
+/// [`PreviousPosition`], or at the origin where there is none; at rest; immovable.
+pub fn quarantine_bodies(
+    mut commands: Commands,
+    mut quarantine: ResMut<Quarantine>,
+    groups: Option<ResMut<Groups>>,
+    clock: Option<Res<StepClock>>,
+    kept: Query<(Option<&PreviousPosition>, Option<&LastStep>)>,
+    ids: Query<&StableId>,
+) {
+    if quarantine.refused.is_empty() {
+        return;
+    }
+    if let Some(mut groups) = groups {
+        // Its springs are inert.
+        groups.outdate();
+    }
+    let tick = clock.map_or(0, |clock| clock.ticks() + 1);
+    let Quarantine { refused, records } = &mut *quarantine;
+    let mut seen = EntityHashSet::default();
+    let before = records.len();
+    for Refused { body, transform, state, cause } in refused.drain(..) {
+        // The first refusal of a tick has the state before the tick went wrong; a later one has not.
+        if !seen.insert(body) {
+            continue;
+        }
+        let (previous, last) = kept.get(body).unwrap_or_default();
+        let previous = previous.map(|previous| previous.0);
+        let mut entity = commands.entity(body);
+        // The rest of the tick may have moved the row on: the state before is put back with the mark.
+        let (transform, state) = (sound_place(transform, previous), sound_motion(state));
+        entity.try_insert((transform, state, Quarantined));
+        if previous.is_some_and(|previous| !previous.is_finite()) {
+            // Nothing is drawn between.
+            entity.try_insert(PreviousPosition(transform.position));
+        }
+        if last.is_some_and(|last| !last.0.is_finite()) {
+            entity.try_insert(LastStep::default());
+        }
+        let id = |body| ids.get(body).ok().copied();
+        let other_end = if let Fault::Spring(end) = cause.fault { id(end) } else { None };
+        records.push(QuarantineRecord { body, id: id(body), other_end, tick, cause });
+    }
+    // Systems come upon them in the order of tables, which is another one in a world that was restored.
+    records[before..].sort_by_key(|record| record.id.map_or(u32::MAX, |id| id.0));
+}
+
+/// [`quarantine_bodies`] between two ticks.
+pub(crate) fn quarantine_refused(world: &mut World) {
+    world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
+}
+
+fn sound_place(transform: Transform, previous: Option<Vector>) -> Transform {
+    if transform.position.is_finite() {
+        return transform;
+    }
+    Transform::at(previous.filter(|previous| previous.is_finite()).unwrap_or(Vector::ZERO))
+}
+
+fn sound_motion(state: PhysicsBody) -> PhysicsBody {
+    PhysicsBody {
+        velocity: if state.velocity.is_finite() { state.velocity } else { Vector::ZERO },
+        inverse_mass: if state.inverse_mass.is_finite() { state.inverse_mass } else { 0.0 },
+    }
+}
