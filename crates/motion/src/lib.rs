@@ -38,14 +38,14 @@ pub use observe::totals::{KineticEnergy, Totals, totals};
 pub use schedule::emission::{Emission, EmissionState, Particle, emit_particles};
 pub use schedule::requests::{Request, Requests};
 pub use schedule::step::{
-    Passes, Step, StepPlan, StepSystems, TimeStep, apply_forces, clear_forces, insert_step_resources,
+    Passes, Step, StepPlan, StepSystems, apply_forces, clear_forces, insert_step_resources,
     remember_accelerations, remember_steps, step_schedule, step_systems,
 };
 pub use schedule::stepper::Stepper;
 pub use schedule::switch::{
     Effect, EffectState, NeverDeclared, Off, OffResource, SpringsOff, column_bytes, state, switch,
 };
-pub use state::clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock};
+pub use state::clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock, TimeStep};
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };

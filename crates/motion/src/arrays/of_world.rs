@@ -14,7 +14,7 @@ use crate::laws::own::{LastStep, OwnLaws, OwnSubsteps, Substeps, own_method};
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
 use crate::real::Real;
-use crate::schedule::step::TimeStep;
+use crate::state::clock::TimeStep;
 use crate::state::components::{
     AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };

@@ -7,9 +7,8 @@
 use bevy_ecs::prelude::*;
 
 use crate::laws::own::{LastAcceleration, LastStep};
-use crate::schedule::step::TimeStep;
 use crate::schedule::switch::Off;
-use crate::state::clock::StepClock;
+use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::{Dormant, Emitter};
 use crate::state::interpolate::PreviousPosition;

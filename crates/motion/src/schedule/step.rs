@@ -18,7 +18,7 @@ use crate::laws::{Declared, Drag, MutualGravity};
 use crate::methods::table::Method;
 use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
 use crate::schedule::emission::{self, emit_particles};
-use crate::state::clock::StepClock;
+use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::emitter::{Dormant, Emitter};
 use crate::state::forces::{Forces, PushQueue, PushedBodies};
@@ -28,11 +28,6 @@ use crate::tick::integrate::{
     Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };
 use crate::tick::quarantine::{Quarantine, quarantine_bodies};
-use crate::units::Scalar;
-
-/// Length of a tick, s: positive and finite.
-#[derive(Resource, Clone, Copy, Debug, PartialEq)]
-pub struct TimeStep(pub Scalar);
 
 /// The schedule of one tick.
 #[derive(ScheduleLabel, Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -16,9 +16,9 @@ use crate::methods::{Integrator, with_method};
 use crate::schedule::emission::{Emissions, Particle};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::step::{
-    Demands, Passes, StepPlan, TimeStep, inner_schedule, insert_step_resources, step_schedule,
+    Demands, Passes, StepPlan, inner_schedule, insert_step_resources, step_schedule,
 };
-use crate::state::clock::StepClock;
+use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::emitter::Dormant;
 use crate::state::rest::{Static, mark_static};

@@ -4,6 +4,10 @@ use bevy_ecs::prelude::*;
 
 use crate::units::Scalar;
 
+/// Length of a tick, s: positive and finite.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct TimeStep(pub Scalar);
+
 /// A time or rate that cannot be one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BadTime {

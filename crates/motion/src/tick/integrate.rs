@@ -22,8 +22,7 @@ use crate::methods::table::Method;
 use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
 use crate::real::Real as _;
 use crate::schedule::emission::Emissions;
-use crate::schedule::step::TimeStep;
-use crate::state::clock::StepClock;
+use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
 };
