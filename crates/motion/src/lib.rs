@@ -35,7 +35,7 @@ pub use observe::forecast::{Cure, Forecast, Margin, Part, SpringMargin};
 pub use observe::kept::{KeptAcceleration, KeptAccelerations, KeptOfGroup};
 pub use observe::ledger::{Books, Energies, Ledger, Lines};
 pub use observe::totals::{KineticEnergy, Totals, totals};
-pub use schedule::emission::{Emission, EmissionState, Particle, emit_particles};
+pub use schedule::emission::emit_particles;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::step::{
     Passes, Step, StepPlan, StepSystems, apply_forces, clear_forces, insert_step_resources,
@@ -49,7 +49,7 @@ pub use state::clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepCloc
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
-pub use state::emitter::{Dormant, Emitter};
+pub use state::emitter::{Dormant, Emission, EmissionState, Emitter, Particle};
 pub use state::forces::{Forces, Push, PushQueue, PushedBodies};
 pub use state::interpolate::{PreviousPosition, remember_positions};
 pub use state::range::Range;

@@ -2,8 +2,8 @@
 
 use super::{Bare, Residues};
 use crate::real::Real;
-use crate::schedule::emission::Emission;
 use crate::state::clock::StepClock;
+use crate::state::emitter::Emission;
 
 /// The state of a [`Bare`], to go back to.
 #[derive(Clone, Debug)]

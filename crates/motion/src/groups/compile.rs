@@ -8,10 +8,10 @@ use super::pull::{SpringRow, Springs};
 use super::{Group, Grouped, Groups};
 use crate::laws::own::{LastAcceleration, LastStep, OwnSubsteps, mark_method, own_method};
 use crate::laws::{MutualGravity, SourceMass};
-use crate::schedule::emission::Particle;
 use crate::schedule::step::may_exist;
 use crate::schedule::switch::SpringsOff;
 use crate::state::components::{PhysicsBody, Quarantined, StableId};
+use crate::state::emitter::Particle;
 use crate::state::springs::{Elastic, Link, SoftBody, Spring};
 use crate::units::Scalar;
 

@@ -13,14 +13,13 @@ use crate::laws::own::{LastAcceleration, LastStep, OwnLaws, OwnSubsteps, Substep
 use crate::laws::{Affine, Declared, Gravity};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
-use crate::schedule::emission::{Emissions, Particle};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::step::{
     Demands, Passes, StepPlan, inner_schedule, insert_step_resources, step_schedule,
 };
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
-use crate::state::emitter::Dormant;
+use crate::state::emitter::{Dormant, Emissions, Particle};
 use crate::state::rest::{Static, mark_static};
 use crate::tick::integrate::{Synchronise, Unmarked, leave_position_verlet};
 use crate::tick::quarantine::{Quarantine, quarantine_refused};

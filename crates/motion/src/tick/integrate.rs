@@ -21,12 +21,11 @@ use crate::laws::{Affine, BodyState, Declared, Drag, Gravity, Law, Laws, Wells};
 use crate::methods::table::Method;
 use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
 use crate::real::Real as _;
-use crate::schedule::emission::Emissions;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
 };
-use crate::state::emitter::Dormant;
+use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::PushedBodies;
 use crate::state::range::{self, Bounds, Breach};
 use crate::state::rest::Static;

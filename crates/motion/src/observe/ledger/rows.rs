@@ -8,12 +8,11 @@ use crate::laws::damping::DampingRate;
 use crate::laws::own::{OwnLaws, OwnMethod, own_method};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
-use crate::schedule::emission::Emissions;
 use crate::state::clock::StepClock;
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
-use crate::state::emitter::Dormant;
+use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::PushQueue;
 use crate::units::{Scalar, Vector};
 
