@@ -42,9 +42,7 @@ pub use schedule::step::{
     remember_accelerations, remember_steps, step_schedule, step_systems,
 };
 pub use schedule::stepper::Stepper;
-pub use schedule::switch::{
-    Effect, EffectState, NeverDeclared, Off, OffResource, SpringsOff, column_bytes, state, switch,
-};
+pub use schedule::switch::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
 pub use state::clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock, TimeStep};
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
@@ -52,6 +50,7 @@ pub use state::components::{
 pub use state::emitter::{Dormant, Emission, EmissionState, Emitter, Particle};
 pub use state::forces::{Forces, Push, PushQueue, PushedBodies};
 pub use state::interpolate::{PreviousPosition, remember_positions};
+pub use state::off::{Off, OffResource, SpringsOff};
 pub use state::range::Range;
 pub use state::rest::Static;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};

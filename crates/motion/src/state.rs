@@ -5,6 +5,7 @@ pub(crate) mod components;
 pub(crate) mod emitter;
 pub(crate) mod forces;
 pub(crate) mod interpolate;
+pub(crate) mod off;
 pub(crate) mod range;
 pub(crate) mod rest;
 pub(crate) mod springs;

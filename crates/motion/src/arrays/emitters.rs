@@ -6,9 +6,9 @@ use bevy_ecs::prelude::*;
 use super::Bare;
 use crate::kernels::Known;
 use crate::real::Real;
-use crate::schedule::switch::Off;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emission, Emitter, Tick};
+use crate::state::off::Off;
 use crate::units::Vector;
 
 /// An emitter and the rows of its pool.

@@ -9,9 +9,9 @@ use super::{Group, Grouped, Groups};
 use crate::laws::own::{LastAcceleration, LastStep, OwnSubsteps, mark_method, own_method};
 use crate::laws::{MutualGravity, SourceMass};
 use crate::schedule::step::may_exist;
-use crate::schedule::switch::SpringsOff;
 use crate::state::components::{PhysicsBody, Quarantined, StableId};
 use crate::state::emitter::Particle;
+use crate::state::off::SpringsOff;
 use crate::state::springs::{Elastic, Link, SoftBody, Spring};
 use crate::units::Scalar;
 

@@ -17,6 +17,7 @@ use crate::schedule::stepper::{start_anew, synchronise_bodies};
 use crate::state::clock::TimeStep;
 use crate::state::components::{AxisLocks, SpeedLimit};
 use crate::state::emitter::Emitter;
+use crate::state::off::{Off, OffResource, SpringsOff};
 use crate::state::springs::{SoftBody, Spring};
 pub use extent::column_bytes;
 
@@ -142,20 +143,6 @@ impl fmt::Display for NeverDeclared {
 }
 
 impl std::error::Error for NeverDeclared {}
-
-/// A component of an effect that is off, as it was.
-#[derive(Component, Clone, Copy, Debug, PartialEq)]
-pub struct Off<C: Component>(pub C);
-
-/// A resource of an effect that is off, as it was.
-#[derive(Resource, Clone, Copy, Debug, PartialEq)]
-pub struct OffResource<R: Resource>(pub R);
-
-/// Springs and soft bodies are off: their points are bodies like all others.
-///
-/// A mark and not taken out: a soft body is drawn and picked also while nothing holds it together.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SpringsOff;
 
 /// The wind of a scene, off: still air.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]

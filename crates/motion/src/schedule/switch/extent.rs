@@ -5,13 +5,14 @@ use std::mem::{size_of, size_of_val};
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
-use super::{Effect, EffectState, Off, OffResource, state};
+use super::{Effect, EffectState, state};
 use crate::groups::Groups;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wells, laws};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::emitter::{Dormant, Emission, Emitter, Particle};
+use crate::state::off::{Off, OffResource};
 use crate::state::rest::Static;
 use crate::state::springs::{Link, SoftBody, Spring};
 use crate::units::{Scalar, Vector};
