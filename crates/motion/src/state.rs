@@ -1,5 +1,6 @@
 //! State: the components and resources of bodies and of what acts on them, without the systems that use them.
 
+pub(crate) mod archetypes;
 pub(crate) mod clock;
 pub(crate) mod components;
 pub(crate) mod emitter;

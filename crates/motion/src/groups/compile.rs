@@ -8,7 +8,7 @@ use super::pull::{SpringRow, Springs};
 use super::{Group, Grouped, Groups};
 use crate::laws::own::{LastAcceleration, LastStep, OwnSubsteps, mark_method, own_method};
 use crate::laws::{MutualGravity, SourceMass};
-use crate::schedule::step::may_exist;
+use crate::state::archetypes::may_exist;
 use crate::state::components::{PhysicsBody, Quarantined, StableId};
 use crate::state::emitter::Particle;
 use crate::state::off::SpringsOff;

@@ -14,7 +14,7 @@ use crate::laws::damping::Damping;
 use crate::laws::own::{OwnLaws, Substeps, own_method};
 use crate::laws::{Drag, Laws, MutualGravity, Wells};
 use crate::methods::table::Method;
-use crate::schedule::step::may_exist;
+use crate::state::archetypes::may_exist;
 use crate::state::clock::TimeStep;
 use crate::units::Scalar;
 

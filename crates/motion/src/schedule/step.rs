@@ -18,6 +18,7 @@ use crate::laws::{Declared, Drag, MutualGravity};
 use crate::methods::table::Method;
 use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
 use crate::schedule::emission::{self, emit_particles};
+use crate::state::archetypes::{contains, may_exist};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::emitter::{Dormant, Emitter};
@@ -158,16 +159,6 @@ impl Demands {
 /// Linear drag or exact damping.
 fn drags(world: &World) -> bool {
     world.contains_resource::<Drag>() || world.get_resource::<Damping>().is_some_and(Damping::is_exact)
-}
-
-/// Whether there is a kind of entity with that component, be there none of the kind at present: another one is
-/// noticed only when its kind is new.
-pub(crate) fn may_exist<C: Component>(world: &World) -> bool {
-    world.archetypes().iter().any(|kind| contains::<C>(world, kind))
-}
-
-fn contains<C: Component>(world: &World, kind: &Archetype) -> bool {
-    world.components().component_id::<C>().is_some_and(|component| kind.contains(component))
 }
 
 /// Whether there are bodies of such a kind, in groups or not, that a step looks at.
