@@ -10,13 +10,14 @@ mod state;
 mod tick;
 
 use crate::groups::Scratch;
-use crate::kernels::{Account, Known, add_compensated};
+use crate::kernels::{Account, add_compensated};
 use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
 use crate::real::Real;
 use crate::state::clock::StepClock;
 use crate::state::components::StableId;
+use crate::state::method_state::Known;
 use crate::state::range::Range;
 use crate::units::{Scalar, Vector};
 use acting::Acting;

@@ -36,7 +36,7 @@ pub(crate) use affine::LEVEL;
 pub(crate) use calling::{Plain, Sums};
 pub(crate) use compensated::{Residues, add_compensated};
 pub(crate) use field::restrain;
-pub(crate) use memory::{Known, MemoryRows};
+pub(crate) use memory::MemoryRows;
 
 /// Rows that are computed before the first of them is stored.
 pub(crate) const BLOCK: usize = 4;

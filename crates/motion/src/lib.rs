@@ -22,13 +22,12 @@ pub use arrays::{Bare, BareState, LawsOf, NotForArrays};
 pub use groups::{Grouped, Groups, Sets, Solver, compile_groups, integrate_groups};
 pub use kernels::evaluations::{Evaluations, Iterations};
 pub use laws::damping::{Damping, DampingModel, DampingRate};
-pub use laws::own::{
-    LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps, mark_method, own_method,
-};
+pub use laws::own::OwnLaws;
 pub use laws::{
     Affine, BodyState, Curve, Drag, Gravity, Jacobians, LAWS, Law, LawTexts, Laws, Moment, MutualGravity,
     SourceMass, Thrust, Well, Wells, Wind, laws,
 };
+pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
 pub use observe::forces_on::{ForceCause, each_force, forces_on};
 pub use observe::forecast::{Cure, Forecast, Margin, Part, SpringMargin};
@@ -50,10 +49,12 @@ pub use state::components::{
 pub use state::emitter::{Dormant, Emission, EmissionState, Emitter, Particle};
 pub use state::forces::{Forces, Push, PushQueue, PushedBodies};
 pub use state::interpolate::{PreviousPosition, remember_positions};
+pub use state::method_state::{LastAcceleration, LastStep};
 pub use state::off::{Off, OffResource, SpringsOff};
 pub use state::range::Range;
 pub use state::rest::Static;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};
+pub use state::substeps::{OwnSubsteps, Substeps};
 pub use state::threads::Threads;
 pub use tick::integrate::{
     Acting, Bodies, Notes, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass,

@@ -9,6 +9,7 @@
 
 pub(crate) mod euler;
 mod implicit_euler;
+pub(crate) mod markers;
 mod runge_kutta;
 pub(crate) mod table;
 mod verlet;

@@ -4,10 +4,10 @@ use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
 use super::Bare;
-use crate::kernels::Known;
 use crate::real::Real;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emission, Emitter, Tick};
+use crate::state::method_state::Known;
 use crate::state::off::Off;
 use crate::units::Vector;
 

@@ -10,8 +10,9 @@ use super::individuals::{Kind, Own};
 use super::joined::Joined;
 use crate::groups::{Grouped, Groups, RowAsks, update_groups};
 use crate::laws::damping::DampingRate;
-use crate::laws::own::{LastStep, OwnLaws, OwnSubsteps, Substeps, own_method};
+use crate::laws::own::OwnLaws;
 use crate::laws::{Gravity, Law};
+use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::real::Real;
 use crate::state::clock::TimeStep;
@@ -19,6 +20,8 @@ use crate::state::components::{
     AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
 use crate::state::emitter::Dormant;
+use crate::state::method_state::LastStep;
+use crate::state::substeps::{OwnSubsteps, Substeps};
 use crate::units::Vector;
 
 /// Why a world cannot go on in plain arrays.

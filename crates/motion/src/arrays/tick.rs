@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use super::individuals::{Own, Run};
 use super::{Bare, Residues};
-use crate::kernels::{self, Account, Applied, Asks, Known, MemoryRows, Sums, Table};
+use crate::kernels::{self, Account, Applied, Asks, MemoryRows, Sums, Table};
 use crate::laws::course::Course;
 use crate::laws::damping::Damping;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, Memory};
 use crate::real::Real;
+use crate::state::method_state::Known;
 
 impl<T: Real> Bare<T> {
     /// Integrates a tick of every body by another method than those of the table, such as one of one's own. A

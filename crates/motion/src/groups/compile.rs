@@ -6,13 +6,15 @@ use bevy_ecs::prelude::*;
 use super::coupling::{Coupling, SheetRow};
 use super::pull::{SpringRow, Springs};
 use super::{Group, Grouped, Groups};
-use crate::laws::own::{LastAcceleration, LastStep, OwnSubsteps, mark_method, own_method};
 use crate::laws::{MutualGravity, SourceMass};
+use crate::methods::markers::{mark_method, own_method};
 use crate::state::archetypes::may_exist;
 use crate::state::components::{PhysicsBody, Quarantined, StableId};
 use crate::state::emitter::Particle;
+use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::off::SpringsOff;
 use crate::state::springs::{Elastic, Link, SoftBody, Spring};
+use crate::state::substeps::OwnSubsteps;
 use crate::units::Scalar;
 
 /// Makes the groups anew if what acts between bodies has changed: a spring came or went, a body was removed,

@@ -10,12 +10,13 @@ use super::solver::Solver;
 use super::{Group, Grouped, Groups, Run};
 use crate::kernels::Account;
 use crate::laws::damping::DampingRate;
-use crate::laws::own::{LastStep, OwnLaws};
+use crate::laws::own::OwnLaws;
 use crate::laws::{Declared, Law, MutualGravity};
 use crate::methods::{Integrator, Memory};
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
 };
+use crate::state::method_state::LastStep;
 use crate::state::range::Bounds;
 use crate::tick::integrate::{Acting, Called, Notes};
 use crate::units::{Scalar, Vector};

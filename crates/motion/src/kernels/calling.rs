@@ -10,13 +10,14 @@ use fearless_simd::Fallback;
 use super::affine::{is_missed, is_movable};
 use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
-use super::memory::{Known, MemoryRows};
+use super::memory::MemoryRows;
 use super::{Account, Applied, Asks, BLOCK, Refuse, Row, Table, Terms};
 use crate::laws::course::{Piece, Pieces};
 use crate::laws::damping::Decay;
 use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::Real;
 use crate::state::components::AxisLocks;
+use crate::state::method_state::Known;
 
 /// A field that a tick goes through piece by piece.
 pub(crate) trait TickField: Field {

@@ -1,26 +1,7 @@
-//! What methods keep of bodies from tick to tick.
+//! What methods keep of the rows of a table from tick to tick.
 
 use crate::real::Real;
-
-/// The called laws' acceleration at the end of a step, for the next one, if it begins just there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Known<T> {
-    /// Position and inverse mass that it was evaluated at.
-    pub at: [T; 4],
-    /// Time that it was evaluated at, s.
-    pub time: T,
-    /// Which laws were called.
-    pub laws: (u64, u64),
-    /// Acceleration by the called laws, m/s².
-    pub called: [T; 4],
-}
-
-impl<T: Real> Default for Known<T> {
-    fn default() -> Self {
-        // A time that none is equal to.
-        Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), called: [T::ZERO; 4] }
-    }
-}
+use crate::state::method_state::Known;
 
 /// The column of what a method keeps.
 pub(crate) enum MemoryRows<'a, T> {

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::{Carry, Field, Integrator};
-use crate::laws::own::OwnMethod;
+use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real as _;
 

@@ -3,9 +3,10 @@
 use bevy_ecs::prelude::*;
 
 use super::{Carry, Field, Integrator, Memory};
-use crate::laws::own::{LastStep, OwnMethod};
+use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
+use crate::state::method_state::LastStep;
 
 /// Positions from positions (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in increment form
 /// `d1 = d + a h²; x1 = x + d1`, which loses nothing to cancellation.

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::verlet::kick_drift_kick;
 use super::{Carry, Field, Integrator, Memory};
-use crate::laws::own::OwnMethod;
+use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
 

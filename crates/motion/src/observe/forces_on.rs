@@ -7,12 +7,13 @@ use crate::groups::{Coupling, Row, couplings_now};
 use crate::kernels::record::vector;
 use crate::laws::course::Course;
 use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::own::{OwnLaws, OwnSubsteps, Substeps};
+use crate::laws::own::OwnLaws;
 use crate::laws::{BodyState, Declared, Gravity, Law, MutualGravity};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
 use crate::state::forces::{Push, PushQueue};
+use crate::state::substeps::{OwnSubsteps, Substeps};
 use crate::units::{Scalar, Vector};
 
 /// What exerts a force.

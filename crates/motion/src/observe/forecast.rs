@@ -11,11 +11,13 @@ use bevy_ecs::prelude::*;
 
 use crate::groups::{Groups, compile_groups};
 use crate::laws::damping::Damping;
-use crate::laws::own::{OwnLaws, Substeps, own_method};
+use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Laws, MutualGravity, Wells};
+use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::state::archetypes::may_exist;
 use crate::state::clock::TimeStep;
+use crate::state::substeps::Substeps;
 use crate::units::Scalar;
 
 use modes::Pace;

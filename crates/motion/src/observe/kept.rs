@@ -5,11 +5,11 @@
 use bevy_ecs::prelude::*;
 
 use crate::groups::{Groups, Kept, Row};
-use crate::kernels::Known;
 use crate::laws::MutualGravity;
 use crate::laws::epoch::Epoch;
-use crate::laws::own::{LastAcceleration, OwnLaws};
+use crate::laws::own::OwnLaws;
 use crate::state::components::{PhysicsBody, Transform};
+use crate::state::method_state::{Known, LastAcceleration};
 use crate::units::Scalar;
 
 /// The acceleration of a single body by the laws that are called, as [`LastAcceleration`] has it.

@@ -6,11 +6,11 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::laws::own::{LastAcceleration, LastStep};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::{Dormant, Emission, Emissions, Emitter, Particle, Tick};
 use crate::state::interpolate::PreviousPosition;
+use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::off::Off;
 use crate::units::{Scalar, Vector};
 

@@ -13,8 +13,9 @@ use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
 use crate::laws::damping::Damping;
 use crate::laws::epoch::Epoch;
-use crate::laws::own::{LastAcceleration, LastStep, OwnLaws, OwnMethod, OwnSubsteps, Substeps};
+use crate::laws::own::OwnLaws;
 use crate::laws::{Declared, Drag, MutualGravity};
+use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
 use crate::schedule::emission::{self, emit_particles};
@@ -23,8 +24,10 @@ use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::emitter::{Dormant, Emitter};
 use crate::state::forces::{Forces, PushQueue, PushedBodies};
+use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::range::Range;
 use crate::state::rest::Static;
+use crate::state::substeps::{OwnSubsteps, Substeps};
 use crate::tick::integrate::{
     Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };

@@ -4,10 +4,10 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 use crate::groups::Groups;
-use crate::laws::own::LastStep;
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::interpolate::PreviousPosition;
+use crate::state::method_state::LastStep;
 use crate::units::{Scalar, Vector};
 
 /// Why a body was frozen: where it was noticed, what it was, and what had happened to it.

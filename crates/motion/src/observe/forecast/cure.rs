@@ -2,8 +2,8 @@
 
 use super::modes::{Modes, Pace};
 use super::{Cure, Margin, Part};
-use crate::laws::own::Substeps;
 use crate::methods::table::Method;
+use crate::state::substeps::Substeps;
 use crate::units::Scalar;
 
 /// What is stepped: stable if all of its parts are.

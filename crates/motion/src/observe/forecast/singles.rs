@@ -9,12 +9,14 @@ use super::modes::{Modes, Pace};
 use super::{Forecast, Part};
 use crate::groups::Grouped;
 use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::own::{OwnLaws, OwnMethod, OwnSubsteps, own_method};
+use crate::laws::own::OwnLaws;
 use crate::laws::{BodyState, Drag, Gravity, Jacobians, Law, Laws, Moment, Wells};
+use crate::methods::markers::{OwnMethod, own_method};
 use crate::methods::table::Method;
 use crate::state::clock::StepClock;
 use crate::state::components::{GravityOff, PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
+use crate::state::substeps::OwnSubsteps;
 use crate::units::Scalar;
 
 type Bodies = (

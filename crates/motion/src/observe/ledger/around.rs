@@ -9,11 +9,11 @@ use super::rows::{Body, State};
 use crate::kernels::record::TickRecord;
 use crate::laws::course::Course;
 use crate::laws::damping::Damping;
-use crate::laws::own::Substeps;
 use crate::laws::{Declared, Gravity, Law, Moment, MutualGravity};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::state::clock::StepClock;
+use crate::state::substeps::Substeps;
 use crate::units::{Scalar, Vector};
 
 /// What acts on every body in a tick.

@@ -5,7 +5,8 @@ use bevy_ecs::prelude::*;
 
 use crate::laws::BodyState;
 use crate::laws::damping::DampingRate;
-use crate::laws::own::{OwnLaws, OwnMethod, own_method};
+use crate::laws::own::OwnLaws;
+use crate::methods::markers::{OwnMethod, own_method};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::state::clock::StepClock;
