@@ -4,4 +4,5 @@ pub(crate) mod forces_on;
 pub(crate) mod forecast;
 pub(crate) mod kept;
 pub(crate) mod ledger;
+pub(crate) mod texts;
 pub(crate) mod totals;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
 
-use super::{Law, MutualGravity, laws};
 use crate::groups::Groups;
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
+use crate::laws::{Law, MutualGravity, laws};
 
 /// The laws of a world in words, with their numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
