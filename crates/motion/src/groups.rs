@@ -31,18 +31,12 @@ pub use split::Sets;
 pub use system::integrate_groups;
 
 use crate::laws::MutualGravity;
-use crate::state::springs::structure_changed;
+use crate::state::components::{PhysicsBody, Transform};
 use crate::units::Scalar;
-
-/// A body that is integrated in a group. Put on bodies, and taken away, by [`compile_groups`].
-#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[component(on_discard = structure_changed)]
-pub struct Grouped;
 
 /// The groups of a world, compiled from its springs, soft bodies and mutual gravity; absent where there are none.
 #[derive(Resource, Debug, Default)]
 pub struct Groups {
-    outdated: bool,
     /// Whether there were springs, and mutual gravity, when it was looked last.
     reasons: (bool, bool),
     list: Vec<Group>,
@@ -87,11 +81,6 @@ struct Run {
 }
 
 impl Groups {
-    /// Lets them be made anew before the next tick.
-    pub(crate) fn outdate(&mut self) {
-        self.outdated = true;
-    }
-
     /// How many groups there are.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -133,10 +122,14 @@ impl Groups {
             + self.scratch.bytes()
     }
 
-    /// Bodies, number of those that move, and what is kept of each group; nothing where they are to be made anew.
-    pub(crate) fn kept(&self) -> impl Iterator<Item = (&[Entity], usize, &Kept<Scalar>)> {
-        let list = if self.outdated { &[][..] } else { &self.list };
-        list.iter().map(|group| (&group.bodies[..], group.coupling.movable, &group.kept))
+    /// Bodies, number of those that move, and what is kept of each group of `world`; nothing where they are to be
+    /// compiled again.
+    pub(crate) fn kept(world: &World) -> impl Iterator<Item = (&[Entity], usize, &Kept<Scalar>)> {
+        let groups = world.get_resource::<Self>().filter(|_| !is_outdated(world));
+        groups
+            .into_iter()
+            .flat_map(|groups| &groups.list)
+            .map(|group| (&group.bodies[..], group.coupling.movable, &group.kept))
     }
 
     /// Lets a group keep that.
@@ -179,9 +172,8 @@ impl Groups {
         let gravity = world.get_resource::<MutualGravity>();
         let state = |body: &Entity| {
             let body = world.get_entity(*body).ok();
-            let at = body.and_then(|body| body.get::<crate::Transform>()).copied().unwrap_or_default();
-            let w =
-                body.and_then(|body| body.get::<crate::PhysicsBody>()).map_or(0.0, |body| body.inverse_mass);
+            let at = body.and_then(|body| body.get::<Transform>()).copied().unwrap_or_default();
+            let w = body.and_then(|body| body.get::<PhysicsBody>()).map_or(0.0, |body| body.inverse_mass);
             let [x, y, z] = at.position.to_array();
             ([x, y, z, 0.0], w)
         };

@@ -19,7 +19,7 @@ mod tick;
 pub mod units;
 
 pub use arrays::{Bare, BareState, LawsOf, NotForArrays};
-pub use groups::{Grouped, Groups, Sets, Solver, compile_groups, integrate_groups};
+pub use groups::{Groups, Sets, Solver, compile_groups, integrate_groups};
 pub use kernels::evaluations::{Evaluations, Iterations};
 pub use laws::damping::{Damping, DampingModel, DampingRate};
 pub use laws::own::OwnLaws;
@@ -47,6 +47,7 @@ pub use state::clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepCloc
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
+pub use state::coupling::Grouped;
 pub use state::emitter::{Dormant, Emission, EmissionState, Emitter, Particle};
 pub use state::forces::{Forces, Push, PushQueue, PushedBodies};
 pub use state::interpolate::{PreviousPosition, remember_positions};

@@ -8,7 +8,7 @@ use bevy_ecs::prelude::*;
 use super::Bare;
 use super::individuals::{Kind, Own};
 use super::joined::Joined;
-use crate::groups::{Grouped, Groups, RowAsks, update_groups};
+use crate::groups::{Groups, RowAsks, update_groups};
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Gravity, Law};
@@ -19,6 +19,7 @@ use crate::state::clock::TimeStep;
 use crate::state::components::{
     AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
+use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
 use crate::state::method_state::LastStep;
 use crate::state::substeps::{OwnSubsteps, Substeps};

@@ -5,11 +5,12 @@ use bevy_ecs::prelude::*;
 
 use super::coupling::{Coupling, SheetRow};
 use super::pull::{SpringRow, Springs};
-use super::{Group, Grouped, Groups};
+use super::{Group, Groups};
 use crate::laws::{MutualGravity, SourceMass};
 use crate::methods::markers::{mark_method, own_method};
 use crate::state::archetypes::may_exist;
 use crate::state::components::{PhysicsBody, Quarantined, StableId};
+use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::emitter::Particle;
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::off::SpringsOff;
@@ -28,7 +29,7 @@ pub fn compile_groups(world: &mut World) {
 
 /// Whether what acts between bodies has changed since groups were made.
 pub(crate) fn is_outdated(world: &World) -> bool {
-    world.get_resource::<Groups>().is_some_and(|groups| groups.outdated)
+    world.get_resource::<CouplingChanged>().is_some_and(|changed| changed.0)
 }
 
 /// [`compile_groups`], which `may_be_new` tells to look whether there is a reason for groups at all.
@@ -38,18 +39,20 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
         let springs = springs && !world.contains_resource::<SpringsOff>();
         let wanted = springs || world.contains_resource::<MutualGravity>();
         if wanted && !world.contains_resource::<Groups>() {
-            world.insert_resource(Groups { outdated: true, ..Groups::default() });
+            world.init_resource::<Groups>();
+            world.insert_resource(CouplingChanged(true));
         }
         if !wanted && world.contains_resource::<Groups>() {
             compile(world);
             world.remove_resource::<Groups>();
+            world.remove_resource::<CouplingChanged>();
         }
         let reasons = (springs, world.contains_resource::<MutualGravity>());
         if let Some(mut groups) = world.get_resource_mut::<Groups>()
             && groups.reasons != reasons
         {
             groups.reasons = reasons;
-            groups.outdated = true;
+            CouplingChanged::set(world);
         }
     }
     if is_outdated(world) {
@@ -135,7 +138,7 @@ fn compile(world: &mut World) {
     groups.list = list;
     // Found in the tables when they are looked for there.
     groups.runs.clear();
-    groups.outdated = false;
+    world.resource_mut::<CouplingChanged>().0 = false;
 }
 
 impl Graph {

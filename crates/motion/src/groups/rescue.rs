@@ -61,7 +61,7 @@ impl Rescue<'_, '_, '_, '_> {
         number: usize,
         members: &mut Members<Who>,
     ) {
-        let Groups { list, pushes, x, v, w, last, outdated, .. } = groups;
+        let Groups { list, pushes, x, v, w, last, .. } = groups;
         let group = &list[number];
         let (first, coupling) = (group.first, &group.coupling);
         let rows = first..first + coupling.rows;
@@ -125,7 +125,6 @@ impl Rescue<'_, '_, '_, '_> {
         x[rows.clone()].copy_from_slice(&after.x);
         v[rows.clone()].copy_from_slice(&after.v);
         last[rows].copy_from_slice(&after.last);
-        *outdated = true;
     }
 
     /// A tick of a part; gives the rows that were first to break, no two of which act on each other, and what was wrong

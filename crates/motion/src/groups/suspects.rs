@@ -8,6 +8,7 @@ use super::rows::Row;
 use super::system::ByRow;
 use super::{Group, Groups};
 use crate::laws::MutualGravity;
+use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Part};
 use crate::state::springs::Elastic;
 use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
@@ -106,7 +107,7 @@ impl Suspects<'_, '_, '_> {
     fn state_of(&self, row: usize) -> Suspect<'static> {
         let Before { x, v, w, .. } = self.before;
         let ([a, b, c, _], [d, e, f, _]) = (x[row], v[row]);
-        let body = crate::PhysicsBody { velocity: Vector::new(d, e, f), inverse_mass: w[row] };
+        let body = PhysicsBody { velocity: Vector::new(d, e, f), inverse_mass: w[row] };
         let pushes = self.pushes.iter().filter(|(pushed, _)| *pushed == row);
         let force = pushes.fold(Vector::ZERO, |sum, (_, [x, y, z, _])| sum + Vector::new(*x, *y, *z));
         let position = Vector::new(a, b, c);

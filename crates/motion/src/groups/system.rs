@@ -7,7 +7,7 @@ use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Surroundings, Wat
 use super::rescue::Rescue;
 use super::rows::Row;
 use super::solver::Solver;
-use super::{Group, Grouped, Groups, Run};
+use super::{Group, Groups, Run};
 use crate::kernels::Account;
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
@@ -16,6 +16,7 @@ use crate::methods::{Integrator, Memory};
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
 };
+use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::method_state::LastStep;
 use crate::state::range::Bounds;
 use crate::tick::integrate::{Acting, Called, Notes};
@@ -79,6 +80,7 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
     mut acting: Acting,
     mut notes: Notes,
     mut groups: ResMut<Groups>,
+    mut changed: ResMut<CouplingChanged>,
     solver: Option<Res<Solver>>,
     attraction: Option<Res<MutualGravity>>,
     mut members: Members<Who>,
@@ -116,7 +118,7 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
             around.terms.course.substeps = own;
             around.terms = around.terms.damped::<M>(around.terms.damping);
         }
-        let holds = groups.hold(number, &anchors, around.terms.bounds);
+        let holds = groups.hold(number, &anchors, around.terms.bounds, &mut changed);
         let record = notes.records.recorder(groups.list[number].coupling.rows);
         let mut account = Account { record, ..Account::default() };
         if holds && groups.tick::<M>(number, &around, &wishes, &mut account) == Outcome::Finite {
@@ -124,9 +126,10 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
             notes.records.add(&groups.list[number].bodies, account.record);
         } else {
             // A tick that broke may have spoilt what the group hangs on as well.
-            let _ = groups.hold(number, &anchors, around.terms.bounds);
+            let _ = groups.hold(number, &anchors, around.terms.bounds, &mut changed);
             let mut rescue = Rescue { acting: &acting, around: &around, wishes: &wishes, notes: &mut notes };
             rescue.run::<M, Who>(groups, number, &mut members);
+            changed.0 = true;
         }
     }
     groups.scatter(&acting, &mut members);
@@ -225,7 +228,13 @@ impl Groups {
 
     /// Looks at where the group hangs; `false`: some of that is no state to hang on.
     #[must_use]
-    fn hold(&mut self, number: usize, anchors: &Anchors, bounds: Bounds<Scalar>) -> bool {
+    fn hold(
+        &mut self,
+        number: usize,
+        anchors: &Anchors,
+        bounds: Bounds<Scalar>,
+        changed: &mut CouplingChanged,
+    ) -> bool {
         let mut holds = true;
         let Group { first, coupling, bodies, .. } = &self.list[number];
         for (row, body) in bodies.iter().enumerate().skip(coupling.movable) {
@@ -235,7 +244,7 @@ impl Groups {
                 (self.x[row], self.v[row], self.w[row]) = ([x, y, z, 0.0], [a, b, c, 0.0], 0.0);
                 holds &= bounds.holds_position(&[x, y, z]) && bounds.holds_velocity(&[a, b, c]);
             } else {
-                self.outdated = true;
+                changed.0 = true;
             }
         }
         holds && coupling.sources.iter().all(|source| source.is_finite())

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::state::springs::structure_changed;
+use crate::state::coupling::structure_changed;
 use crate::units::Scalar;
 
 /// Every two bodies attract each other: `F = G m1 m2 r / (r² + s²)^(3/2)` (Newton; softened after Plummer 1911).

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::table::Method;
 use super::with_method;
-use crate::state::springs::structure_changed;
+use crate::state::coupling::structure_changed;
 
 /// A body that has a method of its own, marked by the method's component, whatever the world's is.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -58,8 +58,7 @@ impl KeptAccelerations {
         });
         let bodies = bodies.collect();
         let attraction = world.get_resource::<MutualGravity>();
-        let groups = world.get_resource::<Groups>().into_iter().flat_map(Groups::kept);
-        let groups = groups.filter_map(|(bodies, movable, kept)| {
+        let groups = Groups::kept(world).filter_map(|(bodies, movable, kept)| {
             let time = kept.time()?;
             let (x, w) = rows(world, bodies, movable)?;
             let is_current =
@@ -100,8 +99,7 @@ impl KeptAccelerations {
 
 fn put_group(world: &mut World, epoch: u64, given: &KeptOfGroup) {
     let KeptOfGroup { bodies, accelerations, time, kinds } = given;
-    let groups = world.get_resource::<Groups>().into_iter().flat_map(Groups::kept);
-    let found = groups.map(|(bodies, movable, _)| (bodies, movable)).enumerate();
+    let found = Groups::kept(world).map(|(bodies, movable, _)| (bodies, movable)).enumerate();
     let Some((number, movable)) = found
         .filter(|(_, (own, _))| *own == bodies && own.len() == accelerations.len())
         .map(|(number, (_, movable))| (number, movable))

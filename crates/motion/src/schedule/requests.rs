@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
 
-use crate::groups::Groups;
 use crate::laws::Gravity;
 use crate::laws::damping::Damping;
 use crate::methods::table::Method;
 use crate::schedule::stepper::{set_body_method, start_anew};
 use crate::schedule::switch::{Effect, end_half_steps, switch};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
+use crate::state::coupling::CouplingChanged;
 use crate::state::interpolate::PreviousPosition;
 use crate::state::method_state::LastStep;
 use crate::state::range::{Bounds, Range};
@@ -124,9 +124,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             }
             Request::SetInverseMass(body, w) => {
                 displace(world, body, |_, body| body.inverse_mass = w);
-                if let Some(mut groups) = world.get_resource_mut::<Groups>() {
-                    groups.outdate();
-                }
+                CouplingChanged::set(world);
                 look_again(world, body);
             }
             Request::ReverseVelocities => {

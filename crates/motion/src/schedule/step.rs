@@ -8,7 +8,7 @@ use bevy_ecs::schedule::{
 };
 use bevy_ecs::system::ScheduleSystem;
 
-use crate::groups::{Grouped, Groups, integrate_groups, update_groups};
+use crate::groups::{Groups, integrate_groups, update_groups};
 use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
 use crate::laws::damping::Damping;
@@ -22,6 +22,7 @@ use crate::schedule::emission::{self, emit_particles};
 use crate::state::archetypes::{contains, may_exist};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, PhysicsBody, Quarantined, SpeedLimit};
+use crate::state::coupling::Grouped;
 use crate::state::emitter::{Dormant, Emitter};
 use crate::state::forces::{Forces, PushQueue, PushedBodies};
 use crate::state::method_state::{LastAcceleration, LastStep};

@@ -6,7 +6,7 @@ use bevy_ecs::archetype::{Archetype, ArchetypeId};
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
 
-use crate::groups::{Grouped, Groups, compile_groups, integrate_groups, is_outdated};
+use crate::groups::{Groups, compile_groups, integrate_groups, is_outdated};
 use crate::kernels::evaluations::Evaluations;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
@@ -20,6 +20,7 @@ use crate::schedule::step::{
 };
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
+use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::emitter::{Dormant, Emissions, Particle};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::rest::{Static, mark_static};
@@ -154,7 +155,7 @@ impl Stepper {
     fn look_for_newcomers(&self, world: &mut World) -> bool {
         let changed = world.contains_resource::<Groups>() && bodies(world) != self.bodies;
         if changed {
-            world.resource_mut::<Groups>().outdate();
+            CouplingChanged::set(world);
         }
         changed
     }

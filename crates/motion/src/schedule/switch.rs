@@ -9,13 +9,13 @@ use std::fmt;
 
 use bevy_ecs::prelude::*;
 
-use crate::groups::Groups;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Gravity, MutualGravity, Wells, Wind};
 use crate::schedule::stepper::{start_anew, synchronise_bodies};
 use crate::state::clock::TimeStep;
 use crate::state::components::{AxisLocks, SpeedLimit};
+use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::Emitter;
 use crate::state::off::{Off, OffResource, SpringsOff};
 use crate::state::springs::{SoftBody, Spring};
@@ -225,10 +225,8 @@ pub fn switch(world: &mut World, effect: Effect, on: bool) -> Result<(), NeverDe
         Effect::AxisLocks => switch_component::<AxisLocks>(world, on),
         Effect::Emitters => switch_component::<Emitter>(world, on),
     }
-    if matches!(effect, Effect::Springs | Effect::MutualGravity)
-        && let Some(mut groups) = world.get_resource_mut::<Groups>()
-    {
-        groups.outdate();
+    if matches!(effect, Effect::Springs | Effect::MutualGravity) {
+        CouplingChanged::set(world);
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use crate::state::components::PhysicsBody;
-use crate::state::springs::structure_changed;
+use crate::state::coupling::structure_changed;
 
 /// A body that is immovable and at rest. Nothing that a step does could change it, so that no step looks at it.
 ///

@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
-use bevy_ecs::world::DeferredWorld;
 
-use crate::groups::Groups;
+use crate::state::coupling::structure_changed;
 use crate::units::Scalar;
 
 /// How a spring pulls: `F = (k (L - L0) + c u) n` on its first end and the opposite on its second, with the unit
@@ -58,11 +56,4 @@ pub struct SoftBody {
     /// Whether its surface is a sheet that air flows against: [`Drag`](crate::Drag) then acts on each triangle
     /// along its normal instead of on each point.
     pub sheet: bool,
-}
-
-/// What acts between bodies has changed: groups are made anew before the next tick.
-pub(crate) fn structure_changed(mut world: DeferredWorld, _: HookContext) {
-    if let Some(mut groups) = world.get_resource_mut::<Groups>() {
-        groups.outdate();
-    }
 }

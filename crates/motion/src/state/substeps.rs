@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::state::springs::structure_changed;
+use crate::state::coupling::structure_changed;
 
 /// Parts into which a tick is divided for every body without [`OwnSubsteps`], at least 1.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,6 @@ use bevy_ecs::system::SystemParam;
 use bytemuck::TransparentWrapper as _;
 use smallvec::SmallVec;
 
-use crate::groups::Grouped;
 use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
 use crate::kernels::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
@@ -26,6 +25,7 @@ use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
 };
+use crate::state::coupling::Grouped;
 use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::PushedBodies;
 use crate::state::method_state::{LastAcceleration, LastStep};

@@ -3,9 +3,9 @@
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
-use crate::groups::Groups;
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
+use crate::state::coupling::CouplingChanged;
 use crate::state::interpolate::PreviousPosition;
 use crate::state::method_state::LastStep;
 use crate::units::{Scalar, Vector};
@@ -182,7 +182,7 @@ impl Quarantine {
 pub fn quarantine_bodies(
     mut commands: Commands,
     mut quarantine: ResMut<Quarantine>,
-    groups: Option<ResMut<Groups>>,
+    changed: Option<ResMut<CouplingChanged>>,
     clock: Option<Res<StepClock>>,
     kept: Query<(Option<&PreviousPosition>, Option<&LastStep>)>,
     ids: Query<&StableId>,
@@ -190,9 +190,9 @@ pub fn quarantine_bodies(
     if quarantine.refused.is_empty() {
         return;
     }
-    if let Some(mut groups) = groups {
+    if let Some(mut changed) = changed {
         // Its springs are inert.
-        groups.outdate();
+        changed.0 = true;
     }
     let tick = clock.map_or(0, |clock| clock.ticks() + 1);
     let Quarantine { refused, records } = &mut *quarantine;
