@@ -54,7 +54,7 @@ fn changes(study: &Study) -> Option<String> {
         let from = if sizes.is_empty() {
             format!("{} substeps per tick", number(body_steps / study.size() as f64, 2))
         } else {
-            format!("{} bodies", number(*body_steps, 2))
+            bodies(body_steps.ceil() as usize)
         };
         format!("{} is faster than {} from {from} on", title(*above), title(*below))
     };
