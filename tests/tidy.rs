@@ -63,6 +63,83 @@ fn motion_knows_no_device_no_file_and_no_clock() {
     never("crates/motion/src", &[], &["wgpu", "winit", "parry", "serde", "std::fs", "std::time"]);
 }
 
+/// The folders of `crates/motion/src`: each uses itself and those before it.
+const LAYERS: [&str; 11] = [
+    "units", "real", "state", "laws", "methods", "kernels", "tick", "groups", "schedule", "arrays", "observe",
+];
+
+/// The heads of the paths from the root of its crate that a module names, with their lines: those of `crate::` and of
+/// `super::` that leave the `depth` modules that it is in.
+fn named_at_the_root(text: &str, depth: usize) -> Vec<(usize, String)> {
+    let tests = text.find("#[cfg(test)]\nmod tests {").map(|at| text[..at].lines().count());
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    let mut heads = Vec::new();
+    for (line, code) in code(text).enumerate() {
+        let depth = depth + usize::from(tests.is_some_and(|tests| line > tests));
+        let starts = ["crate::", "super::"].into_iter().flat_map(|start| code.match_indices(start));
+        let whole = starts.filter(|(at, _)| !code[..*at].ends_with(|c| is_name(c) || c == ':'));
+        for (at, start) in whole {
+            let supers = code[at..].split("::").take_while(|part| *part == "super").count();
+            if start == "crate::" || supers >= depth {
+                let head = code[at..].split("::").nth(supers.max(1)).unwrap_or_default();
+                heads.push((line + 1, head.chars().take_while(|c| is_name(*c)).collect()));
+            }
+        }
+    }
+    heads
+}
+
+/// The uses of a later layer, or of what is no layer, in the file of `motion` at that path below its sources.
+fn wrong_uses(path: &Path, text: &str) -> Vec<String> {
+    let modules: Vec<_> =
+        path.with_extension("").iter().map(|part| part.to_str().unwrap().to_owned()).collect();
+    let place = |name: &str| LAYERS.iter().position(|layer| *layer == name);
+    let own = place(&modules[0]);
+    named_at_the_root(text, modules.len())
+        .into_iter()
+        .filter(|(_, head)| place(head).is_none() || place(head) > own)
+        .map(|(line, head)| format!("{}:{line}: {} uses `{head}`", path.display(), modules[0]))
+        .collect()
+}
+
+#[test]
+fn each_layer_of_motion_uses_only_those_before_it() {
+    let folder = root().join("crates/motion/src");
+    let names = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let names = names.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned());
+    let names: BTreeSet<_> = names.filter(|name| name != "lib").collect();
+    assert_eq!(names, LAYERS.map(str::to_owned).into());
+    let mut wrong = Vec::new();
+    for (path, text) in sources() {
+        if let Ok(path) = path.strip_prefix(&folder)
+            && path != Path::new("lib.rs")
+        {
+            wrong.extend(wrong_uses(path, &text));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_use_of_a_later_layer_is_found() {
+    let uses = [
+        ("tick/integrate.rs", "use crate::schedule::stepper::Stepper;", true),
+        ("tick/integrate.rs", "use crate::{laws, schedule};", true),
+        ("tick/integrate.rs", "fn f(at: crate::Transform) {}", true),
+        ("tick/integrate.rs", "use super::super::schedule::step;", true),
+        ("tick.rs", "use super::schedule::step;", true),
+        ("kernels/affine.rs", "$crate::groups::rows!();", true),
+        ("tick/integrate.rs", "use crate::kernels::Account;", false),
+        ("tick/integrate.rs", "use super::super::laws::Law;", false),
+        ("tick/integrate.rs", "use super::quarantine::Cause;", false),
+        ("tick/integrate.rs", "/// See [`Stepper`](crate::Stepper).", false),
+        ("tick.rs", "#[cfg(test)]\nmod tests {\n    use super::*;", false),
+    ];
+    for (path, text, is_wrong) in uses {
+        assert_eq!(!wrong_uses(Path::new(path), text).is_empty(), is_wrong, "{path}: {text}");
+    }
+}
+
 #[test]
 fn render_has_never_heard_of_an_entity() {
     never("crates/render/src", &[], &["bevy_ecs", "motion::", "winit"]);
