@@ -2,6 +2,7 @@
 
 pub(crate) mod emission;
 pub(crate) mod requests;
+pub(crate) mod restart;
 pub(crate) mod step;
 pub(crate) mod stepper;
 pub(crate) mod switch;

@@ -7,8 +7,8 @@ use bevy_ecs::prelude::*;
 use crate::laws::Gravity;
 use crate::laws::damping::Damping;
 use crate::methods::table::Method;
-use crate::schedule::stepper::{set_body_method, start_anew};
-use crate::schedule::switch::{Effect, end_half_steps, switch};
+use crate::schedule::restart::{end_half_steps, restart_bodies, set_body_method};
+use crate::schedule::switch::{Effect, switch};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
 use crate::state::interpolate::PreviousPosition;
@@ -212,7 +212,7 @@ fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &
 /// of the new place or mass for the last step as well. What is refused is noticed by no other body.
 fn displace(world: &mut World, entity: Entity, edit: impl Fn(&mut Transform, &mut PhysicsBody)) {
     if proposed(world, entity, &edit).is_some_and(|(_, new)| new.is_ok()) {
-        start_anew(world, &[entity]);
+        restart_bodies(world, &[entity]);
     }
     change(world, entity, edit);
 }

@@ -4,17 +4,17 @@ mod install;
 
 use bevy_ecs::archetype::{Archetype, ArchetypeId};
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
+use bevy_ecs::query::QueryFilter;
 
-use crate::groups::{Groups, compile_groups, integrate_groups, is_outdated};
+use crate::groups::{Groups, is_outdated};
 use crate::kernels::evaluations::Evaluations;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::laws::{Affine, Declared, Gravity};
-use crate::methods::markers::{mark_method, own_method};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::schedule::requests::{self, Requests};
+use crate::schedule::restart::leave_methods;
 use crate::schedule::step::{
     Demands, Passes, StepPlan, inner_schedule, insert_step_resources, step_schedule,
 };
@@ -22,11 +22,11 @@ use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::emitter::{Dormant, Emissions, Particle};
-use crate::state::method_state::{LastAcceleration, LastStep};
+use crate::state::method_state::LastAcceleration;
 use crate::state::rest::{Static, mark_static};
 use crate::state::substeps::{OwnSubsteps, Substeps};
-use crate::tick::integrate::{Synchronise, Unmarked, leave_position_verlet};
-use crate::tick::quarantine::{Quarantine, quarantine_refused};
+use crate::tick::integrate::Unmarked;
+use crate::tick::quarantine::Quarantine;
 use crate::units::Scalar;
 
 /// The compiled schedule of a world, with what happens around it: requests before a tick, the count after it.
@@ -355,76 +355,5 @@ fn forget_accelerations(world: &mut World, plan: &StepPlan) {
         for body in bodies.iter(world).collect::<Vec<_>>() {
             world.entity_mut(body).remove::<LastAcceleration>();
         }
-    }
-}
-
-/// Gives the bodies `Who` of position Verlet the velocities at the time of their positions, in groups and out of
-/// them; of a group, all members.
-pub(crate) fn synchronise_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
-    // First: who has left a group since the last tick is a single body now.
-    compile_groups(world);
-    world
-        .run_system_cached(leave_position_verlet::<(Who, With<LastStep>)>)
-        .expect("its resources are inserted with the step's");
-    if world.contains_resource::<Groups>() {
-        world
-            .run_system_cached(integrate_groups::<Synchronise, (Who, With<LastStep>)>)
-            .expect("its resources are inserted with the step's and the groups");
-    }
-    // Now: the coming tick is to be one without those that were refused.
-    quarantine_refused(world);
-}
-
-/// Lets the bodies `Who` forget what their methods keep of them, with velocities that any other can start from.
-fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
-    synchronise_bodies::<Who>(world);
-    let kept = world
-        .query_filtered::<Entity, (Who, Or<(With<LastStep>, With<LastAcceleration>)>)>()
-        .iter(world)
-        .collect::<Vec<_>>();
-    for body in kept {
-        world.entity_mut(body).remove::<(LastStep, LastAcceleration)>();
-    }
-}
-
-/// The body that leaves its method.
-#[derive(Component)]
-struct Leaves;
-
-/// Lets `bodies`, where they are of position Verlet, start anew, and with them their groups, with velocities at the time of
-/// their positions. Of frozen ones nobody does.
-pub(crate) fn start_anew(world: &mut World, bodies: &[Entity]) {
-    let starts = |body: &&Entity| {
-        world
-            .get_entity(**body)
-            .is_ok_and(|body| body.contains::<LastStep>() && !body.contains::<Quarantined>())
-    };
-    let bodies: Vec<_> = bodies.iter().filter(starts).copied().collect();
-    if !bodies.is_empty() {
-        // First: who has left its group since the last tick does not begin anew with it.
-        compile_groups(world);
-        leaving(world, &bodies, synchronise_bodies::<With<Leaves>>);
-    }
-}
-
-/// Does `what` with the marks of `bodies` and of the members of their groups, which it returns.
-fn leaving(world: &mut World, bodies: &[Entity], what: fn(&mut World)) -> Vec<Entity> {
-    let members = Groups::with_members(world, bodies);
-    world.insert_batch(members.iter().map(|body| (*body, Leaves)).collect::<Vec<_>>());
-    what(world);
-    members.iter().for_each(|body| {
-        world.entity_mut(*body).remove::<Leaves>();
-    });
-    members
-}
-
-/// Gives one body, and with it its group, a method of its own, or the world's again.
-pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Method>) {
-    if world.get::<PhysicsBody>(body).is_none() || own_method(world.entity(body)) == method {
-        return;
-    }
-    compile_groups(world);
-    for body in leaving(world, &[body], leave_methods::<With<Leaves>>) {
-        mark_method(&mut world.entity_mut(body), method);
     }
 }

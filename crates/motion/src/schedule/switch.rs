@@ -12,8 +12,7 @@ use bevy_ecs::prelude::*;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Gravity, MutualGravity, Wells, Wind};
-use crate::schedule::stepper::{start_anew, synchronise_bodies};
-use crate::state::clock::TimeStep;
+use crate::schedule::restart::{end_half_steps, is_prepared, restart_bodies};
 use crate::state::components::{AxisLocks, SpeedLimit};
 use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::Emitter;
@@ -197,7 +196,7 @@ pub fn switch(world: &mut World, effect: Effect, on: bool) -> Result<(), NeverDe
         EffectState::On | EffectState::Off => {}
     }
     match bodies_of(world, effect) {
-        Some(bodies) if is_prepared(world) => start_anew(world, &bodies),
+        Some(bodies) if is_prepared(world) => restart_bodies(world, &bodies),
         None if effect.acts_on_velocity() => end_half_steps(world),
         _ => {}
     }
@@ -247,19 +246,6 @@ fn bodies_of(world: &mut World, effect: Effect) -> Option<Vec<Entity>> {
         .filter(|(_, on, off)| on.is_some_and(&has) || off.is_some_and(|Off(laws)| has(laws)))
         .map(|(body, ..)| body);
     Some(named.collect())
-}
-
-/// Brings velocities of position Verlet to the time of positions: its next kick is half of the last step's, which
-/// was taken under the old laws.
-pub(crate) fn end_half_steps(world: &mut World) {
-    if is_prepared(world) {
-        synchronise_bodies::<()>(world);
-    }
-}
-
-/// Whether steps can be taken: a world that is built is switched before that, too.
-fn is_prepared(world: &World) -> bool {
-    world.contains_resource::<TimeStep>()
 }
 
 fn exists<F: bevy_ecs::query::QueryFilter>(world: &mut World) -> bool {
