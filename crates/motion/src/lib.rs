@@ -58,8 +58,8 @@ pub use state::rest::Static;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};
 pub use state::substeps::{OwnSubsteps, Substeps};
 pub use state::threads::Threads;
+pub use tick::environment::{Acting, Notes};
 pub use tick::integrate::{
-    Acting, Bodies, Notes, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass,
-    integrate_velocity,
+    Bodies, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };
 pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord, quarantine_bodies};

@@ -2,5 +2,6 @@
 //! fail.
 
 pub(crate) mod diagnosis;
+pub(crate) mod environment;
 pub(crate) mod integrate;
 pub(crate) mod quarantine;

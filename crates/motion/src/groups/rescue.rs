@@ -14,7 +14,7 @@ use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Memory};
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::range::{Breach, Part as StatePart};
-use crate::tick::integrate::{Acting, Notes};
+use crate::tick::environment::{Acting, Notes};
 use crate::tick::quarantine::{Cause, Refused};
 use crate::units::{Scalar, Vector};
 

@@ -12,7 +12,7 @@ use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Part};
 use crate::state::springs::Elastic;
 use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
-use crate::tick::integrate::Acting;
+use crate::tick::environment::Acting;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
 

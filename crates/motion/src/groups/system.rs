@@ -19,7 +19,7 @@ use crate::state::components::{
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::method_state::LastStep;
 use crate::state::range::Bounds;
-use crate::tick::integrate::{Acting, Called, Notes};
+use crate::tick::environment::{Acting, Called, Notes};
 use crate::units::{Scalar, Vector};
 
 /// The bodies of a system that move in groups.

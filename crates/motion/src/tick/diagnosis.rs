@@ -4,7 +4,7 @@
 use crate::laws::{BodyState, Drag, Law, Moment, Well};
 use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Part, Range};
-use crate::tick::integrate::Acting;
+use crate::tick::environment::Acting;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
 
