@@ -36,6 +36,8 @@ pub use observe::ledger::{Books, Energies, Ledger, Lines};
 pub use observe::texts::LawTexts;
 pub use observe::totals::{KineticEnergy, Totals, totals};
 pub use schedule::emission::emit_particles;
+#[cfg(feature = "bevy")]
+pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::step::{
     Passes, Step, StepPlan, StepSystems, apply_forces, clear_forces, insert_step_resources,

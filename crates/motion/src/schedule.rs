@@ -1,6 +1,8 @@
 //! The schedule: which systems a tick is compiled of, and what changes the world between two ticks.
 
 pub(crate) mod emission;
+#[cfg(feature = "bevy")]
+pub(crate) mod plugin;
 pub(crate) mod requests;
 pub(crate) mod restart;
 pub(crate) mod step;
