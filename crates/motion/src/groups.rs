@@ -9,6 +9,7 @@ mod compile;
 mod coupling;
 mod field;
 mod linear;
+mod members;
 mod pull;
 mod rescue;
 mod rows;

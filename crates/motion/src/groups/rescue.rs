@@ -3,10 +3,10 @@
 use bevy_ecs::query::ArchetypeFilter;
 
 use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
+use super::members::{ByRow, Members, Wishes};
 use super::rows::Row;
 use super::split::Part;
-use super::suspects::{SpringsByRow, Suspects};
-use super::system::{ByRow, Members, Wishes};
+use super::suspects::{Before, SpringsByRow, Suspects};
 use super::{Group, Groups};
 use crate::kernels::{self, Account, Asks, MemoryRows, Table, Terms};
 use crate::laws::damping::Damping;
@@ -24,14 +24,6 @@ pub(super) struct Rescue<'a, 'w, 's, 'n> {
     pub around: &'a Surroundings<'a, Scalar>,
     pub wishes: &'a Wishes<'w, 's>,
     pub notes: &'a mut Notes<'n>,
-}
-
-/// The rows of a group before the tick.
-pub(super) struct Before {
-    pub x: Vec<Row<Scalar>>,
-    pub v: Vec<Row<Scalar>>,
-    pub w: Vec<Scalar>,
-    pub last: Vec<Scalar>,
 }
 
 /// Looks wishes up by the row of a part.

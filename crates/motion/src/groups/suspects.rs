@@ -2,10 +2,9 @@
 
 use super::coupling::{Coupling, vector};
 use super::field::{Askers, RowAsks, Surroundings};
+use super::members::ByRow;
 use super::pull::SpringRow;
-use super::rescue::Before;
 use super::rows::Row;
-use super::system::ByRow;
 use super::{Group, Groups};
 use crate::laws::MutualGravity;
 use crate::state::components::PhysicsBody;
@@ -15,6 +14,14 @@ use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
 use crate::tick::environment::Acting;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
+
+/// The rows of a group before the tick.
+pub(super) struct Before {
+    pub x: Vec<Row<Scalar>>,
+    pub v: Vec<Row<Scalar>>,
+    pub w: Vec<Scalar>,
+    pub last: Vec<Scalar>,
+}
 
 /// The springs of every row.
 pub(super) struct SpringsByRow(Vec<Vec<(usize, Elastic<Scalar>)>>);

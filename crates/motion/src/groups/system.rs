@@ -3,76 +3,23 @@
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
 
-use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Surroundings, Watch};
+use super::field::{GroupField, Outcome, Rows, Surroundings, Watch};
+use super::members::{ByRow, Members, Wishes};
 use super::rescue::Rescue;
 use super::rows::Row;
 use super::solver::Solver;
 use super::{Group, Groups, Run};
 use crate::kernels::Account;
-use crate::laws::damping::DampingRate;
-use crate::laws::own::OwnLaws;
-use crate::laws::{Declared, Law, MutualGravity};
+use crate::laws::{Declared, MutualGravity};
 use crate::methods::{Integrator, Memory};
-use crate::state::components::{
-    AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
-};
+use crate::state::components::{PhysicsBody, Transform};
 use crate::state::coupling::{CouplingChanged, Grouped};
-use crate::state::method_state::LastStep;
 use crate::state::range::Bounds;
 use crate::tick::environment::{Acting, Called, Notes};
 use crate::units::{Scalar, Vector};
 
-/// The bodies of a system that move in groups.
-pub(super) type Members<'w, 's, Who> = Query<
-    'w,
-    's,
-    (Entity, &'static mut Transform, &'static mut PhysicsBody, &'static Force, Option<&'static mut LastStep>),
-    (Who, With<Grouped>, Without<Quarantined>),
->;
-
 /// What groups hang on.
 type Anchors<'w, 's> = Query<'w, 's, (&'static Transform, &'static PhysicsBody), Without<Grouped>>;
-
-/// What members may ask for.
-pub(super) type Wishes<'w, 's> = Query<
-    'w,
-    's,
-    (
-        Has<GravityOff>,
-        Option<&'static DampingRate>,
-        Option<&'static SpeedLimit>,
-        Option<&'static AxisLocks>,
-        Option<&'static OwnLaws>,
-    ),
-    With<Grouped>,
->;
-
-/// Looks wishes up by row.
-pub(super) struct ByRow<'a, 'w, 's> {
-    pub bodies: &'a [Entity],
-    pub wishes: &'a Wishes<'w, 's>,
-}
-
-impl Askers<Scalar> for ByRow<'_, '_, '_> {
-    fn asks(&self, row: usize) -> RowAsks {
-        match self.wishes.get(self.bodies[row]) {
-            Ok((gravity_off, rate, limit, locks, _)) => RowAsks {
-                gravity_off,
-                damping_rate: rate.map(DampingRate::rate),
-                limit: limit.map(|limit| limit.0),
-                locks: locks.copied(),
-            },
-            Err(_) => RowAsks::default(),
-        }
-    }
-
-    fn laws(&self, row: usize) -> (&[Box<dyn Law<Scalar>>], u64) {
-        match self.wishes.get(self.bodies[row]) {
-            Ok((.., Some(own))) => (own.laws(), own.version()),
-            _ => (&[], 0),
-        }
-    }
-}
 
 /// A tick of `M` for the groups of the bodies `Who`.
 #[expect(clippy::too_many_arguments, reason = "system parameters")]
