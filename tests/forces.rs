@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    BodyState, Damping, DampingModel, Dormant, Effect, ForceCause, Jacobians, Law, Laws, METHODS, Method,
-    Moment, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, Solver, SpeedLimit,
-    StableId, Stepper, TimeStep, Transform,
+    BodyState, Damping, DampingModel, Dormant, Effect, EvaluationTime, ForceCause, Jacobians, Law, Laws,
+    METHODS, Method, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, Solver,
+    SpeedLimit, StableId, Stepper, TimeStep, Transform,
 };
 use scene::Scene;
 
@@ -139,12 +139,12 @@ impl Law<f64> for Embedded {
         "embedded"
     }
 
-    fn acceleration(&self, at: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         let (x, v) = (body.position, body.velocity);
         DVec3::new(0.1 * x.y, -0.2 * x.x, 0.3 * v.z + at.time)
     }
 
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         let position = glam::DMat3::from_cols(DVec3::Y * -0.2, DVec3::X * 0.1, DVec3::ZERO);
         Jacobians { position, velocity: glam::DMat3::from_diagonal(DVec3::Z * 0.3) }
     }

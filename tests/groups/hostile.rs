@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use motion::{
-    BodyState, Cause, Curve, Damping, DampingModel, Drag, Elastic, Fault, Jacobians, Law, Method, Moment,
-    MutualGravity, OwnLaws, Quarantine, Request, SoftBody, Solver, Spring, Thrust, Wind,
+    BodyState, Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Jacobians, Law,
+    Method, MutualGravity, OwnLaws, Quarantine, Request, SoftBody, Solver, Spring, Thrust, Wind,
 };
 
 use super::lab::{Around, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
@@ -32,16 +32,16 @@ impl Law<f64> for Broken {
     fn name(&self) -> &'static str {
         "broken"
     }
-    fn acceleration(&self, at: Moment<f64>, _: BodyState<f64>) -> DVec3 {
-        if at.inside < self.0 { DVec3::ZERO } else { DVec3::NAN }
+    fn acceleration(&self, at: EvaluationTime<f64>, _: BodyState<f64>) -> DVec3 {
+        if at.within_step < self.0 { DVec3::ZERO } else { DVec3::NAN }
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {
         false
     }
-    fn breaks(&self) -> &[f64] {
+    fn discontinuities(&self) -> &[f64] {
         std::slice::from_ref(&self.0)
     }
 }

@@ -1,7 +1,7 @@
 //! S16: paths that are chosen beforehand, under every mix of what acts on coupled bodies.
 
 use glam::DVec3;
-use motion::{BodyState, Curve, Drag, Jacobians, Law, Moment, OwnLaws, Thrust};
+use motion::{BodyState, Curve, Drag, EvaluationTime, Jacobians, Law, OwnLaws, Thrust};
 
 use super::lab::{Around, Net, Start, State, elastic};
 use super::orders::Problem;
@@ -71,7 +71,7 @@ impl Law<f64> for Driven {
     fn name(&self) -> &'static str {
         "driven"
     }
-    fn acceleration(&self, at: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         let [position, velocity, a] = Self::path(self.body, at.time);
         let on_path = BodyState { position, velocity, inverse_mass: body.inverse_mass };
         let springs = self.net.forces(&Self::states(at.time))[self.body];
@@ -82,7 +82,7 @@ impl Law<f64> for Driven {
         };
         a - springs * body.inverse_mass - more - motion::Gravity::EARTH.acceleration
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {

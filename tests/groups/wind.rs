@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use motion::{
-    Affine, BodyState, Drag, Elastic, Evaluations, Law, Link, METHODS, Method, Moment, Request, SoftBody,
-    Solver, Wind,
+    Affine, BodyState, Drag, Elastic, EvaluationTime, Evaluations, Law, Link, METHODS, Method, Request,
+    SoftBody, Solver, Wind,
 };
 
 use super::lab::{Around, H, Net, Rig, Start, State, elastic, extrapolated};
@@ -260,7 +260,7 @@ fn steady_linear_wind_is_an_affine_law_and_carries_points_along() {
     assert_eq!(Law::<f64>::affine(&gusty), None);
     assert_eq!(Law::<f64>::affine(&Drag { quadratic: 0.1, ..drag }), None);
     let state = BodyState { position: DVec3::ONE, velocity: DVec3::Y, inverse_mass: 1.0 };
-    let at = Moment { time: 0.0, inside: 0.0 };
+    let at = EvaluationTime { time: 0.0, within_step: 0.0 };
     let a = Law::<f64>::acceleration(&drag, at, state);
     assert!(a.distance((velocity - DVec3::Y) * c) <= 1e-15);
     let v0 = DVec3::new(-1.0, 2.0, 0.0);

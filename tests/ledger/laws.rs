@@ -1,7 +1,7 @@
 //! Every law and effect in the books: under Runge-Kutta 4 next to nothing is left over, and each line is so large that
 //! leaving it out would be seen.
 
-use motion::{Books, Ledger, Method};
+use motion::{Ledger, LedgerTotals, Method};
 
 use super::Kept;
 
@@ -15,7 +15,7 @@ struct Case {
     falls: bool,
 }
 
-fn books(ledger: &Ledger) -> &Books {
+fn books(ledger: &Ledger) -> &LedgerTotals {
     ledger.since_opening()
 }
 

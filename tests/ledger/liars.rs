@@ -1,7 +1,7 @@
 //! Laws that lie about their work are caught by the residual.
 
 use glam::DVec3;
-use motion::{BodyState, Jacobians, Law, Laws, Ledger, Method, Moment};
+use motion::{BodyState, EvaluationTime, Jacobians, Law, Laws, Ledger, Method};
 
 use super::Kept;
 
@@ -17,10 +17,10 @@ impl Law<f64> for Harmonic {
     fn name(&self) -> &'static str {
         "harmonic"
     }
-    fn acceleration(&self, _: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         body.position * -W2
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians { position: glam::DMat3::IDENTITY * -W2, ..Jacobians::zero() }
     }
     fn depends_on_velocity(&self) -> bool {

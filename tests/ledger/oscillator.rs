@@ -2,7 +2,7 @@
 //! solution.
 
 use glam::{DMat2, DVec2};
-use motion::{Lines, Method};
+use motion::{LedgerLines, Method};
 
 use super::Kept;
 
@@ -112,7 +112,7 @@ fn the_residual_is_what_each_method_invents_on_the_oscillator() {
         assert!(worst <= 1e-6 * largest, "{method:?}: {worst:e} of {largest:e}");
         assert!(largest > 1e-7, "{method:?} invents enough to be seen");
         let books = kept.check().ledger.since_opening();
-        let invented = Lines { residual: books.energy.residual, ..Lines::default() };
+        let invented = LedgerLines { residual: books.energy.residual, ..LedgerLines::default() };
         assert_eq!(books.energy, invented, "nothing does work");
         let mean = kept.residual() / (f64::from(TICKS) * STEP);
         assert!((kept.ledger.mean_residual_rate() - mean).abs() <= 1e-9 * mean.abs(), "{method:?}");

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DMat3, DVec3};
-use motion::{BodyState, Jacobians, Law, Method, Moment};
+use motion::{BodyState, EvaluationTime, Jacobians, Law, Method};
 
 use super::problems;
 use super::{SKEW, Stepper, numbers};
@@ -20,11 +20,11 @@ impl Law<f64> for Counted {
     fn name(&self) -> &'static str {
         "counted"
     }
-    fn acceleration(&self, _: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         self.calls.fetch_add(1, Ordering::Relaxed);
         -body.position - body.velocity * self.rate
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians { position: -DMat3::IDENTITY, velocity: DMat3::IDENTITY * -self.rate }
     }
     fn depends_on_velocity(&self) -> bool {

@@ -1,7 +1,7 @@
 //! S9: an engine that comes on inside a step.
 
 use glam::DVec3;
-use motion::{BodyState, Curve, Jacobians, Law, Moment, Thrust};
+use motion::{BodyState, Curve, EvaluationTime, Jacobians, Law, Thrust};
 
 use super::laws::Spring;
 use super::orders::errors;
@@ -17,10 +17,10 @@ impl Law<f64> for Unannounced {
     fn name(&self) -> &'static str {
         "unannounced"
     }
-    fn acceleration(&self, at: Moment<f64>, body: BodyState<f64>) -> DVec3 {
-        self.0.acceleration(Moment { inside: at.time, ..at }, body)
+    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
+        self.0.acceleration(EvaluationTime { within_step: at.time, ..at }, body)
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use motion::real::{Real, RealMatrix as _};
-use motion::{BodyState, Drag, Gravity, Jacobians, Law, Moment, Well, Wells};
+use motion::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Law, Well, Wells};
 
 /// A spring to the origin, `a = -k x / m`: bodies of different masses swing at different frequencies.
 #[derive(Debug)]
@@ -12,10 +12,10 @@ impl<T: Real> Law<T> for Spring {
     fn name(&self) -> &'static str {
         "spring"
     }
-    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         body.position * (T::of(-self.0) * body.inverse_mass)
     }
-    fn jacobians(&self, _: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
         let stiffness = T::of(-self.0) * body.inverse_mass;
         Jacobians { position: T::Matrix::IDENTITY * stiffness, ..Jacobians::zero() }
     }
@@ -35,10 +35,10 @@ impl Law<f64> for Damped {
     fn name(&self) -> &'static str {
         "damped"
     }
-    fn acceleration(&self, _: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         body.position * (-self.w * self.w) - body.velocity * (2.0 * self.damping * self.w)
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians {
             position: glam::DMat3::IDENTITY * (-self.w * self.w),
             velocity: glam::DMat3::IDENTITY * (-2.0 * self.damping * self.w),
@@ -57,11 +57,11 @@ impl Law<f64> for Duffing {
     fn name(&self) -> &'static str {
         "duffing"
     }
-    fn acceleration(&self, _: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         let x = body.position;
         -(x * (1.0 + 2.0 * x.length_squared()))
     }
-    fn jacobians(&self, _: Moment<f64>, body: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> Jacobians<f64> {
         let x = body.position;
         let diagonal = glam::DMat3::IDENTITY * (1.0 + 2.0 * x.length_squared());
         Jacobians {
@@ -87,10 +87,10 @@ impl Law<f64> for OfTime {
     fn name(&self) -> &'static str {
         "of time"
     }
-    fn acceleration(&self, at: Moment<f64>, _: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, at: EvaluationTime<f64>, _: BodyState<f64>) -> DVec3 {
         (self.0)(at.time)
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {
@@ -131,13 +131,13 @@ impl Law<f64> for Manufactured {
     fn name(&self) -> &'static str {
         "manufactured"
     }
-    fn acceleration(&self, at: Moment<f64>, body: BodyState<f64>) -> DVec3 {
+    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         let [position, velocity, acceleration] = Self::path(at.time);
         let on_path = BodyState { position, velocity, inverse_mass: body.inverse_mass };
         let drag = self.drag.as_ref().map_or(DVec3::ZERO, |drag| drag.acceleration(at, on_path));
         acceleration - drag - self.wells.acceleration(at, on_path) - self.gravity.acceleration(at, on_path)
     }
-    fn jacobians(&self, _: Moment<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {

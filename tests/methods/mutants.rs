@@ -5,7 +5,7 @@ mod kinds;
 mod broken;
 
 use motion::real::{Real, RealVector as _};
-use motion::{Affine, BodyState, Gravity, Jacobians, Law, Moment};
+use motion::{Affine, BodyState, EvaluationTime, Gravity, Jacobians, Law};
 
 use super::pushes::{check_gravity, check_passes_over};
 use super::{Check, Stepper, damping, fingerprint, orders, pushes, verlet};
@@ -43,10 +43,10 @@ impl<T: Real> Law<T> for ByMass {
     fn name(&self) -> &'static str {
         "gravity by mass"
     }
-    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         Gravity::EARTH.acceleration(at, body) * body.inverse_mass
     }
-    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {
@@ -67,10 +67,10 @@ impl<T: Real> Law<T> for OnEverything {
     fn name(&self) -> &'static str {
         "gravity on everything"
     }
-    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         Gravity::EARTH.acceleration(at, body)
     }
-    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {
@@ -79,7 +79,7 @@ impl<T: Real> Law<T> for OnEverything {
     fn affine(&self) -> Option<Affine<T>> {
         Gravity::EARTH.affine()
     }
-    fn accelerate(&self, at: Moment<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
+    fn accelerate(&self, at: EvaluationTime<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
         for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
             let a = self.acceleration(at, BodyState::of_rows(x, body)).to_array();
             (0..3).for_each(|axis| sum[axis] += a[axis]);

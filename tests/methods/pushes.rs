@@ -147,7 +147,7 @@ fn bodies_of_every_mass_fall_alike() {
 
 /// A law adds nothing to the rows of inverse mass 0, whatever lies next to them.
 pub fn check_passes_over(law: &dyn Law<f64>) -> Check {
-    let at = motion::Moment { time: 0.5, inside: 0.5 };
+    let at = motion::EvaluationTime { time: 0.5, within_step: 0.5 };
     let (positions, mut sum) = ([[1.0, 2.0, 3.0, 9.0]; 3], [[0.5; 4]; 3]);
     let rows = [[1.0, 1.0, 1.0, 2.0], [1.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 2.0]];
     law.accelerate(at, &positions, &rows, &mut sum);

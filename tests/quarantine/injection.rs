@@ -8,9 +8,9 @@ use bevy_ecs::system::SystemState;
 use glam::DVec3;
 use motion::real::{Real, RealVector as _};
 use motion::{
-    BodyState, Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Grouped, Jacobians,
-    KeptAccelerations, LastStep, Law, Method, Moment, OwnLaws, Particle, PhysicsBody, SpeedLimit, StableId,
-    Static, Transform, own_method,
+    BodyState, Damping, DampingModel, DampingRate, Dormant, EvaluationTime, Fault, Forces, Grouped,
+    Jacobians, KeptAccelerations, LastStep, Law, Method, OwnLaws, Particle, PhysicsBody, SpeedLimit,
+    StableId, Static, Transform, own_method,
 };
 use scene::Scene;
 
@@ -89,11 +89,11 @@ impl<T: Real> Law<T> for Nowhere {
         "nowhere"
     }
 
-    fn acceleration(&self, _: Moment<T>, _: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, _: EvaluationTime<T>, _: BodyState<T>) -> T::Vector {
         T::Vector::from_array([T::of(f64::NAN); 3])
     }
 
-    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
         Jacobians::zero()
     }
 

@@ -42,14 +42,14 @@ pub const LAWS: [(&str, &str); 7] = [
     ("mutual_gravity", "every two bodies attract each other: F = G m1 m2 r / (r² + s²)^(3/2)"),
 ];
 
-/// When a law is evaluated.
+/// The time at which a law is evaluated, and the side of a discontinuity on which it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moment<T> {
+pub struct EvaluationTime<T> {
     /// Time of the evaluation, s.
     pub time: T,
-    /// A time inside the step that is being taken, s. A law that jumps decides by this one on which side of
-    /// the jump it is, because `time` may be the jump itself, or beyond the step.
-    pub inside: T,
+    /// Side of a discontinuity: a time strictly within the step, s. A law that jumps compares this time with the jump,
+    /// because `time` may be the jump itself, or lie outside the step.
+    pub within_step: T,
 }
 
 /// The state of a body at which a law is evaluated.
@@ -103,7 +103,7 @@ impl<T: Real> Affine<T> {
 /// A local law: the acceleration of one body by its own state and the time.
 ///
 /// ```
-/// use motion::{BodyState, Jacobians, Law, Moment};
+/// use motion::{BodyState, Jacobians, Law, EvaluationTime};
 /// use motion::real::{Real, RealMatrix};
 ///
 /// /// A spring to the origin: `a = -w² x`.
@@ -112,10 +112,10 @@ impl<T: Real> Affine<T> {
 ///
 /// impl<T: Real> Law<T> for Harmonic {
 ///     fn name(&self) -> &'static str { "harmonic" }
-///     fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+///     fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
 ///         body.position * T::of(-self.w * self.w)
 ///     }
-///     fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+///     fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
 ///         Jacobians { position: T::Matrix::IDENTITY * T::of(-self.w * self.w), ..Jacobians::zero() }
 ///     }
 ///     fn depends_on_velocity(&self) -> bool { false }
@@ -131,10 +131,10 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
     }
 
     /// The acceleration of `body` at that moment, m/s².
-    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector;
+    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector;
 
     /// The derivatives of [`Law::acceleration`] there.
-    fn jacobians(&self, at: Moment<T>, body: BodyState<T>) -> Jacobians<T>;
+    fn jacobians(&self, at: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T>;
 
     /// Whether the acceleration depends on the velocity: some methods then pay more, or lose an order.
     fn depends_on_velocity(&self) -> bool;
@@ -146,7 +146,7 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
     }
 
     /// Times at which the acceleration jumps or bends, s: steps are split there.
-    fn breaks(&self) -> &[f64] {
+    fn discontinuities(&self) -> &[f64] {
         &[]
     }
 
@@ -166,7 +166,7 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
     /// Rows are (x, y, z, anything) and (velocity, inverse mass); those of inverse mass 0 are passed over.
     ///
     /// One call a block and stage: a law may do better than row by row, with the same bits.
-    fn accelerate(&self, at: Moment<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
+    fn accelerate(&self, at: EvaluationTime<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
         for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
             if body[3] > T::ZERO {
                 let a = self.acceleration(at, BodyState::of_rows(x, body)).to_array();

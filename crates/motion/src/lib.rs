@@ -24,15 +24,15 @@ pub use kernels::evaluations::{Evaluations, Iterations};
 pub use laws::damping::{Damping, DampingModel, DampingRate};
 pub use laws::own::OwnLaws;
 pub use laws::{
-    Affine, BodyState, Curve, Drag, Gravity, Jacobians, LAWS, Law, Laws, Moment, MutualGravity, SourceMass,
-    Thrust, Well, Wells, Wind, laws,
+    Affine, BodyState, Curve, Drag, EvaluationTime, Gravity, Jacobians, LAWS, Law, Laws, MutualGravity,
+    SourceMass, Thrust, Well, Wells, Wind, laws,
 };
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
 pub use observe::forces_on::{ForceCause, each_force, forces_on};
 pub use observe::forecast::{Cure, Forecast, Margin, Part, SpringMargin};
 pub use observe::kept::{KeptAcceleration, KeptAccelerations, KeptOfGroup};
-pub use observe::ledger::{Books, Energies, Ledger, Lines};
+pub use observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 pub use observe::texts::LawTexts;
 pub use observe::totals::{KineticEnergy, Totals, totals};
 pub use schedule::emission::emit_particles;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use bevy_ecs::entity::Entity;
-use motion::{LAWS, Ledger, Lines, Method, PhysicsBody, Totals, Transform, totals};
+use motion::{LAWS, Ledger, LedgerLines, Method, PhysicsBody, Totals, Transform, totals};
 use scene::FaultEntry;
 use serde_json::{Map, Value, json};
 
@@ -187,7 +187,7 @@ impl Summary {
 /// The books since they were opened.
 fn ledger_json(ledger: &Ledger) -> Value {
     let books = ledger.since_opening();
-    let Lines { pushes, laws, damping, limits, anchors, interventions, residual } = &books.energy;
+    let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &books.energy;
     let momentum = &books.momentum;
     json!({
         "kept_s": number(ledger.seconds()),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 use motion::real::{Real, RealMatrix as _, RealVector as _};
-use motion::{BodyState, Jacobians, Law, Moment};
+use motion::{BodyState, EvaluationTime, Jacobians, Law};
 
 use super::exact::{eccentric_anomaly, jacobi};
 
@@ -54,12 +54,12 @@ impl<T: Real> Law<T> for Duffing {
         "duffing"
     }
 
-    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         let part = |x: T| -(x + T::of(2.0) * x * x * x);
         T::Vector::from_array(body.position.to_array().map(part))
     }
 
-    fn jacobians(&self, _: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
         let [x, y, z] = body.position.to_array().map(|x| -(T::ONE + T::of(6.0) * x * x));
         let column = |parts| T::Vector::from_array(parts);
         let zero = T::ZERO;

@@ -1,7 +1,7 @@
 //! One oscillator, `x'' = -x - 2 zeta x'`, run by the real methods.
 
 use motion::real::{Real, RealMatrix as _};
-use motion::{Bare, BodyState, Damping, DampingModel, Jacobians, Law, Method, Moment};
+use motion::{Bare, BodyState, Damping, DampingModel, EvaluationTime, Jacobians, Law, Method};
 
 use super::theory::oscillator_limit;
 use super::{Criterion, Limit, largest_stable};
@@ -44,11 +44,11 @@ impl<T: Real> Law<T> for Spring {
         "spring"
     }
 
-    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         body.position * T::of(-self.k) + body.velocity * T::of(-self.rate)
     }
 
-    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
         let identity = T::Matrix::IDENTITY;
         Jacobians { position: identity * T::of(-self.k), velocity: identity * T::of(-self.rate) }
     }

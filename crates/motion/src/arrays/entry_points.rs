@@ -9,7 +9,7 @@ use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
 use crate::methods::with_method;
-use crate::tick::integrate::Synchronise;
+use crate::tick::integrate::Synchronize;
 
 macro_rules! entry_points {
     ($($t:ty)*) => {$(
@@ -72,12 +72,12 @@ macro_rules! entry_points {
                 self.individuals.plan(&self.bodies);
                 for group in 0..self.groups.len() {
                     if which(self.method_of_group(group)) && self.is_half_a_step_behind(self.groups[group].members()) {
-                        self.tick_group::<Synchronise>(group);
+                        self.tick_group::<Synchronize>(group);
                     }
                 }
                 for run in 0..self.individuals.runs.len() {
                     if which(self.method_of_run(run)) && self.is_half_a_step_behind(self.individuals.runs[run].rows.clone()) {
-                        self.tick_rows::<Synchronise, Plainly>(run);
+                        self.tick_rows::<Synchronize, Plainly>(run);
                     }
                 }
                 self.has_failed |= !self.refused.is_empty();

@@ -20,7 +20,7 @@ use super::solver::{Solver, Workspace};
 use crate::kernels::{Account, Terms};
 use crate::laws::course::{Piece, Pieces};
 use crate::laws::damping::{Damping, Decay, Factor};
-use crate::laws::{Affine, Drag, Law, Moment, MutualGravity};
+use crate::laws::{Affine, Drag, EvaluationTime, Law, MutualGravity};
 use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::{Real, RealVector as _};
 use crate::state::components::AxisLocks;

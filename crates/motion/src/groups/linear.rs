@@ -8,7 +8,7 @@ use super::field::is_open;
 use super::pull::{SpringRow, axis};
 use super::rows::Row;
 use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::{BodyState, Drag, Law, Moment};
+use crate::laws::{BodyState, Drag, EvaluationTime, Law};
 use crate::state::clock::StepClock;
 use crate::state::components::{AxisLocks, PhysicsBody, Transform};
 use crate::units::Scalar;
@@ -102,7 +102,7 @@ impl<'a> LinearGroup<'a> {
                 self.sheets.push((corners.map(|corner| corner as usize), n, strength));
             }
         }
-        let at = Moment { time, inside: time };
+        let at = EvaluationTime { time, within_step: time };
         let single = |(row, (position, velocity, w)): (usize, &(DVec3, DVec3, Scalar))| {
             let in_sheet = u32::try_from(row).is_ok_and(|row| coupling.in_sheets.binary_search(&row).is_ok());
             if in_sheet || *w <= 0.0 {

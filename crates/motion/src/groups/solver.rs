@@ -7,7 +7,7 @@ use super::coupling::{SheetRow, add, in_air, rate_along, vector};
 use super::field::{GroupField, is_open};
 use super::pull::{SpringRow, axis};
 use super::rows::{Row, RowArray};
-use crate::laws::{BodyState, Law, Moment};
+use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::real::{Real, RealMatrix as _, RealVector as _};
 
 /// How an implicit Euler step of bodies that are joined is solved (Baraff, Witkin 1998, eq. 6, in inverse-mass
@@ -181,7 +181,7 @@ impl<T: Real> Workspace<T> {
         }
     }
 
-    fn local_law(&mut self, row: usize, law: &dyn Law<T>, at: Moment<T>, v: &[Row<T>], w: T, h: T) {
+    fn local_law(&mut self, row: usize, law: &dyn Law<T>, at: EvaluationTime<T>, v: &[Row<T>], w: T, h: T) {
         if w.is_at_most(T::ZERO) {
             return;
         }

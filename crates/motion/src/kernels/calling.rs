@@ -94,8 +94,9 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     refuse: Refuse<'_>,
 ) {
     account.calls.resize(terms.laws.len(), 0);
-    let breaks = terms.laws.iter().flat_map(|law| law.breaks());
-    let pieces = terms.course.pieces(breaks.chain(asks.laws.iter().flat_map(|law| law.breaks())));
+    let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
+    let pieces =
+        terms.course.pieces(discontinuities.chain(asks.laws.iter().flat_map(|law| law.discontinuities())));
     // A limit sees the kick along locked axes, if it comes after it.
     let closed = asks.locks.filter(|_| !(asks.limit.is_some() && M::LIMITS_AFTER_KICK));
     let kernel = Kernel { terms, asks, closed, pieces };

@@ -7,7 +7,7 @@ use super::{Account, Terms};
 use crate::kernels::record::{TickRecord, vector};
 use crate::laws::course::Piece;
 use crate::laws::damping::{Decay, Factor};
-use crate::laws::{BodyState, Law, Moment};
+use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::{Field, Newton, NewtonField, newton_velocity};
 use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
 use crate::state::components::AxisLocks;
@@ -251,7 +251,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     }
 
     /// Calls the laws at `at`.
-    fn call(&mut self, at: Moment<T>, x: Rows<T, S, N>, v: Rows<T, S, N>) -> Rows<T, S, N> {
+    fn call(&mut self, at: EvaluationTime<T>, x: Rows<T, S, N>, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let mut sum = [[T::ZERO; 4]; N];
         if let Some(Calls { laws, own, account, rows, .. }) = &mut self.calls {
             let (x, v) = (x.rows(), v.rows());
@@ -336,10 +336,10 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         if self.constants.slows & DRAG == 0 { v } else { self.constants.snap(v) }
     }
 
-    fn moment(&self, part: T) -> Moment<T> {
+    fn moment(&self, part: T) -> EvaluationTime<T> {
         match self.piece {
             Some(piece) => piece.moment(part),
-            None => Moment { time: T::ZERO, inside: T::ZERO },
+            None => EvaluationTime { time: T::ZERO, within_step: T::ZERO },
         }
     }
 }

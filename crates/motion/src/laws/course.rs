@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use crate::laws::Moment;
+use crate::laws::EvaluationTime;
 use crate::real::Real;
 use crate::units::Scalar;
 
@@ -21,12 +21,12 @@ pub(crate) struct Piece<T> {
 
 impl<T: Real> Piece<T> {
     /// A time inside the piece, s.
-    fn inside(&self) -> T {
+    fn middle(&self) -> T {
         self.start + self.length * T::of(0.5)
     }
 
     /// When the fraction `part` of the piece has passed: at its ends to the last bit.
-    pub fn moment(&self, part: T) -> Moment<T> {
+    pub fn moment(&self, part: T) -> EvaluationTime<T> {
         let time = if part == T::ZERO {
             self.start
         } else if part == T::ONE {
@@ -34,12 +34,12 @@ impl<T: Real> Piece<T> {
         } else {
             self.start + part * self.length
         };
-        Moment { time, inside: self.inside() }
+        EvaluationTime { time, within_step: self.middle() }
     }
 
     /// The start of the piece as the end of what was before.
-    pub fn before(&self) -> Moment<T> {
-        Moment { time: self.start, inside: self.start - self.length * T::of(0.25) }
+    pub fn before(&self) -> EvaluationTime<T> {
+        EvaluationTime { time: self.start, within_step: self.start - self.length * T::of(0.25) }
     }
 }
 
@@ -75,13 +75,15 @@ impl Course {
         self.tick / Scalar::from(self.substeps)
     }
 
-    /// The pieces of the tick for laws with those `breaks`, s, in any order.
-    pub fn pieces<'a>(&self, breaks: impl Iterator<Item = &'a Scalar>) -> Pieces {
+    /// The pieces of the tick for laws with those `discontinuities`, s, in any order.
+    pub fn pieces<'a>(&self, discontinuities: impl Iterator<Item = &'a Scalar>) -> Pieces {
         let near = self.part() * NEAR;
         let mut inside: SmallVec<[Scalar; 8]> = SmallVec::new();
-        inside.extend(breaks.copied().filter(|time| *time >= self.start - near && *time < self.end - near));
+        inside.extend(
+            discontinuities.copied().filter(|time| *time >= self.start - near && *time < self.end - near),
+        );
         inside.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
-        Pieces { course: *self, breaks: inside }
+        Pieces { course: *self, discontinuities: inside }
     }
 }
 
@@ -90,7 +92,7 @@ impl Course {
 pub(crate) struct Pieces {
     course: Course,
     /// Times in the tick at which a law jumps or bends, s, ascending.
-    breaks: SmallVec<[Scalar; 8]>,
+    discontinuities: SmallVec<[Scalar; 8]>,
 }
 
 impl Pieces {
@@ -108,14 +110,14 @@ impl Pieces {
         let Course { start, end, substeps, .. } = self.course;
         let h = self.course.part();
         let near = h * NEAR;
-        let mut breaks = self.breaks.iter().copied().peekable();
+        let mut discontinuities = self.discontinuities.iter().copied().peekable();
         let (mut part, mut next) = (1, Piece { start, end, length: h, jump: false });
         std::iter::from_fn(move || {
             if part > substeps {
                 return None;
             }
             let end = if part == substeps { end } else { start + h * Scalar::from(part) };
-            while let Some(time) = breaks.next_if(|time| *time < end - near) {
+            while let Some(time) = discontinuities.next_if(|time| *time < end - near) {
                 let before = next;
                 next.jump = true;
                 if time - before.start > near {
@@ -135,8 +137,8 @@ impl Pieces {
 mod tests {
     use super::*;
 
-    fn pieces(course: Course, breaks: &[f64]) -> Vec<(f64, f64, bool)> {
-        let pieces: Vec<_> = course.pieces(breaks.iter()).iter().collect();
+    fn pieces(course: Course, discontinuities: &[f64]) -> Vec<(f64, f64, bool)> {
+        let pieces: Vec<_> = course.pieces(discontinuities.iter()).iter().collect();
         assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
         assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (course.start, course.end));
         pieces.into_iter().map(|piece| (piece.start, piece.length, piece.jump)).collect()

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Affine, BodyState, Jacobians, Law, Moment, Wind};
+use super::{Affine, BodyState, EvaluationTime, Jacobians, Law, Wind};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
@@ -58,12 +58,12 @@ impl<T: Real> Law<T> for Drag {
         text
     }
 
-    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         let u = self.against(at.time, body);
         -(u * self.rate(u))
     }
 
-    fn jacobians(&self, at: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, at: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
         let u = self.against(at.time, body);
         let speed = u.dot(u).sqrt();
         // The limit of u u^T / |u| at rest is 0.

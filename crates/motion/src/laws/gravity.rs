@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Affine, BodyState, Jacobians, Law, Moment};
+use super::{Affine, BodyState, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealVector};
 use crate::units::Vector;
 
@@ -37,11 +37,11 @@ impl<T: Real> Law<T> for Gravity {
         format!("gravity ({}, {}, {}) m/s², {}", g.x, g.y, g.z, if *on { "on" } else { "off" })
     }
 
-    fn acceleration(&self, _: Moment<T>, _: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, _: EvaluationTime<T>, _: BodyState<T>) -> T::Vector {
         T::Vector::of(self.acting().unwrap_or(Vector::ZERO))
     }
 
-    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
         Jacobians::zero()
     }
 

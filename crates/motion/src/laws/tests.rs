@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::*;
 
-const AT: Moment<f64> = Moment { time: 0.3, inside: 0.3 };
+const AT: EvaluationTime<f64> = EvaluationTime { time: 0.3, within_step: 0.3 };
 
 fn body(position: DVec3, velocity: DVec3) -> BodyState<f64> {
     BodyState { position, velocity, inverse_mass: 0.5 }
@@ -74,23 +74,27 @@ fn affine_laws_are_what_they_say() {
 #[test]
 fn a_thrust_is_on_between_its_ends_and_decides_by_the_inside_of_the_step() {
     let thrust = Thrust::new(Curve::Polynomial(vec![DVec3::X * 10.0, DVec3::X * 15.0]), 0.0, 2.0);
-    let at = |time, inside| thrust.acceleration(Moment { time, inside }, body(DVec3::ZERO, DVec3::ZERO)).x;
+    let at = |time, within_step| {
+        thrust.acceleration(EvaluationTime { time, within_step }, body(DVec3::ZERO, DVec3::ZERO)).x
+    };
     assert_eq!(at(1.0, 1.0), 12.5);
     // The last stage of the step that ends at the cut still has the engine on, the first of the next has not.
     assert_eq!(at(2.0, 1.99), 20.0);
     assert_eq!(at(2.0, 2.01), 0.0);
-    assert_eq!(Law::<f64>::breaks(&thrust), [0.0, 2.0]);
+    assert_eq!(Law::<f64>::discontinuities(&thrust), [0.0, 2.0]);
 }
 
 #[test]
 fn a_table_is_linear_between_its_points_and_bends_at_them() {
     let points = vec![(1.0, DVec3::X * 2.0), (2.0, DVec3::X * 6.0), (4.0, DVec3::ZERO)];
     let thrust = Thrust::new(Curve::Table(points), f64::NEG_INFINITY, f64::INFINITY);
-    let at = |time, inside| thrust.acceleration(Moment { time, inside }, body(DVec3::ZERO, DVec3::ZERO)).x;
+    let at = |time, within_step| {
+        thrust.acceleration(EvaluationTime { time, within_step }, body(DVec3::ZERO, DVec3::ZERO)).x
+    };
     assert_eq!([at(0.0, 0.0), at(1.5, 1.5), at(3.0, 3.0), at(5.0, 5.0)], [1.0, 2.0, 1.5, 0.0]);
     assert_eq!(at(2.0, 1.9), at(2.0, 2.1));
     assert_eq!(at(2.5, 1.9), 4.0, "continued along the piece of the step");
-    assert_eq!(Law::<f64>::breaks(&thrust), [1.0, 2.0, 4.0]);
+    assert_eq!(Law::<f64>::discontinuities(&thrust), [1.0, 2.0, 4.0]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Forces that follow a curve over time: engines.
 
-use super::{BodyState, Jacobians, Law, Moment};
+use super::{BodyState, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealVector};
 use crate::units::{Scalar, Vector};
 
@@ -24,8 +24,8 @@ pub enum Curve {
 }
 
 impl Curve {
-    /// The force, N. A table is continued along the piece that `at.inside` falls into.
-    fn newtons<T: Real>(&self, at: Moment<T>) -> T::Vector {
+    /// The force, N. A table is continued along the piece that `at.within_step` falls into.
+    fn newtons<T: Real>(&self, at: EvaluationTime<T>) -> T::Vector {
         match self {
             Self::Polynomial(coefficients) => coefficients
                 .iter()
@@ -35,7 +35,7 @@ impl Curve {
                 T::Vector::of(*amplitude) * (T::of(*angular_frequency) * at.time + T::of(*phase)).sin()
             }
             Self::Table(points) => {
-                let next = points.partition_point(|(time, _)| T::of(*time) <= at.inside);
+                let next = points.partition_point(|(time, _)| T::of(*time) <= at.within_step);
                 match (next.checked_sub(1).and_then(|last| points.get(last)), points.get(next)) {
                     (Some((t0, f0)), Some((t1, f1))) => {
                         let part = (at.time - T::of(*t0)) / T::of(t1 - t0);
@@ -56,7 +56,7 @@ pub struct Thrust {
     curve: Curve,
     from: Scalar,
     until: Scalar,
-    breaks: Vec<Scalar>,
+    discontinuities: Vec<Scalar>,
 }
 
 impl Thrust {
@@ -64,14 +64,15 @@ impl Thrust {
     /// scene, not that since it was switched on. Infinite ends are allowed.
     #[must_use]
     pub fn new(curve: Curve, from: Scalar, until: Scalar) -> Self {
-        let mut breaks = vec![from, until];
+        let mut discontinuities = vec![from, until];
         if let Curve::Table(points) = &curve {
-            breaks.extend(points.iter().map(|(time, _)| *time).filter(|time| (from..until).contains(time)));
+            discontinuities
+                .extend(points.iter().map(|(time, _)| *time).filter(|time| (from..until).contains(time)));
         }
-        breaks.retain(|time| time.is_finite());
-        breaks.sort_by(Scalar::total_cmp);
-        breaks.dedup();
-        Self { curve, from, until, breaks }
+        discontinuities.retain(|time| time.is_finite());
+        discontinuities.sort_by(Scalar::total_cmp);
+        discontinuities.dedup();
+        Self { curve, from, until, discontinuities }
     }
 
     /// What it follows.
@@ -86,12 +87,12 @@ impl<T: Real> Law<T> for Thrust {
         "thrusts"
     }
 
-    fn acceleration(&self, at: Moment<T>, body: BodyState<T>) -> T::Vector {
-        let on = at.inside >= T::of(self.from) && at.inside < T::of(self.until);
+    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
+        let on = at.within_step >= T::of(self.from) && at.within_step < T::of(self.until);
         if on { self.curve.newtons(at) * body.inverse_mass } else { T::Vector::ZERO }
     }
 
-    fn jacobians(&self, _: Moment<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
         Jacobians::zero()
     }
 
@@ -99,7 +100,7 @@ impl<T: Real> Law<T> for Thrust {
         false
     }
 
-    fn breaks(&self) -> &[Scalar] {
-        &self.breaks
+    fn discontinuities(&self) -> &[Scalar] {
+        &self.discontinuities
     }
 }

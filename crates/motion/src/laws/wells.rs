@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{BodyState, Jacobians, Law, Moment};
+use super::{BodyState, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
@@ -53,7 +53,7 @@ impl<T: Real> Law<T> for Wells {
         format!("wells: {}", self.0.len())
     }
 
-    fn acceleration(&self, _: Moment<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         let mut sum = T::Vector::ZERO;
         for well in &self.0 {
             let (r, inverse) = well.reach(body);
@@ -62,7 +62,7 @@ impl<T: Real> Law<T> for Wells {
         sum
     }
 
-    fn jacobians(&self, _: Moment<T>, body: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {
         let mut position = T::Matrix::ZERO;
         for well in &self.0 {
             let (r, inverse) = well.reach(body);

@@ -96,7 +96,7 @@ pub(super) fn kick_drift_kick<F: Field>(
 /// The velocity at the time of the position, from position Verlet's of half a step before: what another method
 /// starts from.
 #[inline(always)]
-pub fn synchronise<F: Field>(field: &mut F, x: F::Space, v: F::Space, last_step: F::Real) -> F::Space {
+pub fn synchronize<F: Field>(field: &mut F, x: F::Space, v: F::Space, last_step: F::Real) -> F::Space {
     let a = match field.laws_before_jump(x, v) {
         Some(before) => before,
         None => field.laws(F::Real::ZERO, x, v),

@@ -4,8 +4,8 @@
 //! keeps none pays nothing.
 
 mod around;
-mod books;
 mod coupled;
+mod lines;
 mod path;
 mod rows;
 
@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
-pub use books::{Books, Energies, Lines};
+pub use lines::{Energies, LedgerLines, LedgerTotals};
 
 use crate::groups::{Groups, compile_groups};
 use crate::kernels::record::{TickRecord, TickRecords};
@@ -57,9 +57,9 @@ pub struct Ledger {
     at_opening: Sums,
     closing: Sums,
     peak_kinetic: Scalar,
-    last: Books,
-    since_opening: Books,
-    recent: VecDeque<(Scalar, Books)>,
+    last: LedgerTotals,
+    since_opening: LedgerTotals,
+    recent: VecDeque<(Scalar, LedgerTotals)>,
 }
 
 /// Energy and momentum of all movable bodies.
@@ -97,9 +97,9 @@ impl Ledger {
             peak_kinetic: sums.energies.kinetic,
             at_opening: sums.clone(),
             closing: sums,
-            last: Books::default(),
-            since_opening: Books::default(),
-            recent: VecDeque::from([(now, Books::default())]),
+            last: LedgerTotals::default(),
+            since_opening: LedgerTotals::default(),
+            recent: VecDeque::from([(now, LedgerTotals::default())]),
         }
     }
 
@@ -115,10 +115,10 @@ impl Ledger {
         world.resource_mut::<TickRecords>().0 = Some(EntityHashMap::default());
         stepper.tick(world);
         let records = world.resource_mut::<TickRecords>().0.take().unwrap_or_default();
-        self.book(world, stepper.method(), clock, &opening, &records);
+        self.close_tick(world, stepper.method(), clock, &opening, &records);
     }
 
-    fn book(
+    fn close_tick(
         &mut self,
         world: &mut World,
         method: Method,
@@ -140,32 +140,33 @@ impl Ledger {
             members.iter().for_each(|group| group.add_energies(&around, &bodies, number, &mut sums.energies));
             sums.add_momentum(&bodies, number);
         }
-        let mut books = Books::default();
+        let mut totals = LedgerTotals::default();
         let mut paths = Vec::with_capacity(bodies.len());
         for body in &bodies {
             let record = records.get(&body.entity).copied().unwrap_or_default();
             paths.push(match body.acts() {
-                true => around.book(body, &record, &mut books),
+                true => around.add_tick(body, &record, &mut totals),
                 false => Path::new(body.ends, tick),
             });
         }
-        members.iter().for_each(|group| group.book(&around, &bodies, &paths, &mut books));
+        members.iter().for_each(|group| group.add_tick(&around, &bodies, &paths, &mut totals));
         let between = start.energies.total() - self.closing.energies.total();
-        books.energy.residual = end.energies.total() - start.energies.total() - books.energy.booked();
-        books.energy.interventions = between;
-        books.momentum.residual = end.momentum - start.momentum - books.momentum.booked();
-        books.momentum.interventions = start.momentum - self.closing.momentum;
+        totals.energy.residual =
+            end.energies.total() - start.energies.total() - totals.energy.accounted_for();
+        totals.energy.interventions = between;
+        totals.momentum.residual = end.momentum - start.momentum - totals.momentum.accounted_for();
+        totals.momentum.interventions = start.momentum - self.closing.momentum;
         self.now = clock.after(tick).seconds();
         self.peak_kinetic = self.peak_kinetic.max(end.energies.kinetic);
         self.closing = end;
-        self.since_opening.add(&books);
-        self.last = books;
+        self.since_opening.add(&totals);
+        self.last = totals;
         self.sample();
     }
 
     /// Keeps what the rates of the last second are taken from: a second and one sample.
     fn sample(&mut self) {
-        let due = |(time, _): &(Scalar, Books)| (self.now - time) * SAMPLES_PER_SECOND >= 1.0;
+        let due = |(time, _): &(Scalar, LedgerTotals)| (self.now - time) * SAMPLES_PER_SECOND >= 1.0;
         if self.recent.back().is_none_or(due) {
             self.recent.push_back((self.now, self.since_opening.clone()));
         }
@@ -176,22 +177,22 @@ impl Ledger {
 
     /// The books of the last tick.
     #[must_use]
-    pub const fn last_tick(&self) -> &Books {
+    pub const fn last_tick(&self) -> &LedgerTotals {
         &self.last
     }
 
     /// The books since they were opened.
     #[must_use]
-    pub const fn since_opening(&self) -> &Books {
+    pub const fn since_opening(&self) -> &LedgerTotals {
         &self.since_opening
     }
 
     /// What was added a second, W and N, over the last simulated second, or since the opening if that is nearer.
     #[must_use]
-    pub fn last_second(&self) -> Books {
+    pub fn last_second(&self) -> LedgerTotals {
         let earlier = self.recent.front().filter(|(time, _)| self.now > *time);
-        earlier.map_or_else(Books::default, |(time, books)| {
-            self.since_opening.rate_since(books, self.now - time)
+        earlier.map_or_else(LedgerTotals::default, |(time, totals)| {
+            self.since_opening.rate_since(totals, self.now - time)
         })
     }
 

@@ -9,12 +9,12 @@ use crate::methods::table::Method;
 use crate::state::clock::TimeStep;
 use crate::state::components::{PhysicsBody, Quarantined};
 use crate::state::method_state::{LastAcceleration, LastStep};
-use crate::tick::integrate::{Synchronise, leave_position_verlet};
+use crate::tick::integrate::{Synchronize, leave_position_verlet};
 use crate::tick::quarantine::quarantine_refused;
 
 /// Gives the bodies `Who` of position Verlet, and all members of their groups, the velocities at the time of their
 /// positions.
-fn synchronise_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
+fn synchronize_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
     // First: a body that has left its group since the last tick is a single body now.
     compile_groups(world);
     world
@@ -22,7 +22,7 @@ fn synchronise_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
         .expect("its resources are inserted with the step's");
     if world.contains_resource::<Groups>() {
         world
-            .run_system_cached(integrate_groups::<Synchronise, (Who, With<LastStep>)>)
+            .run_system_cached(integrate_groups::<Synchronize, (Who, With<LastStep>)>)
             .expect("its resources are inserted with the step's and the groups");
     }
     // Now: the coming tick runs without the bodies that were refused.
@@ -31,7 +31,7 @@ fn synchronise_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
 
 /// Removes what the methods of the bodies `Who` keep of them, with velocities that any other method can start from.
 pub(crate) fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
-    synchronise_bodies::<Who>(world);
+    synchronize_bodies::<Who>(world);
     let kept = world
         .query_filtered::<Entity, (Who, Or<(With<LastStep>, With<LastAcceleration>)>)>()
         .iter(world)
@@ -56,7 +56,7 @@ pub(crate) fn restart_bodies(world: &mut World, bodies: &[Entity]) {
     if !bodies.is_empty() {
         // First: a body that has left its group since the last tick does not restart with it.
         compile_groups(world);
-        leaving(world, &bodies, synchronise_bodies::<With<Leaves>>);
+        leaving(world, &bodies, synchronize_bodies::<With<Leaves>>);
     }
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Me
 /// which was taken under the old laws.
 pub(crate) fn end_half_steps(world: &mut World) {
     if is_prepared(world) {
-        synchronise_bodies::<()>(world);
+        synchronize_bodies::<()>(world);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Why a body was refused. All of this runs after the fact: what a body had is looked at, and what acts on it is
 //! evaluated once more.
 
-use crate::laws::{BodyState, Drag, Law, Moment, Well};
+use crate::laws::{BodyState, Drag, EvaluationTime, Law, Well};
 use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Part, Range};
 use crate::tick::environment::Acting;
@@ -69,7 +69,9 @@ fn guilty<'a>(
     times: [Scalar; 2],
 ) -> Option<&'static str> {
     let gives = |law: &&dyn Law<Scalar>| {
-        times.iter().all(|time| law.acceleration(Moment { time: *time, inside: *time }, state).is_finite())
+        times.iter().all(|time| {
+            law.acceleration(EvaluationTime { time: *time, within_step: *time }, state).is_finite()
+        })
     };
     laws.find(|law| !gives(law)).map(|law| law.name())
 }

@@ -13,7 +13,7 @@ use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronise};
+use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronize};
 use crate::real::Real as _;
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
@@ -402,9 +402,9 @@ impl Integrator for Drift {
 
 /// What a body of position Verlet needs to go on with another method.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Synchronise;
+pub(crate) struct Synchronize;
 
-impl Integrator for Synchronise {
+impl Integrator for Synchronize {
     const METHOD: Method = Method::PositionVerlet;
     const MEMORY: Memory = Memory::LastStep;
     const MOVES: bool = false;
@@ -412,7 +412,7 @@ impl Integrator for Synchronise {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
-        let v = synchronise(field, x, v, carry.last_step);
+        let v = synchronize(field, x, v, carry.last_step);
         carry.last_step = F::Real::ZERO;
         (x, v)
     }
@@ -447,5 +447,5 @@ pub fn integrate<M: Integrator, Who: ArchetypeFilter>(acting: Acting, notes: Not
 /// Gives the bodies `Who` the velocity at the time of their position, which position Verlet does not keep, so
 /// that another method can go on with them.
 pub(crate) fn leave_position_verlet<Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
-    advance::<Synchronise, _>(acting, notes, bodies);
+    advance::<Synchronize, _>(acting, notes, bodies);
 }

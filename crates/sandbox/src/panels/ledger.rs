@@ -3,15 +3,15 @@
 use egui::{Align2, Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
 use glam::DVec3;
-use motion::{Books, Energies, Lines};
+use motion::{Energies, LedgerLines, LedgerTotals};
 
 use super::Model;
 use crate::session::{Point, Session};
 
 /// What the panel shows.
 pub(crate) struct View {
-    pub since_opening: Books,
-    pub last_second: Books,
+    pub since_opening: LedgerTotals,
+    pub last_second: LedgerTotals,
     pub energies: Energies,
     pub at_opening: Energies,
     pub momentum: DVec3,
@@ -141,7 +141,10 @@ fn momentum(ui: &mut Ui, view: &View) {
 }
 
 /// The lines with something in them, pushes always: name, sum and rate.
-fn lines<T: Copy + Default + PartialEq>(sums: &Lines<T>, rates: &Lines<T>) -> Vec<(String, T, T)> {
+fn lines<T: Copy + Default + PartialEq>(
+    sums: &LedgerLines<T>,
+    rates: &LedgerLines<T>,
+) -> Vec<(String, T, T)> {
     let laws = sums
         .laws
         .iter()

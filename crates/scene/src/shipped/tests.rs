@@ -1,7 +1,7 @@
 //! The shipped scenes, and loading by name and path.
 
 use glam::DVec3;
-use motion::{BodyState, Damping, Effect, Gravity, Law, Method, Moment, Well};
+use motion::{BodyState, Damping, Effect, EvaluationTime, Gravity, Law, Method, Well};
 use pick::Shape;
 
 use super::*;
@@ -106,7 +106,7 @@ fn the_three_engines_agree_at_both_ends_and_not_between() {
     let newtons = |name: &str, time: f64| {
         let id = scene.names.find(name).unwrap();
         let [thrust] = &scene.own_laws[&id].thrusts[..] else { panic!("{name} has one engine") };
-        let at = Moment { time, inside: time.clamp(1.0, 1.999) };
+        let at = EvaluationTime { time, within_step: time.clamp(1.0, 1.999) };
         let state = BodyState { position: DVec3::ZERO, velocity: DVec3::ZERO, inverse_mass: 1.0 };
         thrust.acceleration(at, state).x
     };

@@ -122,9 +122,9 @@ impl<T: Real> GroupField<'_, T> {
 
     pub(super) fn pieces(&self) -> Pieces {
         let terms = &self.around.terms;
-        let breaks = terms.laws.iter().flat_map(|law| law.breaks());
+        let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
         let own = self.rows.lawful.iter().flat_map(|row| self.askers.laws(*row as usize).0);
-        terms.course.pieces(breaks.chain(own.flat_map(|law| law.breaks())))
+        terms.course.pieces(discontinuities.chain(own.flat_map(|law| law.discontinuities())))
     }
 
     pub(super) fn looks_at_velocity(&self) -> bool {

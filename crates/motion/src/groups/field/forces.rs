@@ -25,7 +25,12 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// The accelerations by all laws in a state that is worked out, into an array of their own.
-    pub(super) fn accelerate(&mut self, at: Moment<T>, x: Combination<T>, v: Combination<T>) -> usize {
+    pub(super) fn accelerate(
+        &mut self,
+        at: EvaluationTime<T>,
+        x: Combination<T>,
+        v: Combination<T>,
+    ) -> usize {
         let out = self.claim();
         let mut sum = std::mem::take(&mut self.scratch.slots[out]);
         let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
@@ -121,7 +126,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// Adds the accelerations of the laws that have to be called; inverse masses are put beside the velocities.
-    pub(super) fn call(&self, at: Moment<T>, x: &[Row<T>], v: &mut [Row<T>], sum: &mut [Row<T>]) {
+    pub(super) fn call(&self, at: EvaluationTime<T>, x: &[Row<T>], v: &mut [Row<T>], sum: &mut [Row<T>]) {
         let movable = self.coupling.movable;
         v.iter_mut().zip(self.rows.w).for_each(|(row, w)| row[3] = *w);
         for law in self.around.terms.laws {

@@ -7,7 +7,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         self.piece.length
     }
 
-    pub(crate) fn end(&self) -> Moment<T> {
+    pub(crate) fn end(&self) -> EvaluationTime<T> {
         self.piece.moment(T::ONE)
     }
 

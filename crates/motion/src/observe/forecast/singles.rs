@@ -9,7 +9,7 @@ use super::modes::{Modes, Pace};
 use super::{Forecast, Part};
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
-use crate::laws::{BodyState, Drag, Gravity, Jacobians, Law, Laws, Moment, Wells};
+use crate::laws::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Law, Laws, Wells};
 use crate::methods::markers::{OwnMethod, own_method};
 use crate::methods::table::Method;
 use crate::state::clock::StepClock;
@@ -71,7 +71,7 @@ impl Forecast {
         let mut query = world.query_filtered::<Bodies, Without<Quarantined>>();
         let world = &*world;
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
-        let at = Moment { time, inside: time };
+        let at = EvaluationTime { time, within_step: time };
         let mut kinds: Vec<Alike> = Vec::new();
         for (entity, transform, body, rate, substeps, own, marked, grouped, dormant, floats) in
             query.iter(world)
@@ -156,7 +156,13 @@ impl Alike {
         })
     }
 
-    fn look_at_law(&mut self, law: &dyn Law<Scalar>, at: Moment<Scalar>, state: BodyState<Scalar>, one: One) {
+    fn look_at_law(
+        &mut self,
+        law: &dyn Law<Scalar>,
+        at: EvaluationTime<Scalar>,
+        state: BodyState<Scalar>,
+        one: One,
+    ) {
         let Jacobians { position, velocity } = law.jacobians(at, state);
         if position == DMat3::ZERO && velocity == DMat3::ZERO {
             return;

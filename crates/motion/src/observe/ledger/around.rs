@@ -3,13 +3,13 @@
 use bevy_ecs::prelude::*;
 use smallvec::SmallVec;
 
-use super::books::{Books, Energies};
+use super::lines::{Energies, LedgerTotals};
 use super::path::{Node, Path, cuts, nodes};
 use super::rows::{Body, State};
 use crate::kernels::record::TickRecord;
 use crate::laws::course::Course;
 use crate::laws::damping::Damping;
-use crate::laws::{Declared, Gravity, Law, Moment, MutualGravity};
+use crate::laws::{Declared, EvaluationTime, Gravity, Law, MutualGravity};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::state::clock::StepClock;
@@ -73,24 +73,24 @@ impl<'w> Around<'w> {
         body.method.unwrap_or(self.method)
     }
 
-    /// Books the tick of a body that forces move, as it was recorded; gives its way.
-    pub fn book(&self, body: &Body<'_>, record: &TickRecord, books: &mut Books) -> Path {
+    /// Adds what a recorded tick did to a body that forces move; returns its path.
+    pub fn add_tick(&self, body: &Body<'_>, record: &TickRecord, totals: &mut LedgerTotals) -> Path {
         let course = self.course_of(body);
         let Course { tick, .. } = course;
         let [start, end] = body.ends;
         let TickRecord { damping, limits, kicked, between } = record;
-        books.energy.damping += damping.energy * body.mass();
-        books.momentum.damping += damping.velocity * body.mass();
-        books.energy.limits += limits.energy * body.mass();
-        books.momentum.limits += limits.velocity * body.mass();
+        totals.energy.damping += damping.energy * body.mass();
+        totals.momentum.damping += damping.velocity * body.mass();
+        totals.energy.limits += limits.energy * body.mass();
+        totals.momentum.limits += limits.velocity * body.mass();
         let push = body.open(body.push);
-        books.energy.pushes += push.dot(kicked.unwrap_or(end.position - start.position));
-        books.momentum.pushes += push * tick;
+        totals.energy.pushes += push.dot(kicked.unwrap_or(end.position - start.position));
+        totals.momentum.pushes += push * tick;
         let [from, to] = between.unwrap_or([start.velocity, end.velocity]);
         let rate = self.damping_rate(body);
         let ends = [State { velocity: from, ..start }, State { velocity: to, ..end }];
         let mut path = Path::new(ends, tick);
-        let cuts = cuts(&course, self.laws(body).flat_map(|law| law.breaks()));
+        let cuts = cuts(&course, self.laws(body).flat_map(|law| law.discontinuities()));
         self.bend(&mut path, body, course.start, &cuts);
         let nodes = nodes(&course, &cuts);
         let states: SmallVec<[(Node, State); 3]> =
@@ -98,8 +98,8 @@ impl<'w> Around<'w> {
         if rate != 0.0 {
             for (node, State { velocity, .. }) in &states {
                 let impulse = *velocity * (-rate * body.mass() * node.weight);
-                books.energy.damping += impulse.dot(*velocity);
-                books.momentum.damping += impulse;
+                totals.energy.damping += impulse.dot(*velocity);
+                totals.momentum.damping += impulse;
             }
         }
         for law in self.laws(body) {
@@ -111,9 +111,9 @@ impl<'w> Around<'w> {
                 impulse += part;
             }
             if !law.has_potential() {
-                books.energy.add_law(law.name(), work);
+                totals.energy.add_law(law.name(), work);
             }
-            books.momentum.add_law(law.name(), impulse);
+            totals.momentum.add_law(law.name(), impulse);
         }
         path
     }
@@ -124,8 +124,8 @@ impl<'w> Around<'w> {
             let &[before, now, next] = parts else { continue };
             let (time, state) = (start + now, body.state(path.at(now)));
             let [past, future] =
-                [before, next].map(|other| Moment { time, inside: start + 0.5 * (other + now) });
-            let lawful = self.laws(body).filter(|law| !law.breaks().is_empty());
+                [before, next].map(|other| EvaluationTime { time, within_step: start + 0.5 * (other + now) });
+            let lawful = self.laws(body).filter(|law| !law.discontinuities().is_empty());
             let jump =
                 lawful.map(|law| law.acceleration(future, state) - law.acceleration(past, state)).sum();
             path.bend(now, body.open(jump));

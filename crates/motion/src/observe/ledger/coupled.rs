@@ -3,7 +3,7 @@
 use bevy_ecs::entity::{Entity, EntityHashMap};
 
 use super::around::Around;
-use super::books::{Books, Energies};
+use super::lines::{Energies, LedgerTotals};
 use super::path::{Node, Path, nodes};
 use super::rows::{Body, State};
 use crate::groups::{Coupling, Groups};
@@ -78,19 +78,31 @@ impl Members<'_> {
         around.attraction.filter(|_| self.coupling.attracts)
     }
 
-    /// Books a tick whose bodies went along `paths`.
-    pub fn book(&self, around: &Around<'_>, bodies: &[Body<'_>], paths: &[Path], books: &mut Books) {
+    /// Adds a tick whose bodies went along `paths`.
+    pub fn add_tick(
+        &self,
+        around: &Around<'_>,
+        bodies: &[Body<'_>],
+        paths: &[Path],
+        totals: &mut LedgerTotals,
+    ) {
         for node in nodes(&around.course, &[0.0, around.course.tick]) {
             let rows = self.states(|body| paths[body].at(node.after));
-            self.book_springs(bodies, &rows, node.weight, books);
-            self.book_sheets(around, bodies, &rows, &node, books);
+            self.add_springs(bodies, &rows, node.weight, totals);
+            self.add_sheets(around, bodies, &rows, &node, totals);
             if let Some(law) = self.attraction(around) {
-                self.book_attraction(law, bodies, &rows, node.weight, books);
+                self.add_attraction(law, bodies, &rows, node.weight, totals);
             }
         }
     }
 
-    fn book_springs(&self, bodies: &[Body<'_>], Rows { x, v }: &Rows, weight: Scalar, books: &mut Books) {
+    fn add_springs(
+        &self,
+        bodies: &[Body<'_>],
+        Rows { x, v }: &Rows,
+        weight: Scalar,
+        totals: &mut LedgerTotals,
+    ) {
         let movable = self.coupling.movable;
         if !self.coupling.springs.damped() && !self.locked && self.rows.len() == movable {
             // Nothing is left of either book.
@@ -107,24 +119,24 @@ impl Members<'_> {
                 lost += drag * rate;
                 if self.locked || a >= movable || b >= movable {
                     let pull = spring.elastic.stiffness * (length - spring.elastic.rest_length) + drag;
-                    self.book_pair(bodies, ends, d * (pull / length), v, weight, books);
+                    self.add_pair(bodies, ends, d * (pull / length), v, weight, totals);
                 }
             }
         }
         if self.coupling.springs.damped() {
-            books.energy.add_law("spring_damping", -lost * weight);
+            totals.energy.add_law("spring_damping", -lost * weight);
         }
     }
 
-    /// Books a force on the first of two rows and its opposite on the second, of which something may be held.
-    fn book_pair(
+    /// Adds a force on the first of two rows and its opposite on the second, of which something may be held.
+    fn add_pair(
         &self,
         bodies: &[Body<'_>],
         ends: [usize; 2],
         force: Vector,
         v: &[Row],
         weight: Scalar,
-        books: &mut Books,
+        totals: &mut LedgerTotals,
     ) {
         let given = |end: usize, force: Vector| {
             let body = &bodies[self.rows[end]];
@@ -135,17 +147,17 @@ impl Members<'_> {
             }
         };
         let [(first, by_first), (second, by_second)] = [given(ends[0], force), given(ends[1], -force)];
-        books.momentum.anchors += (first + second) * weight;
-        books.energy.anchors += (by_first + by_second) * weight;
+        totals.momentum.anchors += (first + second) * weight;
+        totals.energy.anchors += (by_first + by_second) * weight;
     }
 
-    fn book_sheets(
+    fn add_sheets(
         &self,
         around: &Around<'_>,
         bodies: &[Body<'_>],
         rows: &Rows,
         node: &Node,
-        books: &mut Books,
+        totals: &mut LedgerTotals,
     ) {
         let Some(drag) = around.declared.drag.filter(|_| !self.coupling.sheets.is_empty()) else { return };
         let mut forces = vec![[0.0; 4]; rows.x.len()];
@@ -156,17 +168,17 @@ impl Members<'_> {
             work += part.dot(vector(&rows.v[i]));
             impulse += part;
         }
-        books.energy.add_law("drag", work);
-        books.momentum.add_law("drag", impulse);
+        totals.energy.add_law("drag", work);
+        totals.momentum.add_law("drag", impulse);
     }
 
-    fn book_attraction(
+    fn add_attraction(
         &self,
         law: &MutualGravity,
         bodies: &[Body<'_>],
         Rows { x, v }: &Rows,
         weight: Scalar,
-        books: &mut Books,
+        totals: &mut LedgerTotals,
     ) {
         let (coupling, w) = (self.coupling, &self.inverse_masses);
         for a in 0..coupling.movable {
@@ -175,7 +187,7 @@ impl Members<'_> {
             for b in from..coupling.rows {
                 let masses = [coupling.mass(a, w), coupling.mass(b, w)];
                 if let Some(pull) = coupling.attraction(law, masses, [vector(&x[a]), vector(&x[b])]) {
-                    self.book_pair(bodies, [a, b], pull, v, weight, books);
+                    self.add_pair(bodies, [a, b], pull, v, weight, totals);
                 }
             }
         }

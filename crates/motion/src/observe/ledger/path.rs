@@ -3,7 +3,7 @@
 use smallvec::SmallVec;
 
 use super::rows::State;
-use crate::laws::Moment;
+use crate::laws::EvaluationTime;
 use crate::laws::course::Course;
 use crate::units::{Scalar, Vector};
 
@@ -71,15 +71,20 @@ pub(super) struct Node {
     /// Time that it stands for, s; all of them make the tick.
     pub weight: Scalar,
     /// The moment for laws.
-    pub at: Moment<Scalar>,
+    pub at: EvaluationTime<Scalar>,
 }
 
-/// Times of a tick between which nothing jumps, s since its start: both ends, and breaks between them.
-pub(super) fn cuts<'a>(course: &Course, breaks: impl Iterator<Item = &'a Scalar>) -> SmallVec<[Scalar; 4]> {
+/// Times of a tick between which nothing jumps, s since its start: both ends, and discontinuities between them.
+pub(super) fn cuts<'a>(
+    course: &Course,
+    discontinuities: impl Iterator<Item = &'a Scalar>,
+) -> SmallVec<[Scalar; 4]> {
     let Course { start, tick, .. } = *course;
     let near = tick * NEAR;
     let mut cuts = SmallVec::from_slice(&[0.0]);
-    cuts.extend(breaks.map(|time| time - start).filter(|after| *after > near && *after < tick - near));
+    cuts.extend(
+        discontinuities.map(|time| time - start).filter(|after| *after > near && *after < tick - near),
+    );
     cuts.sort_unstable_by(Scalar::total_cmp);
     cuts.dedup_by(|a, b| *a - *b < near);
     cuts.push(tick);
@@ -92,10 +97,14 @@ pub(super) fn nodes(course: &Course, cuts: &[Scalar]) -> SmallVec<[Node; 3]> {
     for pair in cuts.windows(2) {
         let &[from, to] = pair else { continue };
         let middle = 0.5 * (from + to);
-        let inside = course.start + middle;
+        let within_step = course.start + middle;
         for (after, part) in [(from, 1.0), (middle, 4.0), (to, 1.0)] {
             let time = if after == course.tick { course.end } else { course.start + after };
-            nodes.push(Node { after, weight: (to - from) * part / 6.0, at: Moment { time, inside } });
+            nodes.push(Node {
+                after,
+                weight: (to - from) * part / 6.0,
+                at: EvaluationTime { time, within_step },
+            });
         }
     }
     nodes
@@ -148,6 +157,6 @@ mod tests {
         let integral = nodes.iter().map(|node| node.weight * cubic(node.after)).sum::<Scalar>();
         assert!((integral - 4.0).abs() < 1e-14, "{integral}");
         assert_eq!((nodes[2].at.time, nodes[3].at.time), (2.25, 2.25));
-        assert!(nodes[2].at.inside < 2.25 && nodes[3].at.inside > 2.25);
+        assert!(nodes[2].at.within_step < 2.25 && nodes[3].at.within_step > 2.25);
     }
 }

@@ -16,7 +16,7 @@ impl Amount for Vector {}
 
 /// What was added to a sum over all bodies, by what added it; negative is taken away.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Lines<T> {
+pub struct LedgerLines<T> {
     /// By applied forces: pushes, held keys.
     pub pushes: T,
     /// By laws, each under its [name](crate::Law::name), in the order in which they were first met. Of an energy
@@ -35,17 +35,17 @@ pub struct Lines<T> {
     pub residual: T,
 }
 
-impl<T: Amount> Lines<T> {
+impl<T: Amount> LedgerLines<T> {
     /// The sum of all lines: how much the whole changed.
     #[must_use]
     pub fn change(&self) -> T {
-        let mut sum = self.booked();
+        let mut sum = self.accounted_for();
         sum += self.residual;
         sum
     }
 
     /// What is accounted for: all but the residual.
-    pub(super) fn booked(&self) -> T {
+    pub(super) fn accounted_for(&self) -> T {
         let mut sum = self.pushes;
         self.laws.iter().for_each(|(_, amount)| sum += *amount);
         for amount in [self.damping, self.limits, self.anchors, self.interventions] {
@@ -94,14 +94,14 @@ impl<T: Amount> Lines<T> {
 
 /// The books of energy and momentum over some time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Books {
+pub struct LedgerTotals {
     /// Work, J: what was added to the sum of kinetic and potential energy.
-    pub energy: Lines<Scalar>,
+    pub energy: LedgerLines<Scalar>,
     /// Impulse, N s: what was added to the momentum.
-    pub momentum: Lines<Vector>,
+    pub momentum: LedgerLines<Vector>,
 }
 
-impl Books {
+impl LedgerTotals {
     pub(super) fn add(&mut self, other: &Self) {
         self.energy.add(&other.energy);
         self.momentum.add(&other.momentum);
