@@ -23,7 +23,7 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use crate::kernels::record::Recorder;
-use crate::laws::course::Course;
+use crate::laws::course::{Course, Pieces};
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
@@ -123,6 +123,12 @@ impl<'a, T: Real> Terms<'a, T> {
             false => claims.evaluations_with_velocity_laws,
         };
         if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.course.substeps) } else { 0 }
+    }
+
+    /// The pieces of the tick for a body with laws of its own.
+    fn pieces(&self, own: &[Box<dyn Law<T>>]) -> Pieces {
+        let discontinuities = self.laws.iter().flat_map(|law| law.discontinuities());
+        self.course.pieces(&mut discontinuities.chain(own.iter().flat_map(|law| law.discontinuities())))
     }
 
     fn calls_with_velocity(&self, own: &[Box<dyn Law<T>>]) -> bool {

@@ -174,7 +174,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         let (x, mut v) = (Combination::of(POSITION), Combination::of(VELOCITY));
         if !M::DAMPS_INSIDE {
             v = self.before_move(v);
-            self.write_down(v, v, |record, _, v, _| record.begin(v));
+            self.write_down(v, v, &|record, _, v, _| record.begin(v));
             self.finish_if_changed(x, v);
         }
         for piece in self.pieces().iter() {
@@ -190,7 +190,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
         if !M::DAMPS_INSIDE {
             v = Combination::of(VELOCITY);
-            self.write_down(v, v, |record, _, v, _| record.end(v));
+            self.write_down(v, v, &|record, _, v, _| record.end(v));
             let decayed = self.after_move(v);
             v = self.limited(decayed);
             self.finish_if_changed(x, v);
@@ -288,13 +288,13 @@ impl<T: Real> Field for GroupField<'_, T> {
 
     fn before_move(&mut self, v: Combination<T>) -> Combination<T> {
         let decayed = self.decay_before(v);
-        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         self.limited(decayed)
     }
 
     fn after_move(&mut self, v: Combination<T>) -> Combination<T> {
         let decayed = self.decay_after(v);
-        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         decayed
     }
 
@@ -307,7 +307,7 @@ impl<T: Real> Field for GroupField<'_, T> {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
         let solved = self.solve(v);
         let h = self.length().to_f64();
-        self.write_down(v, solved, |record, _, from, to| record.kick(h, from, to));
+        self.write_down(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved
     }
 }

@@ -1,9 +1,9 @@
 //! What becomes of a group in which a row turns non-finite or leaves the range.
 
-use bevy_ecs::query::ArchetypeFilter;
+use bevy_ecs::entity::Entity;
 
 use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
-use super::members::{ByRow, Members, Wishes};
+use super::members::{ByRow, Wishes};
 use super::rows::Row;
 use super::split::Part;
 use super::suspects::{Before, SpringsByRow, Suspects};
@@ -47,11 +47,11 @@ impl Rescue<'_, '_, '_, '_> {
     /// gone then; as often as it takes. Several that have nothing to do with each other go at once: of a net that breaks
     /// as a whole, one after the other would take a tick for every row.
     #[cold]
-    pub fn run<M: Integrator, Who: ArchetypeFilter>(
+    pub fn run<M: Integrator>(
         &mut self,
         groups: &mut Groups,
         number: usize,
-        members: &mut Members<Who>,
+        state_of: &mut dyn FnMut(Entity) -> Option<(Transform, PhysicsBody, Scalar)>,
     ) {
         let Groups { list, pushes, x, v, w, last, .. } = groups;
         let group = &list[number];
@@ -67,10 +67,10 @@ impl Rescue<'_, '_, '_, '_> {
             last: last[rows.clone()].to_vec(),
         };
         for (row, body) in group.bodies[..coupling.movable].iter().enumerate() {
-            if let Ok((_, transform, body, _, last)) = members.get_mut(*body) {
+            if let Some((transform, body, last)) = state_of(*body) {
                 let ([x, y, z], [a, b, c]) = (transform.position.to_array(), body.velocity.to_array());
                 (before.x[row], before.v[row]) = ([x, y, z, 0.0], [a, b, c, 0.0]);
-                before.last[row] = last.map_or(0.0, |last| last.0);
+                before.last[row] = last;
             }
         }
         let whole = ByRow { bodies: &group.bodies, wishes: self.wishes };

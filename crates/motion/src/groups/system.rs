@@ -75,7 +75,10 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
             // A tick that broke may have spoilt what the group hangs on as well.
             let _ = groups.hold(number, &anchors, around.terms.bounds, &mut changed);
             let mut rescue = Rescue { acting: &acting, around: &around, wishes: &wishes, notes: &mut notes };
-            rescue.run::<M, Who>(groups, number, &mut members);
+            rescue.run::<M>(groups, number, &mut |body| {
+                let (_, transform, state, _, last) = members.get(body).ok()?;
+                Some((*transform, *state, last.map_or(0.0, |last| last.0)))
+            });
             changed.0 = true;
         }
     }
@@ -126,8 +129,13 @@ impl Groups {
                 return false;
             }
         }
-        self.pushes.sort_unstable_by_key(|(group, row, _)| (*group, *row));
+        self.sort_pushes();
         true
+    }
+
+    /// Apart from [`Groups::gather`], so that a sort is not compiled for every method.
+    fn sort_pushes(&mut self) {
+        self.pushes.sort_unstable_by_key(|(group, row, _)| (*group, *row));
     }
 
     /// What was pushed of a group.

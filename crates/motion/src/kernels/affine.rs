@@ -66,11 +66,19 @@ pub(super) fn run<T: Real, M: Integrator>(
             table.bodies[*row] = before.1[row - start];
         }
     }
-    // The first of a row is why; the sort keeps their order.
+    if !refused.is_empty() {
+        refuse_once(refused, refuse);
+    }
+    true
+}
+
+/// Refuses each row for the first reason that it has. Apart from [`run`], so that a sort is not compiled for every method.
+#[cold]
+fn refuse_once(mut refused: Vec<(usize, Breach)>, refuse: Refuse<'_>) {
+    // A stable sort keeps the first reason first.
     refused.sort_by_key(|(row, _)| *row);
     refused.dedup_by_key(|(row, _)| *row);
     refused.into_iter().for_each(|(row, breach)| refuse(row, breach));
-    true
 }
 
 /// A step of some rows.

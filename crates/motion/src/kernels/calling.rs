@@ -94,9 +94,7 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     refuse: Refuse<'_>,
 ) {
     account.calls.resize(terms.laws.len(), 0);
-    let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
-    let pieces =
-        terms.course.pieces(discontinuities.chain(asks.laws.iter().flat_map(|law| law.discontinuities())));
+    let pieces = terms.pieces(asks.laws);
     // A limit sees the kick along locked axes, if it comes after it.
     let closed = asks.locks.filter(|_| !(asks.limit.is_some() && M::LIMITS_AFTER_KICK));
     let kernel = Kernel { terms, asks, closed, pieces };
@@ -299,11 +297,11 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
     }
 
     fn note_begin(&mut self, v: Self::Space) {
-        self.write_down(v, v, |record, _, v, _| record.begin(v));
+        self.write_down(v, v, &|record, _, v, _| record.begin(v));
     }
 
     fn note_end(&mut self, v: Self::Space) {
-        self.write_down(v, v, |record, _, v, _| record.end(v));
+        self.write_down(v, v, &|record, _, v, _| record.end(v));
     }
 
     /// As the affine kernel, of which each step may be the last, so that subnormal numbers are the same as well.

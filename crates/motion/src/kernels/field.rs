@@ -4,14 +4,13 @@ use fearless_simd::{Simd, prelude::*};
 
 use super::lanes::{Rows, each_row};
 use super::{Account, Terms};
-use crate::kernels::record::{TickRecord, vector};
+use crate::kernels::record::{Note, vector};
 use crate::laws::course::Piece;
 use crate::laws::damping::{Decay, Factor};
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::{Field, Newton, NewtonField, newton_velocity};
 use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
 use crate::state::components::AxisLocks;
-use crate::units::Vector;
 
 /// Parts of the arithmetic that a kernel is compiled with; the others cost it nothing.
 pub(crate) mod parts {
@@ -279,18 +278,13 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     /// The same, written down.
     pub fn limited(&mut self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let limited = self.restrain(v);
-        self.write_down(v, limited, |record, _, from, to| record.limits.turn(from, to));
+        self.write_down(v, limited, &|record, _, from, to| record.limits.turn(from, to));
         limited
     }
 
     /// Writes down what became of the velocities `from`, where anything is. Only kernels with calls do.
     #[inline(always)]
-    pub fn write_down(
-        &mut self,
-        from: Rows<T, S, N>,
-        to: Rows<T, S, N>,
-        note: impl Fn(&mut TickRecord, usize, Vector, Vector),
-    ) {
+    pub fn write_down(&mut self, from: Rows<T, S, N>, to: Rows<T, S, N>, note: Note<'_>) {
         if PARTS & CALLS != 0
             && let Some(Calls { account, .. }) = &mut self.calls
             && let Some(record) = &mut account.record
@@ -310,11 +304,11 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         if self.decays(KEEP) {
             let q = h * (1.0 - keep.row()[0].to_f64()) / gain.to_f64();
             let a = a.rows();
-            self.write_down(v, kicked, |record, k, from, to| {
+            self.write_down(v, kicked, &|record, k, from, to| {
                 record.damped_kick(h, q, vector(&a[k]), from, to);
             });
         } else {
-            self.write_down(v, kicked, |record, _, from, to| record.kick(h, from, to));
+            self.write_down(v, kicked, &|record, _, from, to| record.kick(h, from, to));
         }
     }
 
@@ -401,14 +395,14 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
     #[inline(always)]
     fn before_move(&mut self, v: Self::Space) -> Self::Space {
         let decayed = if self.decays(BEFORE) { self.decay_before(v) } else { v };
-        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         if PARTS & CALLS == 0 { decayed } else { self.limited(decayed) }
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: Self::Space) -> Self::Space {
         let decayed = if self.decays(AFTER) { self.decay_after(v) } else { v };
-        self.write_down(v, decayed, |record, _, from, to| record.damping.turn(from, to));
+        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         decayed
     }
 
@@ -426,7 +420,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
     fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
         let solved = newton_velocity(self, x, v);
         let h = self.constants.h.to_f64();
-        self.write_down(v, solved, |record, _, from, to| record.kick(h, from, to));
+        self.write_down(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved
     }
 }

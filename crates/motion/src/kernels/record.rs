@@ -90,6 +90,10 @@ fn mean(q: Scalar) -> Scalar {
     -1.0 / Real::exp_m1(-q) - 1.0 / q
 }
 
+/// Notes into a record, for a row of that number, that its velocity became another one: compiled once and called by every
+/// method.
+pub(crate) type Note<'a> = &'a dyn Fn(&mut TickRecord, usize, Vector, Vector);
+
 /// The records of the rows that a kernel integrates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Recorder {
@@ -111,12 +115,7 @@ impl Recorder {
 
     /// Notes what became of the velocities `from` of the rows at hand; `note` is told the number of the row among them.
     #[cold]
-    pub fn note<T: Real>(
-        &mut self,
-        from: &[[T; 4]],
-        to: &[[T; 4]],
-        note: impl Fn(&mut TickRecord, usize, Vector, Vector),
-    ) {
+    pub fn note<T: Real>(&mut self, from: &[[T; 4]], to: &[[T; 4]], note: Note<'_>) {
         let rows = self.rows[self.block.clone()].iter_mut().zip(from.iter().zip(to)).enumerate();
         rows.for_each(|(k, (row, (from, to)))| note(row, k, vector(from), vector(to)));
     }

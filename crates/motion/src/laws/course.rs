@@ -76,7 +76,7 @@ impl Course {
     }
 
     /// The pieces of the tick for laws with those `discontinuities`, s, in any order.
-    pub fn pieces<'a>(&self, discontinuities: impl Iterator<Item = &'a Scalar>) -> Pieces {
+    pub fn pieces<'a>(&self, discontinuities: &mut dyn Iterator<Item = &'a Scalar>) -> Pieces {
         let near = self.part() * NEAR;
         let mut inside: SmallVec<[Scalar; 8]> = SmallVec::new();
         inside.extend(
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     fn pieces(course: Course, discontinuities: &[f64]) -> Vec<(f64, f64, bool)> {
-        let pieces: Vec<_> = course.pieces(discontinuities.iter()).iter().collect();
+        let pieces: Vec<_> = course.pieces(&mut discontinuities.iter()).iter().collect();
         assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
         assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (course.start, course.end));
         pieces.into_iter().map(|piece| (piece.start, piece.length, piece.jump)).collect()

@@ -146,7 +146,7 @@ impl<'w> Environment<'w> {
         let substeps = thing.get::<OwnSubsteps>().map_or(self.course.substeps, |own| own.0.max(1));
         let course = Course { substeps, ..self.course };
         // A law that jumps in the coming step is seen from that side of the jump on which the step begins.
-        let first = course.pieces(laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
+        let first = course.pieces(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
         let Some(at) = first.map(|piece| piece.moment(0.0)) else { return };
         for law in laws() {
             each(ForceCause::Law(law.name()), open(locks, law.acceleration(at, state) * mass));

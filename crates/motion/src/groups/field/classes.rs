@@ -124,7 +124,7 @@ impl<T: Real> GroupField<'_, T> {
         let terms = &self.around.terms;
         let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
         let own = self.rows.lawful.iter().flat_map(|row| self.askers.laws(*row as usize).0);
-        terms.course.pieces(discontinuities.chain(own.flat_map(|law| law.discontinuities())))
+        terms.course.pieces(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
     }
 
     pub(super) fn looks_at_velocity(&self) -> bool {

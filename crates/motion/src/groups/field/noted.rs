@@ -1,20 +1,14 @@
 //! What a tick of a group did to its rows, written down for a ledger.
 
 use super::*;
-use crate::kernels::record::{TickRecord, vector};
-use crate::units::Vector;
+use crate::kernels::record::{Note, vector};
 
 impl<T: Real> GroupField<'_, T> {
     /// Writes down what became of the velocities `from`, where anything is.
-    pub(super) fn write_down(
-        &mut self,
-        from: Combination<T>,
-        to: Combination<T>,
-        note: impl Fn(&mut TickRecord, usize, Vector, Vector),
-    ) {
+    pub(super) fn write_down(&mut self, from: Combination<T>, to: Combination<T>, note: Note<'_>) {
         if self.account.record.is_some() {
             let [from, to] = [from, to].map(|v| self.rows_of(&v));
-            self.account.record.iter_mut().for_each(|record| record.note(&from, &to, &note));
+            self.account.record.iter_mut().for_each(|record| record.note(&from, &to, note));
         }
     }
 
@@ -28,7 +22,7 @@ impl<T: Real> GroupField<'_, T> {
             };
             let rates: Vec<_> = (0..self.rows()).map(damped).collect();
             let a = self.rows_of(&a);
-            self.write_down(v, kicked, |record, row, from, to| match rates[row] {
+            self.write_down(v, kicked, &|record, row, from, to| match rates[row] {
                 Some(q) => record.damped_kick(h, q, vector(&a[row]), from, to),
                 None => record.kick(h, from, to),
             });
@@ -38,7 +32,7 @@ impl<T: Real> GroupField<'_, T> {
     /// Speed limits and locks, written down.
     pub(super) fn limited(&mut self, v: Combination<T>) -> Combination<T> {
         let limited = self.restrain(v);
-        self.write_down(v, limited, |record, _, from, to| record.limits.turn(from, to));
+        self.write_down(v, limited, &|record, _, from, to| record.limits.turn(from, to));
         limited
     }
 
