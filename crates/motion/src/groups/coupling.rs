@@ -4,6 +4,7 @@ use super::pull::{SpringRow, Springs};
 use super::rows::Row;
 use crate::laws::{Air, Drag, MutualGravity};
 use crate::real::{Real, RealVector};
+use crate::state::components::AxisLocks;
 
 /// A triangle of a sheet between three rows, and its share of their mass, kg.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +32,11 @@ pub(crate) struct Coupling<T> {
     pub attracts: bool,
     /// Mass of the rows after the movable ones as sources of gravity, kg; 0 is none.
     pub sources: Vec<T>,
+}
+
+/// Whether a row with these locks moves along an axis.
+pub(crate) fn is_open(locks: Option<AxisLocks>, axis: usize) -> bool {
+    locks.is_none_or(|locks| ![locks.x, locks.y, locks.z][axis])
 }
 
 #[inline(always)]

@@ -7,23 +7,18 @@ mod kept;
 mod noted;
 mod solving;
 
-use classes::class_at;
 pub(crate) use classes::{Askers, Class, RowAsks};
-pub(crate) use forces::is_open;
 pub(crate) use kept::Kept;
 
-use super::combination::{APPLIED, CHANGE, Combination, FIRST, KEPT, POSITION, SLOTS, VELOCITY};
-use super::coupling::{Coupling, SheetRow};
-use super::pull::Springs;
+use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
+use super::coupling::Coupling;
 use super::rows::{Row, RowArray};
 use super::solver::{Solver, Workspace};
 use crate::kernels::{Account, Terms};
-use crate::laws::course::{Piece, Pieces};
-use crate::laws::damping::{Damping, Decay, Factor};
-use crate::laws::{Affine, Drag, EvaluationTime, Law, MutualGravity};
+use crate::laws::course::Piece;
+use crate::laws::{Drag, MutualGravity};
 use crate::methods::{Carry, Field, Integrator, Memory};
-use crate::real::{Real, RealVector as _};
-use crate::state::components::AxisLocks;
+use crate::real::Real;
 use crate::state::range::Bounds;
 
 /// What acts on every body of a world, for groups.

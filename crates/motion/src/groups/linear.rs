@@ -3,8 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
-use super::coupling::{Coupling, SheetRow, in_air, rate_along};
-use super::field::is_open;
+use super::coupling::{Coupling, SheetRow, in_air, is_open, rate_along};
 use super::pull::{SpringRow, axis};
 use super::rows::Row;
 use crate::laws::damping::{Damping, DampingRate};

@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::combination::Combination;
-use super::coupling::{SheetRow, add, in_air, rate_along, vector};
-use super::field::{GroupField, is_open};
+use super::coupling::{SheetRow, add, in_air, is_open, rate_along, vector};
+use super::field::GroupField;
 use super::pull::{SpringRow, axis};
 use super::rows::{Row, RowArray};
 use crate::laws::{BodyState, EvaluationTime, Law};

@@ -1,7 +1,12 @@
 //! Arrays of a step: claimed, worked out, finished.
 
-use super::*;
+use super::classes::{Class, class_at};
+use super::{GroupField, Scratch};
+use crate::groups::combination::{APPLIED, CHANGE, Combination, FIRST, KEPT, POSITION, SLOTS, VELOCITY};
+use crate::groups::rows::{Row, RowArray};
 use crate::kernels::{add_compensated, restrain};
+use crate::laws::damping::{Decay, Factor};
+use crate::real::Real;
 
 impl<T: Real> GroupField<'_, T> {
     pub(super) fn claim(&mut self) -> usize {

@@ -1,6 +1,12 @@
 //! What rows ask for: most groups have one kind of row.
 
-use super::*;
+use super::{GroupField, Scratch, Surroundings};
+use crate::laws::course::{Piece, Pieces};
+use crate::laws::damping::{Damping, Decay};
+use crate::laws::{Affine, Law};
+use crate::methods::Integrator;
+use crate::real::{Real, RealVector as _};
+use crate::state::components::AxisLocks;
 
 /// What rows may ask for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,12 @@
 //! Forces and laws of a state, as accelerations.
 
-use super::*;
+use super::classes::{Class, class_at};
+use super::{GroupField, Scratch};
+use crate::groups::combination::{APPLIED, Combination};
+use crate::groups::coupling::is_open;
+use crate::groups::rows::Row;
+use crate::laws::{EvaluationTime, Law};
+use crate::real::{Real, RealVector as _};
 
 impl<'a, T: Real> GroupField<'a, T> {
     pub(super) fn apply_pushes(&mut self) {
@@ -183,8 +189,4 @@ pub(super) fn fall<T: Real>(row: &mut Row<T>, w: T, g: [T; 3]) {
         let a = row[axis] * w + g[axis];
         row[axis] = if moves { a } else { T::ZERO };
     }
-}
-
-pub(crate) fn is_open(locks: Option<AxisLocks>, axis: usize) -> bool {
-    locks.is_none_or(|locks| ![locks.x, locks.y, locks.z][axis])
 }

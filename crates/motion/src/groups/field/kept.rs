@@ -1,7 +1,13 @@
 //! What groups keep from tick to tick.
 
-use super::*;
+use super::GroupField;
+use super::classes::Class;
+use crate::groups::combination::{Combination, FIRST, KEPT, POSITION, VELOCITY};
+use crate::groups::rows::{Row, RowArray};
 use crate::kernels::add_compensated;
+use crate::laws::MutualGravity;
+use crate::methods::Field as _;
+use crate::real::Real;
 use crate::units::Scalar;
 
 /// The acceleration at the end of a tick, which is the next one's first if nothing has changed.

@@ -1,7 +1,11 @@
 //! What a tick of a group did to its rows, written down for a ledger.
 
-use super::*;
+use super::GroupField;
+use super::classes::Class;
+use crate::groups::combination::Combination;
+use crate::groups::rows::RowArray;
 use crate::kernels::record::{Note, vector};
+use crate::real::Real;
 
 impl<T: Real> GroupField<'_, T> {
     /// Writes down what became of the velocities `from`, where anything is.

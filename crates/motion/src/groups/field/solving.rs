@@ -1,6 +1,15 @@
 //! What the solver of implicit steps sees of a group.
 
-use super::*;
+use super::classes::{Class, class_at};
+use super::{GroupField, Scratch};
+use crate::groups::combination::Combination;
+use crate::groups::coupling::SheetRow;
+use crate::groups::pull::Springs;
+use crate::groups::rows::{Row, RowArray};
+use crate::groups::solver::{Solver, Workspace};
+use crate::laws::{Drag, EvaluationTime, Law};
+use crate::methods::Field as _;
+use crate::real::Real;
 
 impl<'a, T: Real> GroupField<'a, T> {
     pub(crate) const fn length(&self) -> T {
