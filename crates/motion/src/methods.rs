@@ -20,7 +20,8 @@ use std::ops::{Add, Mul, Sub};
 pub use euler::{ExplicitEuler, SemiImplicitEuler};
 pub use implicit_euler::{ImplicitEuler, MOST_ITERATIONS, Newton, newton_velocity};
 pub use runge_kutta::{RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4};
-pub use verlet::{PositionVerlet, VelocityVerlet, synchronize};
+pub(crate) use verlet::Synchronize;
+pub use verlet::{PositionVerlet, VelocityVerlet};
 pub use yoshida::Yoshida4;
 
 use crate::methods::table::Method;

@@ -8,8 +8,7 @@ use super::{Bare, Residues};
 use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
-use crate::methods::with_method;
-use crate::tick::integrate::Synchronize;
+use crate::methods::{Synchronize, with_method};
 
 macro_rules! entry_points {
     ($($t:ty)*) => {$(

@@ -1,4 +1,4 @@
-//! The two Eulers of the tutorial: the same two updates, one before the other.
+//! The two explicit Eulers of the tutorial, compositions of one kick and one drift.
 
 use bevy_ecs::prelude::*;
 
@@ -21,15 +21,24 @@ pub struct ExplicitEuler;
 #[require(OwnMethod)]
 pub struct SemiImplicitEuler;
 
+/// The velocity's half of an Euler step, the tutorial's `IntegrateAccel`: `v += a(x, v) h`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Kick;
+
+/// The position's half of an Euler step, the tutorial's `IntegrateVelocity`: `x += v h`, with damping of one kind or
+/// the other around it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Drift;
+
 impl Integrator for ExplicitEuler {
     const METHOD: Method = Method::ExplicitEuler;
     const DAMPS_INSIDE: bool = true;
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
-        // Read before the move: a law of the position would otherwise see the new one, which is another method.
+        // Read before the drift: a law of the position would otherwise see the new one, which is another method.
         let a = field.acceleration(F::Real::ZERO, x, v);
-        let (x, v) = advance(field, x, v);
+        let (x, v) = drift(field, x, v);
         (x, field.kick(v, a))
     }
 }
@@ -42,15 +51,44 @@ impl Integrator for SemiImplicitEuler {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
-        let a = field.acceleration(F::Real::ZERO, x, v);
-        let v = field.kick(v, a);
-        advance(field, x, v)
+        let v = kick(field, x, v);
+        drift(field, x, v)
     }
 }
 
-/// The tutorial's `IntegrateVelocity`: damping of one kind or the other around `x += v h`.
+impl Integrator for Kick {
+    const METHOD: Method = Method::SemiImplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+    const MOVES: bool = false;
+    const LIMITS_AFTER_KICK: bool = true;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        (x, kick(field, x, v))
+    }
+}
+
+impl Integrator for Drift {
+    const METHOD: Method = Method::SemiImplicitEuler;
+    const DAMPS_INSIDE: bool = true;
+    const KICKS: bool = false;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+        drift(field, x, v)
+    }
+}
+
+/// The velocity after a kick by what acts in the state (`x`, `v`).
 #[inline(always)]
-pub(crate) fn advance<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
+fn kick<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
+    let a = field.acceleration(F::Real::ZERO, x, v);
+    field.kick(v, a)
+}
+
+/// The state after a move with the velocity `v`.
+#[inline(always)]
+fn drift<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> (F::Space, F::Space) {
     let v = field.before_move(v);
     (x + v * field.step(), field.after_move(v))
 }

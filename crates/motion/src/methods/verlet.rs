@@ -93,13 +93,23 @@ pub(super) fn kick_drift_kick<F: Field>(
     (x, v + (a + (b + applied)) * half)
 }
 
-/// The velocity at the time of the position, from position Verlet's of half a step before: what another method
-/// starts from.
-#[inline(always)]
-pub fn synchronize<F: Field>(field: &mut F, x: F::Space, v: F::Space, last_step: F::Real) -> F::Space {
-    let a = match field.laws_before_jump(x, v) {
-        Some(before) => before,
-        None => field.laws(F::Real::ZERO, x, v),
-    };
-    v + a * (last_step * F::Real::of(0.5))
+/// Position Verlet's velocity brought from half a step ago to the time of the position: what another method starts from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Synchronize;
+
+impl Integrator for Synchronize {
+    const METHOD: Method = Method::PositionVerlet;
+    const MEMORY: Memory = Memory::LastStep;
+    const MOVES: bool = false;
+    const PASSES_TIME: bool = false;
+
+    #[inline(always)]
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+        let a = match field.laws_before_jump(x, v) {
+            Some(before) => before,
+            None => field.laws(F::Real::ZERO, x, v),
+        };
+        let last_step = std::mem::replace(&mut carry.last_step, F::Real::ZERO);
+        (x, v + a * (last_step * F::Real::of(0.5)))
+    }
 }

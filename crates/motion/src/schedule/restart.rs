@@ -4,12 +4,13 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
 
 use crate::groups::{Groups, compile_groups, integrate_groups};
+use crate::methods::Synchronize;
 use crate::methods::markers::{mark_method, own_method};
 use crate::methods::table::Method;
 use crate::state::clock::TimeStep;
 use crate::state::components::{PhysicsBody, Quarantined};
 use crate::state::method_state::{LastAcceleration, LastStep};
-use crate::tick::integrate::{Synchronize, leave_position_verlet};
+use crate::tick::integrate::integrate;
 use crate::tick::quarantine::quarantine_refused;
 
 /// Gives the bodies `Who` of position Verlet, and all members of their groups, the velocities at the time of their
@@ -18,7 +19,7 @@ fn synchronize_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
     // First: a body that has left its group since the last tick is a single body now.
     compile_groups(world);
     world
-        .run_system_cached(leave_position_verlet::<(Who, With<LastStep>)>)
+        .run_system_cached(integrate::<Synchronize, (Who, With<LastStep>)>)
         .expect("its resources are inserted with the step's");
     if world.contains_resource::<Groups>() {
         world

@@ -11,10 +11,10 @@ use crate::kernels::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
 use crate::laws::BodyState;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
+use crate::methods::Integrator;
+use crate::methods::euler::{Drift, Kick};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::methods::{Carry, Field, Integrator, Memory, euler, synchronize};
-use crate::real::Real as _;
 use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
 };
@@ -368,56 +368,6 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
     }
 }
 
-/// The velocity's half of an Euler step.
-#[derive(Clone, Copy, Default)]
-struct Kick;
-
-/// The position's half of an Euler step.
-#[derive(Clone, Copy, Default)]
-struct Drift;
-
-impl Integrator for Kick {
-    const METHOD: Method = Method::SemiImplicitEuler;
-    const DAMPS_INSIDE: bool = true;
-    const MOVES: bool = false;
-    const LIMITS_AFTER_KICK: bool = true;
-
-    #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
-        let a = field.acceleration(F::Real::ZERO, x, v);
-        (x, field.kick(v, a))
-    }
-}
-
-impl Integrator for Drift {
-    const METHOD: Method = Method::SemiImplicitEuler;
-    const DAMPS_INSIDE: bool = true;
-    const KICKS: bool = false;
-
-    #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
-        euler::advance(field, x, v)
-    }
-}
-
-/// What a body of position Verlet needs to go on with another method.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Synchronize;
-
-impl Integrator for Synchronize {
-    const METHOD: Method = Method::PositionVerlet;
-    const MEMORY: Memory = Memory::LastStep;
-    const MOVES: bool = false;
-    const PASSES_TIME: bool = false;
-
-    #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
-        let v = synchronize(field, x, v, carry.last_step);
-        carry.last_step = F::Real::ZERO;
-        (x, v)
-    }
-}
-
 /// `v += (F w + g) h`: forces and laws become acceleration, acceleration becomes velocity.
 ///
 /// A body of inverse mass 0 is passed by whatever acts on it. With
@@ -442,10 +392,4 @@ pub fn integrate_in_one_pass<M: Integrator>(acting: Acting, notes: Notes, bodies
 /// A tick of `M` for the bodies `Who`.
 pub fn integrate<M: Integrator, Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
     advance::<M, _>(acting, notes, bodies);
-}
-
-/// Gives the bodies `Who` the velocity at the time of their position, which position Verlet does not keep, so
-/// that another method can go on with them.
-pub(crate) fn leave_position_verlet<Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
-    advance::<Synchronize, _>(acting, notes, bodies);
 }
