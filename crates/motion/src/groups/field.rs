@@ -9,11 +9,12 @@ mod solving;
 
 pub(crate) use classes::{Askers, Class, RowAsks};
 pub(crate) use kept::Kept;
+use solving::Workspace;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
 use super::rows::{Row, RowArray};
-use super::solver::{Solver, Workspace};
+use super::solver::Solver;
 use crate::kernels::{Account, Terms};
 use crate::laws::course::Piece;
 use crate::laws::{Drag, MutualGravity};

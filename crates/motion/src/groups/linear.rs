@@ -1,5 +1,7 @@
 //! A group as a linear system: its springs and dampers where they are now.
 
+mod step;
+
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
@@ -11,6 +13,8 @@ use crate::laws::{BodyState, Drag, EvaluationTime, Law};
 use crate::state::clock::StepClock;
 use crate::state::components::{AxisLocks, PhysicsBody, Transform};
 use crate::units::Scalar;
+
+pub(super) use step::LinearStep;
 
 /// A spring as it is now.
 #[derive(Clone, Copy, Debug)]

@@ -1,90 +1,55 @@
-//! What the solver of implicit steps sees of a group.
+//! Implicit Euler steps of groups: linearized, and solved by conjugate gradients.
 
 use super::classes::{Class, class_at};
 use super::{GroupField, Scratch};
 use crate::groups::combination::Combination;
-use crate::groups::coupling::SheetRow;
-use crate::groups::pull::Springs;
+use crate::groups::coupling::{is_open, vector};
+use crate::groups::linear::LinearStep;
 use crate::groups::rows::{Row, RowArray};
-use crate::groups::solver::{Solver, Workspace};
-use crate::laws::{Drag, EvaluationTime, Law};
+use crate::groups::solver::{Gradients, Solved};
+use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::Field as _;
-use crate::real::Real;
+use crate::real::{Real, RealMatrix as _, RealVector as _};
 
-impl<'a, T: Real> GroupField<'a, T> {
-    pub(crate) const fn length(&self) -> T {
+/// Arrays of a solve, kept for the next one.
+#[derive(Debug, Default)]
+pub(super) struct Workspace<T: Real> {
+    linear: LinearStep<T>,
+    gradients: Gradients<T>,
+    x: RowArray<T>,
+    /// Velocities before the step, with the kicks that come before it.
+    before: RowArray<T>,
+}
+
+impl<T: Real> GroupField<'_, T> {
+    pub(super) const fn length(&self) -> T {
         self.piece.length
     }
 
-    pub(crate) fn end(&self) -> EvaluationTime<T> {
+    fn end(&self) -> EvaluationTime<T> {
         self.piece.moment(T::ONE)
     }
 
-    pub(crate) const fn rows(&self) -> usize {
+    pub(super) const fn rows(&self) -> usize {
         self.coupling.rows
     }
 
-    pub(crate) const fn movable(&self) -> usize {
-        self.coupling.movable
-    }
-
-    pub(crate) fn positions(&self) -> &[Row<T>] {
-        self.rows.x
-    }
-
-    pub(crate) fn inverse_mass(&self, row: usize) -> T {
-        self.rows.w[row]
-    }
-
-    pub(crate) fn class(&self, row: usize) -> &Class<T> {
+    pub(super) fn class(&self, row: usize) -> &Class<T> {
         let Scratch { classes, class_of, .. } = &*self.scratch;
         &classes[class_at(class_of, row)]
     }
 
-    pub(crate) fn any_locks(&self) -> bool {
+    fn any_locks(&self) -> bool {
         self.scratch.classes.iter().any(|class| class.locks.is_some())
     }
 
-    pub(crate) fn springs(&self) -> &'a Springs<T> {
-        &self.coupling.springs
-    }
-
-    pub(crate) fn sheets(&self) -> &'a [SheetRow<T>] {
-        &self.coupling.sheets
-    }
-
-    pub(crate) fn drag(&self) -> Option<&'a Drag> {
-        self.around.drag
-    }
-
-    pub(crate) const fn solver(&self) -> Solver {
-        self.around.solver
-    }
-
-    pub(crate) fn workspace(&mut self) -> &mut Workspace<T> {
-        &mut self.scratch.workspace
-    }
-
-    pub(crate) fn slot(&mut self, slot: usize) -> &mut RowArray<T> {
-        &mut self.scratch.slots[slot]
-    }
-
-    pub(crate) const fn is_compensated(&self) -> bool {
-        self.rows.residues.is_some()
-    }
-
-    /// What the applied forces do to velocities in a step.
-    pub(crate) fn applied_kick(&self) -> Combination<T> {
-        self.applied() * self.piece.length
-    }
-
     /// Whether there are laws to be called.
-    pub(crate) fn calls(&self) -> bool {
+    pub(super) fn calls(&self) -> bool {
         !self.around.terms.laws.is_empty() || !self.rows.lawful.is_empty()
     }
 
     /// Every law that is called, for every row that it acts on.
-    pub(crate) fn each_call(&self, mut each: impl FnMut(usize, &dyn Law<T>)) {
+    fn each_call(&self, mut each: impl FnMut(usize, &dyn Law<T>)) {
         for law in self.around.terms.laws {
             for row in 0..self.coupling.movable {
                 if self.in_sheets(*law).binary_search(&(row as u32)).is_err() {
@@ -99,7 +64,7 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     /// Adds the accelerations of the laws that are called, at the end of the step, and counts an evaluation of
     /// all laws.
-    pub(crate) fn call_at_end(&mut self, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
+    fn call_at_end(&mut self, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
         if self.calls() {
             let mut stage = std::mem::take(&mut self.scratch.stage[1]);
             stage.copy(v);
@@ -109,8 +74,172 @@ impl<'a, T: Real> GroupField<'a, T> {
         self.count();
     }
 
-    pub(crate) fn report_solve(&mut self, iterations: u32, converged: bool) {
-        self.account.cg_iterations += u64::from(iterations);
-        self.account.unconverged += u64::from(!converged);
+    /// The velocity after an implicit step from the positions at its start and the velocity `v`, as an array.
+    pub(super) fn solve(&mut self, v: Combination<T>) -> Combination<T> {
+        let v = v + self.applied() * self.length();
+        let (before, start) = (v, self.own_array(&v));
+        let mut work = std::mem::take(&mut self.scratch.workspace);
+        let mut v = std::mem::take(&mut self.scratch.slots[start]);
+        self.kick_by_constants(&mut v);
+        let gained = self.rows.residues.is_some().then(|| self.own_array(&Combination::ZERO));
+        let mut gain = gained.map(|slot| std::mem::take(&mut self.scratch.slots[slot]));
+        if let Some(gain) = &mut gain {
+            self.kick_by_constants(gain);
+        }
+        if self.around.solver.newton_iterations > 0 {
+            work.before.copy(&v);
+        }
+        work.x.copy(self.rows.x);
+        work.fit(self);
+        work.linearize(self, &v);
+        work.force(self, &v);
+        work.right_side_of_step(self, &v);
+        work.iterate(self, &mut v, gain.as_deref_mut());
+        for _ in 0..self.around.solver.newton_iterations {
+            let h = self.length();
+            for (x, (start, v)) in work.x.iter_mut().zip(self.rows.x.iter().zip(v.iter())) {
+                (0..3).for_each(|axis| x[axis] = start[axis] + v[axis] * h);
+            }
+            work.linearize(self, &v);
+            work.force(self, &v);
+            work.right_side_of_newton(self, &v);
+            work.iterate(self, &mut v, gain.as_deref_mut());
+        }
+        self.scratch.slots[start] = v;
+        self.scratch.workspace = work;
+        // One: the solution of a system has something of all of its rows.
+        self.look(|field| field.broken(field.array(start)).take(1).collect());
+        match gained.zip(gain) {
+            None => Combination::of(start),
+            Some((slot, gain)) => {
+                self.scratch.slots[slot] = gain;
+                before + Combination::of(slot)
+            }
+        }
+    }
+
+    /// Adds `g h` to the velocities of what can move.
+    fn kick_by_constants(&self, v: &mut [Row<T>]) {
+        let h = self.length();
+        for (row, v) in v[..self.coupling.movable].iter_mut().enumerate() {
+            if self.rows.w[row] > T::ZERO {
+                let class = self.class(row);
+                let g = class.constant.to_array();
+                for axis in 0..3 {
+                    if is_open(class.locks, axis) {
+                        v[axis] += g[axis] * h;
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    fn fit(&mut self, field: &GroupField<'_, T>) {
+        self.gradients.fit(field.rows());
+        self.linear.fit(field.rows(), &field.rows.w[..field.coupling.movable]);
+    }
+
+    /// Derivatives of everything at the positions of this workspace and the velocities `v`.
+    fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
+        let Self { linear, x, .. } = self;
+        let step = (field.end(), field.length());
+        linear.linearize(field.coupling, field.around.drag, step, x, v);
+        if field.calls() {
+            linear.expect_laws();
+            field.each_call(|row, law| {
+                let (position, velocity) = (vector(&x[row]), vector(&v[row]));
+                let body = BodyState { position, velocity, inverse_mass: field.rows.w[row] };
+                linear.add_law(row, law, step, body);
+            });
+        }
+    }
+
+    /// Forces of what is coupled, N.
+    fn force(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
+        field.push_and_pull(field.end().time, &self.x, v, &mut self.linear.forces);
+    }
+
+    /// `h W^½ (f - h K v)`, from the forces f at the start of the step.
+    fn right_side_of_step(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>]) {
+        self.linear.add_moves_of_springs(field.length(), v);
+        self.gradients.q.fill([T::ZERO; 4]);
+        let mut called = std::mem::take(&mut self.gradients.q);
+        field.call_at_end(&self.x, v, &mut called);
+        for (row, called) in called[..field.coupling.movable].iter_mut().enumerate() {
+            let rate = field.class(row).rate;
+            let moved = match self.linear.local.get(row) {
+                Some((_, moved)) => moved.times(vector(&v[row])).to_array(),
+                None => [T::ZERO; 3],
+            };
+            (0..3).for_each(|axis| called[axis] = called[axis] - rate * v[row][axis] + moved[axis]);
+        }
+        self.right_side(field, &called, |_, _| T::ZERO);
+        self.gradients.q = called;
+    }
+
+    /// `W^-½ (v0 + h a - v)`, from the forces at the end of the step.
+    fn right_side_of_newton(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>]) {
+        self.gradients.q.fill([T::ZERO; 4]);
+        let mut called = std::mem::take(&mut self.gradients.q);
+        field.call_at_end(&self.x, v, &mut called);
+        for (row, called) in called[..field.coupling.movable].iter_mut().enumerate() {
+            let rate = field.class(row).rate;
+            (0..3).for_each(|axis| called[axis] = called[axis] - rate * v[row][axis]);
+        }
+        let before = std::mem::take(&mut self.before);
+        self.right_side(field, &called, |row, axis| before[row][axis] - v[row][axis]);
+        (self.gradients.q, self.before) = (called, before);
+    }
+
+    fn right_side(
+        &mut self,
+        field: &GroupField<'_, T>,
+        called: &[Row<T>],
+        change: impl Fn(usize, usize) -> T,
+    ) {
+        let h = field.length();
+        let (r, forces): (&mut [Row<T>], &[Row<T>]) = (&mut self.gradients.r, &self.linear.forces);
+        for row in 0..field.coupling.movable {
+            let (root, locks) = (self.linear.root[row], field.class(row).locks);
+            for axis in 0..3 {
+                r[row][axis] = if root > T::ZERO && is_open(locks, axis) {
+                    h * root * forces[row][axis] + (h * called[row][axis] + change(row, axis)) / root
+                } else {
+                    T::ZERO
+                };
+            }
+        }
+    }
+
+    /// Adds the solution to `v`, and to `gain` if there is one.
+    fn iterate(&mut self, field: &mut GroupField<'_, T>, v: &mut [Row<T>], mut gain: Option<&mut [Row<T>]>) {
+        let Self { linear, gradients, .. } = self;
+        let movable = field.coupling.movable;
+        let locked = field.any_locks();
+        let row_terms = |row: usize| {
+            let Class { rate, locks, .. } = field.class(row);
+            (*rate, if locked { *locks } else { None })
+        };
+        let (h, sheets) = (field.length(), &field.coupling.sheets);
+        let Solved { iterations, converged, is_finite } =
+            gradients.solve(field.around.solver, movable, |p, q| linear.multiply(h, sheets, row_terms, p, q));
+        if !is_finite {
+            // Told by the velocities; those that have nothing to do with it stay as they are.
+            for sum in [Some(&mut *v), gain.as_deref_mut()].into_iter().flatten() {
+                for (v, r) in sum[..movable].iter_mut().zip(gradients.r.iter()) {
+                    (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
+                }
+            }
+            field.look(|field| field.broken(&gradients.r).collect());
+        }
+        for sum in [Some(v), gain].into_iter().flatten() {
+            for ((v, y), root) in sum[..movable].iter_mut().zip(gradients.y.iter()).zip(&linear.root) {
+                (0..3).for_each(|axis| v[axis] += y[axis] * *root);
+            }
+        }
+        field.account.cg_iterations += u64::from(iterations);
+        field.account.unconverged += u64::from(!converged);
     }
 }

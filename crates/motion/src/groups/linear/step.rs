@@ -1,0 +1,216 @@
+//! An implicit Euler step of a group, linearized: the matrix that its solver multiplies by.
+
+use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along, vector};
+use crate::groups::pull::{SpringRow, axis};
+use crate::groups::rows::{Row, RowArray};
+use crate::laws::{BodyState, Drag, EvaluationTime, Law};
+use crate::real::{Real, RealMatrix as _, RealVector as _};
+use crate::state::components::AxisLocks;
+
+/// A spring, linearized: the force on its first end changes by `n (a - b) n·d + b d` with d by how much the second
+/// end moves away from the first.
+#[derive(Clone, Copy, Debug)]
+struct Stiff<T: Real> {
+    ends: [u32; 2],
+    n: T::Vector,
+    /// `h² k`, kg.
+    along: T,
+    /// `h² k (1 - L0 / L)`, at least 0, kg.
+    across: T,
+    /// `h c`, kg.
+    damping: T,
+}
+
+/// Derivatives of the forces on a group by its state: the matrix `1 + h W^½ D W^½ + h² W^½ K W^½` of
+/// [`Solver`](crate::Solver).
+#[derive(Debug, Default)]
+pub(in crate::groups) struct LinearStep<T: Real> {
+    springs: Vec<Stiff<T>>,
+    /// Normal n and `h m (c + k |u| + k (u·n)² / |u|)`, kg, of triangles in air: the derivative along n.
+    sheets: Vec<(T::Vector, T)>,
+    /// Of laws of single bodies, where there are some: `-h da/dv - h² da/dx`, and `h da/dx`.
+    pub local: Vec<(T::Matrix, T::Matrix)>,
+    /// Square roots of inverse masses.
+    pub root: Vec<T>,
+    /// Forces of what is coupled, N.
+    pub forces: RowArray<T>,
+    scaled: RowArray<T>,
+}
+
+impl<T: Real> LinearStep<T> {
+    /// Makes room for so many rows, of which those that move have these inverse masses.
+    pub fn fit(&mut self, rows: usize, movable: &[T]) {
+        for array in [&mut self.forces, &mut self.scaled] {
+            array.resize(rows);
+            array.fill([T::ZERO; 4]);
+        }
+        self.root.clear();
+        self.root.extend(movable.iter().map(|w| if *w > T::ZERO { w.sqrt() } else { T::ZERO }));
+    }
+
+    /// Derivatives of springs and air in steps of `h` at the state `x`, `v`, without those of laws that are called.
+    pub fn linearize(
+        &mut self,
+        coupling: &Coupling<T>,
+        drag: Option<&Drag>,
+        (at, h): (EvaluationTime<T>, T),
+        x: &[Row<T>],
+        v: &[Row<T>],
+    ) {
+        self.springs.clear();
+        self.springs.extend(coupling.springs.iter().map(|SpringRow { ends: [a, b], elastic }| {
+            let d = vector(&x[b as usize]) - vector(&x[a as usize]);
+            let (n, taut) = axis(d, elastic.rest_length);
+            let along = h * h * elastic.stiffness;
+            let across = along * taut;
+            Stiff { ends: [a, b], n, along, across, damping: h * elastic.damping }
+        }));
+        self.sheets.clear();
+        if let Some(drag) = drag {
+            let air = drag.wind.map(|wind| wind.air(at.time));
+            self.sheets.extend(coupling.sheets.iter().map(|&SheetRow { corners, mass }| {
+                match in_air(air.as_ref(), corners, x, v) {
+                    Some((u, n)) => (n, h * mass * rate_along(drag, u, n)),
+                    None => (T::Vector::ZERO, T::ZERO),
+                }
+            }));
+        }
+        self.local.clear();
+    }
+
+    /// Makes room for the derivatives of laws that are called for single rows.
+    pub fn expect_laws(&mut self) {
+        self.local.resize(self.root.len(), (T::Matrix::ZERO, T::Matrix::ZERO));
+    }
+
+    /// Adds the derivatives of a law that is called for a row.
+    pub fn add_law(
+        &mut self,
+        row: usize,
+        law: &dyn Law<T>,
+        (at, h): (EvaluationTime<T>, T),
+        body: BodyState<T>,
+    ) {
+        if body.inverse_mass.is_at_most(T::ZERO) {
+            return;
+        }
+        let jacobians = law.jacobians(at, body);
+        let [by_x, by_v] = [jacobians.position, jacobians.velocity].map(pulling_together::<T>);
+        let (sum, moved) = self.local[row];
+        self.local[row] = (sum - by_v * h - by_x * (h * h), moved + by_x * h);
+    }
+
+    /// Adds what the springs pull less after `h` at the velocities `v`: the forces become `f - h K v`.
+    pub fn add_moves_of_springs(&mut self, h: T, v: &[Row<T>]) {
+        let forces: &mut [Row<T>] = &mut self.forces;
+        for stiff in &self.springs {
+            let [a, b] = stiff.ends.map(|end| end as usize);
+            let change = stiff.change(vector(&v[b]) - vector(&v[a]), stiff.along) * (T::ONE / h);
+            add(&mut forces[a], change);
+            add(&mut forces[b], -change);
+        }
+    }
+
+    /// `q = A p`, without a matrix; `row_terms` gives the rate of linear drag and the locks of a row.
+    pub fn multiply(
+        &mut self,
+        h: T,
+        sheets: &[SheetRow<T>],
+        row_terms: impl Fn(usize) -> (T, Option<AxisLocks>),
+        p: &[Row<T>],
+        q: &mut [Row<T>],
+    ) {
+        // Once: finding where an array begins is more than what is done to a row.
+        let Self { springs, sheets: normals, local, root, forces, scaled } = self;
+        let (forces, scaled): (&mut [Row<T>], &mut [Row<T>]) = (forces, scaled);
+        let movable = root.len();
+        for ((scaled, p), root) in scaled[..movable].iter_mut().zip(p).zip(&*root) {
+            (0..3).for_each(|axis| scaled[axis] = p[axis] * *root);
+        }
+        forces.fill([T::ZERO; 4]);
+        for stiff in &*springs {
+            let [a, b] = stiff.ends.map(|end| end as usize);
+            let d = vector(&scaled[b]) - vector(&scaled[a]);
+            let change = stiff.change(d, stiff.along + stiff.damping);
+            add(&mut forces[a], -change);
+            add(&mut forces[b], change);
+        }
+        for (SheetRow { corners, .. }, (n, strength)) in sheets.iter().zip(&*normals) {
+            let [a, b, c] = corners.map(|corner| vector(&scaled[corner as usize]));
+            let ninth = T::of(1.0 / 9.0);
+            let change = *n * (*strength * n.dot(a + b + c) * ninth);
+            corners.iter().for_each(|corner| add(&mut forces[*corner as usize], change));
+        }
+        for row in 0..movable {
+            let (root, (rate, locks)) = (root[row], row_terms(row));
+            let local = match local.get(row) {
+                Some((local, _)) => local.times(vector(&p[row])).to_array(),
+                None => [T::ZERO; 3],
+            };
+            for axis in 0..3 {
+                let part = p[row][axis];
+                q[row][axis] = if is_open(locks, axis) {
+                    part + root * forces[row][axis] + (rate * h) * part + local[axis]
+                } else {
+                    part
+                };
+            }
+        }
+    }
+}
+
+impl<T: Real> Stiff<T> {
+    /// The force on the first end, times h², where the second moves away by `d`, with `along` along the axis.
+    fn change(&self, d: T::Vector, along: T) -> T::Vector {
+        d * self.across + self.n * (self.n.dot(d) * (along - self.across))
+    }
+}
+
+/// The symmetric part of a derivative if it has no positive eigenvalue, and zero if it has one.
+fn pulling_together<T: Real>(derivative: T::Matrix) -> T::Matrix {
+    let unit = |axis: usize| {
+        let mut unit = [T::ZERO; 3];
+        unit[axis] = T::ONE;
+        T::Vector::from_array(unit)
+    };
+    let columns = [0, 1, 2].map(|axis| derivative.times(unit(axis)).to_array());
+    let half = T::of(0.5);
+    let s = |i: usize, j: usize| -((columns[i][j] + columns[j][i]) * half);
+    let minor = |i: usize, j: usize| s(i, i) * s(j, j) - s(i, j) * s(i, j);
+    let cross = |i: usize, j: usize, k: usize| s(i, j) * s(j, k) - s(j, j) * s(i, k);
+    let whole =
+        s(0, 0) * minor(1, 2) - s(0, 1) * (s(0, 1) * s(2, 2) - s(1, 2) * s(0, 2)) + s(0, 2) * cross(0, 1, 2);
+    let minors = [s(0, 0), s(1, 1), s(2, 2), minor(0, 1), minor(1, 2), minor(0, 2), whole];
+    // Sylvester: of a semidefinite matrix every principal minor is at least 0.
+    if minors.iter().all(|minor| *minor >= T::ZERO) {
+        let column = |j: usize| T::Vector::from_array([0, 1, 2].map(|i| -s(i, j)));
+        T::Matrix::from_columns([0, 1, 2].map(column))
+    } else {
+        T::Matrix::ZERO
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat3, DVec3};
+
+    use super::*;
+
+    #[test]
+    fn a_derivative_is_taken_in_where_it_pulls_together() {
+        let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 1.1, -0.7);
+        let with =
+            |a: f64, b: f64, c: f64| turn * DMat3::from_diagonal(DVec3::new(a, b, c)) * turn.transpose();
+        for (matrix, taken) in [
+            (with(-1.0, -2.0, -3.0), true),
+            (with(-1.0, -2.0, 0.1), false),
+            (with(2.0, -1.0, -1.0), false),
+            (with(1.0, 2.0, -3.0), false),
+            (DMat3::ZERO, true),
+        ] {
+            let part = pulling_together::<f64>(matrix);
+            let expected = if taken { matrix } else { DMat3::ZERO };
+            assert!(part.abs_diff_eq(expected, 1e-12), "{matrix}: {part}");
+        }
+    }
+}
