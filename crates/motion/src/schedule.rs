@@ -1,10 +1,11 @@
 //! The schedule: which systems a tick is compiled of, and what changes the world between two ticks.
 
 pub(crate) mod emission;
+pub(crate) mod plan;
 #[cfg(feature = "bevy")]
 pub(crate) mod plugin;
 pub(crate) mod requests;
 pub(crate) mod restart;
-pub(crate) mod step;
 pub(crate) mod stepper;
 pub(crate) mod switch;
+pub(crate) mod systems;

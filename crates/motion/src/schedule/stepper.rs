@@ -13,11 +13,10 @@ use crate::laws::own::OwnLaws;
 use crate::laws::{Affine, Declared, Gravity};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
+use crate::schedule::plan::{Demands, Passes, StepPlan};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::restart::leave_methods;
-use crate::schedule::step::{
-    Demands, Passes, StepPlan, inner_schedule, insert_step_resources, step_schedule,
-};
+use crate::schedule::systems::{inner_schedule, insert_step_resources, step_schedule};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::coupling::{CouplingChanged, Grouped};

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::Stepper;
-use crate::schedule::step::{StepSystems, apply_forces, clear_forces};
+use crate::schedule::systems::{StepSystems, apply_forces, clear_forces};
 use crate::tick::quarantine::quarantine_bodies;
 
 /// The stepper of a schedule of your own; absent while it is at work.
