@@ -1,5 +1,6 @@
-//! The schedule: which systems a tick is compiled of, and what changes the world between two ticks.
+//! The schedule: the systems that a tick is compiled of, and what changes the world between two ticks.
 
+pub(crate) mod claimed_evaluations;
 pub(crate) mod emission;
 pub(crate) mod plan;
 #[cfg(feature = "bevy")]

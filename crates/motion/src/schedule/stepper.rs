@@ -1,81 +1,62 @@
-//! Carries a world from tick to tick.
+//! The stepper: carries a world from tick to tick.
 
-mod install;
-
-use bevy_ecs::archetype::{Archetype, ArchetypeId};
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryFilter;
 
 use crate::groups::{Groups, is_outdated};
-use crate::kernels::evaluations::Evaluations;
-use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
-use crate::laws::{Affine, Declared, Gravity};
 use crate::methods::table::Method;
-use crate::methods::{Integrator, with_method};
-use crate::schedule::plan::{Demands, Passes, StepPlan};
+use crate::schedule::claimed_evaluations::ClaimedEvaluations;
+use crate::schedule::plan::{Passes, PlanInputs, StepPlan};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::restart::leave_methods;
-use crate::schedule::systems::{inner_schedule, insert_step_resources, step_schedule};
+use crate::schedule::systems::{
+    StepSystems, apply_forces, clear_forces, inner_schedule, insert_step_resources, step_schedule,
+};
 use crate::state::clock::{StepClock, TimeStep};
-use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
-use crate::state::coupling::{CouplingChanged, Grouped};
-use crate::state::emitter::{Dormant, Emissions, Particle};
+use crate::state::components::PhysicsBody;
+use crate::state::coupling::CouplingChanged;
+use crate::state::emitter::Emissions;
 use crate::state::method_state::LastAcceleration;
-use crate::state::rest::{Static, mark_static};
-use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::state::rest::mark_static;
 use crate::tick::integrate::Unmarked;
-use crate::tick::quarantine::Quarantine;
-use crate::units::Scalar;
+use crate::tick::quarantine::quarantine_bodies;
 
-/// The compiled schedule of a world, with what happens around it: requests before a tick, the count after it.
+/// The compiled schedule of a world and what a tick does around it: before it, requests and compiling again; after it,
+/// the clock.
+///
+/// # Changes between two ticks
+/// The next tick notices these without a call:
+/// - resources inserted, changed or removed: [`Gravity`](crate::Gravity), [`Damping`](crate::Damping),
+///   [`Drag`](crate::Drag), [`Wells`](crate::Wells), [`Laws`](crate::Laws), [`MutualGravity`](crate::MutualGravity),
+///   [`Substeps`](crate::Substeps), [`Range`](crate::Range), [`TimeStep`], [`Threads`](crate::Threads);
+/// - bodies, springs and emitters spawned or despawned;
+/// - components inserted into bodies or removed from them, such as [`OwnLaws`].
+///
+/// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
+/// state of position Verlet belongs to the old values, and so do the counts of evaluations and the mark
+/// [`Static`](crate::Static). Under position Verlet use requests for gravity and damping too, which first bring velocities
+/// to the time of the positions. [`switch`](crate::switch()) takes an effect out of the world and puts it back.
 pub struct Stepper {
     plan: StepPlan,
     schedule: Schedule,
-    /// How many kinds of entity there were when the plan was made: a new one may have a method of its own.
-    archetypes: usize,
+    /// What the plan was made from.
+    inputs: PlanInputs,
     /// How many bodies there were then.
     bodies: usize,
-    /// What the world asked for then.
-    demands: Demands,
-    /// Whether it stands in a schedule of the user's, which has the rest of the tick.
+    /// Whether it is in a schedule of the user's, which has the rest of the tick.
     installed: bool,
-    counted: Option<Counted>,
+    claimed: ClaimedEvaluations,
 }
 
-/// Evaluations of a tick that are known beforehand: those of bodies that no law is called for.
-#[derive(Clone, Debug)]
-struct Counted {
-    /// What they were counted for.
-    world: CountedFor,
-    /// Laws that are summed up, gravity aside.
-    laws: Vec<&'static str>,
-    accelerations: u64,
-    with_gravity: u64,
-    /// Kinds of entity whose living particles come and go, with evaluations a tick of one body, and whether it
-    /// falls.
-    particles: Vec<(ArchetypeId, u64, bool)>,
-}
-
-/// What the number of evaluations depends on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct CountedFor {
-    /// A hash of the number of entities of each archetype.
-    entities: u64,
-    quarantined: usize,
-    damping: Option<Damping>,
-    /// The rate of linear drag, 1/s.
-    drag: Scalar,
-    /// How many laws are called.
-    called: usize,
-}
+/// The stepper of a user's schedule; `None` while it is in use.
+#[derive(Resource)]
+struct Installed(Option<Stepper>);
 
 impl Stepper {
     /// Prepares `world` for ticks of `step` and compiles the schedule of `method`.
     ///
     /// # Panics
-    /// When two systems of the schedule touch the same data without a stated order, which is a fault of this
-    /// crate.
+    /// When two systems of the schedule access the same data in no stated order, which is a bug of this crate.
     #[must_use]
     pub fn new(world: &mut World, method: Method, step: TimeStep) -> Self {
         insert_step_resources(world, step);
@@ -88,102 +69,111 @@ impl Stepper {
         let plan = StepPlan::of(world, method);
         let mut schedule = if installed { inner_schedule(&plan) } else { step_schedule(&plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
-        Self {
-            plan,
-            schedule,
-            archetypes: world.archetypes().len(),
-            bodies: bodies(world),
-            demands: Demands::of(world),
-            installed,
-            counted: None,
-        }
+        let (inputs, bodies) = (PlanInputs::of(world), count_bodies(world));
+        Self { plan, schedule, inputs, bodies, installed, claimed: ClaimedEvaluations::default() }
     }
 
-    /// Compiles the schedule again if the world asks for another one than when it was compiled last. A tick does so by
-    /// itself where bodies, laws or effects have come or gone.
+    /// Puts the physics into your own schedule. Each run of it is one tick: the systems of [`StepSystems`], in that
+    /// order, and everything else that [`Stepper::tick`] does, to the same bits.
+    ///
+    /// Outside of an `App`, call [`World::clear_trackers`] after each run if there are emitters: the world remembers
+    /// removed components until then.
+    ///
+    /// ```
+    /// # use bevy_ecs::prelude::*;
+    /// # use motion::{Forces, Gravity, Method, PhysicsBody, StepSystems, Stepper, TimeStep, Transform, units::Vector};
+    /// fn blow(mut forces: Forces, bodies: Query<Entity, With<PhysicsBody>>) {
+    ///     bodies.iter().for_each(|body| forces.add(body, Vector::X * 0.05));
+    /// }
+    /// let mut world = World::new();
+    /// world.insert_resource(Gravity::EARTH);
+    /// world.spawn((Transform::at(Vector::Y * 10.0), PhysicsBody::with_mass(0.1)));
+    /// let mut schedule = Schedule::default();
+    /// let stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0 / 120.0));
+    /// stepper.install(&mut world, &mut schedule);
+    /// schedule.add_systems(blow.before(StepSystems::Integrate));
+    /// schedule.run(&mut world);
+    /// ```
     ///
     /// # Panics
     /// As [`Stepper::new`].
-    pub fn recompile(&mut self, world: &mut World) {
-        mark_static(world);
-        self.look_for_newcomers(world);
-        let plan = StepPlan::of(world, self.plan.method);
-        forget_accelerations(world, &plan);
-        (self.archetypes, self.demands) = (world.archetypes().len(), Demands::of(world));
-        self.bodies = bodies(world);
-        self.counted = None;
-        if plan != self.plan {
-            *self = Self::compile(world, plan.method, self.installed);
-        }
+    pub fn install(self, world: &mut World, schedule: &mut Schedule) {
+        let stepper = Self::compile(world, self.plan.method, true);
+        world.insert_resource(Installed(Some(stepper)));
+        let sets = (
+            StepSystems::ApplyForces,
+            StepSystems::Integrate,
+            StepSystems::ClearForces,
+            StepSystems::Quarantine,
+        );
+        schedule.configure_sets(sets.chain());
+        schedule.add_systems((
+            apply_forces.in_set(StepSystems::ApplyForces),
+            integrate_bodies.in_set(StepSystems::Integrate),
+            clear_forces.in_set(StepSystems::ClearForces),
+            (quarantine_bodies, finish_tick).chain().in_set(StepSystems::Quarantine),
+        ));
     }
 
-    /// The method of every body that has none of its own.
-    #[must_use]
-    pub const fn method(&self) -> Method {
-        self.plan.method
-    }
-
-    /// What the schedule was compiled from.
-    #[must_use]
-    pub const fn plan(&self) -> &StepPlan {
-        &self.plan
-    }
-
-    /// How the two middle systems are run, decided by the number of bodies when the schedule was compiled.
-    #[must_use]
-    pub const fn passes(&self) -> Passes {
-        self.plan.passes
-    }
-
-    /// Changes the method of every body that has none of its own, between two ticks: what the old one kept is
-    /// turned into what the new one starts from.
+    /// Calls `use_it` with the stepper that was [installed](Stepper::install), for example to change the method.
     ///
     /// # Panics
-    /// As [`Stepper::new`].
-    pub fn set_method(&mut self, world: &mut World, method: Method) {
-        if method == self.plan.method {
-            return;
-        }
-        self.look_for_newcomers(world);
-        leave_methods::<Unmarked>(world);
-        *self = Self::compile(world, method, self.installed);
-    }
-
-    /// Lets groups be made anew where bodies have come or gone: one may be new to mutual gravity, or have held a
-    /// spring.
-    fn look_for_newcomers(&self, world: &mut World) -> bool {
-        let changed = world.contains_resource::<Groups>() && bodies(world) != self.bodies;
-        if changed {
-            CouplingChanged::set(world);
-        }
-        changed
+    /// If none is installed, or within such a call.
+    pub fn installed<R>(world: &mut World, use_it: impl FnOnce(&mut Self, &mut World) -> R) -> R {
+        let stepper = world.get_resource_mut::<Installed>().and_then(|mut installed| installed.0.take());
+        let mut stepper = stepper.expect("call `Stepper::install` first; it cannot be used within itself");
+        let result = use_it(&mut stepper, world);
+        world.resource_mut::<Installed>().0 = Some(stepper);
+        result
     }
 
     /// Simulates one tick.
     ///
     /// # Panics
-    /// As [`Stepper::new`], and for one that was [installed](Stepper::install): its tick is a run of the schedule that it is in.
+    /// As [`Stepper::new`], and if the stepper is [installed](Stepper::install): then run its schedule.
     pub fn tick(&mut self, world: &mut World) {
         assert!(!self.installed, "run the schedule that the stepper is installed in");
         self.integrate(world);
         if self.finish(world) {
-            // The world remembers for others what was removed, and every birth removes a mark.
+            // The world remembers removed components for its user, and every birth removes one.
             world.clear_trackers();
         }
     }
 
+    /// The part of a tick up to the end of [`StepSystems::Integrate`].
     fn integrate(&mut self, world: &mut World) {
         self.make_ready(world);
-        self.count(world);
+        self.claimed.count(world, &self.plan);
         self.schedule.run(world);
     }
 
-    /// What a tick does after it; whether there may be particles.
+    /// Brings the schedule up to date: carries out requests, and compiles again where the world asks for it. Idempotent.
+    pub(crate) fn make_ready(&mut self, world: &mut World) {
+        self.carry_out_requests(world);
+        if self.notice_added_bodies(world)
+            || is_outdated(world)
+            || PlanInputs::of(world) != self.inputs
+            || world.get_resource::<Emissions>().is_some_and(|emissions| emissions.over)
+        {
+            self.recompile(world);
+        }
+    }
+
+    /// Carries out the pending requests without simulating. A tick does so first; call it while the world is paused.
+    pub fn carry_out_requests(&mut self, world: &mut World) {
+        if !world.resource::<Requests>().is_empty() {
+            self.claimed = ClaimedEvaluations::default();
+            if requests::carry_out(world) {
+                self.recompile(world);
+            }
+        }
+    }
+
+    /// The end of a tick; returns whether there may be particles.
     fn finish(&mut self, world: &mut World) -> bool {
-        let emits =
-            self.plan.emits || self.counted.as_ref().is_some_and(|counted| !counted.particles.is_empty());
+        let emits = self.plan.emits || self.claimed.has_particles();
         if emits {
-            self.count_particles(world);
+            self.claimed.count_particles(world, &self.plan);
             if let Some(mut emissions) = world.get_resource_mut::<Emissions>() {
                 emissions.births.clear();
             }
@@ -193,31 +183,67 @@ impl Stepper {
         emits
     }
 
-    /// What a tick does before it: requests, and the schedule if the world asks for another one. Doing it twice is
-    /// doing it once.
-    pub(crate) fn make_ready(&mut self, world: &mut World) {
-        self.carry_out_requests(world);
-        if self.look_for_newcomers(world)
-            || is_outdated(world)
-            || world.archetypes().len() != self.archetypes
-            || Demands::of(world) != self.demands
-            || world.get_resource::<Emissions>().is_some_and(|emissions| emissions.over)
-        {
-            self.recompile(world);
+    /// Changes the method of every body that has none of its own, between two ticks. Velocities are brought to the time
+    /// of the positions, from where the new method starts.
+    ///
+    /// # Panics
+    /// As [`Stepper::new`].
+    pub fn set_method(&mut self, world: &mut World, method: Method) {
+        if method == self.plan.method {
+            return;
+        }
+        self.notice_added_bodies(world);
+        leave_methods::<Unmarked>(world);
+        *self = Self::compile(world, method, self.installed);
+    }
+
+    /// Plans again, and compiles the schedule again if the plan has changed. A tick does so by itself where
+    /// [it is needed](Stepper#changes-between-two-ticks).
+    ///
+    /// # Panics
+    /// As [`Stepper::new`].
+    pub fn recompile(&mut self, world: &mut World) {
+        mark_static(world);
+        self.notice_added_bodies(world);
+        let plan = StepPlan::of(world, self.plan.method);
+        forget_accelerations(world, &plan);
+        if plan == self.plan {
+            (self.inputs, self.bodies) = (PlanInputs::of(world), count_bodies(world));
+            self.claimed = ClaimedEvaluations::default();
+        } else {
+            *self = Self::compile(world, plan.method, self.installed);
         }
     }
 
-    /// Carries out what was asked for without simulating: what a tick does first, for a world that is paused.
-    pub fn carry_out_requests(&mut self, world: &mut World) {
-        if !world.resource::<Requests>().is_empty() {
-            self.counted = None;
-            if requests::carry_out(world) {
-                self.recompile(world);
-            }
+    /// Has the groups compiled again if bodies were added or removed: mutual gravity acts on an added body, and a
+    /// removed one may have held a spring.
+    fn notice_added_bodies(&self, world: &mut World) -> bool {
+        let changed = world.contains_resource::<Groups>() && count_bodies(world) != self.bodies;
+        if changed {
+            CouplingChanged::set(world);
         }
+        changed
     }
 
-    /// Names of the systems of a tick in the order in which they run, read from the compiled schedule.
+    /// The method of every body that has none of its own.
+    #[must_use]
+    pub const fn method(&self) -> Method {
+        self.plan.method
+    }
+
+    /// The plan that the schedule was compiled from.
+    #[must_use]
+    pub const fn plan(&self) -> &StepPlan {
+        &self.plan
+    }
+
+    /// How the two middle systems are run.
+    #[must_use]
+    pub const fn passes(&self) -> Passes {
+        self.plan.passes
+    }
+
+    /// The names of the systems of a tick in the order in which they run, read from the compiled schedule.
     ///
     /// # Panics
     /// Never: the schedule was initialized when it was compiled.
@@ -226,130 +252,27 @@ impl Stepper {
         let systems = self.schedule.systems().expect("initialized when compiled");
         systems.map(|(_, system)| system.name().shortname().to_string()).collect()
     }
-
-    /// Counts the evaluations of the coming tick that no kernel counts: a body that no law is called for takes
-    /// as many as its method claims.
-    fn count(&mut self, world: &mut World) {
-        self.look_what_counts(world);
-        let Some(counted) = &self.counted else { return };
-        counted.note(world, counted.accelerations, counted.with_gravity);
-    }
-
-    /// The same for the particles that lived in the tick that is over, of which some were born in it.
-    fn count_particles(&mut self, world: &mut World) {
-        if world.archetypes().len() != self.archetypes {
-            self.counted = None;
-        }
-        self.look_what_counts(world);
-        let Some(counted) = &self.counted else { return };
-        let (mut accelerations, mut with_gravity) = (0, 0);
-        for (kind, of_a_tick, falls) in &counted.particles {
-            let living = world.archetypes().get(*kind).map_or(0, Archetype::len);
-            accelerations += u64::from(living) * of_a_tick;
-            with_gravity += if *falls { u64::from(living) * of_a_tick } else { 0 };
-        }
-        counted.note(world, accelerations, with_gravity);
-    }
-
-    fn look_what_counts(&mut self, world: &mut World) {
-        // A body that asks for something new goes from one kind to another, and their sum stays.
-        let mix = |sum: u64, kind: &Archetype| sum.wrapping_mul(0x100_0000_01b3) ^ u64::from(kind.len());
-        // Births and deaths change numbers in every tick, and nothing else.
-        let particle = world.components().component_id::<Particle>().filter(|_| self.plan.emits);
-        let stays = |kind: &&Archetype| particle.is_none_or(|particle| !kind.contains(particle));
-        let declared = Declared::of(world);
-        let counted_for = CountedFor {
-            entities: world.archetypes().iter().filter(stays).fold(0, mix),
-            quarantined: world.resource::<Quarantine>().records().len(),
-            damping: world.get_resource().copied(),
-            drag: Affine::sum(declared.all()).rate,
-            called: declared.called().count(),
-        };
-        let exact = counted_for.damping.is_some_and(|damping| damping.is_exact());
-        let laws = || declared.affine().map(|law| law.name()).chain(exact.then_some("damping"));
-        let current =
-            |counted: &Counted| counted.world == counted_for && laws().eq(counted.laws.iter().copied());
-        if !self.counted.as_ref().is_some_and(current) {
-            let mut counted = Counted {
-                world: counted_for,
-                laws: laws().collect(),
-                accelerations: 0,
-                with_gravity: 0,
-                particles: Vec::new(),
-            };
-            with_method!(self.plan.method, M => counted.add::<M, Unmarked>(world));
-            for method in &self.plan.own {
-                with_method!(*method, M => counted.add::<M, With<M>>(world));
-            }
-            self.counted = Some(counted);
-        }
-    }
 }
 
-fn bodies(world: &World) -> usize {
+/// [`StepSystems::Integrate`] of a user's schedule.
+fn integrate_bodies(world: &mut World) {
+    Stepper::installed(world, Stepper::integrate);
+}
+
+/// The end of [`StepSystems::Quarantine`] of a user's schedule.
+fn finish_tick(world: &mut World) {
+    Stepper::installed(world, Stepper::finish);
+}
+
+fn count_bodies(world: &World) -> usize {
     let Some(body) = world.components().component_id::<PhysicsBody>() else { return 0 };
-    world
-        .archetypes()
-        .iter()
-        .filter(|kind| kind.contains(body))
-        .map(Archetype::len)
-        .map(|len| len as usize)
-        .sum()
+    let kinds = world.archetypes().iter().filter(|kind| kind.contains(body));
+    kinds.map(|kind| kind.len() as usize).sum()
 }
 
-impl Counted {
-    fn note(&self, world: &mut World, accelerations: u64, with_gravity: u64) {
-        let gravity = world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
-        let mut evaluations = world.resource_mut::<Evaluations>();
-        evaluations.count_accelerations(accelerations, self.laws.iter().copied());
-        if gravity {
-            evaluations.count("gravity", with_gravity);
-        }
-    }
-
-    fn add<M: Integrator, Who: QueryFilter>(&mut self, world: &mut World) {
-        type Plain = (
-            Without<Quarantined>,
-            Without<Grouped>,
-            Without<Static>,
-            Without<Dormant>,
-            Without<DampingRate>,
-            Without<SpeedLimit>,
-            Without<AxisLocks>,
-            Without<OwnLaws>,
-            Without<OwnSubsteps>,
-        );
-        let CountedFor { damping, called, .. } = self.world;
-        let drag = self.world.drag != 0.0;
-        // Bodies for which `kernels::integrate` calls laws, or counts as if it did.
-        if called > 0 || drag && damping.is_some() && M::DAMPS_INSIDE {
-            return;
-        }
-        let exact = damping.is_some_and(|damping| damping.is_exact() && damping.rate != 0.0);
-        let looks_at_velocity = drag || exact && !M::DAMPS_INSIDE;
-        let claims = M::METHOD.claims();
-        let of_a_step =
-            if looks_at_velocity { claims.evaluations_with_velocity_laws } else { claims.evaluations };
-        let of_a_tick = u64::from(of_a_step) * u64::from(Substeps::parts(world.get_resource()));
-        let mut bodies =
-            world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain, Without<Particle>)>();
-        for (body, gravity_off) in bodies.iter(world) {
-            if body.inverse_mass > 0.0 {
-                self.accelerations += of_a_tick;
-                self.with_gravity += if gravity_off { 0 } else { of_a_tick };
-            }
-        }
-        let floats = world.register_component::<GravityOff>();
-        let particles = world.query_filtered::<&PhysicsBody, (Who, Plain, With<Particle>)>();
-        self.particles.extend(particles.matched_archetypes().map(|kind| {
-            (kind, of_a_tick, world.archetypes().get(kind).is_some_and(|kind| !kind.contains(floats)))
-        }));
-    }
-}
-
-/// Takes the room for accelerations from bodies that no law is called for any more.
+/// Removes the cached accelerations of bodies for which no law is called any more.
 fn forget_accelerations(world: &mut World, plan: &StepPlan) {
-    if !plan.keeps_accelerations {
+    if !plan.caches_accelerations {
         let mut bodies = world.query_filtered::<Entity, (With<LastAcceleration>, Without<OwnLaws>)>();
         for body in bodies.iter(world).collect::<Vec<_>>() {
             world.entity_mut(body).remove::<LastAcceleration>();

@@ -1,4 +1,4 @@
-//! The systems of a tick, and the schedule that they are compiled to.
+//! The systems of a tick, their sets, and the schedule that they are compiled to.
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
@@ -32,30 +32,29 @@ use crate::tick::quarantine::{Quarantine, quarantine_bodies};
 #[derive(ScheduleLabel, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Step;
 
-/// The parts of a tick in the order in which they run: places for systems of your own to stand before, between and after, in
-/// a schedule that [`Stepper::install`](crate::Stepper::install) has put the physics into.
+/// The sets of a tick, in the order in which they run. Order your own systems by them in a schedule that
+/// [`Stepper::install`](crate::Stepper::install) has put the physics into.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StepSystems {
-    /// Queued pushes become the [`Force`](crate::Force) of their bodies. A system that adds forces stands before
-    /// [`StepSystems::Integrate`].
+    /// Applies queued pushes: they become the [`Force`](crate::Force) of their bodies. Order a system that adds forces
+    /// before [`StepSystems::Integrate`].
     ApplyForces,
-    /// Requests are carried out, particles born, and velocities and positions brought to the end of the tick.
+    /// Integrates the tick: carries out requests, emits particles, and brings velocities and positions to its end.
     Integrate,
-    /// The forces of the tick are forgotten; until then they can be read.
+    /// Clears the forces of the tick. Order a system that reads them before this set.
     ClearForces,
-    /// Bodies that would have turned non-finite are frozen, and the clock goes on.
+    /// Quarantines bodies that would have turned non-finite or left the range, and advances the clock.
     Quarantine,
 }
 
-/// Compiles the schedule of one tick. Two systems that touch the same data without a stated order are an error
-/// when it is initialized, and it runs on one thread: a multi-threaded executor costs more per system than a
-/// thousand bodies do.
+/// Compiles the schedule of one tick. Two systems that access the same data in no stated order are an error when it is
+/// initialized. It runs on one thread: a multi-threaded executor costs more per system than a thousand bodies do.
 #[must_use]
 pub fn step_schedule(plan: &StepPlan) -> Schedule {
     schedule_of(step_systems(plan))
 }
 
-/// The same for what [`StepSystems::Integrate`] has in it.
+/// Compiles the schedule of what [`StepSystems::Integrate`] does.
 pub(crate) fn inner_schedule(plan: &StepPlan) -> Schedule {
     let births = plan.emits.then(|| emit_particles.into_configs());
     schedule_of(births.into_iter().chain(integration(plan)))
@@ -75,7 +74,7 @@ fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>
     schedule
 }
 
-/// The systems of one tick in the order in which they run, for a schedule that has others between them.
+/// The systems of one tick, in the order in which they run.
 #[must_use]
 pub fn step_systems(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let mut systems: Vec<_> = plan.emits.then(|| emit_particles.into_configs()).into_iter().collect();
@@ -88,7 +87,7 @@ pub fn step_systems(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
 /// The systems that change velocities and positions.
 fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let mut systems = Vec::new();
-    // Groups first: what they hang on is then where it was when the tick began.
+    // Groups first: the single bodies that they hang on are then still where the tick began.
     for method in &plan.groups {
         match method {
             None => with_method!(plan.method, M => {
@@ -126,20 +125,20 @@ fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     systems
 }
 
-/// The system that gives new members of groups what `M` keeps of them; an acceleration is kept by the group.
+/// The system that gives added members of groups the method state of `M`. Their accelerations are cached by the group.
 fn remember_in_groups<M: Integrator, Who: ArchetypeFilter + 'static>()
 -> Option<ScheduleConfigs<ScheduleSystem>> {
     (M::MEMORY == Memory::LastStep).then(|| remember_steps::<(Who, With<Grouped>)>.into_configs())
 }
 
-/// The system that gives new bodies what `M` keeps of them.
+/// The system that gives added bodies the method state of `M`.
 fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
     plan: &StepPlan,
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
     match M::MEMORY {
         Memory::None => None,
         Memory::LastStep => Some(remember_steps::<(Who, Without<Grouped>)>.into_configs()),
-        Memory::LastAcceleration if plan.keeps_accelerations => {
+        Memory::LastAcceleration if plan.caches_accelerations => {
             Some(remember_accelerations::<(Who, Without<Grouped>)>.into_configs())
         }
         Memory::LastAcceleration => {
@@ -151,7 +150,7 @@ fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
 /// Bodies that are integrated.
 type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
-/// Lets bodies that are new to position Verlet start with the Taylor value.
+/// Gives bodies that are new to position Verlet their [`LastStep`], which starts them with the Taylor value.
 pub fn remember_steps<Who: QueryFilter>(
     bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastStep>, Moving)>,
     mut commands: Commands,
@@ -161,7 +160,7 @@ pub fn remember_steps<Who: QueryFilter>(
     });
 }
 
-/// Gives bodies room for the acceleration that is the next step's first.
+/// Gives bodies their [`LastAcceleration`], the cache of an acceleration that the next step starts with.
 pub fn remember_accelerations<Who: QueryFilter>(
     bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastAcceleration>, Moving)>,
     mut commands: Commands,
@@ -171,8 +170,8 @@ pub fn remember_accelerations<Who: QueryFilter>(
     });
 }
 
-/// Inserts the resources that the systems of a tick need; [`Gravity`](crate::Gravity) and the other effects are
-/// the scene's to add.
+/// Inserts the resources that the systems of a tick need. [`Gravity`](crate::Gravity) and the other effects are for you to
+/// add.
 pub fn insert_step_resources(world: &mut World, step: TimeStep) {
     world.insert_resource(step);
     world.init_resource::<StepClock>();
@@ -191,7 +190,7 @@ pub fn apply_forces(mut queue: ResMut<PushQueue>, mut forces: Forces) {
     }
 }
 
-/// Forgets the forces of this tick; a push that is to last is added again in the next one.
+/// Clears the forces of this tick. A push that is to last is added again in the next one.
 pub fn clear_forces(mut forces: Forces) {
     forces.clear();
 }

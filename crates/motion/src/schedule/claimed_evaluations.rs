@@ -1,0 +1,154 @@
+//! Evaluations of bodies whose kernels call no law.
+//!
+//! A kernel counts the laws that it calls. It calls none for bodies on which only constant accelerations and linear
+//! drag act: those are summed up before the tick. Such a body takes as many evaluations as its method claims. Their
+//! number is cached, because it takes a walk over all bodies.
+
+use bevy_ecs::archetype::{Archetype, ArchetypeId};
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::QueryFilter;
+use smallvec::SmallVec;
+
+use crate::kernels::evaluations::Evaluations;
+use crate::laws::damping::{Damping, DampingRate};
+use crate::laws::own::OwnLaws;
+use crate::laws::{Affine, Declared, Gravity};
+use crate::methods::{Integrator, with_method};
+use crate::schedule::plan::StepPlan;
+use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
+use crate::state::coupling::Grouped;
+use crate::state::emitter::{Dormant, Particle};
+use crate::state::rest::Static;
+use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::tick::integrate::Unmarked;
+
+/// Evaluations per tick of the bodies whose kernels call no law.
+#[derive(Debug, Default)]
+pub(crate) struct ClaimedEvaluations {
+    /// What they were computed for; `None` if they are to be computed again.
+    conditions: Option<Conditions>,
+    accelerations: u64,
+    /// Those of bodies that gravity acts on.
+    with_gravity: u64,
+    /// Archetypes of particles, with evaluations per particle and whether gravity acts on it.
+    particles: Vec<(ArchetypeId, u64, bool)>,
+}
+
+/// What the number of evaluations depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Conditions {
+    /// A hash of the number of entities of each archetype, particles aside: emission changes theirs in every tick.
+    entities: u64,
+    damping: Option<Damping>,
+    has_linear_drag: bool,
+    calls_laws: bool,
+}
+
+impl Conditions {
+    fn of(world: &World, plan: &StepPlan) -> Self {
+        let particle = world.components().component_id::<Particle>().filter(|_| plan.emits);
+        let hash = |hash: u64, kind: &Archetype| {
+            let is_particle = particle.is_some_and(|particle| kind.contains(particle));
+            let entities = if is_particle { 0 } else { u64::from(kind.len()) };
+            hash.wrapping_mul(0x100_0000_01b3) ^ entities
+        };
+        let laws = Declared::of(world);
+        Self {
+            // From 1 on, so that a new archetype changes it even while it is empty.
+            entities: world.archetypes().iter().fold(1, hash),
+            damping: world.get_resource().copied(),
+            has_linear_drag: Affine::sum(laws.all()).rate != 0.0,
+            calls_laws: laws.called().next().is_some(),
+        }
+    }
+}
+
+impl ClaimedEvaluations {
+    /// Counts the evaluations of the coming tick, those of particles aside.
+    pub fn count(&mut self, world: &mut World, plan: &StepPlan) {
+        self.update(world, plan);
+        note(world, self.accelerations, self.with_gravity);
+    }
+
+    /// Counts the evaluations of the particles that lived in the tick that is over, of which some were born in it.
+    pub fn count_particles(&mut self, world: &mut World, plan: &StepPlan) {
+        self.update(world, plan);
+        let (mut accelerations, mut with_gravity) = (0, 0);
+        for (kind, per_particle, gravity) in &self.particles {
+            let living = world.archetypes().get(*kind).map_or(0, Archetype::len);
+            let evaluations = u64::from(living) * per_particle;
+            accelerations += evaluations;
+            with_gravity += if *gravity { evaluations } else { 0 };
+        }
+        note(world, accelerations, with_gravity);
+    }
+
+    /// Whether there may be particles among the bodies.
+    pub const fn has_particles(&self) -> bool {
+        !self.particles.is_empty()
+    }
+
+    fn update(&mut self, world: &mut World, plan: &StepPlan) {
+        let conditions = Conditions::of(world, plan);
+        if self.conditions != Some(conditions) {
+            *self = Self { conditions: Some(conditions), ..Self::default() };
+            with_method!(plan.method, M => self.add::<M, Unmarked>(world, conditions));
+            for method in &plan.own {
+                with_method!(*method, M => self.add::<M, With<M>>(world, conditions));
+            }
+        }
+    }
+
+    /// Adds the bodies of the method `M`, if its kernel calls no law for them.
+    fn add<M: Integrator, Who: QueryFilter>(&mut self, world: &mut World, conditions: Conditions) {
+        type Plain = (
+            Without<Quarantined>,
+            Without<Grouped>,
+            Without<Static>,
+            Without<Dormant>,
+            Without<DampingRate>,
+            Without<SpeedLimit>,
+            Without<AxisLocks>,
+            Without<OwnLaws>,
+            Without<OwnSubsteps>,
+        );
+        let Conditions { damping, has_linear_drag, calls_laws, .. } = conditions;
+        // Linear drag and damping in one step go to the kernel that counts.
+        if calls_laws || has_linear_drag && damping.is_some() && M::DAMPS_INSIDE {
+            return;
+        }
+        let damped = damping.is_some_and(|damping| damping.is_exact() && damping.rate != 0.0);
+        let claims = M::METHOD.claims();
+        let per_step = if has_linear_drag || damped && !M::DAMPS_INSIDE {
+            claims.evaluations_with_velocity_laws
+        } else {
+            claims.evaluations
+        };
+        let per_tick = u64::from(per_step) * u64::from(Substeps::parts(world.get_resource()));
+        let mut bodies =
+            world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain, Without<Particle>)>();
+        for (_, gravity_off) in bodies.iter(world).filter(|(body, _)| body.inverse_mass > 0.0) {
+            self.accelerations += per_tick;
+            self.with_gravity += if gravity_off { 0 } else { per_tick };
+        }
+        let gravity_off = world.register_component::<GravityOff>();
+        let particles = world.query_filtered::<&PhysicsBody, (Who, Plain, With<Particle>)>();
+        self.particles.extend(particles.matched_archetypes().map(|kind| {
+            let gravity = world.archetypes().get(kind).is_some_and(|kind| !kind.contains(gravity_off));
+            (kind, per_tick, gravity)
+        }));
+    }
+}
+
+/// Counts accelerations under the laws that are summed up before the tick, gravity being among those of some bodies.
+fn note(world: &mut World, accelerations: u64, with_gravity: u64) {
+    let exact = world.get_resource::<Damping>().is_some_and(Damping::is_exact);
+    let laws = Declared::of(world).affine().map(|law| law.name()).chain(exact.then_some("damping"));
+    let laws: SmallVec<[_; 8]> = laws.collect();
+    let gravity = world.get_resource::<Gravity>().is_some_and(|gravity| gravity.on);
+    let mut evaluations = world.resource_mut::<Evaluations>();
+    evaluations.count_accelerations(accelerations, laws.into_iter());
+    if gravity {
+        evaluations.count("gravity", with_gravity);
+    }
+}
