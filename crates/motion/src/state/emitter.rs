@@ -71,7 +71,7 @@ pub struct EmissionState {
     pub seen: Option<(u64, Scalar)>,
 }
 
-/// What [`emit_particles`] tells the rest of the schedule.
+/// What [`emit_particles`](crate::emit_particles) tells the rest of the schedule.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct Emissions {
     /// Every emitter is off, and every particle taken back.
