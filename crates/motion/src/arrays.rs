@@ -1,8 +1,8 @@
 //! Bodies in plain arrays, without an entity component system.
 
-mod acting;
 mod emitters;
 mod entry_points;
+mod environment;
 mod individuals;
 mod joined;
 mod of_world;
@@ -20,8 +20,8 @@ use crate::state::components::StableId;
 use crate::state::method_state::Known;
 use crate::state::range::Range;
 use crate::units::{Scalar, Vector};
-use acting::Acting;
 use emitters::Source;
+use environment::Resources;
 use individuals::Individuals;
 use joined::Joined;
 
@@ -58,7 +58,7 @@ pub struct Bare<T: Real> {
     /// Length of a tick, s.
     step: Scalar,
     substeps: u32,
-    acting: Acting<T>,
+    resources: Resources<T>,
     individuals: Individuals<T>,
     sources: Vec<Source>,
     groups: Vec<Joined<T>>,
@@ -94,7 +94,7 @@ impl<T: Real> Bare<T> {
             method,
             step: step.to_f64(),
             substeps: 1,
-            acting: Acting::default(),
+            resources: Resources::default(),
             individuals: Individuals::default(),
             sources: Vec::new(),
             groups: Vec::new(),
@@ -112,14 +112,14 @@ impl<T: Real> Bare<T> {
     /// With a law that acts on every body.
     #[must_use]
     pub fn with_law(mut self, law: impl Law<T>) -> Self {
-        self.acting.laws.push(Box::new(law));
+        self.resources.laws.push(Box::new(law));
         self
     }
 
     /// With damping.
     #[must_use]
     pub const fn with_damping(mut self, damping: Damping) -> Self {
-        self.acting.damping = Some(damping);
+        self.resources.damping = Some(damping);
         self
     }
 
@@ -127,7 +127,7 @@ impl<T: Real> Bare<T> {
     /// the largest number of f32.
     #[must_use]
     pub const fn with_range(mut self, range: Range) -> Self {
-        self.acting.range = Some(range);
+        self.resources.range = Some(range);
         self
     }
 
@@ -228,13 +228,13 @@ impl<T: Real> Bare<T> {
     /// Gravity, if it was declared.
     #[must_use]
     pub const fn gravity(&self) -> Option<Gravity> {
-        self.acting.gravity
+        self.resources.gravity
     }
 
     /// Damping, if there is some.
     #[must_use]
     pub const fn damping(&self) -> Option<Damping> {
-        self.acting.damping
+        self.resources.damping
     }
 
     /// Simulated time, s: since the scene began, for that of a world. Reckoned in f64 and rounded once, as all

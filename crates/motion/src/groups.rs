@@ -24,7 +24,7 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{couplings_now, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
-pub(crate) use field::{Askers, GroupField, Kept, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
+pub(crate) use field::{Askers, GroupEnvironment, GroupField, Kept, Outcome, RowAsks, Rows, Scratch, Watch};
 pub(crate) use linear::{Holder, LinearGroup, larger};
 pub(crate) use rows::{Row, RowArray};
 pub use solver::Solver;

@@ -61,7 +61,7 @@ pub use state::rest::Static;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};
 pub use state::substeps::{OwnSubsteps, Substeps};
 pub use state::threads::Threads;
-pub use tick::environment::{Acting, Notes};
+pub use tick::environment::{EnvironmentParam, TickOutput};
 pub use tick::integrate::{
     Bodies, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };

@@ -93,19 +93,19 @@ macro_rules! entry_points {
             pub fn set_laws(&mut self, laws: Vec<Box<dyn Law<$t>>>) {
                 // What was kept was kept under the old ones.
                 self.leave();
-                self.acting.laws = laws;
+                self.resources.laws = laws;
             }
 
             /// Changes gravity, switches it on or off, or takes it away; bodies of position Verlet start anew.
             pub fn set_gravity(&mut self, gravity: Option<Gravity>) {
                 self.leave();
-                self.acting.gravity = gravity;
+                self.resources.gravity = gravity;
             }
 
             /// Changes damping or takes it away; bodies of position Verlet start anew.
             pub fn set_damping(&mut self, damping: Option<Damping>) {
                 self.leave();
-                self.acting.damping = damping;
+                self.resources.damping = damping;
             }
         }
     )*};

@@ -2,9 +2,10 @@
 
 use super::individuals::OfRows;
 use super::{Bare, Residues};
-use crate::groups::{Coupling, GroupField, Kept, Outcome, Row, RowArray, Rows, Scratch, Surroundings, Watch};
+use crate::groups::{
+    Coupling, GroupEnvironment, GroupField, Kept, Outcome, Row, RowArray, Rows, Scratch, Watch,
+};
 use crate::kernels::Account;
-use crate::laws::Declared;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, Memory};
 use crate::real::Real;
@@ -88,24 +89,20 @@ impl<T: Real> Bare<T> {
         scratch: &mut Scratch<T>,
         account: &mut Account,
     ) -> Outcome {
-        let acting = &self.acting;
-        let called = acting.called();
         let course = self.course(group.substeps.unwrap_or(self.substeps));
-        let around = Surroundings {
-            // Drag does not act alike on all points.
-            terms: acting.terms::<M>(Declared { drag: None, ..acting.declared() }, &called, course),
-            gravity: acting.gravity(),
-            drag: acting.drag.as_ref(),
-            attraction: acting.attraction.as_ref(),
-            solver: acting.solver,
-            affine: &[],
-        };
+        let shared = self.resources.environment(course);
+        let called = shared.called();
+        let environment = GroupEnvironment::new::<M>(shared, &called, self.resources.solver, &[]);
         let askers = OfRows { rows, individuals: &self.individuals };
         let Joined { coupling, asking, lawful, kept, x, v, residues: [rx, rv], w, last, .. } = group;
         let residues = self.residues.is_some().then_some([&mut **rx, &mut **rv]);
         let last = (M::MEMORY == Memory::LastStep).then(|| &mut last[..coupling.movable]);
         let rows = Rows { x, v, residues, w, asking, lawful };
-        GroupField::new(coupling, &around, rows, &askers, scratch, account).tick::<M>(watch, last, Some(kept))
+        GroupField::new(coupling, &environment, rows, &askers, scratch, account).tick::<M>(
+            watch,
+            last,
+            Some(kept),
+        )
     }
 
     fn gather(&self, rows: &[usize], group: &mut Joined<T>) {

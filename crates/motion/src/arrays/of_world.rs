@@ -75,15 +75,15 @@ impl<T: Real> Bare<T> {
         bare.step = step;
         bare.substeps = Substeps::parts(world.get_resource());
         bare.clock = world.get_resource().copied().unwrap_or_default();
-        let acting = &mut bare.acting;
-        acting.gravity = world.get_resource::<Gravity>().copied();
-        acting.drag = world.get_resource().copied();
-        acting.wells = world.get_resource().cloned();
-        acting.laws = shared;
-        acting.attraction = world.get_resource().copied();
-        acting.damping = world.get_resource().copied();
-        acting.solver = world.get_resource().copied().unwrap_or_default();
-        acting.range = world.get_resource().copied();
+        let resources = &mut bare.resources;
+        resources.gravity = world.get_resource::<Gravity>().copied();
+        resources.drag = world.get_resource().copied();
+        resources.wells = world.get_resource().cloned();
+        resources.laws = shared;
+        resources.attraction = world.get_resource().copied();
+        resources.damping = world.get_resource().copied();
+        resources.solver = world.get_resource().copied().unwrap_or_default();
+        resources.range = world.get_resource().copied();
         let rows = bare.add_bodies(world, laws);
         bare.add_sources(world, &rows);
         if let Some(groups) = world.get_resource::<Groups>() {

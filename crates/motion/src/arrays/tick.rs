@@ -59,24 +59,33 @@ impl<T: Real> Bare<T> {
     }
 
     pub(super) fn course(&self, substeps: u32) -> Course {
-        let (start, end) = (self.clock.scene_seconds(), self.clock.after(self.step).scene_seconds());
-        Course { start, end, tick: self.step, substeps }
+        Course::new(self.clock, self.step, substeps)
     }
 
     /// A tick of `M` for the rows of a run, summed up the one way or the other.
     pub(super) fn tick_rows<M: Integrator, W: Way>(&mut self, run: usize) {
         let mut course = self.course(self.substeps);
         let Self {
-            positions, bodies, residues, forces, pushed, acting, individuals, account, refused, ..
+            positions,
+            bodies,
+            residues,
+            forces,
+            pushed,
+            resources,
+            individuals,
+            account,
+            refused,
+            ..
         } = self;
         let Run { rows, weightless, own, movable, born, .. } = individuals.runs[run].clone();
         if let Some(time) = born {
             course = course.since(time);
         }
-        let called = acting.called();
-        let mut terms = acting.terms::<M>(acting.declared(), &called, course);
+        let environment = resources.environment(course);
+        let called = environment.called();
+        let mut terms = environment.terms::<M>(&called);
         if !weightless {
-            terms.gravity += acting.gravity();
+            terms.gravity += environment.free_fall();
         }
         forces.resize(bodies.len(), [T::ZERO; 3]);
         let calls = !called.is_empty() || own.is_some();

@@ -17,26 +17,36 @@ use super::rows::{Row, RowArray};
 use super::solver::Solver;
 use crate::kernels::{Account, Terms};
 use crate::laws::course::Piece;
-use crate::laws::{Drag, MutualGravity};
+use crate::laws::{Declared, Law};
 use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::Real;
 use crate::state::range::Bounds;
+use crate::tick::environment::Environment;
 
-/// What acts on every body of a world, for groups.
+/// The environment of groups.
 #[derive(Clone, Copy)]
-pub(crate) struct Surroundings<'a, T: Real> {
-    /// All but gravity, which passes some bodies by.
+pub(crate) struct GroupEnvironment<'a, T: Real> {
+    /// That of every body.
+    pub shared: Environment<'a, T>,
+    /// Its numbers, without gravity and drag: neither acts on all rows alike.
     pub terms: Terms<'a, T>,
-    /// Gravity, m/s².
-    pub gravity: T::Vector,
-    /// Drag, which is also in the terms: as it acts on points.
-    pub drag: Option<&'a Drag>,
-    /// Mutual gravity.
-    pub attraction: Option<&'a MutualGravity>,
     /// How implicit steps are solved.
     pub solver: Solver,
     /// Names of the laws that are summed up before a tick, exact damping among them; without gravity.
-    pub affine: &'a [&'static str],
+    pub summed: &'a [&'static str],
+}
+
+impl<'a, T: Real> GroupEnvironment<'a, T> {
+    /// The environment of ticks of `M`; `called` are the laws that have to be called, drag among them.
+    pub fn new<M: Integrator>(
+        shared: Environment<'a, T>,
+        called: &'a [&'a dyn Law<T>],
+        solver: Solver,
+        summed: &'a [&'static str],
+    ) -> Self {
+        let laws = Declared { drag: None, ..shared.laws };
+        Self { shared, terms: Environment { laws, ..shared }.terms::<M>(called), solver, summed }
+    }
 }
 
 /// The rows of a group and what is known of them.
@@ -78,7 +88,7 @@ impl<T: Real> Scratch<T> {
 /// The field of one group in one tick.
 pub(crate) struct GroupField<'a, T: Real> {
     coupling: &'a Coupling<T>,
-    around: &'a Surroundings<'a, T>,
+    environment: &'a GroupEnvironment<'a, T>,
     rows: Rows<'a, T>,
     askers: &'a dyn Askers<T>,
     scratch: &'a mut Scratch<T>,
@@ -119,18 +129,18 @@ pub(crate) enum Outcome {
 impl<'a, T: Real> GroupField<'a, T> {
     pub fn new(
         coupling: &'a Coupling<T>,
-        around: &'a Surroundings<'a, T>,
+        environment: &'a GroupEnvironment<'a, T>,
         rows: Rows<'a, T>,
         askers: &'a dyn Askers<T>,
         scratch: &'a mut Scratch<T>,
         account: &'a mut Account,
     ) -> Self {
-        let Surroundings { terms, .. } = around;
-        let [start, end] = [terms.course.start, terms.course.end].map(T::of);
+        let GroupEnvironment { terms, .. } = environment;
+        let [start, end] = terms.course.ends().map(T::of);
         let piece = Piece { start, end, length: terms.course.substep(), jump: false };
         Self {
             coupling,
-            around,
+            environment,
             rows,
             askers,
             scratch,
@@ -203,7 +213,7 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     fn outcome(self) -> Outcome {
         let movable = self.coupling.movable;
-        let Bounds { position, speed } = self.around.terms.bounds;
+        let Bounds { position, speed } = self.environment.terms.bounds;
         let within = |row: &Row<T>, bound: T| {
             row[0].abs().is_at_most(bound) & row[1].abs().is_at_most(bound) & row[2].abs().is_at_most(bound)
         };

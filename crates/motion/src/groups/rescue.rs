@@ -2,7 +2,7 @@
 
 use bevy_ecs::entity::Entity;
 
-use super::field::{Askers, GroupField, Outcome, RowAsks, Rows, Scratch, Surroundings, Watch};
+use super::field::{Askers, GroupEnvironment, GroupField, Outcome, RowAsks, Rows, Scratch, Watch};
 use super::members::{ByRow, Wishes};
 use super::rows::Row;
 use super::split::Part;
@@ -14,16 +14,15 @@ use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Memory};
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::range::{Breach, Part as StatePart};
-use crate::tick::environment::{Acting, Notes};
+use crate::tick::environment::TickOutput;
 use crate::tick::quarantine::{Cause, Refused};
 use crate::units::{Scalar, Vector};
 
 /// Redoes the tick of a group in which a row broke, without it.
 pub(super) struct Rescue<'a, 'w, 's, 'n> {
-    pub acting: &'a Acting<'w, 's>,
-    pub around: &'a Surroundings<'a, Scalar>,
+    pub environment: &'a GroupEnvironment<'a, Scalar>,
     pub wishes: &'a Wishes<'w, 's>,
-    pub notes: &'a mut Notes<'n>,
+    pub output: &'a mut TickOutput<'n>,
 }
 
 /// Looks wishes up by the row of a part.
@@ -77,8 +76,7 @@ impl Rescue<'_, '_, '_, '_> {
         let springs = SpringsByRow::of(coupling);
         let suspects = Suspects {
             springs: &springs,
-            acting: self.acting,
-            around: self.around,
+            environment: self.environment,
             group,
             whole,
             pushes: &pushes,
@@ -90,28 +88,28 @@ impl Rescue<'_, '_, '_, '_> {
         for (row, dead) in dead.iter_mut().enumerate() {
             if let Some(cause) = suspects.lost(row) {
                 *dead = true;
-                self.notes.quarantine.refuse(refused(group, &before, row, cause));
+                self.output.quarantine.refuse(refused(group, &before, row, cause));
             }
         }
         let after = loop {
             let parts = coupling.parts(&dead);
             let mut after =
                 Before { x: before.x.clone(), v: before.v.clone(), w: Vec::new(), last: before.last.clone() };
-            let record = self.notes.records.recorder(coupling.rows);
+            let record = self.output.records.recorder(coupling.rows);
             let mut account = Account { record, ..Account::default() };
             let culprits: Vec<_> = parts
                 .iter()
                 .flat_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut account))
                 .collect();
             if culprits.is_empty() {
-                self.notes.evaluations.add(&account, &[], std::iter::empty());
-                self.notes.records.add(&group.bodies, account.record);
+                self.output.evaluations.add(&account, &[], std::iter::empty());
+                self.output.records.add(&group.bodies, account.record);
                 break after;
             }
             for (row, breach) in culprits {
                 let cause = suspects.cause(row, breach, &dead);
                 dead[row] = true;
-                self.notes.quarantine.refuse(refused(group, &before, row, cause));
+                self.output.quarantine.refuse(refused(group, &before, row, cause));
             }
         };
         x[rows.clone()].copy_from_slice(&after.x);
@@ -166,10 +164,11 @@ impl Rescue<'_, '_, '_, '_> {
                 state = (x, v, numbers(&before.last));
                 let (x, v) = (&mut state.0[..], &mut state.1[..]);
                 let rows = Rows { x, v, residues: None, w: &w, asking: &asking, lawful: &lawful };
-                let record = self.notes.records.recorder(part.rows.len());
+                let record = self.output.records.recorder(part.rows.len());
                 let mut own = Account { record, ..Account::default() };
                 let last = (M::MEMORY == Memory::LastStep).then(|| &mut state.2[..movable]);
-                let field = GroupField::new(coupling, self.around, rows, &askers, &mut scratch, &mut own);
+                let field =
+                    GroupField::new(coupling, self.environment, rows, &askers, &mut scratch, &mut own);
                 match field.tick::<M>(watch, last, None) {
                     Outcome::Finite => {
                         account.add(&own);
@@ -181,7 +180,7 @@ impl Rescue<'_, '_, '_, '_> {
                     Outcome::Broken(first) if !first.is_empty() => {
                         let breach = |row: usize| {
                             let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
-                            let breach = self.around.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
+                            let breach = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
                             // One that broke inside the tick may be out of the way at its end.
                             breach.unwrap_or(Breach { of: StatePart::Velocity, finite: false })
                         };
@@ -208,12 +207,12 @@ impl Rescue<'_, '_, '_, '_> {
         (x, v, last): &mut (Vec<Row<Scalar>>, Vec<Row<Scalar>>, Vec<Scalar>),
         account: &mut Account,
     ) -> Result<(), Breach> {
-        let Surroundings { terms, gravity, drag, .. } = self.around;
+        let GroupEnvironment { shared, terms, .. } = self.environment;
         let RowAsks { gravity_off, damping_rate, limit, locks } = askers.asks(row);
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
-        let air = drag.and_then(Law::<Scalar>::affine).unwrap_or(none);
+        let air = shared.laws.drag.and_then(Law::<Scalar>::affine).unwrap_or(none);
         let mut terms: Terms<'_, Scalar> = *terms;
-        terms.gravity += air.constant + if gravity_off { Vector::ZERO } else { *gravity };
+        terms.gravity += air.constant + if gravity_off { Vector::ZERO } else { shared.free_fall() };
         terms.drag += air.rate;
         let terms = terms.damped::<M>(terms.damping);
         let (laws, version) = askers.laws(row);

@@ -1,7 +1,7 @@
 //! Why a member of a group was left behind.
 
 use super::coupling::{Coupling, vector};
-use super::field::{Askers, RowAsks, Surroundings};
+use super::field::{Askers, GroupEnvironment, RowAsks};
 use super::members::ByRow;
 use super::pull::SpringRow;
 use super::rows::Row;
@@ -11,7 +11,6 @@ use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Part};
 use crate::state::springs::Elastic;
 use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
-use crate::tick::environment::Acting;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
 
@@ -41,8 +40,7 @@ impl SpringsByRow {
 /// The rows of a group before the tick, with everything that acts on them.
 pub(super) struct Suspects<'a, 'w, 's> {
     pub springs: &'a SpringsByRow,
-    pub acting: &'a Acting<'w, 's>,
-    pub around: &'a Surroundings<'a, Scalar>,
+    pub environment: &'a GroupEnvironment<'a, Scalar>,
     pub group: &'a Group,
     pub whole: ByRow<'a, 'w, 's>,
     /// Forces applied to rows, N.
@@ -62,7 +60,7 @@ impl Suspects<'_, '_, '_> {
         let Before { x, v, w, .. } = self.before;
         let Group { coupling, .. } = self.group;
         let broken = Breach { of: Part::Velocity, finite: false };
-        let cause = |evidence| Some(self.acting.cause(Groups::SYSTEM, broken, Some(evidence)));
+        let cause = |evidence| Some(self.environment.shared.cause(Groups::SYSTEM, broken, Some(evidence)));
         if let Some(anchor) = row.checked_sub(coupling.movable)
             && !coupling.sources.get(anchor).is_none_or(|source| source.is_finite())
         {
@@ -72,9 +70,10 @@ impl Suspects<'_, '_, '_> {
             return cause(evidence);
         }
         let ([a, b, c, _], [d, e, f, _]) = (x[row], v[row]);
-        if let Some(breach) = self.around.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]) {
-            let no_range = self.acting.found(Exposure { kicks: false, gravity_off: true, own_rate: true });
-            return Some(self.acting.cause(Groups::SYSTEM, breach, no_range));
+        if let Some(breach) = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]) {
+            let no_range =
+                self.environment.shared.found(Exposure { kicks: false, gravity_off: true, own_rate: true });
+            return Some(self.environment.shared.cause(Groups::SYSTEM, breach, no_range));
         }
         let RowAsks { gravity_off, damping_rate, locks, .. } = self.whole.asks(row);
         // What is locked may be passed by.
@@ -85,9 +84,9 @@ impl Suspects<'_, '_, '_> {
             return cause((place::MUTUAL_GRAVITY, Fault::Found));
         }
         // Damping without end leaves some methods at rest.
-        let stops = self.around.terms.damping.is_some_and(|damping| damping.rate.is_infinite());
+        let stops = self.environment.terms.damping.is_some_and(|damping| damping.rate.is_infinite());
         let own_rate = damping_rate.is_some() || stops;
-        self.acting.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
+        self.environment.shared.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
     }
 
     /// Why a row broke in a tick without those that are `dead`.
@@ -97,17 +96,17 @@ impl Suspects<'_, '_, '_> {
         let exposure = Exposure { kicks: true, gravity_off, own_rate };
         let last = self.before.last[row];
         let (laws, _) = self.whole.laws(row);
-        let damping_rate = damping_rate.filter(|_| self.around.terms.damping.is_some());
+        let damping_rate = damping_rate.filter(|_| self.environment.terms.damping.is_some());
         let suspect = Suspect { damping_rate, limit, last_step: Some(last), laws, ..self.state_of(row) };
         let evidence = suspect
             .found()
-            .or_else(|| self.acting.found(exposure))
+            .or_else(|| self.environment.shared.found(exposure))
             .or_else(|| self.attracts_by_no_number().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
             .or_else(|| self.spring_at_fault(row, dead))
-            .or_else(|| suspect.own_law(self.acting.times()))
-            .or_else(|| self.acting.law_at_fault(suspect.state()))
+            .or_else(|| suspect.own_law(self.environment.terms.course.ends()))
+            .or_else(|| self.environment.shared.law_at_fault(suspect.state()))
             .or_else(|| self.attraction_at_fault(row, dead));
-        self.acting.cause(Groups::SYSTEM, breach, evidence)
+        self.environment.shared.cause(Groups::SYSTEM, breach, evidence)
     }
 
     /// The state of a row and the force on it.
@@ -143,13 +142,13 @@ impl Suspects<'_, '_, '_> {
     }
 
     fn attracts_by_no_number(&self) -> bool {
-        self.group.coupling.attracts && self.around.attraction.is_some_and(is_no_attraction)
+        self.group.coupling.attracts && self.environment.shared.attraction.is_some_and(is_no_attraction)
     }
 
     /// Whether mutual gravity pulls a row with a force that is not finite.
     fn attraction_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
         let (Group { coupling, .. }, Before { x, w, .. }) = (self.group, self.before);
-        let law = self.around.attraction.filter(|_| coupling.attracts)?;
+        let law = self.environment.shared.attraction.filter(|_| coupling.attracts)?;
         let pull = |other: usize| {
             let masses = [row, other].map(|row| coupling.mass(row, w));
             coupling.attraction(law, masses, [row, other].map(|row| vector(&x[row])))

@@ -3,19 +3,19 @@
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
 
-use super::field::{GroupField, Outcome, Rows, Surroundings, Watch};
+use super::field::{GroupEnvironment, GroupField, Outcome, Rows, Watch};
 use super::members::{ByRow, Members, Wishes};
 use super::rescue::Rescue;
 use super::rows::Row;
 use super::solver::Solver;
 use super::{Group, Groups, Run};
 use crate::kernels::Account;
-use crate::laws::{Declared, MutualGravity};
+use crate::laws::MutualGravity;
 use crate::methods::{Integrator, Memory};
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::range::Bounds;
-use crate::tick::environment::{Acting, Called, Notes};
+use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
 use crate::units::{Scalar, Vector};
 
 /// What groups hang on.
@@ -24,8 +24,8 @@ type Anchors<'w, 's> = Query<'w, 's, (&'static Transform, &'static PhysicsBody),
 /// A tick of `M` for the groups of the bodies `Who`.
 #[expect(clippy::too_many_arguments, reason = "system parameters")]
 pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
-    mut acting: Acting,
-    mut notes: Notes,
+    mut param: EnvironmentParam,
+    mut output: TickOutput,
     mut groups: ResMut<Groups>,
     mut changed: ResMut<CouplingChanged>,
     solver: Option<Res<Solver>>,
@@ -33,48 +33,41 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
     mut members: Members<Who>,
     anchors: Anchors,
     wishes: Wishes,
-    mut affine: Local<Vec<&'static str>>,
+    mut summed: Local<Vec<&'static str>>,
 ) {
-    acting.prepare();
+    param.prepare();
     let groups = &mut *groups;
-    if !groups.gather(&acting, &mut members) {
-        groups.find(&acting, &wishes);
-        let found = groups.gather(&acting, &mut members);
+    if !groups.gather(&param, &mut members) {
+        groups.find(&param, &wishes);
+        let found = groups.gather(&param, &mut members);
         debug_assert!(found, "bodies do not move between tables in the middle of a system");
     }
-    affine.clear();
-    affine.extend(acting.affine(true));
-    let mut called = Called::new();
-    called.extend(acting.declared().called());
-    let mut around = Surroundings {
-        // Drag does not act alike on all points.
-        terms: acting.terms::<M>(Declared { drag: None, ..acting.declared() }, &called),
-        gravity: acting.gravity().unwrap_or(Vector::ZERO),
-        drag: acting.drag(),
-        attraction: attraction.as_deref(),
-        solver: solver.as_deref().copied().unwrap_or_default(),
-        affine: &affine,
-    };
-    let substeps = around.terms.course.substeps;
+    let shared = Environment { attraction: attraction.as_deref(), ..param.environment() };
+    summed.clear();
+    summed.extend(shared.summed(true));
+    let called = shared.called();
+    let solver = solver.as_deref().copied().unwrap_or_default();
+    let mut environment = GroupEnvironment::new::<M>(shared, &called, solver, &summed);
+    let substeps = environment.terms.course.substeps;
     for number in 0..groups.list.len() {
         if groups.seen[number] != groups.list[number].coupling.movable {
             continue;
         }
         let own = groups.list[number].substeps.unwrap_or(substeps);
-        if own != around.terms.course.substeps {
-            around.terms.course.substeps = own;
-            around.terms = around.terms.damped::<M>(around.terms.damping);
+        if own != environment.terms.course.substeps {
+            environment.terms.course.substeps = own;
+            environment.terms = environment.terms.damped::<M>(environment.terms.damping);
         }
-        let holds = groups.hold(number, &anchors, around.terms.bounds, &mut changed);
-        let record = notes.records.recorder(groups.list[number].coupling.rows);
+        let holds = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
+        let record = output.records.recorder(groups.list[number].coupling.rows);
         let mut account = Account { record, ..Account::default() };
-        if holds && groups.tick::<M>(number, &around, &wishes, &mut account) == Outcome::Finite {
-            notes.evaluations.add(&account, &[], std::iter::empty());
-            notes.records.add(&groups.list[number].bodies, account.record);
+        if holds && groups.tick::<M>(number, &environment, &wishes, &mut account) == Outcome::Finite {
+            output.evaluations.add(&account, &[], std::iter::empty());
+            output.records.add(&groups.list[number].bodies, account.record);
         } else {
             // A tick that broke may have spoilt what the group hangs on as well.
-            let _ = groups.hold(number, &anchors, around.terms.bounds, &mut changed);
-            let mut rescue = Rescue { acting: &acting, around: &around, wishes: &wishes, notes: &mut notes };
+            let _ = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
+            let mut rescue = Rescue { environment: &environment, wishes: &wishes, output: &mut output };
             rescue.run::<M>(groups, number, &mut |body| {
                 let (_, transform, state, _, last) = members.get(body).ok()?;
                 Some((*transform, *state, last.map_or(0.0, |last| last.0)))
@@ -82,17 +75,17 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
             changed.0 = true;
         }
     }
-    groups.scatter(&acting, &mut members);
+    groups.scatter(&param, &mut members);
 }
 
 impl Groups {
     /// Copies the rows of the system's groups out of the tables; `false` if they are not where they were.
-    fn gather<Who: ArchetypeFilter>(&mut self, acting: &Acting, members: &mut Members<Who>) -> bool {
+    fn gather<Who: ArchetypeFilter>(&mut self, param: &EnvironmentParam, members: &mut Members<Who>) -> bool {
         self.seen.fill(0);
         self.pushes.clear();
         for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
             let (entities, mut transforms, mut bodies, forces, mut last) = chunk;
-            let Some(table) = acting.table_of(entities[0]) else { return false };
+            let Some(table) = param.table_of(entities[0]) else { return false };
             let transforms = transforms.bypass_change_detection();
             let bodies = bodies.bypass_change_detection();
             let mut last = last.as_mut().map(|last| last.bypass_change_detection());
@@ -119,7 +112,7 @@ impl Groups {
                 }
                 self.seen[group] += len;
                 count += len;
-                let pushed = acting.pushed_in(table, start..start + len);
+                let pushed = param.pushed_in(table, start..start + len);
                 self.pushes.extend(pushed.iter().map(|(_, pushed)| {
                     let [x, y, z] = forces[*pushed].newtons().to_array();
                     (group, row + pushed - start, [x, y, z, 0.0])
@@ -147,14 +140,14 @@ impl Groups {
 
     /// Finds the rows of all groups in the tables, and those with something to look up.
     #[cold]
-    fn find(&mut self, acting: &Acting, wishes: &Wishes) {
+    fn find(&mut self, param: &EnvironmentParam, wishes: &Wishes) {
         self.runs.clear();
         for (number, group) in self.list.iter_mut().enumerate() {
             group.asking.clear();
             group.lawful.clear();
             let mut run: Option<Run> = None;
             for (row, body) in group.bodies[..group.coupling.movable].iter().enumerate() {
-                let Some((table, start)) = acting.place_of(*body) else { continue };
+                let Some((table, start)) = param.place_of(*body) else { continue };
                 match &mut run {
                     Some(run)
                         if run.table == table && run.start + run.len == start && run.row + run.len == row =>
@@ -208,7 +201,7 @@ impl Groups {
     fn tick<M: Integrator>(
         &mut self,
         number: usize,
-        around: &Surroundings<'_, Scalar>,
+        environment: &GroupEnvironment<'_, Scalar>,
         wishes: &Wishes,
         account: &mut Account,
     ) -> Outcome {
@@ -229,7 +222,7 @@ impl Groups {
             lawful: &group.lawful,
         };
         let last = (M::MEMORY == Memory::LastStep).then(|| &mut self.last[movable]);
-        GroupField::new(&group.coupling, around, rows, &askers, &mut self.scratch, account).tick::<M>(
+        GroupField::new(&group.coupling, environment, rows, &askers, &mut self.scratch, account).tick::<M>(
             Watch::Off,
             last,
             Some(&mut group.kept),
@@ -237,10 +230,10 @@ impl Groups {
     }
 
     /// Copies the rows of the system's groups back.
-    fn scatter<Who: ArchetypeFilter>(&self, acting: &Acting, members: &mut Members<Who>) {
+    fn scatter<Who: ArchetypeFilter>(&self, param: &EnvironmentParam, members: &mut Members<Who>) {
         for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
             let (entities, mut transforms, mut bodies, _, mut last) = chunk;
-            let Some(table) = acting.table_of(entities[0]) else { continue };
+            let Some(table) = param.table_of(entities[0]) else { continue };
             let (transforms, bodies) = (&mut *transforms, bodies.bypass_change_detection());
             let mut last = last.as_mut().map(|last| last.bypass_change_detection());
             for run in runs_of(&self.runs, table) {

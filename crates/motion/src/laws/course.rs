@@ -4,6 +4,7 @@ use smallvec::SmallVec;
 
 use crate::laws::EvaluationTime;
 use crate::real::Real;
+use crate::state::clock::StepClock;
 use crate::units::Scalar;
 
 /// A stretch of time that is integrated in one step.
@@ -61,6 +62,11 @@ pub(crate) struct Course {
 const NEAR: Scalar = 1e-9;
 
 impl Course {
+    /// The times of a tick of `tick` seconds that begins at the time of `clock`.
+    pub fn new(clock: StepClock, tick: Scalar, substeps: u32) -> Self {
+        Self { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
+    }
+
     /// Length of a substep, s.
     pub fn substep<T: Real>(&self) -> T {
         T::of(self.part())
@@ -69,6 +75,11 @@ impl Course {
     /// What is left of the tick at `time`, s, in as many parts as the whole: the first tick of a body that is born then.
     pub fn since(self, time: Scalar) -> Self {
         Self { start: time, tick: self.end - time, ..self }
+    }
+
+    /// Start and end of the tick, s.
+    pub const fn ends(&self) -> [Scalar; 2] {
+        [self.start, self.end]
     }
 
     fn part(&self) -> Scalar {

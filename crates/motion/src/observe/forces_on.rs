@@ -6,14 +6,15 @@ use bevy_ecs::prelude::*;
 use crate::groups::{Coupling, Row, couplings_now};
 use crate::kernels::record::vector;
 use crate::laws::course::Course;
-use crate::laws::damping::{Damping, DampingRate};
+use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
-use crate::laws::{BodyState, Declared, Gravity, Law, MutualGravity};
+use crate::laws::{BodyState, Law};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
 use crate::state::forces::{Push, PushQueue};
-use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::state::substeps::OwnSubsteps;
+use crate::tick::environment::Environment;
 use crate::units::{Scalar, Vector};
 
 /// What exerts a force.
@@ -75,16 +76,16 @@ pub fn each_force(
             }
         }
     }
-    let environment = Environment::of(world, pushes);
+    let forces = BodyForces::of(world, pushes);
     for (place, body) in bodies.iter().enumerate() {
-        environment.on_body(*body, in_sheets[place], |cause, newtons| each(place, cause, newtons));
+        forces.on_body(*body, in_sheets[place], |cause, newtons| each(place, cause, newtons));
     }
     for (coupling, members) in couplings.iter(world) {
         let place = |body: &Entity| places.get(body).copied();
         let asked: Vec<_> = members[..coupling.movable].iter().map(place).collect();
         if asked.iter().any(Option::is_some) {
             let joined = Joined::of(world, coupling, members, asked);
-            environment.between(&joined, |row, cause, newtons| {
+            forces.between(&joined, |row, cause, newtons| {
                 if let Some(place) = joined.asked.get(row).copied().flatten() {
                     each(place, cause, open(world.get::<AxisLocks>(members[row]), newtons));
                 }
@@ -98,37 +99,20 @@ fn open(locks: Option<&AxisLocks>, newtons: Vector) -> Vector {
     locks.map_or(newtons, |locks| locks.open(newtons))
 }
 
-/// What acts on every body.
-struct Environment<'w> {
+/// The bodies of a world and what acts on them.
+struct BodyForces<'w> {
     world: &'w World,
-    declared: Declared<'w>,
-    gravity: Option<&'w Gravity>,
-    attraction: Option<&'w MutualGravity>,
-    damping: Option<&'w Damping>,
-    course: Course,
+    environment: Environment<'w>,
     pushes: EntityHashMap<Vector>,
 }
 
-impl<'w> Environment<'w> {
+impl<'w> BodyForces<'w> {
     fn of(world: &'w World, pushed: &[Push]) -> Self {
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let tick = world.get_resource::<TimeStep>().map_or(1.0, |step| step.0);
         let mut pushes = EntityHashMap::<Vector>::default();
         pushed.iter().for_each(|push| *pushes.entry(push.body).or_default() += push.newtons);
-        Self {
-            world,
-            declared: Declared::of(world),
-            gravity: world.get_resource::<Gravity>().filter(|gravity| gravity.on),
-            attraction: world.get_resource(),
-            damping: world.get_resource(),
-            course: Course {
-                start: clock.scene_seconds(),
-                end: clock.after(tick).scene_seconds(),
-                tick,
-                substeps: Substeps::parts(world.get_resource()),
-            },
-            pushes,
-        }
+        Self { world, environment: Environment::of(world, clock, tick), pushes }
     }
 
     /// What acts on one body, others aside.
@@ -141,17 +125,18 @@ impl<'w> Environment<'w> {
         if queued.is_some() || applied != Vector::ZERO {
             each(ForceCause::Push, open(locks, applied + queued.unwrap_or_default()));
         }
-        let gravity = self.gravity.filter(|_| !thing.contains::<GravityOff>());
-        let laws = || self.declared.on_body(gravity, in_sheet, thing.get::<OwnLaws>());
-        let substeps = thing.get::<OwnSubsteps>().map_or(self.course.substeps, |own| own.0.max(1));
-        let course = Course { substeps, ..self.course };
+        let Environment { course, damping, .. } = self.environment;
+        let gravity_off = thing.contains::<GravityOff>();
+        let laws = || self.environment.on_body(gravity_off, in_sheet, thing.get::<OwnLaws>());
+        let substeps = thing.get::<OwnSubsteps>().map_or(course.substeps, |own| own.0.max(1));
+        let course = Course { substeps, ..course };
         // A law that jumps in the coming step is seen from that side of the jump on which the step begins.
         let first = course.pieces(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
         let Some(at) = first.map(|piece| piece.moment(0.0)) else { return };
         for law in laws() {
             each(ForceCause::Law(law.name()), open(locks, law.acceleration(at, state) * mass));
         }
-        if let Some(damping) = self.damping {
+        if let Some(damping) = damping {
             let rate = thing.get::<DampingRate>().map_or(damping.rate, DampingRate::rate);
             each(ForceCause::Law("damping"), open(locks, state.velocity * (-rate * mass)));
         }
@@ -169,14 +154,14 @@ impl<'w> Environment<'w> {
                 each(b, ForceCause::Spring(members[a]), -pull);
             }
         }
-        if let Some(drag) = self.declared.drag.filter(|_| !coupling.sheets.is_empty()) {
+        if let Some(drag) = self.environment.laws.drag.filter(|_| !coupling.sheets.is_empty()) {
             let mut forces = vec![[0.0; 4]; x.len()];
-            coupling.blow(drag, self.course.start, x, v, &mut forces);
+            coupling.blow(drag, self.environment.course.start, x, v, &mut forces);
             for row in coupling.in_sheets.iter().map(|row| *row as usize) {
                 each(row, ForceCause::Law(Law::<Scalar>::name(drag)), vector(&forces[row]));
             }
         }
-        if let Some(law) = self.attraction.filter(|_| coupling.attracts) {
+        if let Some(law) = self.environment.attraction.filter(|_| coupling.attracts) {
             for row in (0..coupling.movable).filter(|row| is_asked(*row)) {
                 let pull = |other: usize| {
                     let masses = [row, other].map(|row| coupling.mass(row, w));

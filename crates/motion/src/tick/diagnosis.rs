@@ -1,10 +1,10 @@
 //! Why a body was refused. All of this runs after the fact: what a body had is looked at, and what acts on it is
 //! evaluated once more.
 
-use crate::laws::{BodyState, Drag, EvaluationTime, Law, Well};
+use crate::laws::{BodyState, Declared, Drag, EvaluationTime, Law, Well};
 use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Part, Range};
-use crate::tick::environment::Acting;
+use crate::tick::environment::Environment;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
 
@@ -76,33 +76,33 @@ fn guilty<'a>(
     laws.find(|law| !gives(law)).map(|law| law.name())
 }
 
-impl Acting<'_, '_> {
+impl Environment<'_> {
     /// Which of the resources that act on a body is not finite.
     pub(crate) fn found(&self, exposure: Exposure) -> Option<Evidence> {
         let Exposure { kicks, gravity_off, own_rate } = exposure;
         let falls = kicks && !gravity_off;
-        let declared = self.declared();
+        let Self { laws, gravity, .. } = self;
         let places = [
-            (self.range().is_some_and(is_no_range), place::RANGE),
-            (falls && self.gravity().is_some_and(|gravity| !gravity.is_finite()), place::GRAVITY),
-            (!own_rate && self.damping().is_some_and(|damping| !damping.rate.is_finite()), place::DAMPING),
-            (kicks && declared.drag.is_some_and(is_no_drag), place::DRAG),
-            (kicks && declared.wells.is_some_and(|wells| wells.0.iter().any(is_no_well)), place::WELLS),
+            (self.range.is_some_and(is_no_range), place::RANGE),
+            (falls && gravity.is_some_and(|gravity| !gravity.acceleration.is_finite()), place::GRAVITY),
+            (!own_rate && self.damping.is_some_and(|damping| !damping.rate.is_finite()), place::DAMPING),
+            (kicks && laws.drag.is_some_and(is_no_drag), place::DRAG),
+            (kicks && laws.wells.is_some_and(|wells| wells.0.iter().any(is_no_well)), place::WELLS),
         ];
         places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| (place, Fault::Found))
     }
 
     /// Which law of every body gives no number for this one.
     pub(crate) fn law_at_fault(&self, state: BodyState<Scalar>) -> Option<Evidence> {
-        let declared = self.declared();
-        let drag = declared.drag.map(|drag| drag as &dyn Law<Scalar>);
-        let wells = declared.wells.map(|wells| wells as &dyn Law<Scalar>);
-        let name = |laws: &mut dyn Iterator<Item = &dyn Law<Scalar>>| guilty(laws, state, self.times());
+        let Declared { drag, wells, more } = self.laws;
+        let drag = drag.map(|drag| drag as &dyn Law<Scalar>);
+        let wells = wells.map(|wells| wells as &dyn Law<Scalar>);
+        let name = |laws: &mut dyn Iterator<Item = &dyn Law<Scalar>>| guilty(laws, state, self.course.ends());
         let at = |place, name| (place, Fault::Law(name));
         name(&mut drag.into_iter())
             .map(|name| at(place::DRAG, name))
             .or_else(|| name(&mut wells.into_iter()).map(|name| at(place::WELLS, name)))
-            .or_else(|| name(&mut declared.more.iter().map(|law| &**law)).map(|name| at(place::LAWS, name)))
+            .or_else(|| name(&mut more.iter().map(|law| &**law)).map(|name| at(place::LAWS, name)))
     }
 
     /// The cause, from what is known.
@@ -111,7 +111,7 @@ impl Acting<'_, '_> {
             Part::Position => place::POSITION,
             Part::Velocity => place::VELOCITY,
         };
-        let range = self.range().copied().unwrap_or_default();
+        let range = self.range.copied().unwrap_or_default();
         let outside = match breach.of {
             Part::Position => Fault::Range(range.position),
             Part::Velocity => Fault::Range(range.speed),

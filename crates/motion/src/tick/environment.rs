@@ -1,4 +1,4 @@
-//! What acts in a tick, read from a world, and where its systems note what happened.
+//! The environment of a tick: what acts on every body, and where the systems write what happened.
 
 use std::ops::Range;
 
@@ -13,8 +13,10 @@ use crate::kernels::record::TickRecords;
 use crate::laws::course::Course;
 use crate::laws::damping::Damping;
 use crate::laws::epoch::Epoch;
-use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, Wells};
+use crate::laws::own::OwnLaws;
+use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, MutualGravity, Wells};
 use crate::methods::Integrator;
+use crate::real::{Real, RealVector as _};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
 use crate::state::forces::PushedBodies;
@@ -22,11 +24,89 @@ use crate::state::range::{self, Bounds};
 use crate::state::substeps::Substeps;
 use crate::state::threads::Threads;
 use crate::tick::quarantine::Quarantine;
-use crate::units::{Scalar, Vector};
+use crate::units::Scalar;
 
-/// What acts in a tick besides the applied forces.
+/// Everything that acts on all bodies of a world in a tick, borrowed from where it is declared: a world, the parameters of
+/// a system, plain arrays. What single bodies have of their own is beside it.
+#[derive(Clone, Copy)]
+pub(crate) struct Environment<'a, T: Real = Scalar> {
+    /// Gravity, if it is on.
+    pub gravity: Option<&'a Gravity>,
+    /// All other laws of single bodies.
+    pub laws: Declared<'a, T>,
+    /// Gravity between the bodies of a group.
+    pub attraction: Option<&'a MutualGravity>,
+    pub damping: Option<Damping>,
+    pub range: Option<&'a range::Range>,
+    pub course: Course,
+    /// Changes whenever the laws do.
+    pub epoch: u64,
+}
+
+impl<'a> Environment<'a> {
+    /// That of `world` in a tick of `tick` seconds that begins at the time of `clock`, for looking at single bodies: no
+    /// tick of a kernel recalls accelerations with its epoch.
+    pub fn of(world: &'a World, clock: StepClock, tick: Scalar) -> Self {
+        Self {
+            gravity: world.get_resource::<Gravity>().filter(|gravity| gravity.on),
+            laws: Declared::of(world),
+            attraction: world.get_resource(),
+            damping: world.get_resource().copied(),
+            range: world.get_resource(),
+            course: Course::new(clock, tick, Substeps::parts(world.get_resource())),
+            epoch: 0,
+        }
+    }
+
+    /// The laws that act on a body with these `own` laws; drag acts on the triangles of a body in a sheet and not on it.
+    pub fn on_body(
+        &self,
+        gravity_off: bool,
+        in_sheet: bool,
+        own: Option<&'a OwnLaws>,
+    ) -> impl Iterator<Item = &'a dyn Law<Scalar>> + use<'a> {
+        self.laws.on_body(self.gravity.filter(|_| !gravity_off), in_sheet, own)
+    }
+
+    /// Names of the laws that are summed up before a tick.
+    pub fn summed(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
+        let gravity = self.gravity.filter(|_| !gravity_off).map(|_| "gravity");
+        let exact = self.damping.is_some_and(|damping| damping.is_exact()).then_some("damping");
+        gravity.into_iter().chain(exact).chain(self.laws.affine().map(|law| law.name()))
+    }
+}
+
+impl<'a, T: Real> Environment<'a, T> {
+    /// The laws that have to be called for every body.
+    pub fn called(&self) -> Called<'a, T> {
+        let mut called = Called::new();
+        called.extend(self.laws.called());
+        called
+    }
+
+    /// The numbers of a tick of `M` for bodies that gravity passes by; `called` are the laws that have to be called.
+    pub fn terms<'c, M: Integrator>(&self, called: &'c [&'c dyn Law<T>]) -> Terms<'c, T> {
+        Terms::new::<M>(Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.course)
+            .within(self.bounds())
+    }
+
+    /// Acceleration by gravity, m/s².
+    pub fn free_fall(&self) -> T::Vector {
+        self.gravity.and_then(Law::<T>::affine).map_or(T::Vector::ZERO, |law| law.constant)
+    }
+
+    /// The bounds of states that are stored.
+    pub fn bounds(&self) -> Bounds<T> {
+        Bounds::of(self.range)
+    }
+}
+
+/// Laws that are called for every body, in a list that allocates nothing.
+pub(crate) type Called<'a, T = Scalar> = SmallVec<[&'a dyn Law<T>; 8]>;
+
+/// The [environment](Environment) as a parameter of a system, with the places of bodies that are pushed or born.
 #[derive(SystemParam)]
-pub struct Acting<'w, 's> {
+pub struct EnvironmentParam<'w, 's> {
     step: Res<'w, TimeStep>,
     substeps: Option<Res<'w, Substeps>>,
     clock: Option<Res<'w, StepClock>>,
@@ -58,15 +138,15 @@ pub(super) struct Birth {
     pub time: Scalar,
 }
 
-/// Where a system notes what happened.
+/// What the systems of a tick write beside the bodies: evaluations, refused bodies, records for a ledger.
 #[derive(SystemParam)]
-pub struct Notes<'w> {
+pub struct TickOutput<'w> {
     pub(crate) quarantine: ResMut<'w, Quarantine>,
     pub(crate) evaluations: ResMut<'w, Evaluations>,
     pub(crate) records: ResMut<'w, TickRecords>,
 }
 
-impl Acting<'_, '_> {
+impl EnvironmentParam<'_, '_> {
     /// Looks up where the pushed and the newborn bodies are, and whether laws have changed.
     pub(crate) fn prepare(&mut self) {
         let changed = [
@@ -95,63 +175,20 @@ impl Acting<'_, '_> {
         }
     }
 
-    /// Laws of every body, gravity aside.
-    pub(crate) fn declared(&self) -> Declared<'_> {
-        let more = self.laws.as_deref().map_or(&[][..], |laws| &laws.0);
-        Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more }
-    }
-
-    fn course(&self) -> Course {
+    /// What acts on every body; mutual gravity is the groups' to add.
+    pub(crate) fn environment(&self) -> Environment<'_> {
         let TimeStep(tick) = *self.step;
         let clock = self.clock.as_deref().copied().unwrap_or_default();
-        let substeps = Substeps::parts(self.substeps.as_deref());
-        Course { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
-    }
-
-    /// What acts on every body, gravity aside: the affine ones of the laws `summed`, and those `called`.
-    pub(crate) fn terms<'a, M: Integrator>(
-        &self,
-        summed: Declared<'_>,
-        called: &'a [&'a dyn Law<Scalar>],
-    ) -> Terms<'a, Scalar> {
-        let damping = self.damping.as_deref().copied();
-        Terms::new::<M>(Affine::sum(summed.all()), damping, called, *self.epoch, self.course())
-            .within(self.bounds())
-    }
-
-    /// What a state that is stored may be at most.
-    pub(crate) fn bounds(&self) -> Bounds<Scalar> {
-        Bounds::of(self.range.as_deref())
-    }
-
-    pub(crate) fn range(&self) -> Option<&range::Range> {
-        self.range.as_deref()
-    }
-
-    pub(crate) fn damping(&self) -> Option<&Damping> {
-        self.damping.as_deref()
-    }
-
-    /// Start and end of the tick, s.
-    pub(crate) fn times(&self) -> [Scalar; 2] {
-        let Course { start, end, .. } = self.course();
-        [start, end]
-    }
-
-    pub(crate) fn gravity(&self) -> Option<Vector> {
-        self.gravity.as_deref().and_then(Gravity::acting)
-    }
-
-    pub(crate) fn drag(&self) -> Option<&Drag> {
-        self.drag.as_deref()
-    }
-
-    /// Names of the laws that are summed up in a table's terms.
-    pub(crate) fn affine(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
-        let gravity = (!gravity_off && self.gravity().is_some()).then_some("gravity");
-        let exact = self.damping.as_deref().is_some_and(Damping::is_exact);
-        let affine = self.declared().affine().map(|law| law.name());
-        gravity.into_iter().chain(exact.then_some("damping")).chain(affine)
+        let more = self.laws.as_deref().map_or(&[][..], |laws| &laws.0);
+        Environment {
+            gravity: self.gravity.as_deref().filter(|gravity| gravity.on),
+            laws: Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more },
+            attraction: None,
+            damping: self.damping.as_deref().copied(),
+            range: self.range.as_deref(),
+            course: Course::new(clock, tick, Substeps::parts(self.substeps.as_deref())),
+            epoch: *self.epoch,
+        }
     }
 
     /// Table and row of `body`.
@@ -189,6 +226,3 @@ impl Acting<'_, '_> {
         }
     }
 }
-
-/// Laws that are called for every body, in a list that allocates nothing.
-pub(crate) type Called<'a> = SmallVec<[&'a dyn Law<Scalar>; 8]>;

@@ -26,7 +26,7 @@ use crate::state::rest::Static;
 use crate::state::substeps::OwnSubsteps;
 use crate::state::threads::Threads;
 use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
-use crate::tick::environment::{Acting, Birth, Called, Notes};
+use crate::tick::environment::{Birth, Environment, EnvironmentParam, TickOutput};
 use crate::tick::quarantine::Refused;
 use crate::units::{Scalar, Vector};
 
@@ -245,7 +245,7 @@ impl<'a> Chunk<'a> {
             last_step: self.steps.as_ref().map(|steps| steps[row].0),
             laws: self.own.filter(|_| M::KICKS).map_or(&[], |own| own[row].laws()),
         };
-        let times = [terms.course.start, terms.course.end];
+        let times = terms.course.ends();
         Missed {
             body: self.entities[row],
             transform: self.transforms[row],
@@ -258,7 +258,7 @@ impl<'a> Chunk<'a> {
     }
 }
 
-impl Acting<'_, '_> {
+impl Environment<'_> {
     /// Names the cause, from what was found in the row and what acts on every body.
     #[cold]
     fn judge(&self, missed: Missed, kicks: bool, gravity_off: bool) -> Refused {
@@ -312,17 +312,16 @@ fn shared<M: Integrator>(
 
 /// One system's share of a tick: `M` over all bodies.
 fn advance<M: Integrator, Who: ArchetypeFilter>(
-    mut acting: Acting,
-    mut notes: Notes,
+    mut param: EnvironmentParam,
+    mut output: TickOutput,
     mut bodies: Bodies<Who>,
 ) {
-    acting.prepare();
-    let mut called = Called::new();
-    called.extend(acting.declared().called());
-    let called = called.as_slice();
-    let weightless = acting.terms::<M>(acting.declared(), called);
+    param.prepare();
+    let environment = param.environment();
+    let called = environment.called();
+    let weightless = environment.terms::<M>(&called);
     let mut falling = weightless;
-    falling.gravity += acting.gravity().unwrap_or(Vector::ZERO);
+    falling.gravity += environment.free_fall();
     for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
         let (
             entities,
@@ -353,17 +352,17 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             steps: steps.as_mut().map(|steps| steps.bypass_change_detection()),
             known: known.as_mut().map(|known| known.bypass_change_detection()),
         };
-        let (pushed, births) = (acting.pushed_of(entities[0]), acting.births_of(entities[0]));
-        let done = match acting.threads.as_deref() {
+        let (pushed, births) = (param.pushed_of(entities[0]), param.births_of(entities[0]));
+        let done = match param.threads.as_deref() {
             Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
-                shared::<M>(threads, chunk, terms, pushed, births, &notes.records)
+                shared::<M>(threads, chunk, terms, pushed, births, &output.records)
             }
-            _ => chunk.integrate::<M>(terms, pushed, births, 0, &notes.records),
+            _ => chunk.integrate::<M>(terms, pushed, births, 0, &output.records),
         };
-        notes.evaluations.add(&done.account, called, acting.affine(gravity_off));
-        notes.records.add(entities, done.account.record);
+        output.evaluations.add(&done.account, &called, environment.summed(gravity_off));
+        output.records.add(entities, done.account.record);
         for missed in done.missed {
-            notes.quarantine.refuse(acting.judge(missed, M::KICKS, gravity_off));
+            output.quarantine.refuse(environment.judge(missed, M::KICKS, gravity_off));
         }
     }
 }
@@ -374,22 +373,30 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
 /// [`DampingModel::Exact`](crate::DampingModel::Exact) the decay is part of this update. Laws of the position or
 /// the velocity are not for this system and [`integrate_velocity`], but for [`integrate_in_one_pass`], which
 /// reads them before either half.
-pub fn integrate_acceleration(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
-    advance::<Kick, _>(acting, notes, bodies);
+pub fn integrate_acceleration(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
+    advance::<Kick, _>(param, output, bodies);
 }
 
 /// `x += v h`, with the damping, speed limit and axis locks that have their place around the move.
-pub fn integrate_velocity(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
-    advance::<Drift, _>(acting, notes, bodies);
+pub fn integrate_velocity(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
+    advance::<Drift, _>(param, output, bodies);
 }
 
 /// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory: the same bits as
 /// [`integrate_acceleration`] and [`integrate_velocity`] one after the other, in that order or the other.
-pub fn integrate_in_one_pass<M: Integrator>(acting: Acting, notes: Notes, bodies: Bodies<Unmarked>) {
-    advance::<M, _>(acting, notes, bodies);
+pub fn integrate_in_one_pass<M: Integrator>(
+    param: EnvironmentParam,
+    output: TickOutput,
+    bodies: Bodies<Unmarked>,
+) {
+    advance::<M, _>(param, output, bodies);
 }
 
 /// A tick of `M` for the bodies `Who`.
-pub fn integrate<M: Integrator, Who: ArchetypeFilter>(acting: Acting, notes: Notes, bodies: Bodies<Who>) {
-    advance::<M, _>(acting, notes, bodies);
+pub fn integrate<M: Integrator, Who: ArchetypeFilter>(
+    param: EnvironmentParam,
+    output: TickOutput,
+    bodies: Bodies<Who>,
+) {
+    advance::<M, _>(param, output, bodies);
 }

@@ -1,6 +1,6 @@
 //! What rows ask for: most groups have one kind of row.
 
-use super::{GroupField, Scratch, Surroundings};
+use super::{GroupEnvironment, GroupField, Scratch};
 use crate::laws::course::{Piece, Pieces};
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::{Affine, Law};
@@ -49,7 +49,8 @@ impl<T: Real> Class<T> {
 
 impl<T: Real> GroupField<'_, T> {
     pub(super) fn sort_into_classes<M: Integrator>(&mut self) {
-        let Surroundings { terms, gravity, drag, .. } = self.around;
+        let GroupEnvironment { shared, terms, .. } = self.environment;
+        let (gravity, drag) = (shared.free_fall(), shared.laws.drag);
         let none = Affine { constant: T::Vector::ZERO, rate: T::ZERO };
         let air = drag.and_then(Law::<T>::affine).unwrap_or(none);
         let Scratch { classes, class_of, .. } = &mut *self.scratch;
@@ -59,7 +60,7 @@ impl<T: Real> GroupField<'_, T> {
         // What of it acts on a row: nothing is taken off again, which would leave a rounding.
         let class = |in_sheet: bool, asks: RowAsks| {
             let air = if in_sheet { none } else { air };
-            let gravity = if asks.gravity_off { T::Vector::ZERO } else { *gravity };
+            let gravity = if asks.gravity_off { T::Vector::ZERO } else { gravity };
             let own = match asks.damping_rate.zip(terms.damping) {
                 Some((rate, damping)) => &terms.damped::<M>(Some(Damping { rate, ..damping })),
                 None => terms,
@@ -94,7 +95,7 @@ impl<T: Real> GroupField<'_, T> {
             }
             *class_of = u32::try_from(classes.len() - 1).unwrap_or(0);
         }
-        self.heavy = if *gravity == T::Vector::ZERO { 0 } else { self.coupling.movable as u64 - weightless };
+        self.heavy = if gravity == T::Vector::ZERO { 0 } else { self.coupling.movable as u64 - weightless };
         let anchors = &self.rows.v[self.coupling.movable..];
         self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [T::ZERO; 3]);
     }
@@ -127,7 +128,7 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     pub(super) fn pieces(&self) -> Pieces {
-        let terms = &self.around.terms;
+        let terms = &self.environment.terms;
         let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
         let own = self.rows.lawful.iter().flat_map(|row| self.askers.laws(*row as usize).0);
         terms.course.pieces(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
@@ -135,9 +136,9 @@ impl<T: Real> GroupField<'_, T> {
 
     pub(super) fn looks_at_velocity(&self) -> bool {
         let own = |row: &u32| self.askers.laws(*row as usize).0.iter().any(|law| law.depends_on_velocity());
-        self.coupling.depends_on_velocity(self.around.drag.is_some())
+        self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
             || self.scratch.classes.iter().any(|class| class.rate != T::ZERO)
-            || self.around.terms.laws.iter().any(|law| law.depends_on_velocity())
+            || self.environment.terms.laws.iter().any(|law| law.depends_on_velocity())
             || self.rows.lawful.iter().any(own)
     }
 }

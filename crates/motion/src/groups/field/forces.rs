@@ -87,10 +87,10 @@ impl<'a, T: Real> GroupField<'a, T> {
     pub(crate) fn push_and_pull(&self, time: T, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
         sum.fill([T::ZERO; 4]);
         self.coupling.springs.pull(x, v, sum);
-        if let Some(drag) = self.around.drag {
+        if let Some(drag) = self.environment.shared.laws.drag {
             self.coupling.blow(drag, time, x, v, sum);
         }
-        if let (true, Some(law)) = (self.coupling.attracts, self.around.attraction) {
+        if let (true, Some(law)) = (self.coupling.attracts, self.environment.shared.attraction) {
             self.coupling.attract(law, x, self.rows.w, sum);
         }
     }
@@ -123,7 +123,7 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     /// Rows that a called law passes over, because air acts on triangles instead of them.
     pub(super) fn in_sheets(&self, law: &dyn Law<T>) -> &'a [u32] {
-        match self.around.drag {
+        match self.environment.shared.laws.drag {
             Some(drag) if std::ptr::addr_eq(std::ptr::from_ref(law), std::ptr::from_ref(drag)) => {
                 &self.coupling.in_sheets
             }
@@ -135,7 +135,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     pub(super) fn call(&self, at: EvaluationTime<T>, x: &[Row<T>], v: &mut [Row<T>], sum: &mut [Row<T>]) {
         let movable = self.coupling.movable;
         v.iter_mut().zip(self.rows.w).for_each(|(row, w)| row[3] = *w);
-        for law in self.around.terms.laws {
+        for law in self.environment.terms.laws {
             let in_sheets = self.in_sheets(*law);
             // A row of inverse mass 0 is passed over.
             in_sheets.iter().for_each(|row| v[*row as usize][3] = T::ZERO);
@@ -160,11 +160,11 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     /// Counts an evaluation of everything.
     pub(super) fn count(&mut self) {
-        let Self { coupling, around, rows, askers, heavy, account, .. } = self;
-        let (movable, terms) = (coupling.movable as u64, &around.terms);
+        let Self { coupling, environment, rows, askers, heavy, account, .. } = self;
+        let (movable, terms) = (coupling.movable as u64, &environment.terms);
         account.accelerations += movable;
         account.count_own("gravity", *heavy);
-        around.affine.iter().for_each(|law| account.count_own(law, movable));
+        environment.summed.iter().for_each(|law| account.count_own(law, movable));
         for law in terms.laws {
             account.count_own(law.name(), movable);
         }

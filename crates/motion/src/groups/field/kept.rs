@@ -121,10 +121,10 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     pub(super) fn recall(&mut self, kept: &Kept<T>, own: u64) -> Option<Combination<T>> {
-        let terms = &self.around.terms;
+        let terms = &self.environment.terms;
         let fits = kept.time == Some(terms.course.start)
             && (kept.epoch, kept.own) == (terms.epoch, own)
-            && kept.attraction.as_ref() == self.around.attraction
+            && kept.attraction.as_ref() == self.environment.shared.attraction
             && match kept.kinds {
                 None => kept.classes == self.scratch.classes && kept.class_of == self.scratch.class_of,
                 Some(given) => given == kinds(&self.scratch.classes, &self.scratch.class_of),
@@ -138,12 +138,12 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     pub(super) fn note(&self, kept: &mut Kept<T>, own: u64, is_kept: bool) {
-        let terms = &self.around.terms;
+        let terms = &self.environment.terms;
         kept.time = is_kept.then_some(terms.course.end);
         if is_kept {
             kept.kinds = None;
             (kept.epoch, kept.own) = (terms.epoch, own);
-            kept.attraction = self.around.attraction.copied();
+            kept.attraction = self.environment.shared.attraction.copied();
             kept.classes.clone_from(&self.scratch.classes);
             kept.class_of.clone_from(&self.scratch.class_of);
             kept.x.copy(self.rows.x);

@@ -45,12 +45,12 @@ impl<T: Real> GroupField<'_, T> {
 
     /// Whether there are laws to be called.
     pub(super) fn calls(&self) -> bool {
-        !self.around.terms.laws.is_empty() || !self.rows.lawful.is_empty()
+        !self.environment.terms.laws.is_empty() || !self.rows.lawful.is_empty()
     }
 
     /// Every law that is called, for every row that it acts on.
     fn each_call(&self, mut each: impl FnMut(usize, &dyn Law<T>)) {
-        for law in self.around.terms.laws {
+        for law in self.environment.terms.laws {
             for row in 0..self.coupling.movable {
                 if self.in_sheets(*law).binary_search(&(row as u32)).is_err() {
                     each(row, *law);
@@ -86,7 +86,7 @@ impl<T: Real> GroupField<'_, T> {
         if let Some(gain) = &mut gain {
             self.kick_by_constants(gain);
         }
-        if self.around.solver.newton_iterations > 0 {
+        if self.environment.solver.newton_iterations > 0 {
             work.before.copy(&v);
         }
         work.x.copy(self.rows.x);
@@ -95,7 +95,7 @@ impl<T: Real> GroupField<'_, T> {
         work.force(self, &v);
         work.right_side_of_step(self, &v);
         work.iterate(self, &mut v, gain.as_deref_mut());
-        for _ in 0..self.around.solver.newton_iterations {
+        for _ in 0..self.environment.solver.newton_iterations {
             let h = self.length();
             for (x, (start, v)) in work.x.iter_mut().zip(self.rows.x.iter().zip(v.iter())) {
                 (0..3).for_each(|axis| x[axis] = start[axis] + v[axis] * h);
@@ -145,7 +145,7 @@ impl<T: Real> Workspace<T> {
     fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
         let Self { linear, x, .. } = self;
         let step = (field.end(), field.length());
-        linear.linearize(field.coupling, field.around.drag, step, x, v);
+        linear.linearize(field.coupling, field.environment.shared.laws.drag, step, x, v);
         if field.calls() {
             linear.expect_laws();
             field.each_call(|row, law| {
@@ -224,7 +224,8 @@ impl<T: Real> Workspace<T> {
         };
         let (h, sheets) = (field.length(), &field.coupling.sheets);
         let Solved { iterations, converged, is_finite } =
-            gradients.solve(field.around.solver, movable, |p, q| linear.multiply(h, sheets, row_terms, p, q));
+            gradients
+                .solve(field.environment.solver, movable, |p, q| linear.multiply(h, sheets, row_terms, p, q));
         if !is_finite {
             // Told by the velocities; those that have nothing to do with it stay as they are.
             for sum in [Some(&mut *v), gain.as_deref_mut()].into_iter().flatten() {

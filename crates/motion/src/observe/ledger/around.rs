@@ -8,21 +8,16 @@ use super::path::{Node, Path, cuts, nodes};
 use super::rows::{Body, State};
 use crate::kernels::record::TickRecord;
 use crate::laws::course::Course;
-use crate::laws::damping::Damping;
-use crate::laws::{Declared, EvaluationTime, Gravity, Law, MutualGravity};
+use crate::laws::{EvaluationTime, Law};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::state::clock::StepClock;
-use crate::state::substeps::Substeps;
+use crate::tick::environment::Environment;
 use crate::units::{Scalar, Vector};
 
 /// What acts on every body in a tick.
 pub(super) struct Around<'w> {
-    pub course: Course,
-    pub attraction: Option<&'w MutualGravity>,
-    pub declared: Declared<'w>,
-    gravity: Option<&'w Gravity>,
-    damping: Option<Damping>,
+    pub environment: Environment<'w>,
     /// Of bodies that have none of their own.
     method: Method,
 }
@@ -30,21 +25,12 @@ pub(super) struct Around<'w> {
 impl<'w> Around<'w> {
     /// What acts in `world` in the tick of `tick` seconds that began at the time of `clock`.
     pub fn of(world: &'w World, method: Method, clock: StepClock, tick: Scalar) -> Self {
-        let (start, end) = (clock.scene_seconds(), clock.after(tick).scene_seconds());
-        Self {
-            course: Course { start, end, tick, substeps: Substeps::parts(world.get_resource()) },
-            attraction: world.get_resource(),
-            declared: Declared::of(world),
-            gravity: world.get_resource::<Gravity>().filter(|gravity| gravity.on),
-            damping: world.get_resource().copied(),
-            method,
-        }
+        Self { environment: Environment::of(world, clock, tick), method }
     }
 
     /// The laws of a body.
     fn laws<'a>(&'a self, body: &'a Body<'_>) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
-        let gravity = self.gravity.filter(|_| !body.gravity_off);
-        self.declared.on_body(gravity, body.in_sheet, body.laws)
+        self.environment.on_body(body.gravity_off, body.in_sheet, body.laws)
     }
 
     /// Adds the energies of the bodies at an end of the tick: 0 is its start, 1 its end.
@@ -61,12 +47,13 @@ impl<'w> Around<'w> {
     /// Rate of the linear drag that damping is for a body, 1/s: the exact model, where it is no part of a kick.
     fn damping_rate(&self, body: &Body<'_>) -> Scalar {
         let inside = with_method!(self.method_of(body), M => M::DAMPS_INSIDE);
-        let damping = self.damping.filter(|damping| damping.is_exact() && !inside);
+        let damping = self.environment.damping.filter(|damping| damping.is_exact() && !inside);
         damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
     }
 
     fn course_of(&self, body: &Body<'_>) -> Course {
-        body.born.map_or(self.course, |time| self.course.since(time))
+        let course = self.environment.course;
+        body.born.map_or(course, |time| course.since(time))
     }
 
     fn method_of(&self, body: &Body<'_>) -> Method {

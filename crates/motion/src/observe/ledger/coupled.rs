@@ -69,13 +69,14 @@ impl Members<'_> {
             energies.add_potential("springs", self.coupling.elastic_energy(&x));
         }
         if self.attraction(around).is_some() {
-            let energy = self.coupling.attraction_energy(around.attraction, &x, &self.inverse_masses, 0.0);
+            let energy =
+                self.coupling.attraction_energy(around.environment.attraction, &x, &self.inverse_masses, 0.0);
             energies.add_potential("mutual_gravity", energy);
         }
     }
 
     fn attraction<'a>(&self, around: &Around<'a>) -> Option<&'a MutualGravity> {
-        around.attraction.filter(|_| self.coupling.attracts)
+        around.environment.attraction.filter(|_| self.coupling.attracts)
     }
 
     /// Adds a tick whose bodies went along `paths`.
@@ -86,7 +87,7 @@ impl Members<'_> {
         paths: &[Path],
         totals: &mut LedgerTotals,
     ) {
-        for node in nodes(&around.course, &[0.0, around.course.tick]) {
+        for node in nodes(&around.environment.course, &[0.0, around.environment.course.tick]) {
             let rows = self.states(|body| paths[body].at(node.after));
             self.add_springs(bodies, &rows, node.weight, totals);
             self.add_sheets(around, bodies, &rows, &node, totals);
@@ -159,7 +160,9 @@ impl Members<'_> {
         node: &Node,
         totals: &mut LedgerTotals,
     ) {
-        let Some(drag) = around.declared.drag.filter(|_| !self.coupling.sheets.is_empty()) else { return };
+        let Some(drag) = around.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty()) else {
+            return;
+        };
         let mut forces = vec![[0.0; 4]; rows.x.len()];
         self.coupling.blow(drag, node.at.time, &rows.x, &rows.v, &mut forces);
         let (mut work, mut impulse) = (0.0, Vector::ZERO);

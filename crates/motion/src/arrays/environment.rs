@@ -1,0 +1,53 @@
+//! What acts on bodies in plain arrays: in a world, resources.
+
+use crate::groups::Solver;
+use crate::laws::course::Course;
+use crate::laws::damping::Damping;
+use crate::laws::{Declared, Drag, Gravity, Law, MutualGravity, Wells};
+use crate::real::Real;
+use crate::state::range::Range;
+use crate::tick::environment::Environment;
+
+/// What an [`Environment`] borrows of arrays.
+#[derive(Debug)]
+pub(super) struct Resources<T: Real> {
+    pub gravity: Option<Gravity>,
+    pub drag: Option<Drag>,
+    pub wells: Option<Wells>,
+    pub laws: Vec<Box<dyn Law<T>>>,
+    pub attraction: Option<MutualGravity>,
+    pub damping: Option<Damping>,
+    pub solver: Solver,
+    pub range: Option<Range>,
+}
+
+impl<T: Real> Default for Resources<T> {
+    fn default() -> Self {
+        Self {
+            gravity: None,
+            drag: None,
+            wells: None,
+            laws: Vec::new(),
+            attraction: None,
+            damping: None,
+            solver: Solver::default(),
+            range: None,
+        }
+    }
+}
+
+impl<T: Real> Resources<T> {
+    /// What acts in a tick of those times.
+    pub fn environment(&self, course: Course) -> Environment<'_, T> {
+        Environment {
+            gravity: self.gravity.as_ref().filter(|gravity| gravity.on),
+            laws: Declared { drag: self.drag.as_ref(), wells: self.wells.as_ref(), more: &self.laws },
+            attraction: self.attraction.as_ref(),
+            damping: self.damping,
+            range: self.range.as_ref(),
+            course,
+            // Laws change only where everything that was kept is forgotten.
+            epoch: 0,
+        }
+    }
+}
