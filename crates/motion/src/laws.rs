@@ -1,8 +1,8 @@
-//! Laws: what accelerates a body by where it is, how fast it is and what time it is.
+//! Laws: accelerations that depend on position, velocity and time.
 //!
-//! A law is evaluated at the states and times that a method asks for, as often as it asks; an applied force
-//! ([`Force`](crate::Force)) is constant over the tick and is not a law. Each law is one small file; adding
-//! one touches no method.
+//! A method evaluates a law as often as it needs, at states and times of its choice. An applied force
+//! ([`Force`](crate::Force)) is constant over the tick and is not a law. Each law is one small file; a new law changes
+//! no method.
 
 pub(crate) mod course;
 pub(crate) mod damping;
@@ -31,7 +31,7 @@ use crate::laws::own::OwnLaws;
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Scalar;
 
-/// The laws of this crate: the name by which [`Evaluations`](crate::Evaluations) counts each, and what it is.
+/// The laws of this crate: the name under which [`Evaluations`](crate::Evaluations) counts each, and its formula.
 pub const LAWS: [(&str, &str); 7] = [
     ("gravity", "the same acceleration for every body: a = g"),
     ("drag", "drag of a fluid, linear and quadratic: a = -c u - k |u| u with u = v - wind"),
@@ -59,48 +59,46 @@ pub struct BodyState<T: Real> {
     pub position: T::Vector,
     /// Velocity, m/s.
     pub velocity: T::Vector,
-    /// Reciprocal of the mass, 1/kg, above 0: laws are not asked about immovable bodies.
+    /// Reciprocal of the mass, 1/kg, above 0: laws are not evaluated for immovable bodies.
     pub inverse_mass: T,
 }
 
-/// Derivatives of an acceleration a: what an implicit method needs.
+/// Derivatives of an acceleration a by position and velocity, for implicit methods.
 #[derive(Clone, Copy, Debug)]
 pub struct Jacobians<T: Real> {
-    /// Of a by position, 1/s²; column j is the derivative by coordinate j.
+    /// Derivative of a by position, 1/s²; column j is the derivative by coordinate j.
     pub position: T::Matrix,
-    /// Of a by velocity, 1/s.
+    /// Derivative of a by velocity, 1/s.
     pub velocity: T::Matrix,
 }
 
 impl<T: Real> Jacobians<T> {
-    /// Those of a law that depends on time alone.
+    /// The Jacobians of a law that depends on time alone.
     #[must_use]
     pub fn zero() -> Self {
         Self { position: T::Matrix::ZERO, velocity: T::Matrix::ZERO }
     }
 }
 
-/// What an affine law is made of: `a = constant - rate v`.
+/// An affine law: `a = constant - rate v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine<T: Real> {
-    /// The part that depends on nothing, m/s².
+    /// The constant acceleration, m/s².
     pub constant: T::Vector,
     /// The rate of linear drag, 1/s.
     pub rate: T,
 }
 
 impl<T: Real> Affine<T> {
-    /// The sum of the laws that are affine.
+    /// Sums those of `laws` that are affine.
     pub(crate) fn sum<'a>(laws: impl Iterator<Item = &'a dyn Law<T>>) -> Self {
         let zero = Self { constant: T::Vector::ZERO, rate: T::ZERO };
-        laws.filter_map(|law| law.affine()).fold(zero, |sum, part| Self {
-            constant: sum.constant + part.constant,
-            rate: sum.rate + part.rate,
-        })
+        laws.filter_map(|law| law.affine())
+            .fold(zero, |sum, law| Self { constant: sum.constant + law.constant, rate: sum.rate + law.rate })
     }
 }
 
-/// A local law: the acceleration of one body by its own state and the time.
+/// A law: the acceleration of one body as a function of its own state and the time.
 ///
 /// ```
 /// use motion::{BodyState, Jacobians, Law, EvaluationTime};
@@ -122,50 +120,51 @@ impl<T: Real> Affine<T> {
 /// }
 /// ```
 pub trait Law<T: Real>: Debug + Send + Sync + 'static {
-    /// The word for it in summaries, plans and receipts.
+    /// Name of the law in summaries, plans and receipts.
     fn name(&self) -> &'static str;
 
-    /// The law with its numbers, for plans.
+    /// Name and parameters of the law, for plans.
     fn text(&self) -> String {
         self.name().to_owned()
     }
 
-    /// The acceleration of `body` at that moment, m/s².
+    /// Acceleration of `body` at the time `at`, m/s².
     fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector;
 
-    /// The derivatives of [`Law::acceleration`] there.
+    /// Derivatives of [`Law::acceleration`] by position and velocity.
     fn jacobians(&self, at: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T>;
 
-    /// Whether the acceleration depends on the velocity: some methods then pay more, or lose an order.
+    /// Whether the acceleration depends on the velocity. Some methods then take more evaluations or lose an order.
     fn depends_on_velocity(&self) -> bool;
 
-    /// The law as constant and linear drag, if that is all it is. Such a law is summed up once a tick and never
-    /// called.
+    /// The law as a constant and linear drag, if it is no more than that. An affine law is summed once per tick and is
+    /// never called.
     fn affine(&self) -> Option<Affine<T>> {
         None
     }
 
-    /// Times at which the acceleration jumps or bends, s: steps are split there.
+    /// Times at which the acceleration or its slope jumps, s. Steps are split at these times.
     fn discontinuities(&self) -> &[f64] {
         &[]
     }
 
-    /// Whether [`Law::potential_energy`] is all that it does: what a body loses of it, the law gives it as kinetic
-    /// energy. The work of any other law is summed up along the way where energies are booked.
+    /// Whether the law is conservative: its work is the change of [`Law::potential_energy`]. The [`Ledger`](crate::Ledger)
+    /// integrates the work of any other law along the path of the body.
     fn has_potential(&self) -> bool {
         false
     }
 
-    /// Potential energy of `body`, J, for a law that [has one](Law::has_potential).
+    /// Potential energy of `body`, J, for a law with [`Law::has_potential`].
     fn potential_energy(&self, body: BodyState<T>) -> T {
         let _ = body;
         T::ZERO
     }
 
-    /// Adds the accelerations of a block of bodies to `sum`: x, y, z and a fourth number that stays as it is.
-    /// Rows are (x, y, z, anything) and (velocity, inverse mass); those of inverse mass 0 are passed over.
+    /// Adds the accelerations of a block of bodies to `sum`, whose rows are x, y, z and a number that stays unchanged.
+    /// The rows of `positions` are (x, y, z, anything), those of `bodies` (velocity, inverse mass). Rows of inverse mass 0
+    /// are skipped.
     ///
-    /// One call a block and stage: a law may do better than row by row, with the same bits.
+    /// There is one call per block and stage. A law may override this with something faster that gives the same bits.
     fn accelerate(&self, at: EvaluationTime<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
         for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
             if body[3] > T::ZERO {
@@ -177,7 +176,7 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
 }
 
 impl<T: Real> BodyState<T> {
-    /// From (x, y, z, anything) and (velocity, inverse mass).
+    /// Makes a state from the rows (x, y, z, anything) and (velocity, inverse mass).
     #[must_use]
     #[inline(always)]
     pub fn of_rows(position: &[T; 4], body: &[T; 4]) -> Self {
@@ -189,18 +188,18 @@ impl<T: Real> BodyState<T> {
     }
 }
 
-/// Laws of every body beside those with a resource of their own: what an embedder adds.
+/// Your own laws for every body, added to those of this crate.
 #[derive(Resource, Debug, Default)]
 pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
 
-/// The laws of every body, in the order in which they are added up. Gravity that is [off](Gravity::on) is among them,
-/// what was [switched](crate::switch()) off is not.
+/// The laws of every body, in the order in which they are summed. This includes gravity that is not [on](Gravity::on),
+/// but no law that was [switched](crate::switch()) off.
 pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law<Scalar>> {
     let gravity = world.get_resource::<Gravity>();
     Declared::of(world).on_body(gravity, false, None)
 }
 
-/// The laws of every body, gravity aside, in the order in which they are summed up.
+/// The laws of every body except gravity, in the order in which they are summed.
 #[derive(Clone, Copy)]
 pub(crate) struct Declared<'a, T: Real = Scalar> {
     pub drag: Option<&'a Drag>,
@@ -209,14 +208,14 @@ pub(crate) struct Declared<'a, T: Real = Scalar> {
 }
 
 impl<'a> Declared<'a> {
-    /// Those of `world`.
+    /// The laws of `world`.
     pub fn of(world: &'a World) -> Self {
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
         Self { drag: world.get_resource(), wells: world.get_resource(), more }
     }
 
-    /// Those that act on a body with these laws of its own, under `gravity` if that acts on it; drag acts on the triangles
-    /// of a body in a sheet and not on it.
+    /// The laws that act on a body with its `own` laws, and `gravity` if that acts on it. On a body in a sheet drag does
+    /// not act: it acts on the triangles of the sheet.
     pub fn on_body(
         self,
         gravity: Option<&'a Gravity>,
@@ -231,7 +230,7 @@ impl<'a> Declared<'a> {
 }
 
 impl<'a, T: Real> Declared<'a, T> {
-    /// All of them.
+    /// Every law.
     pub fn all(self) -> impl Iterator<Item = &'a dyn Law<T>> {
         let drag = self.drag.map(|drag| drag as &dyn Law<T>);
         let wells = self.wells.map(|wells| wells as &dyn Law<T>);
@@ -239,12 +238,12 @@ impl<'a, T: Real> Declared<'a, T> {
         drag.into_iter().chain(wells).chain(more)
     }
 
-    /// Those that are summed up before a tick.
+    /// The laws that are summed before a tick.
     pub fn affine(self) -> impl Iterator<Item = &'a dyn Law<T>> {
         self.all().filter(|law| law.affine().is_some())
     }
 
-    /// Those that have to be called.
+    /// The laws that have to be called.
     pub fn called(self) -> impl Iterator<Item = &'a dyn Law<T>> {
         self.all().filter(|law| law.affine().is_none())
     }

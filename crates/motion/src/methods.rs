@@ -1,11 +1,11 @@
 //! The methods of integration, each written once.
 //!
-//! A method is a function from a state to the state one step later. It knows neither how many bodies there are
-//! nor where they lie: it asks a [`Field`] for accelerations, and reckons with whatever [`Space`] the field
-//! reckons with: a block of bodies in registers, f64 or f32, or a single number in a test.
+//! A method is a function from a state to the state one step later. It knows neither the number of bodies nor their
+//! layout in memory: it asks a [`Field`] for accelerations and computes in the field's [`Space`], which is a block of
+//! bodies in registers, in f64 or f32, or a single number in a test.
 //!
-//! State changes only by adding increments to it: what a register holds beside the state stays in it, and a
-//! compensated sum may take the place of a plain one.
+//! Methods change a state only by adding increments to it, so that other numbers in the same register stay unchanged and
+//! a compensated sum can replace a plain one.
 
 pub(crate) mod euler;
 mod implicit_euler;
@@ -27,29 +27,28 @@ pub use yoshida::Yoshida4;
 use crate::methods::table::Method;
 use crate::real::Real;
 
-/// What positions, velocities and accelerations are in.
+/// The vector space of positions, velocities and accelerations.
 pub trait Space<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self> {}
 
 impl<T, X: Copy + Add<Output = X> + Sub<Output = X> + Mul<T, Output = X>> Space<T> for X {}
 
-/// Gives a method the accelerations of the step that is being taken.
+/// The accelerations of one step, as a method sees them.
 pub trait Field {
     /// The number type.
     type Real: Real;
-    /// What positions, velocities and accelerations are in.
+    /// The vector space of positions, velocities and accelerations.
     type Space: Space<Self::Real>;
 
     /// Length h of the step, s, above 0.
     fn step(&self) -> Self::Real;
 
-    /// Acceleration by the laws in the state (`x`, `v`) at the fraction `part` of the step; 0 is its start, 1
-    /// its end.
+    /// Acceleration by the laws in the state (`x`, `v`) at the fraction `part` of the step: 0 is its start, 1 its end.
     fn laws(&mut self, part: Self::Real, x: Self::Space, v: Self::Space) -> Self::Space;
 
     /// Acceleration by the applied forces, constant over the step.
     fn applied(&self) -> Self::Space;
 
-    /// Acceleration by everything that acts.
+    /// Acceleration by laws and applied forces.
     #[inline(always)]
     fn acceleration(&mut self, part: Self::Real, x: Self::Space, v: Self::Space) -> Self::Space {
         self.laws(part, x, v) + self.applied()
@@ -58,67 +57,67 @@ pub trait Field {
     /// Whether a law depends on the velocity.
     fn depends_on_velocity(&self) -> bool;
 
-    /// Whether a law depends on anything at all; if not, one evaluation serves the whole step.
+    /// Whether no law depends on the state or the time: one evaluation then serves the whole step.
     fn is_constant(&self) -> bool {
         false
     }
 
-    /// `v` after a step of acceleration `a`; exact damping has its place here in the two Eulers.
+    /// Changes `v` by the acceleration `a` over the step; applies exact damping in explicit and semi-implicit Euler.
     #[inline(always)]
     fn kick(&mut self, v: Self::Space, a: Self::Space) -> Self::Space {
         v + a * self.step()
     }
 
-    /// What the two Eulers do to the velocity before the move.
+    /// Applies damping, speed limit and locks before the move, in explicit and semi-implicit Euler.
     #[inline(always)]
     fn before_move(&mut self, v: Self::Space) -> Self::Space {
         v
     }
 
-    /// What the two Eulers do to the velocity after the move.
+    /// Applies damping after the move, in explicit and semi-implicit Euler.
     #[inline(always)]
     fn after_move(&mut self, v: Self::Space) -> Self::Space {
         v
     }
 
-    /// Acceleration by the laws at the start of the step as it was before, if a law jumps just there.
+    /// Acceleration by the laws just before the start of the step, if a law jumps there.
     #[inline(always)]
     fn laws_before_jump(&mut self, x: Self::Space, v: Self::Space) -> Option<Self::Space> {
         let _ = (x, v);
         None
     }
 
-    /// The velocity v1 of `v1 = v + a(x + v1 h, v1) h`.
+    /// Solves `v1 = v + a(x + v1 h, v1) h` for the velocity v1.
     fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space;
 }
 
-/// A field in which an implicit step is solved by Newton's method; see [`newton_velocity`].
+/// A field whose implicit steps are solved by Newton's method; see [`newton_velocity`].
 pub trait NewtonField: Field {
-    /// The rate c if every law is affine, `a = constant - c v`: then an implicit step has a closed form.
+    /// The rate c, 1/s, if every law is affine, `a = constant - c v`: an implicit step then has a closed form.
     fn linear_rate(&self) -> Option<Self::Real>;
 
-    /// The d of `(I - h da/dv - h² da/dx) d = residual`, with the derivatives of the laws in the state (`x`,
-    /// `v`) at the end of the step.
+    /// Solves `(I - h da/dv - h² da/dx) d = residual` for d, with the derivatives of the laws in the state (`x`, `v`) at
+    /// the end of the step.
     fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space;
 
-    /// Largest magnitude among the parts of a velocity or acceleration.
+    /// Largest magnitude among the components of a velocity or acceleration.
     fn size(&self, v: Self::Space) -> Self::Real;
 
-    /// Takes the account of a solve.
+    /// Records the result of a solve.
     fn report(&mut self, newton: Newton);
 }
 
-/// What a method keeps of a body from one step to the next.
+/// Method state of a body: what a method keeps from one step to the next.
 #[derive(Clone, Copy, Debug)]
 pub struct Carry<F: Field> {
-    /// Length of the last step, s: 0 if there was none, negative if velocities were turned round since.
+    /// Length of the last step, s: 0 if there was none, negative if velocities were reversed since.
     pub last_step: F::Real,
-    /// Acceleration by the laws at the start of this step, if the last step left it.
+    /// Cached acceleration by the laws at the start of this step, if the last step computed it.
     pub start: Option<F::Space>,
 }
 
 impl<F: Field> Carry<F> {
-    /// Nothing is known of the past.
+    /// The method state at a start, without a last step.
     #[must_use]
     pub fn new() -> Self {
         Self { last_step: F::Real::ZERO, start: None }
@@ -131,7 +130,7 @@ impl<F: Field> Default for Carry<F> {
     }
 }
 
-/// What a method keeps of a body from one step to the next, by kind.
+/// The kind of method state that a method has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
     /// Nothing.
@@ -144,37 +143,36 @@ pub enum Memory {
 
 /// A method of integration. Each is also the marker component of the bodies that use it.
 pub trait Integrator: Copy + Default + Send + Sync + 'static {
-    /// Its row of the table.
+    /// Its row of the table of methods.
     const METHOD: Method;
-    /// What it keeps of a body.
+    /// The kind of its method state.
     const MEMORY: Memory = Memory::None;
-    /// Whether damping, speed limit and locks are inside its steps, as the tutorial has them, and not around
-    /// its ticks.
+    /// Whether damping, speed limit and locks are part of each step, as in the tutorial, and not applied around each tick.
     const DAMPS_INSIDE: bool = false;
 
-    /// Whether a step iterates until it converges: bodies are then taken one at a time, so that none waits for
-    /// another and loses its bits.
+    /// Whether a step iterates until it converges. Bodies are then integrated one at a time, so that the bits of one do
+    /// not depend on the iterations of another.
     const SOLVES: bool = false;
     /// Whether a step changes positions.
     const MOVES: bool = true;
-    /// Whether the position of a step is that before and the velocity after it times the step, and nothing else.
+    /// Whether the new position is exactly the old one plus the new velocity times the step.
     const MOVES_WITH_NEW_VELOCITY: bool = false;
-    /// Whether a step changes velocities by what acts.
+    /// Whether a step changes velocities by forces and laws.
     const KICKS: bool = true;
-    /// Whether the speed limit and the locks of a body follow the kick within a step (PhysX's order): a velocity along a
-    /// locked axis counts towards the limit before it is dropped.
+    /// Whether speed limit and locks follow the kick within a step (PhysX's order): the velocity along a locked axis counts
+    /// toward the limit before it is dropped.
     const LIMITS_AFTER_KICK: bool = false;
-    /// Whether time passes: damping and substeps are for methods in which it does.
+    /// Whether a step passes time. Damping and substeps apply only if it does.
     const PASSES_TIME: bool = true;
-    /// Whether a state is looked at before it is stored. `false` is for measuring what that costs, and for nothing else.
+    /// Whether a new state is checked before it is stored. `false` is only for measuring what the check costs.
     #[doc(hidden)]
     const CHECKED: bool = true;
 
-    /// The state one step after (`x`, `v`).
+    /// Returns the state one step after (`x`, `v`).
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space);
 }
 
-/// Does something with the type of a method.
+/// Evaluates an expression with the type of a method.
 macro_rules! with_method {
     ($method:expr, $name:ident => $do:expr) => {
         $crate::methods::with_method!(

@@ -1,4 +1,4 @@
-//! The number type as a parameter: f64 for the simulation, f32 to show what single precision costs and saves.
+//! The number type as a type parameter: f64 for the simulation, f32 to show what single precision costs and saves.
 
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -28,36 +28,36 @@ pub trait Real:
     type Vector: RealVector<Self>;
     /// Nine numbers as a matrix.
     type Matrix: RealMatrix<Self>;
-    /// Four numbers in a register: the row of a body.
+    /// Four numbers in a register: one row of a body.
     type Lanes<S: Simd>: Lanes<S, Self>;
 
-    /// Whether four of it are more than what every machine's registers hold.
+    /// Whether four numbers are wider than a register of 128 bits, which every supported machine has.
     const WIDE: bool;
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
-    /// Larger than every number.
+    /// Positive infinity.
     const INFINITY: Self;
-    /// The largest number.
+    /// Largest finite number.
     const MAX: Self;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
-    /// Velocity components below this snap to zero where they decay, m/s. Damping would otherwise end in
-    /// subnormal numbers and stay there for good, and those run many times slower.
+    /// Magnitude below which a decaying velocity component snaps to zero, m/s. Without it damping would end in subnormal
+    /// numbers and stay there, and arithmetic on those is many times slower.
     const SNAP: Self;
 
-    /// The nearest number to `x`.
+    /// Converts from f64, rounding to nearest.
     fn of(x: f64) -> Self;
-    /// The same number as f64.
+    /// Converts to f64, exactly.
     fn to_f64(self) -> f64;
     /// Magnitude.
     fn abs(self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// Whether it is at most `bound`; NaN is not.
+    /// Whether `self <= bound`; false for NaN.
     fn is_at_most(self, bound: Self) -> bool;
-    /// Whether it is neither infinite nor NaN.
+    /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
     /// `sin` by `libm`, the same on every platform.
     fn sin(self) -> Self;
@@ -65,13 +65,13 @@ pub trait Real:
     fn cos(self) -> Self;
     /// `exp` by `libm`, the same on every platform.
     fn exp(self) -> Self;
-    /// `sqrt(self² + other²)` by `libm`, also where a square would overflow or vanish.
+    /// `sqrt(self² + other²)` by `libm`, accurate even where a square would overflow or underflow.
     fn hypot(self, other: Self) -> Self;
-    /// `exp(x) - 1` by `libm`, without cancellation near 0.
+    /// `exp(self) - 1` by `libm`, without cancellation near 0.
     fn exp_m1(self) -> Self;
 }
 
-/// A vector of three numbers; glam's `DVec3` and `Vec3` are.
+/// A vector of three numbers: glam's `DVec3` or `Vec3`.
 pub trait RealVector<T>:
     Copy
     + Debug
@@ -91,19 +91,19 @@ pub trait RealVector<T>:
     fn from_array(parts: [T; 3]) -> Self;
     /// To x, y, z.
     fn to_array(self) -> [T; 3];
-    /// The nearest vector to `v`.
+    /// Converts from `DVec3`, rounding each component to nearest.
     fn of(v: glam::DVec3) -> Self;
     /// Scalar product.
     fn dot(self, other: Self) -> T;
 }
 
-/// A matrix of three by three numbers; glam's `DMat3` and `Mat3` are.
+/// A matrix of three by three numbers: glam's `DMat3` or `Mat3`.
 pub trait RealMatrix<T: Real>:
     Copy + Debug + Default + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<T, Output = Self>
 {
     /// The zero matrix.
     const ZERO: Self;
-    /// The unit matrix.
+    /// The identity matrix.
     const IDENTITY: Self;
     /// From three columns.
     fn from_columns(columns: [T::Vector; 3]) -> Self;
@@ -111,7 +111,7 @@ pub trait RealMatrix<T: Real>:
     fn outer(a: T::Vector, b: T::Vector) -> Self;
     /// `self v`.
     fn times(self, v: T::Vector) -> T::Vector;
-    /// The x of `self x = v`; not finite where the matrix is singular.
+    /// Solves `self x = v` for x; the result is not finite if the matrix is singular.
     fn solve(self, v: T::Vector) -> T::Vector;
 }
 
@@ -121,14 +121,13 @@ pub trait Lanes<S: Simd, T>: SimdFloat<S, Element = T> {
     fn of(simd: S, row: [T; 4]) -> Self;
     /// To four numbers.
     fn row(self) -> [T; 4];
-    /// The number itself where the mask holds and 0 elsewhere: one instruction, where a selection between two
-    /// takes two.
+    /// Keeps the lanes where the mask holds and sets the others to 0: one instruction, where a select takes two.
     #[must_use]
     fn only(self, mask: Self::Mask) -> Self;
-    /// 0 where the mask holds and the number itself elsewhere.
+    /// Sets the lanes to 0 where the mask holds and keeps the others.
     #[must_use]
     fn except(self, mask: Self::Mask) -> Self;
-    /// Whether all of them are +0.
+    /// Whether all lanes are +0.
     fn is_zero(self) -> bool;
 }
 
@@ -227,8 +226,8 @@ macro_rules! real {
                 self * v
             }
             fn solve(self, v: glam::$vector) -> glam::$vector {
-                // Cramer's rule: what it loses in an ill-conditioned matrix, the next iteration of a Newton
-                // solver gets back. Not `inverse`, which asserts.
+                // Cramer's rule: the next Newton iteration corrects what it loses in an ill-conditioned matrix.
+                // Not `inverse`, which asserts.
                 let (x, y, z) = (self.x_axis, self.y_axis, self.z_axis);
                 let minors = glam::$vector::new(y.cross(z).dot(v), z.cross(x).dot(v), x.cross(y).dot(v));
                 minors * (1.0 / x.dot(y.cross(z)))
@@ -264,7 +263,7 @@ macro_rules! real {
 real!(f64, DVec3, DMat3, f64x4, u8x32, 1e-290, sin, cos, exp, expm1, hypot, same);
 real!(f32, Vec3, Mat3, f32x4, u8x16, 1e-30, sinf, cosf, expf, expm1f, hypotf, as_vec3);
 
-/// `DVec3` has no conversion to itself.
+/// Converts `DVec3` to itself, which glam has no method for.
 trait AsSame {
     fn same(self) -> Self;
 }

@@ -1,4 +1,5 @@
-//! State: the components and resources of bodies and of what acts on them, without the systems that use them.
+//! State: the components and resources of bodies, forces, springs, emitters and clocks, without the systems that use
+//! them.
 
 pub(crate) mod archetypes;
 pub(crate) mod clock;

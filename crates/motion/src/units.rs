@@ -4,5 +4,5 @@
 pub type Scalar = f64;
 /// Vector of [`Scalar`]s, right-handed, y up.
 pub type Vector = glam::DVec3;
-/// Rotation of a body that is drawn and picked turned; the physics never reads it.
+/// Rotation of a body, for drawing and picking only: the physics never reads it.
 pub type Rotation = glam::DQuat;

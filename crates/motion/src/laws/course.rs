@@ -1,4 +1,4 @@
-//! The times of a tick: substeps, split where a law jumps or bends.
+//! The times of a tick: substeps, split at the discontinuities of laws.
 
 use smallvec::SmallVec;
 
@@ -7,26 +7,26 @@ use crate::real::Real;
 use crate::state::clock::StepClock;
 use crate::units::Scalar;
 
-/// A stretch of time that is integrated in one step.
+/// A time interval that is integrated in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece<T> {
     /// Time at the start, s.
     pub start: T,
-    /// Time at the end, s: the start of the next piece to the last bit.
+    /// Time at the end, s: bit for bit the start of the next interval.
     pub end: T,
-    /// Length, s; that of a substep unless the piece was split off one.
+    /// Length, s: that of a substep unless the interval was split off one.
     pub length: T,
     /// Whether a law may jump at the start.
     pub jump: bool,
 }
 
 impl<T: Real> Piece<T> {
-    /// A time inside the piece, s.
+    /// Time in the middle, s.
     fn middle(&self) -> T {
         self.start + self.length * T::of(0.5)
     }
 
-    /// When the fraction `part` of the piece has passed: at its ends to the last bit.
+    /// The time at the fraction `part`, bit for bit `start` at 0 and `end` at 1.
     pub fn moment(&self, part: T) -> EvaluationTime<T> {
         let time = if part == T::ZERO {
             self.start
@@ -38,13 +38,14 @@ impl<T: Real> Piece<T> {
         EvaluationTime { time, within_step: self.middle() }
     }
 
-    /// The start of the piece as the end of what was before.
+    /// The start, seen from before a discontinuity.
     pub fn before(&self) -> EvaluationTime<T> {
         EvaluationTime { time: self.start, within_step: self.start - self.length * T::of(0.25) }
     }
 }
 
-/// The times of a tick. In double precision whatever the state is in: times are rounded once, when they are used.
+/// The times of a tick, in double precision whatever the precision of the state: times are rounded once, when they are
+/// used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Course {
     /// Time at the start of the tick, s.
@@ -53,12 +54,12 @@ pub(crate) struct Course {
     pub end: Scalar,
     /// Length of the tick, s.
     pub tick: Scalar,
-    /// Parts of equal length, at least 1.
+    /// Number of substeps of equal length, at least 1.
     pub substeps: u32,
 }
 
-/// A break this near to the end of a substep, in lengths of a substep, is taken to be there: it would split off
-/// a piece of rounding errors.
+/// A discontinuity this near to the end of a substep, in lengths of a substep, counts as at the end: it would split off
+/// an interval of rounding errors.
 const NEAR: Scalar = 1e-9;
 
 impl Course {
@@ -72,7 +73,7 @@ impl Course {
         T::of(self.part())
     }
 
-    /// What is left of the tick at `time`, s, in as many parts as the whole: the first tick of a body that is born then.
+    /// The rest of the tick from `time`, s, in as many substeps as the whole: the first tick of a body that is born then.
     pub fn since(self, time: Scalar) -> Self {
         Self { start: time, tick: self.end - time, ..self }
     }
@@ -86,7 +87,7 @@ impl Course {
         self.tick / Scalar::from(self.substeps)
     }
 
-    /// The pieces of the tick for laws with those `discontinuities`, s, in any order.
+    /// Splits the tick at `discontinuities`, s, in any order.
     pub fn pieces<'a>(&self, discontinuities: &mut dyn Iterator<Item = &'a Scalar>) -> Pieces {
         let near = self.part() * NEAR;
         let mut inside: SmallVec<[Scalar; 8]> = SmallVec::new();
@@ -98,16 +99,16 @@ impl Course {
     }
 }
 
-/// The pieces of a tick, reckoned one after the other: a list of them would be allocated.
+/// The intervals of a tick, computed one after the other: a list of them would be allocated.
 #[derive(Clone, Debug)]
 pub(crate) struct Pieces {
     course: Course,
-    /// Times in the tick at which a law jumps or bends, s, ascending.
+    /// Discontinuities within the tick, s, ascending.
     discontinuities: SmallVec<[Scalar; 8]>,
 }
 
 impl Pieces {
-    /// The pieces in order; there is at least one.
+    /// The intervals in order; there is at least one.
     pub fn iter<T: Real>(&self) -> impl Iterator<Item = Piece<T>> + Clone + '_ {
         self.exact().map(|Piece { start, end, length, jump }| Piece {
             start: T::of(start),
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tick_is_split_at_substeps_and_breaks() {
+    fn a_tick_is_split_at_substeps_and_discontinuities() {
         let course = Course { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
         assert_eq!(pieces(course, &[]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
         assert_eq!(pieces(course, &[0.9, 2.0, 7.0]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_break_at_the_end_of_a_piece_up_to_rounding_splits_nothing_and_is_known_after_it() {
+    fn a_discontinuity_within_rounding_of_an_end_splits_nothing_and_marks_the_next_start() {
         let course = Course { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
         for error in [-1e-15, 0.0, 1e-15] {
             assert_eq!(pieces(course, &[1.0 + error]), [(1.0, 0.5, true), (1.5, 0.5, false)], "{error}");

@@ -1,4 +1,4 @@
-//! Damping: of the scene as a resource, of a body as a component.
+//! Damping: the scene's as a resource, a body's own rate as a component.
 
 use bevy_ecs::prelude::*;
 
@@ -7,8 +7,8 @@ use crate::units::Scalar;
 
 /// How velocity decays. Every model takes a rate c in 1/s; q = c h is the decay of one step of h seconds.
 ///
-/// In the two explicit Eulers the models stand where their formulas have them. In every other method `Exact` is
-/// the law `a = -c v`, of the method's own order, `Clamped` multiplies before a tick and `Tutorial` after it.
+/// In explicit and semi-implicit Euler the models are part of the step, as their formulas show. In every other method
+/// `Exact` is the law `a = -c v`, of the method's own order, `Clamped` multiplies before a tick and `Tutorial` after it.
 ///
 /// Errors under semi-implicit Euler after 2 s at 30, 60, 120 and 240 Hz (measured in `tests/methods/damping.rs`):
 ///
@@ -16,26 +16,26 @@ use crate::units::Scalar;
 /// |---|---|---|
 /// | `Tutorial` | -0.54, -0.27, -0.13, -0.07 % | +1.7, +0.85, +0.42, +0.21 % |
 /// | `Clamped` | the same | -100, -49.6, -24.7, -12.3 % |
-/// | `Exact` | 0 | that of the method, of order 1 |
+/// | `Exact` | 0 | that of the method (order 1) |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DampingModel {
-    /// `v *= 1 - q` after the move, unclamped, as the tutorial teaches it: the sign flips above q = 1 and the
-    /// speed diverges above q = 2. The body moves at the right terminal speed a / c and stores (1 - q) of it.
+    /// `v *= 1 - q` after the move, unclamped, as in the tutorial. The sign flips above q = 1 and the speed diverges above
+    /// q = 2. The body moves at the correct terminal speed a / c and stores (1 - q) times that.
     Tutorial,
-    /// `v *= max(0, 1 - q)` after the force and before speed limit, locks and move (PhysX,
-    /// `DyBodyCoreIntegrator.h`): terminal speed (1 - q) a / c, and a body deaf to every force from q = 1 on.
+    /// `v *= max(0, 1 - q)` after the force and before speed limit, locks and move (PhysX, `DyBodyCoreIntegrator.h`). The
+    /// terminal speed is (1 - q) a / c; from q = 1 on no force moves the body.
     Clamped,
-    /// The exact solution of `v' = a - c v` over the step, a constant: `v = v e^-q + (a / c)(1 - e^-q)`. Right
-    /// decay and right terminal speed at every step size.
+    /// The exact solution of `v' = a - c v` for constant a: `v = v e^-q + (a / c)(1 - e^-q)`. Decay and terminal speed are
+    /// correct at every step size.
     #[default]
     Exact,
 }
 
 impl DampingModel {
-    /// Every model, in the order of the documentation.
+    /// Every model, in the order of the enum.
     pub const ALL: [Self; 3] = [Self::Tutorial, Self::Clamped, Self::Exact];
 
-    /// The word for it in scene files, flags and panels.
+    /// Name in scene files, flags and panels.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -46,12 +46,12 @@ impl DampingModel {
     }
 }
 
-/// Damping of the whole scene. Present only if the scene, or a body of it, declares damping.
+/// Damping of the scene. Present only if the scene or one of its bodies declares damping.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Damping {
     /// How velocity decays.
     pub model: DampingModel,
-    /// Decay rate c of every body that has no [`DampingRate`] of its own, 1/s, at least 0.
+    /// Decay rate c of every body without a [`DampingRate`], 1/s, at least 0.
     pub rate: Scalar,
 }
 
@@ -59,12 +59,12 @@ impl Damping {
     /// The tutorial's damping: `v *= 1 - 0.4 h` after every move.
     pub const TUTORIAL: Self = Self { model: DampingModel::Tutorial, rate: 0.4 };
 
-    /// Whether it is a law of linear drag, solved or evaluated.
+    /// Whether the model is a law of linear drag, either solved in the step or evaluated.
     pub(crate) fn is_exact(&self) -> bool {
         self.model == DampingModel::Exact
     }
 
-    /// What one step of `h` seconds does to velocities, where damping is inside the step.
+    /// The factors of a step of `h` seconds, for methods in which damping is part of the step.
     pub(crate) fn factors<T: Real>(self, h: T) -> Decay<T> {
         let q = T::of(self.rate) * h;
         match self.model {
@@ -86,8 +86,8 @@ impl Damping {
         }
     }
 
-    /// The same for a method around whose ticks damping stands: factors of a tick of `tick` seconds, and the
-    /// rate of linear drag, 1/s, that the exact model is in it.
+    /// The factors around a tick of `tick` seconds, and the rate of linear drag of the exact model, 1/s, for methods in
+    /// which damping is not part of the step.
     pub(crate) fn around<T: Real>(self, tick: T) -> (Decay<T>, T) {
         match self.model {
             DampingModel::Exact => (Decay::none(tick), T::of(self.rate)),
@@ -96,12 +96,12 @@ impl Damping {
     }
 }
 
-/// The body's own damping rate c in place of the scene's, 1/s, at least 0. Present only on bodies that ask for it.
+/// A body's own damping rate c, in place of the scene's, 1/s, at least 0. Present only on bodies with their own rate.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct DampingRate(Scalar);
 
 impl DampingRate {
-    /// A body that decays at `rate` c, 1/s, at least 0.
+    /// Makes a damping rate of `rate`, 1/s, at least 0.
     #[must_use]
     pub const fn new(rate: Scalar) -> Self {
         Self(rate)
@@ -114,17 +114,17 @@ impl DampingRate {
     }
 }
 
-/// A factor of velocities.
+/// A factor by which velocities are multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Factor<T> {
     /// The factor.
     pub whole: T,
-    /// The factor minus 1, without what the rounding of the factor leaves out of it.
+    /// The factor minus 1, computed without cancellation.
     pub change: T,
 }
 
-/// What a step of h seconds does to a velocity, with every model in one form: `v = v keep + a gain`, then
-/// `v *= before_move`, move, `v *= after_move`; `None` is a factor that is not applied.
+/// The factors of a step of h seconds, one form for every model: `v = v keep + a gain`, then `v *= before_move`, move,
+/// `v *= after_move`. A factor that is `None` is not applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Decay<T> {
     pub keep: Option<Factor<T>>,
@@ -134,7 +134,7 @@ pub(crate) struct Decay<T> {
 }
 
 impl<T> Decay<T> {
-    /// No damping at all over `h` seconds.
+    /// No damping over `h` seconds.
     pub const fn none(h: T) -> Self {
         Self { keep: None, gain: h, before_move: None, after_move: None }
     }

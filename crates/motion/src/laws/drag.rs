@@ -6,34 +6,34 @@ use super::{Affine, BodyState, EvaluationTime, Jacobians, Law, Wind};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
-/// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity against the fluid, which is at rest unless there
-/// is wind. The linear part is Stokes' law of slow motion, the quadratic part Newton's of fast motion, both with
-/// the mass already divided out.
+/// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity relative to the fluid. The fluid is at rest unless there
+/// is wind. The linear term is Stokes' law for slow motion, the quadratic term Newton's for fast motion; both are divided
+/// by the mass.
 ///
 /// The terminal speed under an acceleration a is the root of `c v + k v² = a`: a / c, or sqrt(a / k).
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drag {
-    /// Rate c of the linear part, 1/s, at least 0.
+    /// Rate c of the linear term, 1/s, at least 0.
     pub linear: Scalar,
-    /// Factor k of the quadratic part, 1/m, at least 0.
+    /// Coefficient k of the quadratic term, 1/m, at least 0.
     pub quadratic: Scalar,
-    /// How the fluid moves, if it does.
+    /// Motion of the fluid, if it moves.
     pub wind: Option<Wind>,
 }
 
 impl Drag {
-    /// Drag of a fluid at rest, from [`Drag::linear`] and [`Drag::quadratic`].
+    /// Makes drag of a fluid at rest from [`Drag::linear`], 1/s, and [`Drag::quadratic`], 1/m.
     #[must_use]
     pub const fn new(linear: Scalar, quadratic: Scalar) -> Self {
         Self { linear, quadratic, wind: None }
     }
 
-    /// `c + k |u|`, 1/s, at that velocity against the fluid.
+    /// `c + k |u|`, 1/s, at the velocity `u` relative to the fluid, m/s.
     pub(crate) fn rate<T: Real>(&self, u: T::Vector) -> T {
         T::of(self.linear) + T::of(self.quadratic) * u.dot(u).sqrt()
     }
 
-    /// Velocity against the fluid, m/s.
+    /// Velocity relative to the fluid, m/s.
     pub(crate) fn against<T: Real>(&self, time: T, body: BodyState<T>) -> T::Vector {
         match &self.wind {
             Some(wind) => body.velocity - wind.at(time, body.position),

@@ -1,4 +1,4 @@
-//! Which laws act on every body, as a number that is another one whenever they are.
+//! A version number of the laws of every body, which changes whenever one of them does.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -7,11 +7,11 @@ use bevy_ecs::prelude::*;
 
 use crate::laws::{Drag, Laws, Wells};
 
-/// When drag, wells and further laws were changed last; `None` is one that is not there.
+/// Ticks of the last change of drag, wells and your own laws; `None` for one that does not exist.
 pub(crate) type Changed = [Option<Tick>; 3];
 
-/// The laws of every body at a time. Of the world and not of a system: a schedule that is compiled anew goes on with
-/// what was kept under the one before.
+/// Version of the laws of every body. It belongs to the world and not to a system, so that cached accelerations stay valid
+/// when the schedule is compiled again.
 #[derive(Resource, Clone, Copy, Debug, Default)]
 pub(crate) struct Epoch {
     number: u64,
@@ -19,9 +19,9 @@ pub(crate) struct Epoch {
 }
 
 impl Epoch {
-    /// The number of laws that were changed last then.
+    /// The version of the laws with those last changes.
     pub fn look(&mut self, changed: Changed) -> u64 {
-        // Unlike any other number that a kept acceleration may have been noted with, in any world.
+        // Unique across worlds, so that no cached acceleration of another world matches.
         static EPOCHS: AtomicU64 = AtomicU64::new(1);
         if self.changed != changed {
             *self = Self { number: EPOCHS.fetch_add(1, Ordering::Relaxed), changed };
@@ -29,7 +29,7 @@ impl Epoch {
         self.number
     }
 
-    /// The number of the laws of `world`.
+    /// The version of the laws of `world`.
     pub fn of(world: &mut World) -> u64 {
         fn changed<R: Resource>(world: &World) -> Option<Tick> {
             world.get_resource_ref::<R>().map(|law| law.last_changed())

@@ -6,21 +6,21 @@ use super::{Affine, BodyState, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealVector};
 use crate::units::Vector;
 
-/// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if
-/// the scene declares it; switching it off keeps the value.
+/// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if the scene
+/// declares it.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Gravity {
     /// Acceleration of free fall, m/s².
     pub acceleration: Vector,
-    /// Whether it acts in this tick.
+    /// Whether gravity acts. The acceleration keeps its value while it does not.
     pub on: bool,
 }
 
 impl Gravity {
-    /// Gravity near the ground as the tutorial has it: 9.8 m/s² downwards.
+    /// Gravity near the ground, as in the tutorial: 9.8 m/s² downward.
     pub const EARTH: Self = Self { acceleration: Vector::new(0.0, -9.8, 0.0), on: true };
 
-    /// What acts now: the acceleration, m/s², or `None` while it is off.
+    /// The acceleration, m/s², or `None` while gravity is off.
     #[must_use]
     pub fn acting(&self) -> Option<Vector> {
         self.on.then_some(self.acceleration)

@@ -1,19 +1,19 @@
-//! Gravity between bodies.
+//! Mutual gravity: every two bodies attract each other.
 
 use bevy_ecs::prelude::*;
 
 use crate::state::coupling::structure_changed;
 use crate::units::Scalar;
 
-/// Every two bodies attract each other: `F = G m1 m2 r / (r² + s²)^(3/2)` (Newton; softened after Plummer 1911).
+/// Gravity between every two bodies: `F = G m1 m2 r / (r² + s²)^(3/2)` (Newton; softened after Plummer 1911).
 ///
-/// Two bodies at one place do not pull each other. An immovable body attracts if it has a [`SourceMass`]; particles
-/// of an [`Emitter`](crate::Emitter) neither pull nor are pulled.
+/// The force is zero between two bodies at the same position. An immovable body attracts if it has a [`SourceMass`].
+/// Particles of an [`Emitter`](crate::Emitter) neither attract nor are attracted.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct MutualGravity {
     /// G, m³/(kg s²); negative repels.
     pub constant: Scalar,
-    /// s, m, at least 0: keeps the pull finite in close encounters.
+    /// s, m, at least 0: keeps the force finite in close encounters.
     pub softening: Scalar,
 }
 

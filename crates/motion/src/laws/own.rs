@@ -1,4 +1,4 @@
-//! Laws of single bodies.
+//! Own laws: the laws of a single body.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -7,24 +7,24 @@ use bevy_ecs::prelude::*;
 use crate::laws::Law;
 use crate::units::Scalar;
 
-/// Laws of this body alone, such as its engines. Present only on bodies that have some.
+/// Laws of this body alone, such as its engines. Present only on bodies with their own laws.
 #[derive(Component, Debug)]
 pub struct OwnLaws {
     laws: Vec<Box<dyn Law<Scalar>>>,
-    /// The place of each law among all that the body was given: it is added up there also after it was off.
+    /// Index of each law among all that the body was given: a law that is switched on again is summed at its old place.
     places: Vec<usize>,
     version: u64,
 }
 
 impl OwnLaws {
-    /// These laws, added up.
+    /// Makes a component of laws whose accelerations are summed in this order.
     #[must_use]
     pub fn new(laws: Vec<Box<dyn Law<Scalar>>>) -> Self {
         let places = (0..laws.len()).collect();
         Self { laws, places, version: next_version() }
     }
 
-    /// The laws.
+    /// The laws, in the order in which they are summed.
     #[must_use]
     pub fn laws(&self) -> &[Box<dyn Law<Scalar>>] {
         &self.laws
@@ -34,14 +34,14 @@ impl OwnLaws {
         self.version
     }
 
-    /// Those of that name, and the others; none of the two is empty.
+    /// Splits the laws into those with that name and the others; `None` instead of an empty list.
     pub(crate) fn split(self, name: &str) -> (Option<Self>, Option<Self>) {
         let all = self.places.into_iter().zip(self.laws);
         let (named, others): (Vec<_>, Vec<_>) = all.partition(|(_, law)| law.name() == name);
         (Self::of_places(named), Self::of_places(others))
     }
 
-    /// Both in the order in which the body was given them.
+    /// Joins two lists of laws in the order in which the body was given them.
     pub(crate) fn merge(self, other: Self) -> Self {
         let mut all: Vec<_> = self.places.into_iter().zip(self.laws).collect();
         all.extend(other.places.into_iter().zip(other.laws));
@@ -56,8 +56,8 @@ impl OwnLaws {
     }
 }
 
-/// No two lists of laws have the same version, also on different bodies and in different worlds: an acceleration of
-/// the one is never taken for one of the other.
+/// A new version number. No two lists of laws share one, not even on different bodies or in different worlds, so that no
+/// cached acceleration is used with other laws.
 fn next_version() -> u64 {
     static VERSIONS: AtomicU64 = AtomicU64::new(1);
     VERSIONS.fetch_add(1, Ordering::Relaxed)

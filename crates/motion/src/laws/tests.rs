@@ -1,4 +1,4 @@
-//! Laws against their own derivatives, potentials and promises.
+//! Tests of laws against their own derivatives, potentials and promises.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ fn body(position: DVec3, velocity: DVec3) -> BodyState<f64> {
     BodyState { position, velocity, inverse_mass: 0.5 }
 }
 
-/// Central differences of the acceleration against the Jacobians that the law states.
+/// Compares the Jacobians of a law with central differences of its acceleration.
 fn jacobians_are_derivatives(law: &dyn Law<f64>) {
     let (x, v) = (DVec3::new(0.3, -1.2, 0.7), DVec3::new(2.0, -0.4, 1.1));
     let stated = law.jacobians(AT, body(x, v));
@@ -72,13 +72,13 @@ fn affine_laws_are_what_they_say() {
 }
 
 #[test]
-fn a_thrust_is_on_between_its_ends_and_decides_by_the_inside_of_the_step() {
+fn a_thrust_is_on_between_its_ends_and_looks_at_the_time_within_the_step() {
     let thrust = Thrust::new(Curve::Polynomial(vec![DVec3::X * 10.0, DVec3::X * 15.0]), 0.0, 2.0);
     let at = |time, within_step| {
         thrust.acceleration(EvaluationTime { time, within_step }, body(DVec3::ZERO, DVec3::ZERO)).x
     };
     assert_eq!(at(1.0, 1.0), 12.5);
-    // The last stage of the step that ends at the cut still has the engine on, the first of the next has not.
+    // The last stage of the step that ends at the discontinuity still has the engine on, the first of the next has not.
     assert_eq!(at(2.0, 1.99), 20.0);
     assert_eq!(at(2.0, 2.01), 0.0);
     assert_eq!(Law::<f64>::discontinuities(&thrust), [0.0, 2.0]);
@@ -93,7 +93,7 @@ fn a_table_is_linear_between_its_points_and_bends_at_them() {
     };
     assert_eq!([at(0.0, 0.0), at(1.5, 1.5), at(3.0, 3.0), at(5.0, 5.0)], [1.0, 2.0, 1.5, 0.0]);
     assert_eq!(at(2.0, 1.9), at(2.0, 2.1));
-    assert_eq!(at(2.5, 1.9), 4.0, "continued along the piece of the step");
+    assert_eq!(at(2.5, 1.9), 4.0, "extrapolated from the points around the step");
     assert_eq!(Law::<f64>::discontinuities(&thrust), [1.0, 2.0, 4.0]);
 }
 

@@ -1,15 +1,15 @@
-//! Forces that follow a curve over time: engines.
+//! Thrust: engines whose force follows a curve over time.
 
 use super::{BodyState, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealVector};
 use crate::units::{Scalar, Vector};
 
-/// A force over time, N.
+/// A force as a function of time, N.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Curve {
-    /// Coefficients of 1, t, t², ...: N, N/s, N/s², ...
+    /// A polynomial with the coefficients of 1, t, t², ... in N, N/s, N/s², ...
     Polynomial(Vec<Vector>),
-    /// `amplitude sin(w t + phase)`.
+    /// A sine: `amplitude sin(w t + phase)`.
     Sine {
         /// Largest force, N.
         amplitude: Vector,
@@ -18,13 +18,13 @@ pub enum Curve {
         /// Phase at t = 0, rad.
         phase: Scalar,
     },
-    /// Times, s, strictly ascending, and forces, N; linear between, constant before the first and after the
+    /// A table of strictly ascending times, s, and forces, N: linear between them, constant before the first and after the
     /// last.
     Table(Vec<(Scalar, Vector)>),
 }
 
 impl Curve {
-    /// The force, N. A table is continued along the piece that `at.within_step` falls into.
+    /// The force, N. A table takes the two points around `at.within_step`, even if `at.time` is not between them.
     fn newtons<T: Real>(&self, at: EvaluationTime<T>) -> T::Vector {
         match self {
             Self::Polynomial(coefficients) => coefficients
@@ -49,8 +49,7 @@ impl Curve {
     }
 }
 
-/// An engine: a force that follows a curve while it is on. The acceleration is the force times the inverse
-/// mass.
+/// An engine: a force that follows a curve while the engine is on. The acceleration is the force times the inverse mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrust {
     curve: Curve,
@@ -60,8 +59,8 @@ pub struct Thrust {
 }
 
 impl Thrust {
-    /// An engine that follows `curve` from `from`, s, until `until`, s; the curve's time is the time of the
-    /// scene, not that since it was switched on. Infinite ends are allowed.
+    /// Makes an engine that follows `curve` from `from`, s, until `until`, s; both may be infinite. The curve is a function
+    /// of the time since the start of the scene, not since `from`.
     #[must_use]
     pub fn new(curve: Curve, from: Scalar, until: Scalar) -> Self {
         let mut discontinuities = vec![from, until];
@@ -75,7 +74,7 @@ impl Thrust {
         Self { curve, from, until, discontinuities }
     }
 
-    /// What it follows.
+    /// The force over time.
     #[must_use]
     pub const fn curve(&self) -> &Curve {
         &self.curve

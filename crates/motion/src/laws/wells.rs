@@ -1,4 +1,4 @@
-//! Attracting points.
+//! Wells: points that attract or repel every body.
 
 use bevy_ecs::prelude::*;
 
@@ -6,15 +6,15 @@ use super::{BodyState, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
-/// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to
-/// the body (Newton; softened after Plummer 1911).
+/// A point that attracts every body, whatever its mass: `a = -mu r / (r² + s²)^(3/2)` with r from the well to the body
+/// (Newton; softened after Plummer 1911).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Well {
-    /// Where it is, m.
+    /// Position, m.
     pub position: Vector,
     /// mu, m³/s²; negative repels.
     pub strength: Scalar,
-    /// s, m, at least 0: keeps the pull finite near the well.
+    /// s, m, at least 0: keeps the acceleration finite near the well.
     pub softening: Scalar,
 }
 
@@ -38,7 +38,7 @@ impl Well {
 pub struct Wells(pub Vec<Well>);
 
 impl Wells {
-    /// Bytes of the list.
+    /// Size of the list, bytes.
     pub(crate) fn list_bytes(&self) -> usize {
         self.0.capacity() * size_of::<Well>()
     }

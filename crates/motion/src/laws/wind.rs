@@ -1,42 +1,42 @@
-//! Wind.
+//! Wind: the motion of the fluid that drags.
 
 use crate::real::{Real, RealVector};
 use crate::units::{Scalar, Vector};
 
-/// Air that moves: what [`Drag`](crate::Drag) measures velocities against.
+/// Motion of the air. [`Drag`](crate::Drag) acts on the velocity of a body relative to it.
 ///
-/// The velocity at the place x and the time t is `V + g (e sin p + up/2 sin 2p)`, with `p = 2 pi f (t - x·n / |V|)`:
-/// gusts that the wind carries along unchanged (Taylor 1938), as long as |V| / f, across the mean wind V = |V| n.
-/// `e` is horizontal and square to V, `up` is square to both; in vertical wind e is the x axis, in still air, up to a
-/// micrometer a second, p is `2 pi f t`.
+/// The velocity at position x and time t is `V + g (e sin p + up/2 sin 2p)`, with `p = 2 pi f (t - x·n / |V|)`: gusts of
+/// wavelength |V| / f across the mean wind V = |V| n, which carries them along unchanged (Taylor 1938). `e` is horizontal
+/// and perpendicular to V, `up` is perpendicular to both. In vertical wind e is the x axis. In still air (|V| up to
+/// 1e-6 m/s) p is `2 pi f t`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wind {
     /// Mean velocity V, m/s.
     pub velocity: Vector,
     /// Strength g of the gusts, m/s, at least 0.
     pub gust: Scalar,
-    /// Gusts a second f, Hz, at least 0.
+    /// Frequency f of the gusts, Hz, at least 0.
     pub gust_hz: Scalar,
 }
 
 impl Wind {
-    /// Whether it blows everywhere and always alike.
+    /// Whether the velocity of the air is the same at every position and time.
     #[must_use]
     pub fn is_steady(&self) -> bool {
         self.gust == 0.0 || self.gust_hz == 0.0
     }
 
-    /// Its direction; still air, and what is hardly more, has none.
+    /// Unit vector of the mean wind; zero in still air.
     fn along(&self) -> Vector {
         if self.velocity.length() > STILL { self.velocity.normalize() } else { Vector::ZERO }
     }
 
-    /// The air at `time`, s.
+    /// The velocity field at `time`, s.
     pub(crate) fn air<T: Real>(&self, time: T) -> Air<T> {
         let turns = std::f64::consts::TAU * self.gust_hz;
         let along = self.along();
         let across = Vector::Y.cross(along);
-        // Of vertical wind every horizontal direction is square to it; so it is of still air.
+        // Every horizontal direction is perpendicular to vertical wind, and to still air.
         let across = if across.length() > 1e-6 { across.normalize() } else { Vector::X };
         let up = if along == Vector::ZERO { Vector::Y } else { along.cross(across) };
         let speed = self.velocity.length().max(STILL);
@@ -50,24 +50,24 @@ impl Wind {
         }
     }
 
-    /// Velocity of the air, m/s.
+    /// Velocity of the air at `time`, s, and `position`, m, in m/s.
     pub fn at<T: Real>(&self, time: T, position: T::Vector) -> T::Vector {
         self.air(time).at(position)
     }
 }
 
-/// Speed up to which air is still, m/s.
+/// Mean speed up to which air is still, m/s.
 const STILL: Scalar = 1e-6;
 
-/// The air at some time: what does not depend on the place is worked out.
+/// The velocity field of the air at one time: everything that does not depend on the position is computed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Air<T: Real> {
     mean: T::Vector,
     across: T::Vector,
     up: T::Vector,
-    /// Radians by which gusts are behind, a meter on, 1/m.
+    /// Wave vector of the gusts, rad/m.
     wave: T::Vector,
-    /// Radians at the origin.
+    /// Phase at the origin, rad.
     phase: T,
     steady: bool,
 }
@@ -77,7 +77,7 @@ impl<T: Real> Air<T> {
         self.phase - position.dot(self.wave)
     }
 
-    /// Velocity of the air, m/s.
+    /// Velocity of the air at `position`, m/s.
     pub fn at(&self, position: T::Vector) -> T::Vector {
         if self.steady {
             return self.mean;
@@ -86,7 +86,7 @@ impl<T: Real> Air<T> {
         self.mean + self.across * phase.sin() + self.up * ((phase + phase).sin() * T::of(0.5))
     }
 
-    /// How the velocity of the air changes from place to place: the vectors a and b of its derivative a b^T, 1/s.
+    /// Derivative a b^T of the velocity by position, 1/s, as the vectors a and b.
     pub fn gradient(&self, position: T::Vector) -> (T::Vector, T::Vector) {
         let phase = self.phase(position);
         (self.across * phase.cos() + self.up * (phase + phase).cos(), -self.wave)

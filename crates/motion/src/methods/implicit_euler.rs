@@ -1,4 +1,4 @@
-//! Implicit Euler, solved.
+//! Implicit Euler and its Newton iteration.
 
 use bevy_ecs::prelude::*;
 
@@ -7,38 +7,40 @@ use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
 
-/// `v1 = v + a(x1, v1) h; x1 = x + v1 h`: the acceleration at the end of the step, which has to be solved for
-/// (Curtiss, Hirschfelder 1952): order 1, stable at every step, and damps what it keeps stable: an oscillation
-/// loses w h / 2 of critical damping.
+/// Implicit Euler: `v1 = v + a(x1, v1) h; x1 = x + v1 h` (Curtiss, Hirschfelder 1952). Order 1, stable at every step size.
+/// The acceleration is that at the end of the step, so that each step solves an equation. Oscillations are damped with a
+/// damping ratio of w h / 2.
 ///
-/// With constant forces and linear drag c the step has a closed form, `v1 = v + a(v) h / (1 + c h)`. Otherwise
-/// Newton's method with the Jacobians of the laws finds v1 to [`ImplicitEuler::tolerance`]; a step that does not
-/// get there in [`MOST_ITERATIONS`] keeps the last v1, and is reported. Bodies that act on each other are solved
-/// as [`Solver`](crate::Solver) says.
+/// With constant forces and linear drag c the step has a closed form, `v1 = v + a(v) h / (1 + c h)`. Otherwise Newton's
+/// method with the Jacobians of the laws finds v1 to [`ImplicitEuler::tolerance`]. A step that does not converge in
+/// [`MOST_ITERATIONS`] keeps the last v1 and is reported. Bodies in groups are solved together, as
+/// [`Solver`](crate::Solver) describes.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct ImplicitEuler;
 
-/// Newton iterations after which a step is given up.
+/// Largest number of Newton iterations per step.
 pub const MOST_ITERATIONS: u32 = 50;
 
-/// How often a correction that makes things worse is halved.
+/// Largest number of times that a correction which increases the residual is halved.
 const MOST_HALVINGS: u32 = 8;
 
-/// Account of an implicit solve.
+/// Result of an implicit solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Newton {
-    /// Iterations taken.
+    /// Number of iterations.
     pub iterations: u32,
     /// Whether the last correction was below the tolerance.
     pub converged: bool,
 }
 
 impl ImplicitEuler {
-    /// Size of a correction of v1, relative to `|v1| + |a| h`, below which a solve has converged. Newton's
-    /// iteration converges quadratically: after a correction a little below the square root of the rounding unit
-    /// the next one would be rounding. A correction that would not move the body by a rounding of its position
-    /// will do as well, or a body at rest, whose forces only cancel, would never get there.
+    /// Tolerance of the solve: a step has converged when the correction of v1, relative to `|v1| + |a| h`, is below it.
+    /// Newton's iteration converges quadratically: after a correction slightly below the square root of the unit roundoff
+    /// the next one would be rounding error.
+    ///
+    /// A correction that moves the body by less than the rounding of its position also counts as converged: a body at
+    /// rest, whose forces cancel, would otherwise never converge.
     #[must_use]
     pub fn tolerance<T: Real>() -> T {
         T::EPSILON.sqrt() * T::of(1e-4) + T::EPSILON * T::of(4.0)
@@ -56,7 +58,7 @@ impl Integrator for ImplicitEuler {
     }
 }
 
-/// [`Field::implicit_velocity`] of one body.
+/// Solves an implicit step of one body: [`Field::implicit_velocity`] by Newton's method.
 #[inline(always)]
 pub fn newton_velocity<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
     let (h, end) = (field.step(), F::Real::ONE);
@@ -66,7 +68,7 @@ pub fn newton_velocity<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) 
     }
 }
 
-/// The v1 of `v1 = v + a(x + v1 h, v1) h`, sought from v on.
+/// Solves `v1 = v + a(x + v1 h, v1) h` for v1, starting at v.
 fn solve<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
     let (h, end) = (field.step(), F::Real::ONE);
     let half = F::Real::of(0.5);
@@ -84,7 +86,7 @@ fn solve<F: NewtonField>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
             field.report(Newton { iterations, converged: true });
             return v1 + correction;
         }
-        // Full steps where they help, shorter ones where the law bends away (Deuflhard 1974).
+        // Full corrections where they reduce the residual, halved ones elsewhere (Deuflhard 1974).
         let before = field.size(residual);
         for halving in 0..=MOST_HALVINGS {
             let tried = v1 + correction;

@@ -1,4 +1,4 @@
-//! Methods of single bodies: markers instead of the world's method.
+//! Markers of bodies that have their own method.
 
 use bevy_ecs::prelude::*;
 
@@ -6,15 +6,15 @@ use super::table::Method;
 use super::with_method;
 use crate::state::coupling::structure_changed;
 
-/// A body that has a method of its own, marked by the method's component, whatever the world's is.
+/// Marks a body that has its own method instead of the world's. The component of that method is on the body too.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[component(on_insert = structure_changed, on_discard = structure_changed)]
 pub struct OwnMethod;
 
-/// Marks a body as one that uses `method` whatever the world's is; `None` takes the mark away.
+/// Gives a body its own method; `None` returns it to the world's method.
 ///
-/// Only for bodies that have not been integrated yet: a running body changes its method by
-/// [`Request::SetBodyMethod`](crate::Request::SetBodyMethod), which starts the new one as it should.
+/// Use it only on bodies that have not been integrated yet. A body in motion changes its method by
+/// [`Request::SetBodyMethod`](crate::Request::SetBodyMethod), which also initializes the new method's state.
 pub fn mark_method(body: &mut EntityWorldMut, method: Option<Method>) {
     while let Some(old) = own_method(body.as_readonly()) {
         with_method!(old, M => body.remove::<(OwnMethod, M)>());
@@ -24,7 +24,7 @@ pub fn mark_method(body: &mut EntityWorldMut, method: Option<Method>) {
     }
 }
 
-/// The method that a body is marked with.
+/// The body's own method, if it has one.
 #[must_use]
 pub fn own_method(body: EntityRef) -> Option<Method> {
     Method::ALL.into_iter().find(|method| with_method!(method, M => body.contains::<M>()))

@@ -7,20 +7,20 @@ use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
 
-/// One explicit Euler step to the middle of the step, whose slopes then carry over all of it (Runge 1895):
-/// order 2, an oscillation gains z^4 / 4 of its energy a step, z = w h.
+/// Runge-Kutta 2, midpoint (Runge 1895): explicit Euler to the middle of the step, whose slopes then serve the whole step.
+/// Order 2. An oscillation gains z^4 / 4 of its energy per step, z = w h.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct RungeKutta2Midpoint;
 
-/// The mean of the slopes at the start and at the end of an explicit Euler step (Heun 1900): order 2, gains
-/// energy like the midpoint rule.
+/// Runge-Kutta 2, Heun (Heun 1900): the mean of the slopes at the start and at the end of an explicit Euler step. Order 2.
+/// Energy grows as with the midpoint rule.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct RungeKutta2Heun;
 
-/// The classic method of four stages, weighted 1, 2, 2, 1 (Kutta 1901): order 4, an oscillation loses
-/// z^6 / 72 of its energy a step, z = w h.
+/// Runge-Kutta 4 (Kutta 1901): the classic method of four stages, weighted 1, 2, 2, 1. Order 4. An oscillation loses
+/// z^6 / 72 of its energy per step, z = w h.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct RungeKutta4;
@@ -59,8 +59,8 @@ impl Integrator for RungeKutta4 {
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
         let (h, middle) = (field.step(), F::Real::of(0.5));
         let (half, sixth) = (h * middle, h * F::Real::of(1.0 / 6.0));
-        // Slopes are summed up as they come: the position's are the stages' velocities, which are v and an
-        // increment each, and the increments are the accelerations once more.
+        // The slopes of the position are the velocities of the stages, each v plus an acceleration times a time: their
+        // weighted sum needs no more than the accelerations.
         let a1 = field.acceleration(F::Real::ZERO, x, v);
         let v2 = v + a1 * half;
         let a2 = field.acceleration(middle, x + v * half, v2);

@@ -1,41 +1,41 @@
-//! The methods of integration and what each promises: the only place of these claims.
+//! The table of methods and what each claims: order, evaluations, stability, symplecticity, source.
 //!
-//! `sandbox list methods`, the README, the panel and the tests read this table.
+//! These claims are written nowhere else: `sandbox list methods`, the README, the panel and the tests read this table.
 
 use crate::units::Scalar;
 
 /// A method of integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Method {
-    /// [`ExplicitEuler`](crate::methods::ExplicitEuler)
+    /// Explicit Euler: [`ExplicitEuler`](crate::methods::ExplicitEuler).
     ExplicitEuler,
-    /// [`SemiImplicitEuler`](crate::methods::SemiImplicitEuler)
+    /// Semi-implicit Euler: [`SemiImplicitEuler`](crate::methods::SemiImplicitEuler).
     #[default]
     SemiImplicitEuler,
-    /// [`ImplicitEuler`](crate::methods::ImplicitEuler)
+    /// Implicit Euler: [`ImplicitEuler`](crate::methods::ImplicitEuler).
     ImplicitEuler,
-    /// [`PositionVerlet`](crate::methods::PositionVerlet)
+    /// Position Verlet: [`PositionVerlet`](crate::methods::PositionVerlet).
     PositionVerlet,
-    /// [`VelocityVerlet`](crate::methods::VelocityVerlet)
+    /// Velocity Verlet: [`VelocityVerlet`](crate::methods::VelocityVerlet).
     VelocityVerlet,
-    /// [`RungeKutta2Midpoint`](crate::methods::RungeKutta2Midpoint)
+    /// Runge-Kutta 2, midpoint: [`RungeKutta2Midpoint`](crate::methods::RungeKutta2Midpoint).
     RungeKutta2Midpoint,
-    /// [`RungeKutta2Heun`](crate::methods::RungeKutta2Heun)
+    /// Runge-Kutta 2, Heun: [`RungeKutta2Heun`](crate::methods::RungeKutta2Heun).
     RungeKutta2Heun,
-    /// [`RungeKutta4`](crate::methods::RungeKutta4)
+    /// Runge-Kutta 4: [`RungeKutta4`](crate::methods::RungeKutta4).
     RungeKutta4,
-    /// [`Yoshida4`](crate::methods::Yoshida4)
+    /// Yoshida 4: [`Yoshida4`](crate::methods::Yoshida4).
     Yoshida4,
 }
 
-/// What a method promises. An order p means an error that falls as h^p for steps of h seconds.
+/// The claims of a method. Order p means that the error falls as h^p for steps of h seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claims {
     /// The method.
     pub method: Method,
-    /// The word for it in scene files, flags, panels and columns.
+    /// Name in scene files, flags, panels and columns.
     pub name: &'static str,
-    /// The name as a title.
+    /// Name in prose and titles.
     pub title: &'static str,
     /// Order of the position under laws of position and time.
     pub position_order: u32,
@@ -43,28 +43,29 @@ pub struct Claims {
     pub velocity_order: u32,
     /// Order of the position, and at best of the velocity, under laws that depend on the velocity.
     pub order_with_velocity_laws: u32,
-    /// Evaluations of the acceleration a step; the iterations of a solver come on top.
+    /// Evaluations of the acceleration per step, without the iterations of a solver.
     pub evaluations: u32,
-    /// The same under laws that depend on the velocity.
+    /// Evaluations per step under laws that depend on the velocity.
     pub evaluations_with_velocity_laws: u32,
-    /// Evaluations that the first step takes on top.
+    /// Additional evaluations in the first step.
     pub start_up_evaluations: u32,
-    /// Largest stable w h of `x'' = -w² x`: 0 is never stable, infinity always.
+    /// Largest stable w h of `x'' = -w² x`: 0 if never stable, infinite if always.
     pub stability_limit: Scalar,
-    /// Whether it keeps areas in phase space, and with them a nearby energy for exponentially long times.
+    /// Whether the method preserves areas in phase space, and with them an energy near the true one for exponentially long
+    /// times.
     pub symplectic: bool,
-    /// Whether a step with turned velocities leads back, under laws of position.
+    /// Whether a step with reversed velocities returns to the start, under laws of position.
     pub reversible: bool,
-    /// Where the damping models stand in it.
+    /// How the damping models are applied.
     pub damping: &'static str,
-    /// Author and year.
+    /// Authors and years.
     pub source: &'static str,
 }
 
 const AS_LAW: &str =
     "exact is the law a = -c v, evaluated at every stage; clamped multiplies before, tutorial after a tick";
 
-/// One row a method, in the order of the tutorial.
+/// One row per method, in the order of [`Method`].
 pub const METHODS: [Claims; 9] = [
     Claims {
         method: Method::ExplicitEuler,
@@ -224,31 +225,31 @@ impl Method {
         all
     };
 
-    /// What it promises.
+    /// The claims of the method.
     #[must_use]
     pub const fn claims(self) -> &'static Claims {
         &METHODS[self as usize]
     }
 
-    /// The word for it in scene files, flags and panels.
+    /// Name in scene files, flags and panels.
     #[must_use]
     pub const fn name(self) -> &'static str {
         self.claims().name
     }
 
-    /// The method of that name.
+    /// The method with that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|method| method.name() == name)
     }
 
-    /// The next method in the order of the table, the first after the last.
+    /// The next method in the table; after the last comes the first.
     #[must_use]
     pub const fn next(self) -> Self {
         Self::ALL[(self as usize + 1) % METHODS.len()]
     }
 
-    /// The method before in the order of the table, the last before the first.
+    /// The previous method in the table; before the first comes the last.
     #[must_use]
     pub const fn previous(self) -> Self {
         Self::ALL[(self as usize + METHODS.len() - 1) % METHODS.len()]

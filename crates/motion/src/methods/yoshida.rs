@@ -1,4 +1,4 @@
-//! Yoshida's composition.
+//! Yoshida 4: three steps of velocity Verlet.
 
 use bevy_ecs::prelude::*;
 
@@ -8,18 +8,18 @@ use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
 
-/// Three steps of velocity Verlet, the middle one backwards, whose errors of third order cancel (Yoshida 1990,
-/// eq. 2.11): order 4, keeps a nearby energy. Stages lie outside the step: from 1.35 h to -0.35 h.
+/// Yoshida 4 (Yoshida 1990, eq. 2.11): three steps of velocity Verlet, the middle one backward, whose errors of third order
+/// cancel. Order 4; conserves an energy near the true one. Stages lie outside the step, at up to 1.35 h and -0.35 h.
 ///
-/// Under laws of the velocity the inner steps are no longer their own reverses, and order 3 is left; the step
-/// backwards anti-damps, so that linear drag c is stable only below c h = 0.89.
+/// Under laws that depend on the velocity the inner steps are not reversible and order 3 remains. The backward step
+/// amplifies what drag damps, so that linear drag c is stable only below c h = 0.89.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct Yoshida4;
 
 /// `1 / (2 - 2^(1/3))`.
 const OUTER: f64 = 1.351_207_191_959_657_6;
-/// `-2^(1/3) / (2 - 2^(1/3))`: the three add up to 1.
+/// `-2^(1/3) / (2 - 2^(1/3))`: the three fractions sum to 1.
 const INNER: f64 = 1.0 - 2.0 * OUTER;
 
 impl Integrator for Yoshida4 {

@@ -1,14 +1,14 @@
-//! Kinds of entities: which components a world has seen together.
+//! Archetypes: which components a world has seen together.
 
 use bevy_ecs::archetype::Archetype;
 use bevy_ecs::prelude::*;
 
-/// Whether there is a kind of entity with that component, be there none of the kind at present: another one is
-/// noticed only when its kind is new.
+/// Whether an archetype with that component exists, even if it is empty now: a schedule that was compiled while it was
+/// empty is not told when it fills.
 pub(crate) fn may_exist<C: Component>(world: &World) -> bool {
-    world.archetypes().iter().any(|kind| contains::<C>(world, kind))
+    world.archetypes().iter().any(|archetype| contains::<C>(world, archetype))
 }
 
-pub(crate) fn contains<C: Component>(world: &World, kind: &Archetype) -> bool {
-    world.components().component_id::<C>().is_some_and(|component| kind.contains(component))
+pub(crate) fn contains<C: Component>(world: &World, archetype: &Archetype) -> bool {
+    world.components().component_id::<C>().is_some_and(|component| archetype.contains(component))
 }

@@ -1,4 +1,4 @@
-//! Simulation time: the ticks that are due, computed from total time and never accumulated.
+//! The clocks: frame time, simulated time, and the ticks that are due, computed from total time and never accumulated.
 
 use bevy_ecs::prelude::*;
 
@@ -8,14 +8,14 @@ use crate::units::Scalar;
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct TimeStep(pub Scalar);
 
-/// A time or rate that cannot be one.
+/// Why a number was refused as a time or rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BadTime {
     /// Not a finite number.
     NotFinite(Scalar),
-    /// Below zero, or before the frame that came last.
+    /// Below zero, or before the end of the last frame.
     Negative(Scalar),
-    /// A rate that is not above zero.
+    /// A rate that is not above 0.
     NotPositive(Scalar),
 }
 
@@ -31,7 +31,7 @@ impl std::fmt::Display for BadTime {
 
 impl std::error::Error for BadTime {}
 
-/// The end of a frame on the frame clock and the frame's length; made only by a [`FrameClock`].
+/// The end and the length of a frame. Only a [`FrameClock`] makes one, so both numbers are valid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameTime {
     total: Scalar,
@@ -52,19 +52,19 @@ impl FrameTime {
     }
 }
 
-/// Where frame times come in, and where bad ones are refused.
+/// The clock of frames: accepts frame times and refuses invalid ones.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameClock {
     total: Scalar,
-    /// What the additions of [`FrameClock::advance_by`] rounded away (Neumaier 1974).
+    /// Rounding errors of the additions in [`FrameClock::advance_by`] (Neumaier 1974).
     residue: Scalar,
 }
 
 impl FrameClock {
-    /// A frame that ends `total` seconds after the start of the clock.
+    /// Begins a frame that ends `total` seconds after the start of the clock.
     ///
     /// # Errors
-    /// A time that is not finite, or before the end of the last frame; the clock is left as it was.
+    /// If `total` is not finite, or is before the end of the last frame. The clock then stays unchanged.
     pub fn advance_to(&mut self, total: Scalar) -> Result<FrameTime, BadTime> {
         if !total.is_finite() {
             return Err(BadTime::NotFinite(total));
@@ -77,10 +77,10 @@ impl FrameClock {
         Ok(FrameTime { total, length })
     }
 
-    /// A frame of `length` seconds.
+    /// Begins a frame of `length` seconds.
     ///
     /// # Errors
-    /// A length that is negative or not finite; the clock is left as it was.
+    /// If `length` is negative or not finite. The clock then stays unchanged.
     pub fn advance_by(&mut self, length: Scalar) -> Result<FrameTime, BadTime> {
         if !length.is_finite() {
             return Err(BadTime::NotFinite(length));
@@ -102,11 +102,11 @@ impl FrameClock {
     }
 }
 
-/// Number and time of the ticks that were simulated.
+/// The clock of ticks: how many were simulated, and the simulated time.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepClock {
     ticks: u64,
-    /// Where the running count of equal steps began: a changed step starts a new one.
+    /// The tick at which the current run of equal steps began: a changed step begins a new one.
     since_tick: u64,
     since_time: Scalar,
     step: Scalar,
@@ -134,7 +134,7 @@ impl StepClock {
         self.seconds() - self.scene_began
     }
 
-    /// Lets the scene begin now, ticks and simulated time going on.
+    /// Sets the start of the scene to now. Ticks and simulated time continue.
     pub fn begin_scene(&mut self) {
         self.scene_began = self.seconds();
     }
@@ -147,7 +147,7 @@ impl StepClock {
         self.ticks += 1;
     }
 
-    /// The clock after one more tick of `step` seconds.
+    /// Returns the clock as it is after one more tick of `step` seconds.
     #[must_use]
     pub fn after(mut self, step: Scalar) -> Self {
         self.count(step);
@@ -155,12 +155,12 @@ impl StepClock {
     }
 }
 
-/// What a [`StepClock`] counts from.
+/// The state of a [`StepClock`] as plain numbers, to save and restore.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockState {
     /// Ticks simulated since the start.
     pub ticks: u64,
-    /// The tick at which the running count of equal steps began, at most `ticks`.
+    /// The tick at which the current run of equal steps began, at most `ticks`.
     pub since_tick: u64,
     /// Simulated time then, s.
     pub since_time: Scalar,
@@ -178,32 +178,33 @@ impl From<StepClock> for ClockState {
 }
 
 impl StepClock {
-    /// The clock that counts from there; `None` where no clock can have come to: times that are negative or not
-    /// finite, more than 2^53 ticks, a count that began after the last of them, or a scene that begins later.
+    /// Restores a clock. `None` if no clock can have reached that state: if a time is negative or not finite, if there
+    /// are more than 2^53 ticks, if the run of equal steps began after the last tick, or if the scene begins later than
+    /// now.
     #[must_use]
     pub fn from_state(state: ClockState) -> Option<Self> {
         let ClockState { ticks, since_tick, since_time, step, scene_began } = state;
         let times = [since_time, step, scene_began].iter().all(|time| *time >= 0.0 && time.is_finite());
         let counted = since_tick <= ticks && ticks <= 1 << 53;
         let clock = Self { ticks, since_tick, since_time, step, scene_began };
-        // The present itself may be beyond the largest number, as it may in a run of very long ticks.
+        // The present may be infinite, as it may in a run of very long ticks.
         (times && counted && scene_began <= clock.seconds()).then_some(clock)
     }
 }
 
-/// Ticks that a frame is to simulate.
+/// The ticks that a frame has to simulate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Due {
     /// Whole ticks to simulate now.
     pub ticks: u64,
-    /// Time thrown away because the frame was longer than the catch-up limit, s of simulated time.
+    /// Simulated time dropped because the frame was longer than the catch-up limit, s.
     pub dropped: Scalar,
 }
 
 /// Turns frame times into ticks of a fixed rate.
 ///
-/// The number of ticks due is the floor of the time since an anchor times the rate, so that no rounding
-/// accumulates. The anchor moves only when the pace changes, time is dropped or the run is paused.
+/// The number of ticks due is the floor of the time since an anchor times the rate, so that no rounding accumulates.
+/// The anchor moves only when the rate or pace changes, when time is dropped, or when the run is paused.
 #[derive(Clone, Copy, Debug)]
 pub struct TickClock {
     rate: Scalar,
@@ -218,14 +219,14 @@ pub struct TickClock {
 }
 
 impl TickClock {
-    /// Ticks within this fraction of being due are due: 1/60 s times 120 Hz may come out a rounding below 2.
+    /// Ticks within this fraction of being due are due: 1/60 s times 120 Hz may be one rounding error below 2.
     const NEARLY: Scalar = 1e-6;
 
-    /// A clock of `rate` ticks a second that catches up with at most `catch_up` seconds of frame time, but
-    /// always simulates at least one tick, in one frame.
+    /// Makes a clock of `rate` ticks per second. A frame catches up with at most `catch_up` seconds of frame time, but
+    /// with at least one tick; an infinite limit is allowed.
     ///
     /// # Errors
-    /// A rate that is not above 0 and finite; a catch-up limit that is not a time.
+    /// If `rate` is not above 0 and finite, or if `catch_up` is negative or NaN.
     pub fn new(rate: Scalar, catch_up: Scalar) -> Result<Self, BadTime> {
         let clock = Self {
             rate: checked_rate(rate)?,
@@ -244,28 +245,28 @@ impl TickClock {
         }
     }
 
-    /// Ticks a second.
+    /// Ticks per simulated second, Hz.
     #[must_use]
     pub const fn rate(&self) -> Scalar {
         self.rate
     }
 
-    /// Simulated seconds a second of frame time.
+    /// Simulated seconds per second of frame time.
     #[must_use]
     pub const fn pace(&self) -> Scalar {
         self.pace
     }
 
-    /// Fraction of the next tick that has passed, in [0, 1): where between two ticks to draw.
+    /// Fraction of the next tick that has passed, in [0, 1): the point between two ticks at which to draw.
     #[must_use]
     pub const fn fraction(&self) -> Scalar {
         self.open
     }
 
-    /// Changes the tick rate; the open fraction of a tick stays a fraction.
+    /// Changes the tick rate, Hz. The fraction of the tick that has passed stays the same.
     ///
     /// # Errors
-    /// A rate that is not above 0 and finite.
+    /// If `rate` is not above 0 and finite.
     pub fn set_rate(&mut self, rate: Scalar) -> Result<(), BadTime> {
         let rate = checked_rate(rate)?;
         self.re_anchor(self.now);
@@ -273,10 +274,10 @@ impl TickClock {
         Ok(())
     }
 
-    /// Changes the pace: 0.5 is slow motion, 2 is twice as fast. The tick stays what it is.
+    /// Changes the pace: 0.5 is slow motion, 2 is twice as fast. The length of a tick stays the same.
     ///
     /// # Errors
-    /// A pace that is not above 0 and finite.
+    /// If `pace` is not above 0 and finite.
     pub fn set_pace(&mut self, pace: Scalar) -> Result<(), BadTime> {
         let pace = checked_rate(pace)?;
         self.re_anchor(self.now);
@@ -284,19 +285,19 @@ impl TickClock {
         Ok(())
     }
 
-    /// Frame time that the clock has seen, s.
+    /// End of the last frame that the clock was given, s of frame time.
     #[must_use]
     pub const fn now(&self) -> Scalar {
         self.now
     }
 
-    /// Owes nothing for the time before `now`, s.
+    /// Drops the time before `now`, s of frame time: no tick is due for it.
     pub const fn start_at(&mut self, now: Scalar) {
         self.now = now;
         self.re_anchor(now);
     }
 
-    /// A frame passes in which nothing is simulated and no time is owed afterwards.
+    /// Lets a frame pass without simulating it: no tick is due for it afterwards.
     pub fn pause(&mut self, frame: FrameTime) {
         self.start_at(frame.total);
     }
@@ -313,7 +314,7 @@ impl TickClock {
         let passed = self.carried + (frame.total - self.anchor) * self.pace * self.rate;
         let whole = (passed + Self::NEARLY).floor().max(0.0);
         let owed = whole as u64 - self.done.min(whole as u64);
-        // The limit is one of frame time: a fast pace is no hitch.
+        // The limit is one of frame time, so that a fast pace alone drops nothing.
         let most = ((self.catch_up * self.pace.max(1.0) * self.rate + Self::NEARLY).floor() as u64).max(1);
         if owed > most {
             let open = passed - whole;

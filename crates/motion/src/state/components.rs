@@ -1,35 +1,34 @@
-//! What a body is made of: three components that every body has, and those that only a body which asks for
-//! an effect carries.
+//! The components of a body: three that every body has, and options that only some bodies have.
 
 use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 
 use crate::units::{Rotation, Scalar, Vector};
 
-/// Where a thing is.
+/// Position of a thing in the world.
 ///
-/// Slim on purpose: orientation is a component of its own, so that a step moves no byte that it does not use.
+/// Orientation is a separate component, so that a step moves no byte that it does not use.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Transform {
-    /// Centre of the body in world space, m.
+    /// Center of the body in world space, m.
     pub position: Vector,
 }
 
 impl Transform {
-    /// A transform at `position`, m.
+    /// Makes a transform at `position`, m.
     #[must_use]
     pub const fn at(position: Vector) -> Self {
         Self { position }
     }
 }
 
-/// What makes a thing move: its velocity and the reciprocal of its mass (Newton's second law as `a = F w`).
+/// Velocity and inverse mass w of a moving body (Newton's second law as `a = F w`).
 ///
-/// Inverse mass is what the step multiplies by; 0 stands for an infinite mass, which no force, law or NaN
-/// moves. Only values above 0 count as movable.
+/// The step multiplies by the inverse mass; 0 stands for an infinite mass, which no force, law or NaN moves. Only values
+/// above 0 are movable.
 ///
-/// Aligned to its size, so that no row lies across two cache lines.
+/// Aligned to its size, so that no row crosses a cache line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 #[require(Transform, Force)]
@@ -41,11 +40,11 @@ pub struct PhysicsBody {
 }
 
 impl PhysicsBody {
-    /// A body at rest with an infinite mass.
+    /// A body at rest with infinite mass.
     pub const IMMOVABLE: Self = Self { velocity: Vector::ZERO, inverse_mass: 0.0 };
 
-    /// A body at rest of mass `mass`, kg. A mass that is not above 0 and finite, or whose reciprocal is not
-    /// finite, makes it immovable.
+    /// Makes a body at rest of mass `mass`, kg. The body is immovable if the mass is not above 0 and finite, or if its
+    /// reciprocal is not finite.
     #[must_use]
     pub fn with_mass(mass: Scalar) -> Self {
         let inverse_mass = 1.0 / mass;
@@ -53,7 +52,7 @@ impl PhysicsBody {
         Self { velocity: Vector::ZERO, inverse_mass: if movable { inverse_mass } else { 0.0 } }
     }
 
-    /// The same body moving at `velocity`, m/s.
+    /// Returns the same body moving at `velocity`, m/s.
     #[must_use]
     pub const fn moving_at(self, velocity: Vector) -> Self {
         Self { velocity, ..self }
@@ -78,10 +77,10 @@ impl PhysicsBody {
     }
 }
 
-/// Sum of the forces applied to a body in the running tick, N; zero between ticks.
+/// Sum of the forces applied to a body in the current tick, N; zero between ticks.
 ///
-/// The only writer is [`Forces`](crate::Forces), which keeps the list of pushed bodies, so that applying and
-/// clearing touch only those.
+/// Only [`Forces`](crate::Forces) writes it, and keeps the list of pushed bodies, so that applying and clearing touch
+/// only those.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Force(pub(crate) Vector);
@@ -94,23 +93,23 @@ impl Force {
     }
 }
 
-/// How a thing is turned. Drawn and picked; the motion is linear, so no step reads or writes it.
+/// Orientation of a thing, for drawing and picking. Motion is linear, so that no step reads or writes it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
 pub struct Orientation(pub Rotation);
 
-/// The body's number in the order of the scene file; what sums, hashes and files are ordered by.
+/// Number of a body in the order of the scene file. Sums, hashes and files are in this order.
 ///
-/// Entity ids are recycled and table rows are swapped on removal, so neither can serve.
+/// Entity ids are recycled and table rows are swapped on removal, so that neither gives a stable order.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StableId(pub u32);
 
-/// Largest speed of the body, m/s: after damping and before the move a faster velocity is scaled down,
-/// direction kept (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies that ask for it.
+/// Largest speed of a body, m/s. A faster velocity is scaled down after damping and before the move; its direction stays
+/// the same (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a limit.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLimit(pub Scalar);
 
-/// World axes along which the body cannot move: their velocity is set to zero just before the move, after the speed
-/// limit (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies that ask for it.
+/// World axes along which a body cannot move. The velocity along them is set to zero just before the move, after the
+/// speed limit (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a locked axis.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisLocks {
     /// No motion along x.
@@ -122,18 +121,18 @@ pub struct AxisLocks {
 }
 
 impl AxisLocks {
-    /// A force or an acceleration without its parts along locked axes.
+    /// Returns a force or an acceleration without its components along locked axes.
     pub(crate) fn open(self, v: Vector) -> Vector {
         let open = |part, locked| if locked { 0.0 } else { part };
         Vector::new(open(v.x, self.x), open(v.y, self.y), open(v.z, self.z))
     }
 }
 
-/// Gravity, and gravity alone, passes this body by. Present only on bodies that ask for it.
+/// Marks a body on which uniform gravity does not act; every other force and law does.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GravityOff;
 
-/// A body that would have turned non-finite or left the [`Range`](crate::Range): frozen for good at its last finite
-/// state, ignored by every system. [`Quarantine`](crate::Quarantine) says when and why.
+/// Marks a quarantined body, which would have become non-finite or left the [`Range`](crate::Range). It stays in its last
+/// valid state and every system skips it. [`Quarantine`](crate::Quarantine) says when and why.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quarantined;

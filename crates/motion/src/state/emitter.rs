@@ -1,94 +1,95 @@
-//! Emitters: a fixed pool of particles, thrown out one after another and taken back when their time is over.
+//! Emitters: each has a fixed pool of particles, which are born one after another and return when their life is over.
 
 use bevy_ecs::prelude::*;
 
 use crate::state::clock::StepClock;
 use crate::units::{Scalar, Vector};
 
-/// A birth or death this near to the end of a tick, in births, is at its end: 1/60 s times 500 a second may come out
-/// a rounding below or above.
+/// A birth or death this near to the end of a tick, in births, is at its end: 1/60 s times 500 per second may be one
+/// rounding error off.
 const NEARLY: Scalar = 1e-6;
 
-/// The slot is free.
+/// Marks a free slot.
 const FREE: u64 = u64::MAX;
 
-/// Throws out particles, an entity beside them. Particle number k, counted from 0, is born `k / rate` seconds
-/// after the scene's start and lives for `life`; it is the body `k % n` of a pool of n, and if that one still
-/// lives, it is taken. What was due before the emitter was spawned or while it was off is not made up for.
+/// Emits particles at a fixed rate from a pool of bodies. The emitter is an entity separate from its particles.
 ///
-/// A birth within a tick is one: what is left of the tick is a tick of the body's method, in as many substeps as a
-/// whole one.
+/// Particle number k, counted from 0, is born `k / rate` seconds after the start of the scene and lives for `life`. It is
+/// body `k % n` of a pool of n; if that body still lives, it is reborn. Births that were due before the emitter was
+/// spawned, or while it was off, are skipped.
+///
+/// A particle that is born within a tick is integrated over the rest of that tick, in as many substeps as a whole one.
 #[derive(Component, Clone, Debug, PartialEq)]
 #[require(Emission)]
 pub struct Emitter {
-    /// Particles a second, above 0.
+    /// Particles per second, above 0.
     pub rate: Scalar,
-    /// How long each of them lives, s, above 0.
+    /// Life of each particle, s, above 0.
     pub life: Scalar,
-    /// Where they are born, m.
+    /// Position at which particles are born, m.
     pub position: Vector,
-    /// The pool; its bodies are [`Dormant`] until they are born.
+    /// The pool of bodies, each [`Dormant`] until it is born.
     pub pool: Vec<Entity>,
-    /// The velocity that each body of the pool is born with, m/s; as many as there are bodies.
+    /// Velocity at birth of each body of the pool, m/s.
     pub launches: Vec<Vector>,
-    /// Reciprocal of the mass of each of them, 1/kg.
+    /// Reciprocal of the mass of each particle, 1/kg.
     pub inverse_mass: Scalar,
 }
 
-/// A particle that is not born yet, or no longer lives: at rest at its emitter, ignored by every system, neither
-/// drawn nor hit.
+/// Marks a particle that is not born yet or no longer lives. It rests at its emitter, every system skips it, and it is
+/// neither drawn nor picked.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dormant;
 
-/// A body of an emitter's pool, living or [`Dormant`].
+/// Marks a body of an emitter's pool, living or [`Dormant`].
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Particle;
 
-/// What an emitter has thrown out so far; every [`Emitter`] has one.
+/// The particles that an emitter has emitted so far. Every [`Emitter`] has one.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 pub struct Emission {
-    /// Number of the particle that is born next.
+    /// Number of the next particle to be born.
     next: u64,
-    /// No particle below that number lives.
+    /// No particle below this number lives.
     oldest: u64,
     /// Number of the particle that lives in each slot of the pool.
     slots: Vec<u64>,
     living: usize,
-    /// Number and start of the tick in which it was looked at last.
+    /// Number and start of the tick to which it was last advanced.
     seen: Option<(u64, Scalar)>,
 }
 
-/// What an [`Emission`] goes on from, by slots of the pool.
+/// The state of an [`Emission`] as plain numbers, to save and restore.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EmissionState {
-    /// Number of the particle that is born next.
+    /// Number of the next particle to be born.
     pub next: u64,
-    /// No particle below that number lives.
+    /// No particle below this number lives.
     pub oldest: u64,
-    /// Number of the particle that lives in each slot; `None` is a free one.
+    /// Number of the particle that lives in each slot of the pool; `None` for a free slot.
     pub slots: Vec<Option<u64>>,
-    /// Number and start, s since the scene's start, of the tick in which it was looked at last.
+    /// Number and start, s since the start of the scene, of the tick to which it was last advanced.
     pub seen: Option<(u64, Scalar)>,
 }
 
-/// What [`emit_particles`](crate::emit_particles) tells the rest of the schedule.
+/// The births of the current tick, for the rest of the schedule.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct Emissions {
-    /// Every emitter is off, and every particle taken back.
+    /// Whether every emitter is off and no particle lives.
     pub over: bool,
-    /// Number of the tick that `births` are of.
+    /// Number of the tick of these births.
     pub tick: u64,
     pub births: Vec<(Entity, Scalar)>,
 }
 
 impl Emissions {
-    /// Bodies that are born in the tick of that number, and when, s since the scene's start.
+    /// Bodies that are born in the tick of that number, and the times of their births, s since the start of the scene.
     pub fn births_in(&self, tick: u64) -> &[(Entity, Scalar)] {
         if tick == self.tick { &self.births } else { &[] }
     }
 }
 
-/// Number, start and end of a tick, s since the scene's start.
+/// Number, start and end of a tick, s since the start of the scene.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tick {
     pub number: u64,
@@ -104,14 +105,14 @@ impl Tick {
     }
 }
 
-/// Particles that are born before `time`, s since the scene's start.
+/// Number of particles born before `time`, s since the start of the scene.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be above 0")]
 fn born_before(emitter: &Emitter, time: Scalar) -> u64 {
     let births = (time * emitter.rate - NEARLY).ceil();
     if births > 0.0 { births as u64 } else { 0 }
 }
 
-/// Particles whose life is over at `time`, s since the scene's start.
+/// Number of particles whose life is over at `time`, s since the start of the scene.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be at least 0")]
 fn dead_at(emitter: &Emitter, time: Scalar) -> u64 {
     let births = (time - emitter.life) * emitter.rate + NEARLY;
@@ -119,13 +120,13 @@ fn dead_at(emitter: &Emitter, time: Scalar) -> u64 {
 }
 
 impl Emission {
-    /// Particles that live.
+    /// Number of living particles.
     #[must_use]
     pub const fn living(&self) -> usize {
         self.living
     }
 
-    /// What it goes on from.
+    /// Returns the state, to save it.
     #[must_use]
     pub fn state(&self) -> EmissionState {
         let Self { next, oldest, slots, seen, .. } = self;
@@ -133,7 +134,7 @@ impl Emission {
         EmissionState { next: *next, oldest: *oldest, slots, seen: *seen }
     }
 
-    /// An emission that goes on from `state`.
+    /// Restores an emission from a saved state.
     #[must_use]
     pub fn from_state(state: EmissionState) -> Self {
         let EmissionState { next, oldest, slots, seen } = state;
@@ -142,7 +143,7 @@ impl Emission {
         Self { next, oldest, slots, living, seen }
     }
 
-    /// An emission with as many slots as the pool of `emitter` has bodies.
+    /// Resizes the slots to the pool of `emitter`.
     pub(crate) fn fit(&mut self, emitter: &Emitter) {
         self.slots.resize(emitter.pool.len(), FREE);
     }
@@ -152,8 +153,8 @@ impl Emission {
         self.slots.get(slot).is_some_and(|number| *number != FREE)
     }
 
-    /// Goes on by a tick. `change` is told each slot whose body is taken back, or born at a time, s since the scene's
-    /// start. There are births only if the emitter `is_on`.
+    /// Advances by a tick. Calls `change` with each slot whose body dies (`None`) or is born, with the time of birth, s
+    /// since the start of the scene. There are births only if the emitter `is_on`.
     pub(crate) fn advance(
         &mut self,
         emitter: &Emitter,
@@ -163,7 +164,7 @@ impl Emission {
     ) {
         let Tick { number, start, end } = tick;
         match self.seen.replace((number, start)) {
-            // The scene began again.
+            // The scene was restarted.
             Some((then, at)) if start < at || start == 0.0 && number > then => {
                 let lived = self.slots.iter().enumerate().filter(|(_, number)| **number != FREE);
                 lived.for_each(|(slot, _)| change(slot, None));
@@ -172,7 +173,7 @@ impl Emission {
             }
             Some((then, _)) if number <= then + 1 => {}
             None if start <= 0.0 => {}
-            // What was due while nothing looked is not made up for.
+            // Ticks passed without a call: skip the births that were due.
             _ => self.next = self.next.max(born_before(emitter, start)),
         }
         let count = self.slots.len().min(emitter.launches.len()) as u64;
@@ -184,7 +185,7 @@ impl Emission {
         let due = born_before(emitter, end);
         let dead = dead_at(emitter, end).min(due);
         let passed = dead.min(self.next);
-        // No more than the slots hold: what is older was taken.
+        // No more than the slots hold: older particles were replaced.
         for number in self.oldest.max(passed.saturating_sub(count))..passed {
             let slot = slot_of(number);
             if self.slots[slot] == number {

@@ -1,4 +1,4 @@
-//! Applied forces: how a push reaches a body, acts for one tick and is gone.
+//! Applied forces: a push reaches a body, acts for one tick and is cleared.
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
@@ -6,7 +6,7 @@ use bevy_ecs::system::SystemParam;
 use crate::state::components::Force;
 use crate::units::Vector;
 
-/// Bodies whose [`Force`] is to be cleared at the end of the tick; a body pushed twice stands in it twice.
+/// Bodies whose [`Force`] is cleared at the end of the tick; a body that was pushed twice is listed twice.
 #[derive(Resource, Debug, Default)]
 pub struct PushedBodies(pub(crate) Vec<Entity>);
 
@@ -18,8 +18,8 @@ pub struct Forces<'w, 's> {
 }
 
 impl Forces<'_, '_> {
-    /// Adds `newtons` to what acts on `body` in this tick. A thing without physics, or one that is gone, is
-    /// not pushed; pushing it does nothing.
+    /// Adds `newtons`, N, to the force on `body` in this tick. Does nothing if the entity has no physics or no longer
+    /// exists.
     pub fn add(&mut self, body: Entity, newtons: Vector) {
         if let Ok(mut force) = self.forces.get_mut(body) {
             force.bypass_change_detection().0 += newtons;
@@ -27,7 +27,7 @@ impl Forces<'_, '_> {
         }
     }
 
-    /// Clears every force that was added since the last clearing.
+    /// Clears every force that was added since the last call.
     pub(crate) fn clear(&mut self) {
         for body in self.pushed.0.drain(..) {
             if let Ok(mut force) = self.forces.get_mut(body) {
@@ -37,7 +37,7 @@ impl Forces<'_, '_> {
     }
 }
 
-/// A force on a body.
+/// A force applied to a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
     /// The body that is pushed.
@@ -46,11 +46,10 @@ pub struct Push {
     pub newtons: Vector,
 }
 
-/// Pushes on their way to the next tick.
+/// The pushes for the next tick.
 ///
-/// An edge push (a click) waits here until a tick takes it and acts for that one tick: it is neither lost in a
-/// frame without a tick nor doubled in a frame with two. A sustained push (a held key) acts in every tick that
-/// begins while it stands here.
+/// An edge push (a click) waits here for the next tick and acts in that tick only: it is neither lost in a frame without
+/// a tick nor doubled in a frame with two. A sustained push (a held key) acts in every tick that begins while it is here.
 #[derive(Resource, Debug, Default)]
 pub struct PushQueue {
     edges: Vec<Push>,
@@ -63,19 +62,19 @@ impl PushQueue {
         self.edges.push(Push { body, newtons });
     }
 
-    /// Replaces the sustained pushes: these act in every tick until they are replaced again.
+    /// Replaces the sustained pushes. These act in every tick until they are replaced again.
     pub fn sustain(&mut self, pushes: impl IntoIterator<Item = Push>) {
         self.sustained.clear();
         self.sustained.extend(pushes);
     }
 
-    /// Number of edge pushes that wait for a tick.
+    /// Number of edge pushes that wait for the next tick.
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.edges.len()
     }
 
-    /// The edge pushes that wait for a tick.
+    /// The edge pushes that wait for the next tick.
     #[must_use]
     pub fn edges(&self) -> &[Push] {
         &self.edges
@@ -87,7 +86,7 @@ impl PushQueue {
         &self.sustained
     }
 
-    /// What the next tick will apply.
+    /// Every push that the next tick will apply.
     pub fn pending(&self) -> impl Iterator<Item = Push> + '_ {
         self.edges.iter().chain(&self.sustained).copied()
     }

@@ -1,16 +1,16 @@
-//! The state that drawing between two ticks needs; absent unless pictures are wanted.
+//! Previous positions, for drawing between two ticks.
 
 use bevy_ecs::prelude::*;
 
 use crate::state::components::{PhysicsBody, Transform};
 use crate::units::Vector;
 
-/// Where the body was when the last tick began, m. Present only in runs that draw between ticks.
+/// Position of a body at the start of the last tick, m. Present only in runs that draw between ticks.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct PreviousPosition(pub Vector);
 
-/// Remembers every position before a tick moves it; run before the last tick of a frame.
+/// Stores every position as [`PreviousPosition`]. Run it before the last tick of a frame.
 pub fn remember_positions(mut bodies: Query<(&Transform, &mut PreviousPosition), With<PhysicsBody>>) {
     let tables = bodies.contiguous_iter_mut().expect("every component of a body is stored in tables");
     for (transforms, mut previous) in tables {

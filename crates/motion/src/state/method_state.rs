@@ -1,30 +1,30 @@
-//! What methods keep of single bodies from tick to tick.
+//! Method state: what position Verlet, velocity Verlet and Yoshida 4 keep of a body from tick to tick.
 
 use bevy_ecs::prelude::*;
 
 use crate::real::Real;
 use crate::units::Scalar;
 
-/// What position Verlet keeps of a body: the length of its last step, s. 0 is a start, with the Taylor value;
-/// negative, velocities were turned round since. Only bodies of that method carry it.
+/// Method state of position Verlet: the length of the last step, s. 0 means a start, which takes the Taylor value; a
+/// negative length means that velocities were reversed since. Only bodies of that method have it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub struct LastStep(pub Scalar);
 
-/// What velocity Verlet and Yoshida's composition keep of a body where laws are called: the last acceleration,
-/// which is the next one's first. Only bodies of these methods carry it.
+/// Cached acceleration of velocity Verlet and Yoshida 4: the last acceleration by called laws, which is also the first
+/// of the next step. Only bodies of these methods have it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, bytemuck::TransparentWrapper)]
 #[repr(transparent)]
 pub struct LastAcceleration(pub(crate) Known<Scalar>);
 
-/// The called laws' acceleration at the end of a step, for the next one, if it begins just there.
+/// Acceleration by the called laws at the end of a step. The next step uses it if it begins in the same state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Known<T> {
-    /// Position and inverse mass that it was evaluated at.
+    /// Position and inverse mass of the evaluation.
     pub at: [T; 4],
-    /// Time that it was evaluated at, s.
+    /// Time of the evaluation, s.
     pub time: T,
-    /// Which laws were called.
+    /// Version of the world's laws and of the body's own.
     pub laws: (u64, u64),
     /// Acceleration by the called laws, m/s².
     pub called: [T; 4],
@@ -32,7 +32,7 @@ pub(crate) struct Known<T> {
 
 impl<T: Real> Default for Known<T> {
     fn default() -> Self {
-        // A time that none is equal to.
+        // No time of an evaluation equals it.
         Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), called: [T::ZERO; 4] }
     }
 }

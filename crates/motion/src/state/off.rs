@@ -1,17 +1,18 @@
-//! What effects that are off leave behind: their values, to be switched on again.
+//! Values of effects that are switched off, kept to switch them on again.
 
 use bevy_ecs::prelude::*;
 
-/// A component of an effect that is off, as it was.
+/// The component of an effect that is switched off, unchanged.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct Off<C: Component>(pub C);
 
-/// A resource of an effect that is off, as it was.
+/// The resource of an effect that is switched off, unchanged.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct OffResource<R: Resource>(pub R);
 
-/// Springs and soft bodies are off: their points are bodies like all others.
+/// Present while springs and soft bodies are switched off. Their points are then bodies like all others.
 ///
-/// A mark and not taken out: a soft body is drawn and picked also while nothing holds it together.
+/// This is a mark, and the springs stay in the world: a soft body is drawn and picked even while nothing holds it
+/// together.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SpringsOff;

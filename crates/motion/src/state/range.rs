@@ -1,17 +1,17 @@
-//! The range that states have to stay in.
+//! The range of valid positions and velocities.
 
 use bevy_ecs::prelude::*;
 
 use crate::real::Real;
 use crate::units::Scalar;
 
-/// The range that the bodies of a scene have to stay in. A body that would leave it is quarantined, as one that would
-/// turn non-finite is. Present only if the scene declares it: every finite number is in range elsewhere.
+/// The range in which the bodies of a scene have to stay. A body that would leave it is quarantined, like one that would
+/// become non-finite. Without this resource every finite number is in range.
 ///
-/// Bounds are of each coordinate, not of a length. They are looked at when a tick is over; substeps and stages in between
-/// may go beyond. [`integrate_acceleration`](crate::integrate_acceleration) and
-/// [`integrate_velocity`](crate::integrate_velocity) each look for themselves: the schedule has both in one pass where a
-/// range is stated.
+/// The bounds hold for each coordinate, not for the length of a vector. They are checked at the end of a tick; substeps
+/// and stages may exceed them. [`integrate_acceleration`](crate::integrate_acceleration) and
+/// [`integrate_velocity`](crate::integrate_velocity) check separately, so that a schedule with a range runs both in one
+/// pass.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Largest magnitude of a coordinate of a position, m, above 0.
@@ -21,7 +21,7 @@ pub struct Range {
 }
 
 impl Range {
-    /// Every finite number.
+    /// The range of all finite numbers.
     pub const FINITE: Self = Self { position: Scalar::MAX, speed: Scalar::MAX };
 }
 
@@ -31,21 +31,21 @@ impl Default for Range {
     }
 }
 
-/// What a state that is stored may be at most, component by component; each bound is finite, or NaN if it was stated so,
-/// which nothing holds.
+/// Largest magnitude of each component of a stored state. Bounds are finite, or NaN if the range has NaN; no state is
+/// within NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds<T> {
-    /// Of positions, m.
+    /// Bound of positions, m.
     pub position: T,
-    /// Of velocities, m/s.
+    /// Bound of velocities, m/s.
     pub speed: T,
 }
 
 impl<T: Real> Bounds<T> {
-    /// Every finite number.
+    /// The bounds of all finite numbers.
     pub const FINITE: Self = Self { position: T::MAX, speed: T::MAX };
 
-    /// Those of a range, if one is stated.
+    /// The bounds of a range; all finite numbers without one.
     pub fn of(range: Option<&Range>) -> Self {
         let bound = |bound: Scalar| if T::of(bound) > T::MAX { T::MAX } else { T::of(bound) };
         range
@@ -60,9 +60,10 @@ impl<T: Real> Bounds<T> {
         v.iter().all(|part| part.abs().is_at_most(self.speed))
     }
 
-    /// What is wrong with the new state of a row, (velocity, inverse mass) in `row`; velocity first.
+    /// Why the new state of a row would not be stored, if so; velocity is checked first. `row` is velocity and inverse
+    /// mass.
     pub fn breach(&self, x: &[T; 3], row: &[T; 4]) -> Option<Breach> {
-        let finite = |parts: &[T]| parts.iter().all(|part| part.is_finite());
+        let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
         if !self.holds_velocity(&row[..3]) || !row[3].is_finite() {
             Some(Breach { of: Part::Velocity, finite: finite(row) })
         } else if !self.holds_position(x) {
@@ -73,7 +74,7 @@ impl<T: Real> Bounds<T> {
     }
 }
 
-/// A part of the state of a body.
+/// The quantity of a body's state that left its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Position,
@@ -83,8 +84,8 @@ pub(crate) enum Part {
 /// Why a new state was not stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Breach {
-    /// What would have left its bounds.
+    /// The quantity that would have left its bounds.
     pub of: Part,
-    /// Whether it would still have been a number.
+    /// Whether the quantity was still finite.
     pub finite: bool,
 }

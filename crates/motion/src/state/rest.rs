@@ -1,25 +1,25 @@
-//! Bodies that stay where they are: a step passes them by.
+//! Static bodies, which a step skips.
 
 use bevy_ecs::prelude::*;
 
 use crate::state::components::PhysicsBody;
 use crate::state::coupling::structure_changed;
 
-/// A body that is immovable and at rest. Nothing that a step does could change it, so that no step looks at it.
+/// Marks a body that is immovable and at rest. No step can change it, so that steps skip it.
 ///
-/// Set when a schedule is compiled and by the requests that change velocity or mass. Whoever writes a
-/// [`PhysicsBody`] without asking takes the mark away.
+/// The mark is set when a schedule is compiled and by the requests that change velocity or mass. Code that writes a
+/// [`PhysicsBody`] directly has to remove it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[component(on_discard = structure_changed)]
 pub struct Static;
 
 fn is_static(body: &PhysicsBody) -> bool {
-    // Only values above 0 count as movable. A step turns -0 into 0: what has one is not passed by yet.
+    // Only inverse masses above 0 are movable. A step turns -0 into 0, so that a body with a -0 is not static yet.
     let rests = body.velocity.to_array().iter().all(|part| part.to_bits() == 0);
     body.inverse_mass <= 0.0 && rests
 }
 
-/// Marks every body that has come to be static since.
+/// Marks every body that has become static since the last call.
 pub(crate) fn mark_static(world: &mut World) {
     let mut bodies = world.query_filtered::<(Entity, &PhysicsBody), Without<Static>>();
     let found: Vec<_> =
@@ -27,7 +27,7 @@ pub(crate) fn mark_static(world: &mut World) {
     world.insert_batch(found);
 }
 
-/// Marks one body, or takes the mark away.
+/// Adds or removes the mark of one body, as its state demands.
 pub(crate) fn look_again(world: &mut World, body: Entity) {
     let Some(now) = world.get::<PhysicsBody>(body).map(is_static) else { return };
     let mut body = world.entity_mut(body);

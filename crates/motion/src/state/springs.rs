@@ -1,4 +1,4 @@
-//! Springs: between any two bodies, and the many of a soft body.
+//! Springs between two bodies, and soft bodies of points and springs.
 
 use std::sync::Arc;
 
@@ -7,53 +7,54 @@ use bevy_ecs::prelude::*;
 use crate::state::coupling::structure_changed;
 use crate::units::Scalar;
 
-/// How a spring pulls: `F = (k (L - L0) + c u) n` on its first end and the opposite on its second, with the unit
-/// vector n and the distance L from the first end to the second and the rate u at which L grows.
+/// Stiffness, damping and rest length of a spring. The force on its first end is `F = (k (L - L0) + c u) n` and the
+/// opposite on its second, with the unit vector n from the first end to the second, their distance L and its rate of
+/// change u.
 ///
-/// Two ends at one place have no direction between them: the force is zero there.
+/// The force is zero while both ends are at the same position, because n is not defined there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastic<T> {
     /// Stiffness k, N/m, at least 0.
     pub stiffness: T,
     /// Damping c along the axis, N s/m, at least 0.
     pub damping: T,
-    /// Length L0 at which it does not pull, m, at least 0.
+    /// Rest length L0, m, at least 0.
     pub rest_length: T,
 }
 
-/// A spring between two bodies, an entity of its own. Replaced as a whole: insert another one to change it.
+/// A spring between two bodies, as a separate entity. The component is immutable: insert another one to change it.
 ///
-/// An end that is gone, is scenery or was quarantined makes it inert.
+/// The spring is inert if an end no longer exists, has no physics or is quarantined.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct Spring {
-    /// The bodies that it joins.
+    /// The bodies that the spring joins.
     pub ends: [Entity; 2],
-    /// How it pulls.
+    /// Its stiffness, damping and rest length.
     pub elastic: Elastic<Scalar>,
 }
 
-/// A spring of a soft body: its ends are numbers of [`SoftBody::points`].
+/// A spring of a soft body. Its ends are indices into [`SoftBody::points`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// The points that it joins.
+    /// The points that the spring joins.
     pub ends: [u32; 2],
-    /// How it pulls.
+    /// Its stiffness, damping and rest length.
     pub elastic: Elastic<Scalar>,
 }
 
-/// A body of points and springs, an entity beside its points, which are bodies like all others. Replaced as a
-/// whole: insert another one to change it.
+/// A body of points and springs. Its points are bodies like all others; the soft body is a separate entity. The component
+/// is immutable: insert another one to change it.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct SoftBody {
-    /// Its points; one that is gone or quarantined takes its springs and triangles with it.
+    /// The points. Springs and triangles of a point that no longer exists or is quarantined are inert.
     pub points: Vec<Entity>,
-    /// Its springs, in the order in which their forces are summed up; shared with whoever described the body.
+    /// The springs, in the order in which their forces are summed. Shared with the description of the body.
     pub springs: Arc<[Link]>,
-    /// The triangles of its surface, by points: what is drawn and picked. Of a rope, none.
+    /// The triangles of the surface, as indices into `points`, for drawing and picking. Empty for a rope.
     pub triangles: Vec<[u32; 3]>,
-    /// Whether its surface is a sheet that air flows against: [`Drag`](crate::Drag) then acts on each triangle
-    /// along its normal instead of on each point.
+    /// Whether the surface is a sheet: [`Drag`](crate::Drag) then acts on each triangle along its normal instead of on
+    /// each point.
     pub sheet: bool,
 }

@@ -1,21 +1,21 @@
-//! Threads for large worlds.
+//! The threads that share the bodies of large worlds.
 
 use bevy_ecs::prelude::*;
 
-/// Threads that share the bodies of a tick. A world without this resource uses one; the state comes out the
-/// same, to the last bit, with any number.
+/// The threads that share the bodies of a tick. A world without this resource uses one thread. The state is the same, bit
+/// for bit, with any number of threads.
 #[derive(Resource, Debug)]
 pub struct Threads {
-    /// One less than there are: the thread that runs the tick is one of them.
+    /// The other threads: the one that runs the tick is not in the pool.
     pool: Option<rayon::ThreadPool>,
     count: usize,
 }
 
 impl Threads {
-    /// Bodies of a table from which sharing them pays.
+    /// Number of bodies in a table from which sharing them is faster.
     pub const FROM: usize = 20_000;
 
-    /// `count` threads, at least 1; fewer where the system gives no more.
+    /// Starts `count` threads, at least 1. Uses one thread if the system refuses the others.
     #[must_use]
     pub fn new(count: usize) -> Self {
         let others = count.saturating_sub(1);
@@ -25,13 +25,13 @@ impl Threads {
         Self { pool, count }
     }
 
-    /// How many there are.
+    /// Number of threads, with the one that runs the tick.
     #[must_use]
     pub const fn count(&self) -> usize {
         self.count
     }
 
-    /// Runs every job, the first one on this thread.
+    /// Runs every job, the first one on the current thread.
     pub(crate) fn run<J: FnOnce() + Send>(&self, jobs: Vec<J>) {
         match &self.pool {
             Some(pool) => pool.in_place_scope(|scope| {
