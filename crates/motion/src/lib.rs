@@ -35,13 +35,13 @@ pub use observe::kept::{KeptAcceleration, KeptAccelerations, KeptOfGroup};
 pub use observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 pub use observe::texts::LawTexts;
 pub use observe::totals::{KineticEnergy, Totals, totals};
+pub use schedule::effects::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
 pub use schedule::emission::emit_particles;
 pub use schedule::plan::{Passes, StepPlan};
 #[cfg(feature = "bevy")]
 pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::stepper::Stepper;
-pub use schedule::switch::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
 pub use schedule::systems::{
     Step, StepSystems, apply_forces, clear_forces, insert_step_resources, remember_accelerations,
     remember_steps, step_schedule, step_systems,

@@ -1,6 +1,7 @@
 //! The schedule: the systems that a tick is compiled of, and what changes the world between two ticks.
 
 pub(crate) mod claimed_evaluations;
+pub(crate) mod effects;
 pub(crate) mod emission;
 pub(crate) mod plan;
 #[cfg(feature = "bevy")]
@@ -8,5 +9,4 @@ pub(crate) mod plugin;
 pub(crate) mod requests;
 pub(crate) mod restart;
 pub(crate) mod stepper;
-pub(crate) mod switch;
 pub(crate) mod systems;

@@ -54,7 +54,7 @@ pub(crate) fn restart_bodies(world: &mut World, bodies: &[Entity]) {
             .is_ok_and(|body| body.contains::<LastStep>() && !body.contains::<Quarantined>())
     };
     let bodies: Vec<_> = bodies.iter().filter(starts).copied().collect();
-    if !bodies.is_empty() {
+    if is_prepared(world) && !bodies.is_empty() {
         // First: a body that has left its group since the last tick does not restart with it.
         compile_groups(world);
         leaving(world, &bodies, synchronize_bodies::<With<Leaves>>);
@@ -92,6 +92,6 @@ pub(crate) fn end_half_steps(world: &mut World) {
 }
 
 /// Whether steps can be taken: effects are also switched while a world is built.
-pub(crate) fn is_prepared(world: &World) -> bool {
+fn is_prepared(world: &World) -> bool {
     world.contains_resource::<TimeStep>()
 }

@@ -148,7 +148,7 @@ fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
 }
 
 /// Bodies that are integrated.
-type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
+pub(crate) type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
 /// Gives bodies that are new to position Verlet their [`LastStep`], which starts them with the Taylor value.
 pub fn remember_steps<Who: QueryFilter>(

@@ -1,0 +1,183 @@
+//! Effects: what a scene can declare, and switching each off and on.
+//!
+//! An effect that is off is gone: its resource or its components are taken out of the world, so that the schedule is
+//! compiled without it and no column of it is walked. Their values wait in [`Off`](crate::Off) and
+//! [`OffResource`](crate::OffResource).
+
+mod values;
+
+use std::fmt;
+
+use bevy_ecs::prelude::*;
+
+use crate::laws::Drag;
+use crate::laws::damping::Damping;
+use crate::state::components::{AxisLocks, SpeedLimit};
+pub use values::column_bytes;
+use values::{
+    DAMPING_RATES, EMITTERS, GRAVITY, MUTUAL_GRAVITY, SPRINGS, Values, WELLS, WIND, component, own_laws,
+    resource,
+};
+
+/// An effect that a scene can declare. In a run in which it is off or not declared, no system, column or branch of it
+/// exists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Effect {
+    /// [`Gravity`](crate::Gravity).
+    Gravity,
+    /// [`Damping`], of the scene and of single bodies.
+    Damping,
+    /// [`Drag`].
+    Drag,
+    /// [`Wind`](crate::Wind), which acts through drag.
+    Wind,
+    /// [`Wells`](crate::Wells), of the scene and of single bodies.
+    Wells,
+    /// [`MutualGravity`](crate::MutualGravity).
+    MutualGravity,
+    /// [`Thrust`](crate::Thrust) of single bodies.
+    Thrusts,
+    /// [`Spring`](crate::Spring) and [`SoftBody`](crate::SoftBody).
+    Springs,
+    /// [`SpeedLimit`] of single bodies.
+    SpeedLimits,
+    /// [`AxisLocks`] of single bodies.
+    AxisLocks,
+    /// [`Emitter`](crate::Emitter).
+    Emitters,
+}
+
+/// The name and the values of each effect, in the order of [`Effect`].
+static EFFECTS: [(&str, &[Values]); 11] = [
+    ("gravity", &[GRAVITY]),
+    ("damping", &[resource::<Damping>(), DAMPING_RATES]),
+    ("drag", &[resource::<Drag>()]),
+    ("wind", &[WIND]),
+    ("wells", &[WELLS, own_laws::<{ Effect::Wells as usize }>()]),
+    ("mutual_gravity", &[MUTUAL_GRAVITY]),
+    ("thrusts", &[own_laws::<{ Effect::Thrusts as usize }>()]),
+    ("springs", &[SPRINGS]),
+    ("speed_limits", &[component::<SpeedLimit>()]),
+    ("axis_locks", &[component::<AxisLocks>()]),
+    ("emitters", &[EMITTERS]),
+];
+
+impl Effect {
+    /// Every effect, in the order of the receipt.
+    pub const ALL: [Self; 11] = [
+        Self::Gravity,
+        Self::Damping,
+        Self::Drag,
+        Self::Wind,
+        Self::Wells,
+        Self::MutualGravity,
+        Self::Thrusts,
+        Self::Springs,
+        Self::SpeedLimits,
+        Self::AxisLocks,
+        Self::Emitters,
+    ];
+
+    /// The name of the effect in receipts, scripts, flags and panels.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        EFFECTS[self as usize].0
+    }
+
+    /// The effect of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|effect| effect.name() == name)
+    }
+
+    const fn values(self) -> &'static [Values] {
+        EFFECTS[self as usize].1
+    }
+
+    /// The number of bodies that the effect acts on in the coming step: 0 while it is off, all ends for springs.
+    pub fn bodies(self, world: &mut World) -> usize {
+        let on = self.values().iter().find(|values| (values.state)(world)[0]);
+        on.map_or(0, |values| (values.bodies)(world))
+    }
+
+    /// The bytes of the effect's state in `world`, on or off: columns as they are allocated, resources, and the lists
+    /// that they hold.
+    pub fn bytes(self, world: &mut World) -> usize {
+        self.values().iter().map(|values| (values.bytes)(world)).sum()
+    }
+}
+
+impl fmt::Display for Effect {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.name())
+    }
+}
+
+/// Whether an effect is on, off or not declared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EffectState {
+    /// The effect acts.
+    On,
+    /// The effect was declared and switched off. Its values wait to be switched on.
+    Off,
+    /// The effect was never declared: it has no value that could be switched on.
+    NotDeclared,
+}
+
+impl EffectState {
+    /// The words for it in receipts and panels.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::On => "on",
+            Self::Off => "off",
+            Self::NotDeclared => "not declared",
+        }
+    }
+}
+
+/// The error of switching an effect that was never declared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NeverDeclared(pub Effect);
+
+impl fmt::Display for NeverDeclared {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "this scene never declared {}", self.0)
+    }
+}
+
+impl std::error::Error for NeverDeclared {}
+
+/// Whether `effect` is on in `world`.
+pub fn state(world: &mut World, effect: Effect) -> EffectState {
+    let state = effect.values().iter().fold([false; 2], |[any_on, any_off], values| {
+        let [on, off] = (values.state)(world);
+        [any_on || on, any_off || off]
+    });
+    match state {
+        [true, _] => EffectState::On,
+        [false, true] => EffectState::Off,
+        [false, false] => EffectState::NotDeclared,
+    }
+}
+
+/// Switches an effect off, or on again, between two ticks. [`Stepper::recompile`](crate::Stepper::recompile) has to
+/// follow.
+///
+/// Off and on again restores every bit, with two exceptions. Position Verlet restarts for bodies whose laws change, and
+/// for their groups. An emitter that was off for a tick does not emit the particles that were due in it; those that live
+/// when it is switched off live on.
+///
+/// # Errors
+/// If the effect was never declared.
+pub fn switch(world: &mut World, effect: Effect, on: bool) -> Result<(), NeverDeclared> {
+    let now = state(world, effect);
+    let Some(declared) = effect.values().iter().find(|values| (values.state)(world) != [false; 2]) else {
+        return Err(NeverDeclared(effect));
+    };
+    if (now == EffectState::On) != on {
+        (declared.restart)(world);
+        effect.values().iter().for_each(|values| (values.switch)(world, on));
+    }
+    Ok(())
+}
