@@ -104,7 +104,7 @@ fn the_open_panel_follows_a_changed_body_at_once() {
     film.press("P");
     film.press("V");
     film.frames(2);
-    let worst = |film: &Film| film.session.shown_forecast().unwrap()[0].margin.clone();
+    let worst = |film: &Film| film.session.shown_forecast().unwrap()[0].margin;
     assert!(worst(&film).is_unstable);
     for end in ["w2", "w3"] {
         let body = film.session.body(end).unwrap();
