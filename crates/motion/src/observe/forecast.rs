@@ -1,11 +1,11 @@
 //! Which steps are too long for what acts, before they are taken.
 
 mod cure;
+mod groups;
 mod lanczos;
 mod matrix;
 mod modes;
-mod net;
-mod singles;
+mod single_bodies;
 
 use bevy_ecs::prelude::*;
 
@@ -189,7 +189,7 @@ impl Forecast {
                 ..scenes
             };
             let tell = springs.then_some(&mut self.springs);
-            self.margins.extend(net::look(world, coupling, bodies, pace, solvable, tell));
+            self.margins.extend(groups::look(world, coupling, bodies, pace, solvable, tell));
         }
     }
 }

@@ -3,11 +3,11 @@
 //! A ledger stands outside the world and its systems: it looks at every body before and after a tick, and whoever
 //! keeps none pays nothing.
 
-mod around;
-mod coupled;
+mod bodies;
+mod groups;
 mod lines;
 mod path;
-mod rows;
+mod tick;
 
 use std::collections::VecDeque;
 
@@ -24,9 +24,9 @@ use crate::schedule::stepper::Stepper;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
 use crate::units::{Scalar, Vector};
-use around::Around;
+use bodies::{Bodies, Body, Opening};
 use path::Path;
-use rows::{Bodies, Body, Opening};
+use tick::Around;
 
 /// Samples a second that the rates of the last second are taken from.
 const SAMPLES_PER_SECOND: Scalar = 128.0;
@@ -82,8 +82,8 @@ impl Ledger {
         compile_groups(world);
         let mut query = Bodies::new(world);
         let world = &*world;
-        let mut bodies = rows::bodies(world, &mut query, Method::default(), &Opening::default());
-        let members = coupled::members(world.get_resource::<Groups>(), &mut bodies);
+        let mut bodies = bodies::bodies(world, &mut query, Method::default(), &Opening::default());
+        let members = groups::members(world.get_resource::<Groups>(), &mut bodies);
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let around = Around::of(world, Method::default(), clock, 0.0);
         let mut sums = Sums::default();
@@ -131,8 +131,8 @@ impl Ledger {
         let mut query = Bodies::new(world);
         let world = &*world;
         let TimeStep(tick) = *world.resource::<TimeStep>();
-        let mut bodies = rows::bodies(world, &mut query, method, opening);
-        let members = coupled::members(world.get_resource::<Groups>(), &mut bodies);
+        let mut bodies = bodies::bodies(world, &mut query, method, opening);
+        let members = groups::members(world.get_resource::<Groups>(), &mut bodies);
         let around = Around::of(world, method, clock, tick);
         let [mut start, mut end] = [Sums::default(), Sums::default()];
         for (number, sums) in [&mut start, &mut end].into_iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use super::rows::State;
+use super::bodies::State;
 use crate::laws::EvaluationTime;
 use crate::laws::course::Course;
 use crate::units::{Scalar, Vector};

@@ -3,9 +3,9 @@
 use bevy_ecs::prelude::*;
 use smallvec::SmallVec;
 
+use super::bodies::{Body, State};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Node, Path, cuts, nodes};
-use super::rows::{Body, State};
 use crate::kernels::record::TickRecord;
 use crate::laws::course::Course;
 use crate::laws::{EvaluationTime, Law};

@@ -2,10 +2,10 @@
 
 use bevy_ecs::entity::{Entity, EntityHashMap};
 
-use super::around::Around;
+use super::bodies::{Body, State};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Node, Path, nodes};
-use super::rows::{Body, State};
+use super::tick::Around;
 use crate::groups::{Coupling, Groups};
 use crate::kernels::record::vector;
 use crate::laws::MutualGravity;
