@@ -3,7 +3,8 @@
 use glam::DVec3;
 use lab::limits::Net;
 use motion::{
-    Damping, DampingModel, Drag, Elastic, Forecast, Margin, Method, OwnLaws, Part, Substeps, Well, Wells,
+    Damping, DampingModel, Drag, Elastic, Forecast, LimitingPart, Margin, Method, OwnLaws, Substeps, Well,
+    Wells,
 };
 
 use crate::dice::Dice;
@@ -139,7 +140,7 @@ fn a_stiff_spring_needs_84_substeps_or_an_implicit_method() {
     let margin = worst(&forecast(&mut net.rig(&Around::default(), Method::SemiImplicitEuler, 1.0 / 60.0)));
     assert!((margin.value - 1e4 / 60.0).abs() <= 1e-6 * margin.value, "{margin:?}");
     assert!((margin.limit - 2.0).abs() <= 1e-4, "{margin:?}");
-    assert!(margin.is_unstable && matches!(margin.part, Part::Spring(_)));
+    assert!(margin.is_unstable && matches!(margin.part, LimitingPart::Spring(_)));
     assert_eq!((margin.cure.substeps, margin.cure.method), (Some(84), Some(Method::ImplicitEuler)));
     for (substeps, unstable) in [(83, true), (84, false)] {
         let around = Around { substeps: Some(substeps), ..Around::default() };
@@ -201,7 +202,10 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
         (DampingModel::Exact, Method::ImplicitEuler, f64::INFINITY),
     ] {
         let margin = body(5.0, model, method);
-        assert!(matches!(margin.part, Part::Damping(_)) && (margin.value - 0.5).abs() < 1e-12, "{margin:?}");
+        assert!(
+            matches!(margin.part, LimitingPart::Damping(_)) && (margin.value - 0.5).abs() < 1e-12,
+            "{margin:?}"
+        );
         assert!(margin.limit == limit || (margin.limit / limit - 1.0).abs() <= 1e-4, "{margin:?} {limit}");
         assert!(!margin.is_unstable);
     }
@@ -216,7 +220,7 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
     rig.lab.world.insert_resource(motion::Gravity::EARTH);
     let margin = worst(&forecast(&mut rig));
     assert!(margin.is_unstable && (margin.value - 3.1).abs() < 1e-12, "{margin:?}");
-    assert_eq!((margin.part, margin.cure.substeps), (Part::Drag(rig.bodies[0]), Some(2)));
+    assert_eq!((margin.part, margin.cure.substeps), (LimitingPart::Drag(rig.bodies[0]), Some(2)));
 }
 
 #[test]
@@ -228,7 +232,7 @@ fn a_well_is_looked_at_from_where_bodies_are() {
         Springs { bodies: bodies.to_vec(), springs: Vec::new() }.rig(&around, Method::VelocityVerlet, 0.5);
     let margin = worst(&forecast(&mut rig));
     // w² = 8 / 2³.
-    assert_eq!(margin.part, Part::Well(0, rig.bodies[1]));
+    assert_eq!(margin.part, LimitingPart::Well(0, rig.bodies[1]));
     assert!((margin.value - 0.5).abs() < 1e-12 && (margin.limit - 2.0).abs() < 1e-4, "{margin:?}");
 }
 
@@ -239,7 +243,7 @@ fn the_limiting_spring_is_named_and_its_margin_is_that_of_the_group() {
     let mut rig = net.rig(&Around::default(), Method::VelocityVerlet, 1.0 / 60.0);
     let forecast = Forecast::with_springs(&mut rig.lab.world, Method::VelocityVerlet);
     let margin = worst(&forecast);
-    assert_eq!(margin.part, Part::Spring([rig.bodies[3], rig.bodies[4]]));
+    assert_eq!(margin.part, LimitingPart::Spring([rig.bodies[3], rig.bodies[4]]));
     let ratios: Vec<_> = forecast.springs().iter().map(|spring| spring.ratio).collect();
     assert_eq!(ratios.len(), 6);
     let worst = forecast.springs().iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)).unwrap();
@@ -302,7 +306,7 @@ fn laws_of_single_bodies_are_looked_at_by_their_derivatives() {
     rig.engines(0, OwnLaws::new(vec![Box::new(wells)]));
     let margin = worst(&forecast(&mut rig));
     // Across the line to the well it pulls back with 8 / 2³, along it apart.
-    assert_eq!(margin.part, Part::Law("wells", rig.bodies[0]));
+    assert_eq!(margin.part, LimitingPart::Law("wells", rig.bodies[0]));
     assert!((margin.value - 0.5).abs() < 1e-9, "{margin:?}");
 }
 

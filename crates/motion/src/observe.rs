@@ -1,4 +1,4 @@
-//! Observation: what is computed from a world and changes nothing in it, such as the ledger and the forecast.
+//! Observation: the ledger, the forecast, totals and forces by cause. They read a world and change nothing in it.
 
 pub(crate) mod cached_accelerations;
 pub(crate) mod forces_on;

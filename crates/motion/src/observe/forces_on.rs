@@ -84,9 +84,9 @@ pub fn each_force(
         let place = |body: &Entity| places.get(body).copied();
         let asked: Vec<_> = members[..coupling.movable].iter().map(place).collect();
         if asked.iter().any(Option::is_some) {
-            let joined = Joined::of(world, coupling, members, asked);
-            forces.between(&joined, |row, cause, newtons| {
-                if let Some(place) = joined.asked.get(row).copied().flatten() {
+            let group = GroupRows::of(world, coupling, members, asked);
+            forces.between(&group, |row, cause, newtons| {
+                if let Some(place) = group.asked.get(row).copied().flatten() {
                     each(place, cause, open(world.get::<AxisLocks>(members[row]), newtons));
                 }
             });
@@ -143,8 +143,8 @@ impl<'w> BodyForces<'w> {
     }
 
     /// What acts between the rows of a group, on those that are asked for.
-    fn between(&self, joined: &Joined<'_>, mut each: impl FnMut(usize, ForceCause, Vector)) {
-        let Joined { coupling, members, asked, x, v, w } = joined;
+    fn between(&self, group: &GroupRows<'_>, mut each: impl FnMut(usize, ForceCause, Vector)) {
+        let GroupRows { coupling, members, asked, x, v, w } = group;
         let is_asked = |row: usize| asked.get(row).is_some_and(Option::is_some);
         for spring in coupling.springs.iter() {
             let [a, b] = spring.ends.map(|end| end as usize);
@@ -184,7 +184,7 @@ fn moving(world: &World, body: Entity) -> Option<BodyState<Scalar>> {
 }
 
 /// A group by rows.
-struct Joined<'a> {
+struct GroupRows<'a> {
     coupling: &'a Coupling<Scalar>,
     members: &'a [Entity],
     /// Places of the movable rows among the bodies that are asked for.
@@ -194,7 +194,7 @@ struct Joined<'a> {
     w: Vec<Scalar>,
 }
 
-impl<'a> Joined<'a> {
+impl<'a> GroupRows<'a> {
     fn of(
         world: &World,
         coupling: &'a Coupling<Scalar>,

@@ -24,7 +24,7 @@ use modes::Pace;
 
 /// What of a world limits a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum LimitingPart {
     /// A spring between two bodies.
     Spring([Entity; 2]),
     /// The damping of a spring between two bodies.
@@ -52,8 +52,8 @@ pub struct Cure {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margin {
     /// What limits the step most, of all that is integrated together.
-    pub part: Part,
-    /// Bodies that are integrated together, or alike.
+    pub part: LimitingPart,
+    /// ForecastQuery that are integrated together, or alike.
     pub bodies: usize,
     /// Their method.
     pub method: Method,

@@ -1,7 +1,7 @@
-//! The books of energy and momentum: what added to them, and what the method invented or lost.
+//! The ledger of energy and momentum: what each cause added, and the residual, which is the error of the method.
 //!
-//! A ledger stands outside the world and its systems: it looks at every body before and after a tick, and whoever
-//! keeps none pays nothing.
+//! A ledger is not part of the world or its systems: it reads every body before and after a tick. A world without a
+//! ledger pays nothing for it.
 
 mod bodies;
 mod groups;
@@ -24,90 +24,95 @@ use crate::schedule::stepper::Stepper;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
 use crate::units::{Scalar, Vector};
-use bodies::{Bodies, Body, Opening};
+use bodies::{BodyTick, LedgerQuery, Opening};
+use groups::LedgerGroup;
 use path::Path;
-use tick::Around;
+use tick::LedgerTick;
 
-/// Samples a second that the rates of the last second are taken from.
+/// Samples per second for the rates of the last second.
 const SAMPLES_PER_SECOND: Scalar = 128.0;
 
-/// Keeps books of the energy and momentum of all movable bodies, tick by tick:
-/// `change = pushes + laws + damping + limits + anchors + interventions + residual`.
+/// A ledger of the energy and momentum of all movable bodies, tick by tick. It has one line per cause of change, and it
+/// always closes: `change = pushes + laws + damping + limits + anchors + interventions + residual`.
 ///
-/// The *residual* is what is left of the change when everything that acted is accounted for: what the method
-/// invented, or lost. How the other lines are found, for a tick of h seconds:
+/// The ledger measures the change and computes every line but the last. The *residual* is the rest: energy or momentum
+/// that the method created, or lost if negative. The lines of a tick of h seconds are computed as follows:
 ///
-/// - a push is constant over the tick: its impulse is F h, its work the kinetic energy that it gives. In the three Eulers,
-///   which change velocity and position one after the other, that is in each step the impulse times the mean of the
-///   velocities around the kick; in all other methods it is `F (x1 - x0)`;
-/// - a law [with a potential](crate::Law::has_potential) works through the change of that potential, which is part of
-///   the energy. The work of all others is their power, and the impulse of all laws their force, integrated by
-///   Simpson's rule along the cubic that has position and velocity of both ends (Hermite 1878), split where a law
-///   jumps. Both are of order 4, as the best of the methods are, in the length of the *tick*: substeps are not seen;
-/// - damping and limits are written down by the kernels, substep by substep, as the velocities before and after them.
-///   Exact damping in the two explicit Eulers goes along the exponential between the velocities of a step, in all other
-///   methods it is a law.
+/// - Pushes: a push F is constant over the tick. Its impulse is F h and its work is `F (x1 - x0)`. The three Eulers change
+///   velocity and position one after the other, so that their work is, in each step, the impulse times the mean of the
+///   velocities before and after the kick.
+/// - Laws: the work of a law [with a potential](crate::Law::has_potential) is the change of its potential, which is part of
+///   the energy and no line. The work of all other laws is the integral of their power, and the impulse of all laws the
+///   integral of their force. Both are integrated by Simpson's rule along the cubic through position and velocity at both
+///   ends of the tick (Hermite 1878), split where a law jumps. They are of order 4, like the best methods, in the length of
+///   the *tick*: substeps do not make them more accurate.
+/// - Damping and limits: the kernels record the velocities before and after them in every substep. Exact damping in
+///   explicit and semi-implicit Euler follows the exponential between the velocities of a step; in all other methods it is
+///   integrated like a law.
+/// - Anchors: the force of springs and mutual gravity on immovable bodies, integrated like a law.
+/// - Interventions: the change between the end of a tick and the start of the next.
 ///
-/// Position Verlet shows velocities half a step late, and with them its kinetic energy. Sums are in stable-id order.
-/// A tick takes a time in proportion to bodies and springs, and to pairs under mutual gravity.
+/// The velocities of position Verlet are half a step late, and so is its kinetic energy. Sums are in stable-id order. A
+/// tick takes time in proportion to the number of bodies and springs, and of pairs under mutual gravity.
 #[derive(Clone, Debug)]
 pub struct Ledger {
     opened_at: Scalar,
     now: Scalar,
-    at_opening: Sums,
-    closing: Sums,
+    at_opening: Conserved,
+    closing: Conserved,
     peak_kinetic: Scalar,
     last: LedgerTotals,
     since_opening: LedgerTotals,
     recent: VecDeque<(Scalar, LedgerTotals)>,
 }
 
-/// Energy and momentum of all movable bodies.
+/// Energy and momentum of all movable bodies at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Sums {
+struct Conserved {
     energies: Energies,
     momentum: Vector,
 }
 
-impl Sums {
-    fn add_momentum(&mut self, bodies: &[Body<'_>], end: usize) {
-        let momentum = |body: &Body<'_>| body.ends[end].velocity / body.inverse_mass;
-        self.momentum += bodies.iter().filter(|body| body.is_movable()).map(momentum).sum::<Vector>();
+impl Conserved {
+    /// At the start (0) or end (1) of a tick.
+    fn at(end: usize, tick: &LedgerTick<'_>, bodies: &[BodyTick<'_>], groups: &[LedgerGroup<'_>]) -> Self {
+        let mut energies = Energies::default();
+        tick.add_energies(bodies, end, &mut energies);
+        groups.iter().for_each(|group| group.add_energies(tick, bodies, end, &mut energies));
+        let momentum = |body: &BodyTick<'_>| body.ends[end].velocity / body.inverse_mass;
+        Self { energies, momentum: bodies.iter().filter(|body| body.is_movable()).map(momentum).sum() }
     }
 }
 
 impl Ledger {
-    /// Opens the books of `world`.
+    /// Opens a ledger of `world`, whose energy and momentum it compares later ones with.
     pub fn open(world: &mut World) -> Self {
         compile_groups(world);
-        let mut query = Bodies::new(world);
+        let mut query = LedgerQuery::new(world);
         let world = &*world;
         let mut bodies = bodies::bodies(world, &mut query, Method::default(), &Opening::default());
-        let members = groups::members(world.get_resource::<Groups>(), &mut bodies);
+        let groups = groups::ledger_groups(world.get_resource::<Groups>(), &mut bodies);
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
-        let around = Around::of(world, Method::default(), clock, 0.0);
-        let mut sums = Sums::default();
-        around.add_energies(&bodies, 1, &mut sums.energies);
-        members.iter().for_each(|group| group.add_energies(&around, &bodies, 1, &mut sums.energies));
-        sums.add_momentum(&bodies, 1);
+        let tick = LedgerTick::of(world, Method::default(), clock, 0.0);
+        let opening = Conserved::at(1, &tick, &bodies, &groups);
         let now = clock.seconds();
         Self {
             opened_at: now,
             now,
-            peak_kinetic: sums.energies.kinetic,
-            at_opening: sums.clone(),
-            closing: sums,
+            peak_kinetic: opening.energies.kinetic,
+            at_opening: opening.clone(),
+            closing: opening,
             last: LedgerTotals::default(),
             since_opening: LedgerTotals::default(),
             recent: VecDeque::from([(now, LedgerTotals::default())]),
         }
     }
 
-    /// Simulates one tick, as [`Stepper::tick`] does and to the same bits, and books it.
+    /// Simulates one tick, bit for bit as [`Stepper::tick`] does, and adds it to the ledger.
     pub fn tick(&mut self, stepper: &mut Stepper, world: &mut World) {
         stepper.make_ready(world);
         if world.contains_resource::<Emissions>() {
-            // The tick finds nothing left to do.
+            // Births and deaths of the tick come before its start here. The tick itself then emits nothing.
             world.run_system_cached(emit_particles).expect("it asks for nothing but the world");
         }
         let opening = Opening::of(world);
@@ -126,34 +131,28 @@ impl Ledger {
         opening: &Opening,
         records: &EntityHashMap<TickRecord>,
     ) {
-        // Without the springs of a body that was frozen in the tick: it was as if it had been gone before.
+        // Drops the springs of a body that was quarantined in this tick, which did not act in it either.
         compile_groups(world);
-        let mut query = Bodies::new(world);
+        let mut query = LedgerQuery::new(world);
         let world = &*world;
         let TimeStep(tick) = *world.resource::<TimeStep>();
         let mut bodies = bodies::bodies(world, &mut query, method, opening);
-        let members = groups::members(world.get_resource::<Groups>(), &mut bodies);
-        let around = Around::of(world, method, clock, tick);
-        let [mut start, mut end] = [Sums::default(), Sums::default()];
-        for (number, sums) in [&mut start, &mut end].into_iter().enumerate() {
-            around.add_energies(&bodies, number, &mut sums.energies);
-            members.iter().for_each(|group| group.add_energies(&around, &bodies, number, &mut sums.energies));
-            sums.add_momentum(&bodies, number);
-        }
+        let groups = groups::ledger_groups(world.get_resource::<Groups>(), &mut bodies);
+        let ledger_tick = LedgerTick::of(world, method, clock, tick);
+        let [start, end] = [0, 1].map(|end| Conserved::at(end, &ledger_tick, &bodies, &groups));
         let mut totals = LedgerTotals::default();
         let mut paths = Vec::with_capacity(bodies.len());
         for body in &bodies {
             let record = records.get(&body.entity).copied().unwrap_or_default();
-            paths.push(match body.acts() {
-                true => around.add_tick(body, &record, &mut totals),
+            paths.push(match body.is_moved_by_forces() {
+                true => ledger_tick.add_body(body, &record, &mut totals),
                 false => Path::new(body.ends, tick),
             });
         }
-        members.iter().for_each(|group| group.add_tick(&around, &bodies, &paths, &mut totals));
-        let between = start.energies.total() - self.closing.energies.total();
-        totals.energy.residual =
-            end.energies.total() - start.energies.total() - totals.energy.accounted_for();
-        totals.energy.interventions = between;
+        groups.iter().for_each(|group| group.add_tick(&ledger_tick, &bodies, &paths, &mut totals));
+        let change = end.energies.total() - start.energies.total();
+        totals.energy.residual = change - totals.energy.accounted_for();
+        totals.energy.interventions = start.energies.total() - self.closing.energies.total();
         totals.momentum.residual = end.momentum - start.momentum - totals.momentum.accounted_for();
         totals.momentum.interventions = start.momentum - self.closing.momentum;
         self.now = clock.after(tick).seconds();
@@ -164,7 +163,7 @@ impl Ledger {
         self.sample();
     }
 
-    /// Keeps what the rates of the last second are taken from: a second and one sample.
+    /// Stores the samples for the rates of the last second: one second and one sample.
     fn sample(&mut self) {
         let due = |(time, _): &(Scalar, LedgerTotals)| (self.now - time) * SAMPLES_PER_SECOND >= 1.0;
         if self.recent.back().is_none_or(due) {
@@ -175,19 +174,19 @@ impl Ledger {
         }
     }
 
-    /// The books of the last tick.
+    /// Totals of the last tick.
     #[must_use]
     pub const fn last_tick(&self) -> &LedgerTotals {
         &self.last
     }
 
-    /// The books since they were opened.
+    /// Totals since the ledger was opened.
     #[must_use]
     pub const fn since_opening(&self) -> &LedgerTotals {
         &self.since_opening
     }
 
-    /// What was added a second, W and N, over the last simulated second, or since the opening if that is nearer.
+    /// Mean rates, W and N, over the last simulated second, or since the ledger was opened if that is less.
     #[must_use]
     pub fn last_second(&self) -> LedgerTotals {
         let earlier = self.recent.front().filter(|(time, _)| self.now > *time);
@@ -196,19 +195,19 @@ impl Ledger {
         })
     }
 
-    /// Simulated time since the opening, s.
+    /// Simulated time since the ledger was opened, s.
     #[must_use]
     pub fn seconds(&self) -> Scalar {
         self.now - self.opened_at
     }
 
-    /// Energy now, by kind.
+    /// Energy now, by kind, J.
     #[must_use]
     pub const fn energies(&self) -> &Energies {
         &self.closing.energies
     }
 
-    /// Energy at the opening, by kind.
+    /// Energy when the ledger was opened, by kind, J.
     #[must_use]
     pub const fn energies_at_opening(&self) -> &Energies {
         &self.at_opening.energies
@@ -220,21 +219,21 @@ impl Ledger {
         self.closing.momentum
     }
 
-    /// Momentum at the opening, kg m/s.
+    /// Momentum when the ledger was opened, kg m/s.
     #[must_use]
     pub const fn momentum_at_opening(&self) -> Vector {
         self.at_opening.momentum
     }
 
-    /// Mean rate of the energy's residual since the opening, W; 0 before the first tick.
+    /// Mean rate of the residual of energy since the ledger was opened, W; 0 before the first tick.
     #[must_use]
     pub fn mean_residual_rate(&self) -> Scalar {
         let seconds = self.seconds();
         if seconds > 0.0 { self.since_opening.energy.residual / seconds } else { 0.0 }
     }
 
-    /// Magnitude of the energy's residual since the opening, relative to the larger of the magnitude of the energy
-    /// then and the largest kinetic energy since. Not a number where both are 0.
+    /// Magnitude of the residual of energy since the ledger was opened, relative to the larger of two scales: the magnitude
+    /// of the energy at the opening and the largest kinetic energy since. NaN if both are 0 and the residual is too.
     #[must_use]
     pub fn relative_residual(&self) -> Scalar {
         let scale = self.at_opening.energies.total().abs().max(self.peak_kinetic);

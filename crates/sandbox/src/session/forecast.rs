@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
-use motion::{Damping, Forecast, FrameTime, Groups, Margin, Method, Part, Substeps, TimeStep};
+use motion::{Damping, Forecast, FrameTime, Groups, LimitingPart, Margin, Method, Substeps, TimeStep};
 use scene::StepKind;
 
 use super::Session;
@@ -36,8 +36,8 @@ impl ForecastRow {
     #[must_use]
     pub const fn symbol(&self) -> &'static str {
         match self.margin.part {
-            Part::Spring(_) | Part::Well(..) | Part::Law(..) => "w h",
-            Part::Damper(_) | Part::Drag(_) | Part::Damping(_) => "c h",
+            LimitingPart::Spring(_) | LimitingPart::Well(..) | LimitingPart::Law(..) => "w h",
+            LimitingPart::Damper(_) | LimitingPart::Drag(_) | LimitingPart::Damping(_) => "c h",
         }
     }
 
@@ -147,15 +147,15 @@ impl Session {
         forecast.margins().iter().map(row).collect()
     }
 
-    fn part_name(&self, part: Part) -> String {
+    fn part_name(&self, part: LimitingPart) -> String {
         let name = |body: Entity| self.name(body);
         match part {
-            Part::Spring([a, b]) => format!("spring {} - {}", name(a), name(b)),
-            Part::Damper([a, b]) => format!("damper {} - {}", name(a), name(b)),
-            Part::Drag(body) => format!("drag on {}", name(body)),
-            Part::Damping(body) => format!("damping of {}", name(body)),
-            Part::Well(number, body) => format!("well {number} at {}", name(body)),
-            Part::Law(law, body) => format!("{} at {}", law.replace('_', " "), name(body)),
+            LimitingPart::Spring([a, b]) => format!("spring {} - {}", name(a), name(b)),
+            LimitingPart::Damper([a, b]) => format!("damper {} - {}", name(a), name(b)),
+            LimitingPart::Drag(body) => format!("drag on {}", name(body)),
+            LimitingPart::Damping(body) => format!("damping of {}", name(body)),
+            LimitingPart::Well(number, body) => format!("well {number} at {}", name(body)),
+            LimitingPart::Law(law, body) => format!("{} at {}", law.replace('_', " "), name(body)),
         }
     }
 

@@ -1,14 +1,14 @@
 //! Limits and cures of linear systems.
 
 use super::modes::{Modes, Pace};
-use super::{Cure, Margin, Part};
+use super::{Cure, LimitingPart, Margin};
 use crate::methods::table::Method;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
 
 /// What is stepped: stable if all of its parts are.
 #[derive(Clone, Debug)]
-pub(super) struct System {
+pub(super) struct LinearSystem {
     parts: Vec<Modes>,
     /// One oscillator that is nearly as fast: where to look for the limit first.
     guess: Option<Modes>,
@@ -21,7 +21,7 @@ const LEAST: [Scalar; 2] = [5e-3, 0.05];
 /// Limits that are looked for are between this value and one over it.
 const FARTHEST: Scalar = 1e6;
 
-impl System {
+impl LinearSystem {
     /// One oscillator.
     pub fn one(modes: Modes) -> Self {
         Self { parts: vec![modes], guess: None }
@@ -79,7 +79,7 @@ impl System {
     /// What there is to say of it.
     pub fn margin(
         &self,
-        part: Part,
+        part: LimitingPart,
         bodies: usize,
         [value, at_most]: [Scalar; 2],
         pace: Pace,

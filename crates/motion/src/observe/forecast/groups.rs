@@ -2,11 +2,11 @@
 
 use bevy_ecs::prelude::*;
 
-use super::cure::System;
+use super::cure::LinearSystem;
 use super::lanczos::{Largest, dot, largest, orthogonalize};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Pace};
-use super::{Margin, Part, SpringMargin};
+use super::{LimitingPart, Margin, SpringMargin};
 use crate::groups::{Coupling, Holder, LinearGroup, Solver, larger};
 use crate::laws::damping::Damping;
 use crate::methods::table::Method;
@@ -67,14 +67,14 @@ fn group_margin(
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
     let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
-    let Limiting { system, mode: y, quotients: [stiffness, rate], excess } =
+    let LimitingMode { system, mode: y, quotients: [stiffness, rate], excess } =
         modes_of(group, damping, short, bounds, restless)?;
     let name = |row: usize| bodies[row];
     let (part, value, above) = match group.holder([short * short, 2.0 * short], &y)? {
-        Holder::Spring(ends) => (Part::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt()),
-        Holder::Damper(ends) => (Part::Damper(ends.map(name)), h * rate, excess),
-        Holder::Drag(row) => (Part::Drag(name(row)), h * rate, excess),
-        Holder::Damping(row) => (Part::Damping(name(row)), h * rate, excess),
+        Holder::Spring(ends) => (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt()),
+        Holder::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, excess),
+        Holder::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, excess),
+        Holder::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, excess),
     };
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
     let converges =
@@ -93,11 +93,11 @@ fn endless(
 ) -> Margin {
     let spring = group.ends().zip(shares).find(|(_, share)| !share.is_finite());
     let part = match spring {
-        Some((ends, _)) => Part::Spring(ends.map(|end| bodies[end])),
-        None => Part::Drag(bodies[group.fastest_drag()]),
+        Some((ends, _)) => LimitingPart::Spring(ends.map(|end| bodies[end])),
+        None => LimitingPart::Drag(bodies[group.fastest_drag()]),
     };
     let value = Scalar::INFINITY;
-    System::one(Modes::one(value, 0.0, None)).margin(part, group.movable(), [value; 2], pace, solvable)
+    LinearSystem::one(Modes::one(value, 0.0, None)).margin(part, group.movable(), [value; 2], pace, solvable)
 }
 
 /// Modes that are looked for besides the fastest, by methods that only damping keeps stable.
@@ -130,8 +130,8 @@ fn quotient(group: &LinearGroup<'_>, factors: [Scalar; 2], y: &[Scalar]) -> Scal
 }
 
 /// What decides whether a group is stable.
-struct Limiting {
-    system: System,
+struct LimitingMode {
+    system: LinearSystem,
     /// The mode that limits it, of length 1.
     mode: Vec<Scalar>,
     /// What it has of stiffness, 1/s², and of damping, 1/s.
@@ -151,7 +151,7 @@ fn modes_of(
     h: Scalar,
     [stiffest, rate]: [Scalar; 2],
     restless: Option<Scalar>,
-) -> Option<Limiting> {
+) -> Option<LimitingMode> {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
     let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
@@ -172,9 +172,9 @@ fn modes_of(
         // As a product with the vector would say once more.
         let stiffness = if value > 0.0 { value / factors[0] } else { 0.0 };
         let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
-        let system = System::apart(parts.to_vec());
+        let system = LinearSystem::apart(parts.to_vec());
         let quotients = [stiffness, quotient(group, [0.0, 1.0], &fastest)];
-        return Some(Limiting { system, mode: fastest, quotients, excess });
+        return Some(LimitingMode { system, mode: fastest, quotients, excess });
     }
     let undamped: Vec<_> = restless.map_or_else(Vec::new, |h| {
         // A mode of explicit Euler grows where h² w² - h c is above 0; the shift lets no eigenvalue be below.
@@ -201,8 +201,8 @@ fn modes_of(
     let rate = group.rates().iter().zip(limiting.chunks_exact(3)).map(|(rate, y)| rate * dot(y, y));
     let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
     let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(rate));
-    let system = System::joined(modes, guess);
-    Some(Limiting { system, mode: limiting, quotients: [stiffness, all], excess })
+    let system = LinearSystem::joined(modes, guess);
+    Some(LimitingMode { system, mode: limiting, quotients: [stiffness, all], excess })
 }
 
 /// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span.

@@ -1,12 +1,12 @@
-//! Bodies that nothing joins: damping, drag and wells.
+//! ForecastQuery that nothing joins: damping, drag and wells.
 
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
-use super::cure::System;
+use super::cure::LinearSystem;
 use super::lanczos::largest;
 use super::modes::{Modes, Pace};
-use super::{Forecast, Part};
+use super::{Forecast, LimitingPart};
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::laws::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Law, Laws, Wells};
@@ -19,7 +19,7 @@ use crate::state::emitter::Dormant;
 use crate::state::substeps::OwnSubsteps;
 use crate::units::Scalar;
 
-type Bodies = (
+type ForecastQuery = (
     Entity,
     &'static Transform,
     &'static PhysicsBody,
@@ -34,7 +34,7 @@ type Bodies = (
 
 /// One body as an oscillator.
 #[derive(Clone, Copy, Debug)]
-struct One {
+struct Oscillator {
     body: Entity,
     /// Square of the frequency, 1/s².
     stiffness: Scalar,
@@ -44,15 +44,15 @@ struct One {
 }
 
 /// The fastest of the bodies that are stepped alike.
-struct Alike {
+struct StepClass {
     pace: Pace,
     bodies: usize,
     /// By drag and damping.
-    damped: Option<One>,
+    damped: Option<Oscillator>,
     /// At each well.
-    wells: Vec<Option<One>>,
+    wells: Vec<Option<Oscillator>>,
     /// By other laws, by name.
-    laws: Vec<(&'static str, Option<One>)>,
+    laws: Vec<(&'static str, Option<Oscillator>)>,
 }
 
 impl Forecast {
@@ -68,11 +68,11 @@ impl Forecast {
         let gravity = gravity.is_some_and(|acceleration| acceleration != DVec3::ZERO);
         let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
         let wells = wells.unwrap_or_default().0;
-        let mut query = world.query_filtered::<Bodies, Without<Quarantined>>();
+        let mut query = world.query_filtered::<ForecastQuery, Without<Quarantined>>();
         let world = &*world;
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
         let at = EvaluationTime { time, within_step: time };
-        let mut kinds: Vec<Alike> = Vec::new();
+        let mut kinds: Vec<StepClass> = Vec::new();
         for (entity, transform, body, rate, substeps, own, marked, grouped, dormant, floats) in
             query.iter(world)
         {
@@ -96,14 +96,14 @@ impl Forecast {
             let slope = if gravity && !floats { 2.0 } else { 1.0 };
             let of_drag =
                 |drag: &Drag| drag.linear + slope * drag.quadratic * drag.against(time, state).length();
-            let one = One {
+            let one = Oscillator {
                 body: entity,
                 stiffness: 0.0,
                 drag: drag.as_ref().map_or(0.0, of_drag),
                 damping: damping.map_or(0.0, |scenes| rate.map_or(scenes.rate, DampingRate::rate)),
             };
             let kind = kinds.iter().position(|kind| kind.pace == pace).unwrap_or_else(|| {
-                kinds.push(Alike {
+                kinds.push(StepClass {
                     pace,
                     bodies: 0,
                     damped: None,
@@ -120,7 +120,7 @@ impl Forecast {
                 continue;
             }
             for (well, fastest) in wells.iter().zip(&mut kinds[kind].wells) {
-                let one = One { stiffness: well.squared_frequency(transform.position), ..one };
+                let one = Oscillator { stiffness: well.squared_frequency(transform.position), ..one };
                 keep_faster(fastest, one, |one| one.stiffness);
             }
             for law in more.iter().chain(own.into_iter().flat_map(OwnLaws::laws)) {
@@ -128,31 +128,38 @@ impl Forecast {
             }
         }
         let fastest = kinds.iter().flat_map(|kind| kind.fastest(damping));
-        let margin = |(part, value, kind, system): (Part, Scalar, &Alike, System)| {
+        let margin = |(part, value, kind, system): (LimitingPart, Scalar, &StepClass, LinearSystem)| {
             system.margin(part, kind.bodies, [value; 2], kind.pace, solvable)
         };
         self.margins.extend(fastest.map(margin));
     }
 }
 
-impl Alike {
+impl StepClass {
     /// What limits the step of its bodies, with its value.
-    fn fastest(&self, damping: Option<Damping>) -> impl Iterator<Item = (Part, Scalar, &Self, System)> {
+    fn fastest(
+        &self,
+        damping: Option<Damping>,
+    ) -> impl Iterator<Item = (LimitingPart, Scalar, &Self, LinearSystem)> {
         let h = self.pace.tick / f64::from(self.pace.substeps);
         let damped = self.damped.map(|one| {
-            let part = if one.drag >= one.damping { Part::Drag(one.body) } else { Part::Damping(one.body) };
+            let part = if one.drag >= one.damping {
+                LimitingPart::Drag(one.body)
+            } else {
+                LimitingPart::Damping(one.body)
+            };
             (part, h * (one.drag + one.damping), one)
         });
         let wells = self.wells.iter().enumerate();
         let wells = wells.filter_map(move |(number, one)| {
-            one.map(|one| (Part::Well(number, one.body), h * one.stiffness.sqrt(), one))
+            one.map(|one| (LimitingPart::Well(number, one.body), h * one.stiffness.sqrt(), one))
         });
         let laws = self.laws.iter().filter_map(move |(name, one)| {
-            one.map(|one| (Part::Law(name, one.body), h * one.stiffness.sqrt().max(one.drag), one))
+            one.map(|one| (LimitingPart::Law(name, one.body), h * one.stiffness.sqrt().max(one.drag), one))
         });
         damped.into_iter().chain(wells).chain(laws).map(move |(part, value, one)| {
             let damping = damping.map(|scenes| Damping { rate: one.damping, ..scenes });
-            (part, value, self, System::one(Modes::one(one.stiffness, one.drag, damping)))
+            (part, value, self, LinearSystem::one(Modes::one(one.stiffness, one.drag, damping)))
         })
     }
 
@@ -161,13 +168,13 @@ impl Alike {
         law: &dyn Law<Scalar>,
         at: EvaluationTime<Scalar>,
         state: BodyState<Scalar>,
-        one: One,
+        one: Oscillator,
     ) {
         let Jacobians { position, velocity } = law.jacobians(at, state);
         if position == DMat3::ZERO && velocity == DMat3::ZERO {
             return;
         }
-        let one = One { stiffness: pull(position), drag: one.drag + pull(velocity), ..one };
+        let one = Oscillator { stiffness: pull(position), drag: one.drag + pull(velocity), ..one };
         let slot = self.laws.iter().position(|(name, _)| *name == law.name()).unwrap_or_else(|| {
             self.laws.push((law.name(), None));
             self.laws.len() - 1
@@ -185,7 +192,7 @@ fn pull(derivative: DMat3) -> Scalar {
 }
 
 /// Keeps the one with the larger number, if it is above 0.
-fn keep_faster(kept: &mut Option<One>, one: One, number: impl Fn(&One) -> Scalar) {
+fn keep_faster(kept: &mut Option<Oscillator>, one: Oscillator, number: impl Fn(&Oscillator) -> Scalar) {
     if number(&one) > kept.as_ref().map_or(0.0, number) {
         *kept = Some(one);
     }

@@ -1,4 +1,4 @@
-//! What the books read of the world: every body at both ends of a tick.
+//! The bodies of a ledger: their states at both ends of a tick.
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
@@ -17,31 +17,31 @@ use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::PushQueue;
 use crate::units::{Scalar, Vector};
 
-/// Position, m, and velocity, m/s.
+/// A point of phase space: position, m, and velocity, m/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct State {
+pub(super) struct PhasePoint {
     pub position: Vector,
     pub velocity: Vector,
 }
 
-impl State {
+impl PhasePoint {
     fn of(transform: &Transform, body: &PhysicsBody) -> Self {
         Self { position: transform.position, velocity: body.velocity }
     }
 }
 
-/// Stable id, and the entity where there is none.
+/// Key of the order of sums: the stable id, then the entity.
 type Key = (u32, Entity);
 
 fn key(id: Option<&StableId>, entity: Entity) -> Key {
     (id.map_or(u32::MAX, |id| id.0), entity)
 }
 
-/// The bodies at the start of a tick and what they are pushed with, in stable-id order.
+/// The bodies at the start of a tick and the applied forces on them, in stable-id order.
 #[derive(Debug, Default)]
 pub(super) struct Opening {
-    rows: Vec<(Key, State, Vector)>,
-    /// Bodies that are born in the tick, and when, s since the scene's start.
+    rows: Vec<(Key, PhasePoint, Vector)>,
+    /// Times of birth of the bodies that are born in the tick, s since the start of the scene.
     births: EntityHashMap<Scalar>,
 }
 
@@ -62,7 +62,7 @@ impl Opening {
             &Force,
         )| {
             let queued = pushes.get(&entity).copied().unwrap_or_default();
-            (key(id, entity), State::of(transform, body), force.newtons() + queued)
+            (key(id, entity), PhasePoint::of(transform, body), force.newtons() + queued)
         };
         let mut rows: Vec<_> = bodies.iter(world).map(row).collect();
         rows.sort_unstable_by_key(|(key, ..)| *key);
@@ -71,9 +71,9 @@ impl Opening {
         Self { rows, births: births.iter().copied().collect() }
     }
 
-    /// One body; `None`: it was not there.
-    fn find(&self, key: Key, near: usize) -> Option<(State, Vector)> {
-        // Nothing comes or goes in a tick: it stands where it is looked for.
+    /// One body, or `None` if it did not exist. `near` is its probable index.
+    fn find(&self, key: Key, near: usize) -> Option<(PhasePoint, Vector)> {
+        // Bodies seldom come or go within a tick, so that the probable index is usually right.
         let row = self.rows.get(near).filter(|(found, ..)| *found == key).or_else(|| {
             let row = self.rows.binary_search_by_key(&key, |(key, ..)| *key).ok()?;
             self.rows.get(row)
@@ -82,55 +82,54 @@ impl Opening {
     }
 }
 
-/// A body and its tick.
+/// A body over one tick.
 #[derive(Debug)]
-pub(super) struct Body<'w> {
+pub(super) struct BodyTick<'w> {
     pub entity: Entity,
-    /// At the start and at the end of the tick.
-    pub ends: [State; 2],
-    /// When it is born, s since the scene's start, if it is in the tick: its tick starts then.
+    /// State at the start and at the end of the tick.
+    pub ends: [PhasePoint; 2],
+    /// Time of birth, s since the start of the scene, if it is within the tick: the tick of the body starts then.
     pub born: Option<Scalar>,
-    /// 1/kg; 0 is immovable.
+    /// Reciprocal of the mass, 1/kg; 0 is immovable.
     pub inverse_mass: Scalar,
     /// Applied force, N.
     pub push: Vector,
-    /// Whether it is in quarantine.
-    pub frozen: bool,
+    pub quarantined: bool,
     pub gravity_off: bool,
     /// Its own damping rate, 1/s.
     pub rate: Option<Scalar>,
-    /// Axes along which nothing accelerates it.
-    pub closed: Option<AxisLocks>,
+    /// Locked axes, unless the speed limit sees the velocity along them first.
+    pub locks: Option<AxisLocks>,
     /// Its own method.
     pub method: Option<Method>,
     pub laws: Option<&'w OwnLaws>,
-    /// Whether drag acts on its triangles and not on it.
+    /// Whether drag acts on the triangles of its sheet instead of on it.
     pub in_sheet: bool,
 }
 
-impl Body<'_> {
+impl BodyTick<'_> {
     pub fn is_movable(&self) -> bool {
         self.inverse_mass > 0.0
     }
 
     /// Whether forces move it.
-    pub fn acts(&self) -> bool {
-        self.is_movable() && !self.frozen
+    pub fn is_moved_by_forces(&self) -> bool {
+        self.is_movable() && !self.quarantined
     }
 
-    /// kg.
+    /// Mass, kg.
     pub fn mass(&self) -> Scalar {
         1.0 / self.inverse_mass
     }
 
-    /// For laws.
-    pub fn state(&self, State { position, velocity }: State) -> BodyState<Scalar> {
+    /// The state at which laws are evaluated.
+    pub fn state(&self, PhasePoint { position, velocity }: PhasePoint) -> BodyState<Scalar> {
         BodyState { position, velocity, inverse_mass: self.inverse_mass }
     }
 
-    /// What is left of a force or an acceleration where the body is not accelerated along every axis.
+    /// Returns a force or an acceleration without its components along locked axes.
     pub fn open(&self, v: Vector) -> Vector {
-        self.closed.map_or(v, |closed| closed.open(v))
+        self.locks.map_or(v, |locks| locks.open(v))
     }
 }
 
@@ -148,34 +147,34 @@ type Columns = (
     Option<&'static OwnLaws>,
 );
 
-/// Looks bodies up.
-pub(super) type Bodies = QueryState<Columns, Without<Dormant>>;
+/// The query of all bodies.
+pub(super) type LedgerQuery = QueryState<Columns, Without<Dormant>>;
 
-/// Every body that is there at the end of a tick, in stable-id order. One that was not there at its start, or was
-/// frozen in it, has the end for a start: what happened to it is no work.
+/// Every body that exists at the end of a tick, in stable-id order. For a body that did not exist at the start, or is
+/// quarantined, the start equals the end: its change is an intervention and not work.
 pub(super) fn bodies<'w>(
     world: &'w World,
-    query: &mut Bodies,
+    query: &mut LedgerQuery,
     world_method: Method,
     opening: &Opening,
-) -> Vec<Body<'w>> {
+) -> Vec<BodyTick<'w>> {
     let mut rows: Vec<_> = query
         .iter(world)
-        .map(|(entity, id, transform, body, frozen, gravity_off, rate, limit, locks, marked, laws)| {
-            let end = State::of(transform, body);
+        .map(|(entity, id, transform, body, quarantined, gravity_off, rate, limit, locks, marked, laws)| {
+            let end = PhasePoint::of(transform, body);
             let method = if marked { world.get_entity(entity).ok().and_then(own_method) } else { None };
             let limits_after_kick = with_method!(method.unwrap_or(world_method), M => M::LIMITS_AFTER_KICK);
-            let closed = locks.copied().filter(|_| !(limit.is_some() && limits_after_kick));
-            let body = Body {
+            let locks = locks.copied().filter(|_| !(limit.is_some() && limits_after_kick));
+            let body = BodyTick {
                 entity,
                 ends: [end; 2],
                 born: opening.births.get(&entity).copied(),
                 inverse_mass: body.inverse_mass,
                 push: Vector::ZERO,
-                frozen,
+                quarantined,
                 gravity_off,
                 rate: rate.map(DampingRate::rate),
-                closed,
+                locks,
                 method,
                 laws,
                 in_sheet: false,
@@ -185,7 +184,7 @@ pub(super) fn bodies<'w>(
         .collect();
     rows.sort_unstable_by_key(|(key, _)| *key);
     for (number, (key, body)) in rows.iter_mut().enumerate() {
-        if let Some((start, push)) = opening.find(*key, number).filter(|_| !body.frozen) {
+        if let Some((start, push)) = opening.find(*key, number).filter(|_| !body.quarantined) {
             (body.ends[0], body.push) = (start, push);
         }
     }

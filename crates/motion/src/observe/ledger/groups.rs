@@ -1,11 +1,11 @@
-//! What bodies do to each other in a tick: springs, air on sheets, mutual gravity.
+//! Groups in the ledger: energies and lines of springs, drag on sheets and mutual gravity.
 
 use bevy_ecs::entity::{Entity, EntityHashMap};
 
-use super::bodies::{Body, State};
+use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
-use super::path::{Node, Path, nodes};
-use super::tick::Around;
+use super::path::{Path, QuadratureNode, nodes};
+use super::tick::LedgerTick;
 use crate::groups::{Coupling, Groups};
 use crate::kernels::record::vector;
 use crate::laws::MutualGravity;
@@ -13,18 +13,18 @@ use crate::units::{Scalar, Vector};
 
 type Row = [Scalar; 4];
 
-/// A group by the numbers of its bodies among all.
-pub(super) struct Members<'w> {
+/// A group and its bodies.
+pub(super) struct LedgerGroup<'w> {
     coupling: &'w Coupling<Scalar>,
-    /// Of every row.
+    /// Index of the body of every row.
     rows: Vec<usize>,
     inverse_masses: Vec<Scalar>,
-    /// Whether a body is not accelerated along every axis.
+    /// Whether a body has locked axes.
     locked: bool,
 }
 
 /// Positions and velocities of the rows of a group at one time.
-struct Rows {
+struct GroupState {
     x: Vec<Row>,
     v: Vec<Row>,
 }
@@ -33,8 +33,11 @@ fn row(v: Vector) -> Row {
     [v.x, v.y, v.z, 0.0]
 }
 
-/// The groups, whose bodies are told by it if they are in sheets.
-pub(super) fn members<'w>(groups: Option<&'w Groups>, bodies: &mut [Body<'_>]) -> Vec<Members<'w>> {
+/// The groups of a ledger. Marks those of `bodies` that are in sheets.
+pub(super) fn ledger_groups<'w>(
+    groups: Option<&'w Groups>,
+    bodies: &mut [BodyTick<'_>],
+) -> Vec<LedgerGroup<'w>> {
     let Some(groups) = groups else { return Vec::new() };
     let numbers: EntityHashMap<usize> = bodies.iter().enumerate().map(|(i, body)| (body.entity, i)).collect();
     let mut found = Vec::new();
@@ -43,55 +46,55 @@ pub(super) fn members<'w>(groups: Option<&'w Groups>, bodies: &mut [Body<'_>]) -
         let Some(rows) = entities.iter().map(number).collect::<Option<Vec<_>>>() else { continue };
         coupling.in_sheets.iter().for_each(|row| bodies[rows[*row as usize]].in_sheet = true);
         let inverse_masses = rows.iter().map(|body| bodies[*body].inverse_mass).collect();
-        let locked = rows[..coupling.movable].iter().any(|body| bodies[*body].closed.is_some());
-        found.push(Members { coupling, rows, inverse_masses, locked });
+        let locked = rows[..coupling.movable].iter().any(|body| bodies[*body].locks.is_some());
+        found.push(LedgerGroup { coupling, rows, inverse_masses, locked });
     }
     found
 }
 
-impl Members<'_> {
-    fn states(&self, state: impl Fn(usize) -> State) -> Rows {
+impl LedgerGroup<'_> {
+    fn states(&self, state: impl Fn(usize) -> PhasePoint) -> GroupState {
         let states = self.rows.iter().map(|body| state(*body));
-        let (x, v) = states.map(|State { position, velocity }| (row(position), row(velocity))).unzip();
-        Rows { x, v }
+        let (x, v) = states.map(|PhasePoint { position, velocity }| (row(position), row(velocity))).unzip();
+        GroupState { x, v }
     }
 
-    /// Adds the energies at an end of the tick: 0 is its start, 1 its end.
+    /// Adds the energies at the start (0) or end (1) of the tick.
     pub fn add_energies(
         &self,
-        around: &Around<'_>,
-        bodies: &[Body<'_>],
+        tick: &LedgerTick<'_>,
+        bodies: &[BodyTick<'_>],
         end: usize,
         energies: &mut Energies,
     ) {
-        let Rows { x, .. } = self.states(|body| bodies[body].ends[end]);
+        let GroupState { x, .. } = self.states(|body| bodies[body].ends[end]);
         if !self.coupling.springs.is_empty() {
             energies.add_potential("springs", self.coupling.elastic_energy(&x));
         }
-        if self.attraction(around).is_some() {
+        if self.attraction(tick).is_some() {
             let energy =
-                self.coupling.attraction_energy(around.environment.attraction, &x, &self.inverse_masses, 0.0);
+                self.coupling.attraction_energy(tick.environment.attraction, &x, &self.inverse_masses, 0.0);
             energies.add_potential("mutual_gravity", energy);
         }
     }
 
-    fn attraction<'a>(&self, around: &Around<'a>) -> Option<&'a MutualGravity> {
-        around.environment.attraction.filter(|_| self.coupling.attracts)
+    fn attraction<'a>(&self, tick: &LedgerTick<'a>) -> Option<&'a MutualGravity> {
+        tick.environment.attraction.filter(|_| self.coupling.attracts)
     }
 
-    /// Adds a tick whose bodies went along `paths`.
+    /// Adds the tick of a group whose bodies moved along `paths` to `totals`.
     pub fn add_tick(
         &self,
-        around: &Around<'_>,
-        bodies: &[Body<'_>],
+        tick: &LedgerTick<'_>,
+        bodies: &[BodyTick<'_>],
         paths: &[Path],
         totals: &mut LedgerTotals,
     ) {
-        for node in nodes(&around.environment.course, &[0.0, around.environment.course.tick]) {
+        for node in nodes(&tick.environment.course, &[0.0, tick.environment.course.tick]) {
             let rows = self.states(|body| paths[body].at(node.after));
             self.add_springs(bodies, &rows, node.weight, totals);
-            self.add_sheets(around, bodies, &rows, &node, totals);
-            if let Some(law) = self.attraction(around) {
+            self.add_sheets(tick, bodies, &rows, &node, totals);
+            if let Some(law) = self.attraction(tick) {
                 self.add_attraction(law, bodies, &rows, node.weight, totals);
             }
         }
@@ -99,14 +102,14 @@ impl Members<'_> {
 
     fn add_springs(
         &self,
-        bodies: &[Body<'_>],
-        Rows { x, v }: &Rows,
+        bodies: &[BodyTick<'_>],
+        GroupState { x, v }: &GroupState,
         weight: Scalar,
         totals: &mut LedgerTotals,
     ) {
         let movable = self.coupling.movable;
         if !self.coupling.springs.damped() && !self.locked && self.rows.len() == movable {
-            // Nothing is left of either book.
+            // Work is in the potential, and the impulses cancel.
             return;
         }
         let mut lost = 0.0;
@@ -129,10 +132,10 @@ impl Members<'_> {
         }
     }
 
-    /// Adds a force on the first of two rows and its opposite on the second, of which something may be held.
+    /// Adds a force on the first of two rows and the opposite force on the second to the line of anchors.
     fn add_pair(
         &self,
-        bodies: &[Body<'_>],
+        bodies: &[BodyTick<'_>],
         ends: [usize; 2],
         force: Vector,
         v: &[Row],
@@ -154,22 +157,22 @@ impl Members<'_> {
 
     fn add_sheets(
         &self,
-        around: &Around<'_>,
-        bodies: &[Body<'_>],
-        rows: &Rows,
-        node: &Node,
+        tick: &LedgerTick<'_>,
+        bodies: &[BodyTick<'_>],
+        rows: &GroupState,
+        node: &QuadratureNode,
         totals: &mut LedgerTotals,
     ) {
-        let Some(drag) = around.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty()) else {
+        let Some(drag) = tick.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty()) else {
             return;
         };
         let mut forces = vec![[0.0; 4]; rows.x.len()];
         self.coupling.blow(drag, node.at.time, &rows.x, &rows.v, &mut forces);
         let (mut work, mut impulse) = (0.0, Vector::ZERO);
         for (i, body) in self.rows[..self.coupling.movable].iter().enumerate() {
-            let part = bodies[*body].open(vector(&forces[i])) * node.weight;
-            work += part.dot(vector(&rows.v[i]));
-            impulse += part;
+            let weighted = bodies[*body].open(vector(&forces[i])) * node.weight;
+            work += weighted.dot(vector(&rows.v[i]));
+            impulse += weighted;
         }
         totals.energy.add_law("drag", work);
         totals.momentum.add_law("drag", impulse);
@@ -178,14 +181,14 @@ impl Members<'_> {
     fn add_attraction(
         &self,
         law: &MutualGravity,
-        bodies: &[Body<'_>],
-        Rows { x, v }: &Rows,
+        bodies: &[BodyTick<'_>],
+        GroupState { x, v }: &GroupState,
         weight: Scalar,
         totals: &mut LedgerTotals,
     ) {
         let (coupling, w) = (self.coupling, &self.inverse_masses);
         for a in 0..coupling.movable {
-            // Between two that can move nothing is left of it.
+            // Between two movable bodies the impulses cancel.
             let from = if self.locked { a + 1 } else { coupling.movable };
             for b in from..coupling.rows {
                 let masses = [coupling.mass(a, w), coupling.mass(b, w)];

@@ -1,11 +1,11 @@
-//! The lines of the books.
+//! The lines of the ledger.
 
 use std::fmt::Debug;
 use std::ops::{AddAssign, Div, Sub};
 
 use crate::units::{Scalar, Vector};
 
-/// What is summed up: a number or a vector.
+/// The type of a line: a number for energy, a vector for momentum.
 pub trait Amount:
     Copy + Default + PartialEq + Debug + AddAssign + Sub<Output = Self> + Div<Scalar, Output = Self>
 {
@@ -14,29 +14,30 @@ pub trait Amount:
 impl Amount for Scalar {}
 impl Amount for Vector {}
 
-/// What was added to a sum over all bodies, by what added it; negative is taken away.
+/// The lines of a ledger for energy or momentum: the amount that each cause added, negative if it took.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LedgerLines<T> {
-    /// By applied forces: pushes, held keys.
+    /// Amount added by applied forces: pushes and held keys.
     pub pushes: T,
-    /// By laws, each under its [name](crate::Law::name), in the order in which they were first met. Of an energy
-    /// only by those that have no potential.
+    /// Amounts added by laws, by [name](crate::Law::name), in the order in which the laws first acted. The energy lines
+    /// have only laws without a potential.
     pub laws: Vec<(&'static str, T)>,
-    /// By damping.
+    /// Amount added by damping.
     pub damping: T,
-    /// By speed limits and axis locks.
+    /// Amount added by speed limits and axis locks.
     pub limits: T,
-    /// By immovable bodies at the other end of springs and of mutual gravity. They add energy only while they move.
+    /// Amount added by immovable bodies at the other end of springs and mutual gravity. They add energy only while they
+    /// move.
     pub anchors: T,
-    /// By whatever happened between two ticks, and by what comes and goes: requests, births and deaths of particles,
-    /// bodies removed or quarantined, effects switched.
+    /// Amount added by changes between two ticks: requests, births and deaths of particles, bodies removed or quarantined,
+    /// effects switched.
     pub interventions: T,
-    /// By nothing that acts: what the method invented, or lost where it is negative.
+    /// The rest of the change, which no cause explains: the amount that the method created, or lost if negative.
     pub residual: T,
 }
 
 impl<T: Amount> LedgerLines<T> {
-    /// The sum of all lines: how much the whole changed.
+    /// The sum of all lines, which is the change of the whole.
     #[must_use]
     pub fn change(&self) -> T {
         let mut sum = self.accounted_for();
@@ -44,7 +45,7 @@ impl<T: Amount> LedgerLines<T> {
         sum
     }
 
-    /// What is accounted for: all but the residual.
+    /// The sum of all lines but the residual.
     pub(super) fn accounted_for(&self) -> T {
         let mut sum = self.pushes;
         self.laws.iter().for_each(|(_, amount)| sum += *amount);
@@ -54,7 +55,7 @@ impl<T: Amount> LedgerLines<T> {
         sum
     }
 
-    /// What the law of that name added; zero if there is none.
+    /// Amount added by the law with that name; zero if it has no line.
     #[must_use]
     pub fn law(&self, name: &str) -> T {
         self.laws.iter().find(|(law, _)| *law == name).map_or_else(T::default, |(_, amount)| *amount)
@@ -77,7 +78,7 @@ impl<T: Amount> LedgerLines<T> {
         self.residual += other.residual;
     }
 
-    /// What was added since `earlier`, a second.
+    /// Mean rates since `earlier`, `seconds` ago.
     fn rate_since(&self, earlier: &Self, seconds: Scalar) -> Self {
         let rate = |now: T, then: T| (now - then) / seconds;
         Self {
@@ -92,12 +93,12 @@ impl<T: Amount> LedgerLines<T> {
     }
 }
 
-/// The books of energy and momentum over some time.
+/// The lines of energy and momentum over a time: a tick, the last second, or since the ledger was opened.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LedgerTotals {
-    /// Work, J: what was added to the sum of kinetic and potential energy.
+    /// Work, J: amounts added to the sum of kinetic and potential energy.
     pub energy: LedgerLines<Scalar>,
-    /// Impulse, N s: what was added to the momentum.
+    /// Impulse, N s: amounts added to the momentum.
     pub momentum: LedgerLines<Vector>,
 }
 
@@ -107,7 +108,7 @@ impl LedgerTotals {
         self.momentum.add(&other.momentum);
     }
 
-    /// W and N: what was added since `earlier`, a second.
+    /// Mean rates, W and N, since `earlier`, `seconds` ago.
     pub(super) fn rate_since(&self, earlier: &Self, seconds: Scalar) -> Self {
         Self {
             energy: self.energy.rate_since(&earlier.energy, seconds),
@@ -116,17 +117,17 @@ impl LedgerTotals {
     }
 }
 
-/// Energy of all movable bodies by kind, J. Its sum is that of [`Totals`](crate::Totals).
+/// Energy of all movable bodies by kind, J. The sum equals that of [`Totals`](crate::Totals).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Sum of `m v² / 2`.
+    /// Kinetic energy: sum of `m v² / 2`, J.
     pub kinetic: Scalar,
-    /// Potential energy by law: `gravity`, `wells`, `springs`, `mutual_gravity` and one's own, each only where it acts.
+    /// Potential energy by law, J: `gravity`, `wells`, `springs`, `mutual_gravity` and your own, each only if it acts.
     pub potential: Vec<(&'static str, Scalar)>,
 }
 
 impl Energies {
-    /// Kinetic and potential energy, J.
+    /// Sum of kinetic and potential energy, J.
     #[must_use]
     pub fn total(&self) -> Scalar {
         self.kinetic + self.potential.iter().map(|(_, energy)| energy).sum::<Scalar>()

@@ -1,48 +1,48 @@
-//! The way that a body took in a tick, as far as its two ends tell.
+//! The path of a body in a tick, interpolated between its two ends.
 
 use smallvec::SmallVec;
 
-use super::bodies::State;
+use super::bodies::PhasePoint;
 use crate::laws::EvaluationTime;
 use crate::laws::course::Course;
 use crate::units::{Scalar, Vector};
 
-/// A break this near to an end of the tick, in ticks, splits nothing off.
+/// A discontinuity this near to an end of the tick, in ticks, splits nothing off.
 const NEAR: Scalar = 1e-9;
 
-/// The cubic that has position and velocity of both ends (Hermite 1878), and a bend of its own where a law jumps.
-/// Its velocity in the middle is right to the fourth order of the tick, as that at the ends is.
+/// The cubic through position and velocity at both ends of a tick (Hermite 1878), with a bend where a law jumps. Its
+/// velocity in the middle is of order 4, like that at the ends.
 #[derive(Clone, Debug)]
 pub(super) struct Path {
-    ends: [State; 2],
+    ends: [PhasePoint; 2],
     length: Scalar,
-    /// Factors of the second and third power of the part of the tick that is over, m.
+    /// Coefficients of s² and s³, m, where s is the elapsed fraction of the tick.
     curve: [Vector; 2],
-    /// Times since the start, s, and by how much the acceleration jumps then, m/s².
+    /// Times of jumps since the start, s, and the jumps of the acceleration, m/s².
     bends: SmallVec<[(Scalar, Vector); 2]>,
 }
 
 impl Path {
-    /// From one end to the other in `length` seconds.
-    pub fn new(ends: [State; 2], length: Scalar) -> Self {
+    /// Makes a path between two ends that are `length` seconds apart.
+    pub fn new(ends: [PhasePoint; 2], length: Scalar) -> Self {
         let moved = ends[1].position - ends[0].position;
         let [from, to] = ends.map(|end| end.velocity * length);
         let curve = [moved * 3.0 - from * 2.0 - to, from + to - moved * 2.0];
         Self { ends, length, curve, bends: SmallVec::new() }
     }
 
-    /// Lets the acceleration jump `after` seconds, both ends staying as they are.
+    /// Adds a jump of the acceleration `after` seconds; both ends stay unchanged.
     pub fn bend(&mut self, after: Scalar, jump: Vector) {
         let rest = self.length - after;
-        // What the jump moves the end by, taken off again by the cubic.
+        // The jump would move the end by this much: the cubic takes it back.
         let (moved, turned) = (jump * (rest * rest / 2.0), jump * (rest * self.length));
         self.curve[0] -= moved * 3.0 - turned;
         self.curve[1] -= turned - moved * 2.0;
         self.bends.push((after, jump));
     }
 
-    /// Position and velocity `after` seconds.
-    pub fn at(&self, after: Scalar) -> State {
+    /// Position and velocity `after` seconds from the start.
+    pub fn at(&self, after: Scalar) -> PhasePoint {
         let [start, end] = self.ends;
         if after <= 0.0 {
             return start;
@@ -59,22 +59,22 @@ impl Path {
             position += *jump * (since * since / 2.0);
             velocity += *jump * since;
         }
-        State { position, velocity }
+        PhasePoint { position, velocity }
     }
 }
 
-/// A point of a tick at which what acts is looked at.
+/// A node of Simpson's rule: a time of a tick at which laws are evaluated.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
+pub(super) struct QuadratureNode {
     /// Seconds since the start of the tick.
     pub after: Scalar,
-    /// Time that it stands for, s; all of them make the tick.
+    /// Weight, s; the weights of a tick sum to its length.
     pub weight: Scalar,
-    /// The moment for laws.
+    /// The time at which laws are evaluated.
     pub at: EvaluationTime<Scalar>,
 }
 
-/// Times of a tick between which nothing jumps, s since its start: both ends, and discontinuities between them.
+/// Cuts a tick into intervals in which nothing jumps: its ends and the discontinuities between them, s since its start.
 pub(super) fn cuts<'a>(
     course: &Course,
     discontinuities: impl Iterator<Item = &'a Scalar>,
@@ -91,8 +91,8 @@ pub(super) fn cuts<'a>(
     cuts
 }
 
-/// Simpson's rule on every stretch between two `cuts`: exact for a power that is a cubic in time.
-pub(super) fn nodes(course: &Course, cuts: &[Scalar]) -> SmallVec<[Node; 3]> {
+/// The nodes of Simpson's rule on every interval between two `cuts`: exact if the power is a cubic in time.
+pub(super) fn nodes(course: &Course, cuts: &[Scalar]) -> SmallVec<[QuadratureNode; 3]> {
     let mut nodes = SmallVec::new();
     for pair in cuts.windows(2) {
         let &[from, to] = pair else { continue };
@@ -100,7 +100,7 @@ pub(super) fn nodes(course: &Course, cuts: &[Scalar]) -> SmallVec<[Node; 3]> {
         let within_step = course.start + middle;
         for (after, part) in [(from, 1.0), (middle, 4.0), (to, 1.0)] {
             let time = if after == course.tick { course.end } else { course.start + after };
-            nodes.push(Node {
+            nodes.push(QuadratureNode {
                 after,
                 weight: (to - from) * part / 6.0,
                 at: EvaluationTime { time, within_step },
@@ -114,17 +114,17 @@ pub(super) fn nodes(course: &Course, cuts: &[Scalar]) -> SmallVec<[Node; 3]> {
 mod tests {
     use super::*;
 
-    const START: State =
-        State { position: Vector::new(1.0, 2.0, 3.0), velocity: Vector::new(0.5, -1.0, 2.0) };
+    const START: PhasePoint =
+        PhasePoint { position: Vector::new(1.0, 2.0, 3.0), velocity: Vector::new(0.5, -1.0, 2.0) };
 
-    fn moved(state: State, a: Vector, t: Scalar) -> State {
-        State {
+    fn moved(state: PhasePoint, a: Vector, t: Scalar) -> PhasePoint {
+        PhasePoint {
             position: state.position + state.velocity * t + a * (t * t / 2.0),
             velocity: state.velocity + a * t,
         }
     }
 
-    fn near(a: State, b: State) -> bool {
+    fn near(a: PhasePoint, b: PhasePoint) -> bool {
         a.position.distance(b.position) < 1e-14 && a.velocity.distance(b.velocity) < 1e-13
     }
 

@@ -1,11 +1,11 @@
-//! What laws, pushes and damping do to one body in a tick.
+//! A tick in the ledger: energies of single bodies, and the lines of pushes, laws, damping and limits.
 
 use bevy_ecs::prelude::*;
 use smallvec::SmallVec;
 
-use super::bodies::{Body, State};
+use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
-use super::path::{Node, Path, cuts, nodes};
+use super::path::{Path, QuadratureNode, cuts, nodes};
 use crate::kernels::record::TickRecord;
 use crate::laws::course::Course;
 use crate::laws::{EvaluationTime, Law};
@@ -15,26 +15,26 @@ use crate::state::clock::StepClock;
 use crate::tick::environment::Environment;
 use crate::units::{Scalar, Vector};
 
-/// What acts on every body in a tick.
-pub(super) struct Around<'w> {
+/// The environment and the world's method in a tick.
+pub(super) struct LedgerTick<'w> {
     pub environment: Environment<'w>,
-    /// Of bodies that have none of their own.
+    /// Method of the bodies without their own.
     method: Method,
 }
 
-impl<'w> Around<'w> {
-    /// What acts in `world` in the tick of `tick` seconds that began at the time of `clock`.
+impl<'w> LedgerTick<'w> {
+    /// The tick of `tick` seconds in `world` that began at the time of `clock`.
     pub fn of(world: &'w World, method: Method, clock: StepClock, tick: Scalar) -> Self {
         Self { environment: Environment::of(world, clock, tick), method }
     }
 
-    /// The laws of a body.
-    fn laws<'a>(&'a self, body: &'a Body<'_>) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+    /// The laws that act on a body.
+    fn laws<'a>(&'a self, body: &'a BodyTick<'_>) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
         self.environment.on_body(body.gravity_off, body.in_sheet, body.laws)
     }
 
-    /// Adds the energies of the bodies at an end of the tick: 0 is its start, 1 its end.
-    pub fn add_energies(&self, bodies: &[Body<'_>], end: usize, energies: &mut Energies) {
+    /// Adds the energies of the bodies at the start (0) or end (1) of the tick.
+    pub fn add_energies(&self, bodies: &[BodyTick<'_>], end: usize, energies: &mut Energies) {
         for body in bodies.iter().filter(|body| body.is_movable()) {
             let state = body.ends[end];
             energies.kinetic += 0.5 * body.mass() * state.velocity.dot(state.velocity);
@@ -44,24 +44,24 @@ impl<'w> Around<'w> {
         }
     }
 
-    /// Rate of the linear drag that damping is for a body, 1/s: the exact model, where it is no part of a kick.
-    fn damping_rate(&self, body: &Body<'_>) -> Scalar {
-        let inside = with_method!(self.method_of(body), M => M::DAMPS_INSIDE);
-        let damping = self.environment.damping.filter(|damping| damping.is_exact() && !inside);
+    /// Damping rate of a body, 1/s, where damping is a law: the exact model in methods that do not damp inside a step.
+    fn damping_rate(&self, body: &BodyTick<'_>) -> Scalar {
+        let damps_inside = with_method!(self.method_of(body), M => M::DAMPS_INSIDE);
+        let damping = self.environment.damping.filter(|damping| damping.is_exact() && !damps_inside);
         damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
     }
 
-    fn course_of(&self, body: &Body<'_>) -> Course {
+    fn course_of(&self, body: &BodyTick<'_>) -> Course {
         let course = self.environment.course;
         body.born.map_or(course, |time| course.since(time))
     }
 
-    fn method_of(&self, body: &Body<'_>) -> Method {
+    fn method_of(&self, body: &BodyTick<'_>) -> Method {
         body.method.unwrap_or(self.method)
     }
 
-    /// Adds what a recorded tick did to a body that forces move; returns its path.
-    pub fn add_tick(&self, body: &Body<'_>, record: &TickRecord, totals: &mut LedgerTotals) -> Path {
+    /// Adds the recorded tick of a body that forces move to `totals`; returns its path.
+    pub fn add_body(&self, body: &BodyTick<'_>, record: &TickRecord, totals: &mut LedgerTotals) -> Path {
         let course = self.course_of(body);
         let Course { tick, .. } = course;
         let [start, end] = body.ends;
@@ -75,15 +75,15 @@ impl<'w> Around<'w> {
         totals.momentum.pushes += push * tick;
         let [from, to] = between.unwrap_or([start.velocity, end.velocity]);
         let rate = self.damping_rate(body);
-        let ends = [State { velocity: from, ..start }, State { velocity: to, ..end }];
+        let ends = [PhasePoint { velocity: from, ..start }, PhasePoint { velocity: to, ..end }];
         let mut path = Path::new(ends, tick);
         let cuts = cuts(&course, self.laws(body).flat_map(|law| law.discontinuities()));
         self.bend(&mut path, body, course.start, &cuts);
         let nodes = nodes(&course, &cuts);
-        let states: SmallVec<[(Node, State); 3]> =
+        let states: SmallVec<[(QuadratureNode, PhasePoint); 3]> =
             nodes.iter().map(|node| (*node, path.at(node.after))).collect();
         if rate != 0.0 {
-            for (node, State { velocity, .. }) in &states {
+            for (node, PhasePoint { velocity, .. }) in &states {
                 let impulse = *velocity * (-rate * body.mass() * node.weight);
                 totals.energy.damping += impulse.dot(*velocity);
                 totals.momentum.damping += impulse;
@@ -93,9 +93,9 @@ impl<'w> Around<'w> {
             let (mut work, mut impulse) = (0.0, Vector::ZERO);
             for (node, state) in &states {
                 let a = body.open(law.acceleration(node.at, body.state(*state)));
-                let part = a * (body.mass() * node.weight);
-                work += part.dot(state.velocity);
-                impulse += part;
+                let weighted = a * (body.mass() * node.weight);
+                work += weighted.dot(state.velocity);
+                impulse += weighted;
             }
             if !law.has_potential() {
                 totals.energy.add_law(law.name(), work);
@@ -105,16 +105,16 @@ impl<'w> Around<'w> {
         path
     }
 
-    /// Lets the way bend where laws jump.
-    fn bend(&self, path: &mut Path, body: &Body<'_>, start: Scalar, cuts: &[Scalar]) {
-        for parts in cuts.windows(3) {
-            let &[before, now, next] = parts else { continue };
+    /// Adds the jumps of laws to the path.
+    fn bend(&self, path: &mut Path, body: &BodyTick<'_>, start: Scalar, cuts: &[Scalar]) {
+        for cuts in cuts.windows(3) {
+            let &[before, now, next] = cuts else { continue };
             let (time, state) = (start + now, body.state(path.at(now)));
             let [past, future] =
                 [before, next].map(|other| EvaluationTime { time, within_step: start + 0.5 * (other + now) });
-            let lawful = self.laws(body).filter(|law| !law.discontinuities().is_empty());
+            let jumping = self.laws(body).filter(|law| !law.discontinuities().is_empty());
             let jump =
-                lawful.map(|law| law.acceleration(future, state) - law.acceleration(past, state)).sum();
+                jumping.map(|law| law.acceleration(future, state) - law.acceleration(past, state)).sum();
             path.bend(now, body.open(jump));
         }
     }
