@@ -24,7 +24,7 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{couplings_now, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
-pub(crate) use field::{Askers, GroupEnvironment, GroupField, Kept, Outcome, RowAsks, Rows, Scratch, Watch};
+pub(crate) use field::{GroupEnvironment, GroupField, Kept, Outcome, Rows, Scratch, Watch};
 pub(crate) use linear::{Holder, LinearGroup, larger};
 pub(crate) use rows::{Row, RowArray};
 pub use solver::Solver;
@@ -63,10 +63,10 @@ struct Group {
     coupling: Coupling<Scalar>,
     /// Its bodies, those that move first, each kind in the order of the stable id.
     bodies: Vec<Entity>,
-    /// Rows with a component that asks for something.
-    asking: Vec<u32>,
+    /// Rows whose options change them.
+    with_options: Vec<u32>,
     /// Rows with laws of their own.
-    lawful: Vec<u32>,
+    with_laws: Vec<u32>,
     substeps: Option<u32>,
     kept: Kept<Scalar>,
 }

@@ -16,6 +16,7 @@ pub(crate) mod evaluations;
 mod field;
 mod lanes;
 mod memory;
+mod options;
 pub(crate) mod record;
 
 use std::ops::Range;
@@ -28,7 +29,6 @@ use crate::laws::damping::{Damping, Decay};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::Real;
-use crate::state::components::{AxisLocks, Force};
 use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
 
@@ -37,6 +37,7 @@ pub(crate) use calling::{Plain, Sums};
 pub(crate) use compensated::{Residues, add_compensated};
 pub(crate) use field::restrain;
 pub(crate) use memory::MemoryRows;
+pub(crate) use options::{BodyOptions, RowOptions};
 
 /// Rows that are computed before the first of them is stored.
 pub(crate) const BLOCK: usize = 4;
@@ -137,29 +138,6 @@ impl<'a, T: Real> Terms<'a, T> {
     }
 }
 
-/// What a single body asks for beside its table's [`Terms`].
-#[derive(Clone, Copy)]
-pub(crate) struct Asks<'a, T: Real> {
-    /// Its own damping.
-    pub damping: Option<Damping>,
-    /// Largest speed, m/s.
-    pub limit: Option<T>,
-    /// Axes that it does not move along.
-    pub locks: Option<AxisLocks>,
-    /// Its own laws.
-    pub laws: &'a [Box<dyn Law<T>>],
-    /// Changes whenever its own laws do.
-    pub version: u64,
-    /// Its own number of substeps.
-    pub substeps: Option<u32>,
-}
-
-impl<T: Real> Asks<'_, T> {
-    /// Nothing.
-    pub const NOTHING: Self =
-        Self { damping: None, limit: None, locks: None, laws: &[], version: 0, substeps: None };
-}
-
 /// A count a name.
 pub(crate) type Counts = SmallVec<[(&'static str, u64); 8]>;
 
@@ -209,14 +187,41 @@ impl Account {
     }
 }
 
-/// The rows of a table, or a part of them.
-pub(crate) struct Table<'a, T: Real> {
+/// Bodies that are integrated together: rows of a table or of plain arrays, or a single one.
+pub(crate) struct Batch<'a, T: Real> {
     /// x, y, z of every body.
     pub positions: &'a mut [[T; 3]],
     /// (velocity, inverse mass) of every body.
     pub bodies: &'a mut [Row<T>],
+    /// Their forces, if any of them is pushed.
+    pub applied: Option<Applied<'a, T>>,
     /// What the method keeps of them.
     pub memory: MemoryRows<'a, T>,
+}
+
+impl<'a, T: Real> Batch<'a, T> {
+    /// Some of the rows.
+    pub fn part(&mut self, rows: Range<usize>) -> Batch<'_, T> {
+        Batch {
+            positions: &mut self.positions[rows.clone()],
+            bodies: &mut self.bodies[rows.clone()],
+            applied: self.applied.map(|applied| applied.part(rows.clone())),
+            memory: self.memory.part(rows),
+        }
+    }
+
+    /// Splits the first `rows` off.
+    pub fn split_at(self, rows: usize) -> (Self, Self) {
+        let (first, others) = (0..rows, rows..self.bodies.len());
+        let positions = self.positions.split_at_mut(rows);
+        let bodies = self.bodies.split_at_mut(rows);
+        let memory = self.memory.split_at(rows);
+        let applied = |rows: Range<usize>| self.applied.map(|applied| applied.part(rows));
+        (
+            Self { positions: positions.0, bodies: bodies.0, applied: applied(first), memory: memory.0 },
+            Self { positions: positions.1, bodies: bodies.1, applied: applied(others), memory: memory.1 },
+        )
+    }
 }
 
 /// The forces of a table, or a part of it, and the rows that have one; all other rows are zero and are not looked
@@ -234,95 +239,79 @@ pub(crate) struct Applied<'a, T> {
 impl<T> Applied<'_, T> {
     /// A part of this part.
     pub fn part(&self, rows: Range<usize>) -> Self {
-        let of = |row: usize| self.rows.partition_point(|(_, pushed)| *pushed < self.offset + row);
+        let before = |pushed: &[(usize, usize)], row: usize| {
+            pushed.partition_point(|(_, pushed)| *pushed < self.offset + row)
+        };
+        let pushed = &self.rows[before(self.rows, rows.start)..];
+        // No more of them than rows: the second search is a short one.
+        let pushed = &pushed[..pushed.len().min(rows.len())];
         Self {
             forces: &self.forces[rows.clone()],
-            rows: &self.rows[of(rows.start)..of(rows.end)],
+            rows: &pushed[..before(pushed, rows.end)],
             offset: self.offset + rows.start,
         }
-    }
-}
-
-impl<'a> Applied<'a, f64> {
-    /// From the column of a chunk of a table that begins at row `start`, and the pushed rows of the table; `None`
-    /// if none of them is in the chunk.
-    pub fn of(forces: &'a [Force], pushed: &'a [(usize, usize)], start: usize) -> Option<Self> {
-        let row = |row: usize| pushed.partition_point(|(_, pushed)| *pushed < row);
-        let rows = &pushed[row(start)..row(start + forces.len())];
-        (!rows.is_empty()).then(|| Self { forces: bytemuck::cast_slice(forces), rows, offset: start })
     }
 }
 
 /// What to tell about a row that was not updated, and why it was not.
 pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 
-/// Integrates a tick of every body of a table.
-pub(crate) fn integrate<T: Real, M: Integrator>(
+/// Integrates a tick of some rows of a batch, one by one where they have options.
+pub(crate) fn integrate_batch<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
-    table: Table<'_, T>,
-    applied: Option<Applied<'_, T>>,
-    account: &mut Account,
-    refuse: Refuse<'_>,
-) {
-    integrate_summed::<T, M>(terms, table, &mut Plain, applied, account, refuse);
-}
-
-/// The same, summed up as `sums` says.
-pub(crate) fn integrate_summed<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    mut table: Table<'_, T>,
+    batch: &mut Batch<'_, T>,
+    rows: Range<usize>,
+    options: Option<&dyn RowOptions<T>>,
     sums: &mut impl Sums<T>,
-    applied: Option<Applied<'_, T>>,
     account: &mut Account,
     refuse: Refuse<'_>,
 ) {
-    assert_eq!(table.positions.len(), table.bodies.len(), "a position for every body");
+    assert_eq!(batch.positions.len(), batch.bodies.len(), "a position for every body");
+    if let Some(options) = options {
+        for row in rows {
+            let options = options.row(row);
+            if let Err(breach) = integrate_row::<T, M>(terms, &options, batch, row, sums, account) {
+                refuse(row, breach);
+            }
+        }
+        return;
+    }
     let Terms { laws, rate, damping, decay, course, .. } = terms;
     let drags_and_damps = *rate != T::ZERO && damping.is_some() && M::DAMPS_INSIDE;
+    if !laws.is_empty() || drags_and_damps || !M::PASSES_TIME {
+        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, account, refuse);
+        return;
+    }
     // Factors of a tick, between whose substeps the affine kernel does not know the first from the last.
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && course.substeps > 1 && factors;
-    if laws.is_empty() && !drags_and_damps && M::PASSES_TIME {
-        let in_registers = !around && sums.are_plain() && account.record.is_none();
-        if !in_registers || !affine::run::<T, M>(terms, &mut table, applied, refuse) {
-            // The same bits; what it would count is known without it.
-            let mut uncounted = Account { record: account.record.take(), ..Account::default() };
-            calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, &mut uncounted, refuse);
-            account.record = uncounted.record;
-        }
-    } else {
-        calling::run::<T, M>(terms, &Asks::NOTHING, &mut table, sums, applied, account, refuse);
+    let in_registers = !around && sums.are_plain() && account.record.is_none();
+    let start = rows.start;
+    let refuse_part = &mut |row, breach| refuse(start + row, breach);
+    if !in_registers || !affine::run::<T, M>(terms, &mut batch.part(rows.clone()), refuse_part) {
+        // The same bits; what it would count is known without it.
+        let mut uncounted = Account { record: account.record.take(), ..Account::default() };
+        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, &mut uncounted, refuse);
+        account.record = uncounted.record;
     }
 }
 
-/// Integrates a tick of one body that asks for something, or says why it was refused.
-pub(crate) fn integrate_one<T: Real, M: Integrator>(
+/// Integrates a tick of one row with these options, or says why it was refused.
+pub(crate) fn integrate_row<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
-    asks: &Asks<'_, T>,
-    body: Table<'_, T>,
-    force: [T; 3],
-    account: &mut Account,
-) -> Result<(), Breach> {
-    integrate_one_summed::<T, M>(terms, asks, body, &mut Plain, force, account)
-}
-
-/// The same, summed up as `sums` says.
-pub(crate) fn integrate_one_summed<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    asks: &Asks<'_, T>,
-    mut body: Table<'_, T>,
+    options: &BodyOptions<'_, T>,
+    batch: &mut Batch<'_, T>,
+    row: usize,
     sums: &mut impl Sums<T>,
-    force: [T; 3],
     account: &mut Account,
 ) -> Result<(), Breach> {
-    let mut outcome = Ok(());
-    let applied = Applied { forces: &[force], rows: &[(0, 0)], offset: 0 };
     let mut own = *terms;
-    if let Some(substeps) = asks.substeps {
+    if let Some(substeps) = options.substeps {
         own.course.substeps = substeps;
     }
-    let own = own.damped::<M>(asks.damping.or(terms.damping));
-    calling::run::<T, M>(&own, asks, &mut body, sums, Some(applied), account, &mut |_, breach| {
+    let own = own.damped::<M>(options.damping(terms.damping));
+    let mut outcome = Ok(());
+    calling::run::<T, M>(&own, options, batch, row..row + 1, sums, account, &mut |_, breach| {
         outcome = Err(breach);
     });
     outcome

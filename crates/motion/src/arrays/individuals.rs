@@ -1,8 +1,8 @@
-//! What single bodies ask for, and which rows are integrated alike.
+//! The options of single bodies, and which rows are integrated alike.
 
 use std::ops::Range;
 
-use crate::groups::{Askers, RowAsks};
+use crate::kernels::{BodyOptions, RowOptions};
 use crate::laws::Law;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -14,8 +14,8 @@ pub(super) struct Kind {
     /// Its own method.
     pub method: Option<Method>,
     /// Gravity passes it by.
-    pub weightless: bool,
-    /// Its place among the bodies that ask for something else.
+    pub gravity_off: bool,
+    /// Its place among the bodies with other options.
     pub own: Option<usize>,
     /// It is in a group, frozen or dormant: not integrated on its own.
     pub apart: bool,
@@ -23,12 +23,18 @@ pub(super) struct Kind {
     pub born: Option<Scalar>,
 }
 
-/// What a body asks for beside its method.
-#[derive(Debug, Default)]
+/// The options of a body.
+#[derive(Debug)]
 pub(super) struct Own<T: Real> {
-    pub asks: RowAsks,
+    /// Without its laws.
+    pub options: BodyOptions<'static, T>,
     pub laws: Vec<Box<dyn Law<T>>>,
-    pub substeps: Option<u32>,
+}
+
+impl<T: Real> Own<T> {
+    pub fn options(&self) -> BodyOptions<'_, T> {
+        BodyOptions { laws: &self.laws, ..self.options }
+    }
 }
 
 /// Rows that are integrated one after the other in the same way.
@@ -36,8 +42,8 @@ pub(super) struct Own<T: Real> {
 pub(super) struct Run {
     pub rows: Range<usize>,
     pub method: Option<Method>,
-    pub weightless: bool,
-    /// The place of the first of them among those that ask.
+    pub gravity_off: bool,
+    /// The place of the first of them among those with options.
     pub own: Option<usize>,
     /// How many of them can move.
     pub movable: u64,
@@ -45,7 +51,7 @@ pub(super) struct Run {
     pub born: Option<Scalar>,
 }
 
-/// The rows by what they ask for.
+/// The rows by their options.
 #[derive(Debug)]
 pub(super) struct Individuals<T: Real> {
     /// Of every row of a world; none where all bodies are alike.
@@ -63,7 +69,7 @@ impl<T: Real> Default for Individuals<T> {
 }
 
 impl<T: Real> Individuals<T> {
-    /// Another body that asks for nothing.
+    /// Another body without options.
     pub fn add(&mut self) {
         if !self.kinds.is_empty() {
             self.kinds.push(Kind::default());
@@ -85,7 +91,7 @@ impl<T: Real> Individuals<T> {
         }
         self.runs.clear();
         for (row, (kind, [x, y, z, w])) in self.kinds.iter().zip(bodies).enumerate() {
-            let Kind { method, weightless, own, apart, born } = *kind;
+            let Kind { method, gravity_off, own, apart, born } = *kind;
             if apart || w.is_at_most(T::ZERO) && [*x, *y, *z] == [T::ZERO; 3] {
                 continue;
             }
@@ -93,7 +99,7 @@ impl<T: Real> Individuals<T> {
                 Some(run)
                     if run.rows.end == row
                         && run.born.or(born).is_none()
-                        && (run.method, run.weightless) == (method, weightless)
+                        && (run.method, run.gravity_off) == (method, gravity_off)
                         && run.own.map(|first| first + run.rows.len()) == own =>
                 {
                     run.rows.end += 1;
@@ -101,7 +107,7 @@ impl<T: Real> Individuals<T> {
                 }
                 _ => {
                     let movable = u64::from(*w > T::ZERO);
-                    self.runs.push(Run { rows: row..row + 1, method, weightless, own, movable, born });
+                    self.runs.push(Run { rows: row..row + 1, method, gravity_off, own, movable, born });
                 }
             }
         }
@@ -115,25 +121,30 @@ impl<T: Real> Individuals<T> {
         }
     }
 
-    fn own(&self, row: usize) -> Option<&Own<T>> {
-        self.kinds.get(row).and_then(|kind| kind.own).map(|own| &self.owns[own])
+    /// The options of a row.
+    pub fn options(&self, row: usize) -> BodyOptions<'_, T> {
+        let Kind { gravity_off, own, .. } = self.kinds[row];
+        own.map_or(BodyOptions { gravity_off, ..BodyOptions::NONE }, |own| self.owns[own].options())
     }
 }
 
-/// Looks up what the rows of a group ask for.
+/// The options of the rows of a run.
+pub(super) struct OfRun<'a, T: Real>(pub &'a [Own<T>]);
+
+impl<T: Real> RowOptions<T> for OfRun<'_, T> {
+    fn row(&self, row: usize) -> BodyOptions<'_, T> {
+        self.0[row].options()
+    }
+}
+
+/// Looks up the options of the rows of a group.
 pub(super) struct OfRows<'a, T: Real> {
     pub rows: &'a [usize],
     pub individuals: &'a Individuals<T>,
 }
 
-impl<T: Real> Askers<T> for OfRows<'_, T> {
-    fn asks(&self, row: usize) -> RowAsks {
-        let row = self.rows[row];
-        let gravity_off = self.individuals.kinds[row].weightless;
-        self.individuals.own(row).map_or(RowAsks { gravity_off, ..RowAsks::default() }, |own| own.asks)
-    }
-
-    fn laws(&self, row: usize) -> (&[Box<dyn Law<T>>], u64) {
-        (self.individuals.own(self.rows[row]).map_or(&[], |own| &own.laws), 0)
+impl<T: Real> RowOptions<T> for OfRows<'_, T> {
+    fn row(&self, row: usize) -> BodyOptions<'_, T> {
+        self.individuals.options(self.rows[row])
     }
 }

@@ -16,10 +16,10 @@ pub(super) struct Joined<T: Real> {
     pub coupling: Coupling<T>,
     /// The rows of its bodies among all, those that move first.
     pub rows: Vec<usize>,
-    /// Its own rows with something to look up, ascending.
-    pub asking: Vec<u32>,
+    /// Its own rows whose options change them, ascending.
+    pub with_options: Vec<u32>,
     /// Its own rows with laws of their own, ascending.
-    pub lawful: Vec<u32>,
+    pub with_laws: Vec<u32>,
     pub substeps: Option<u32>,
     /// The method that its bodies ask for.
     pub method: Option<Method>,
@@ -93,12 +93,12 @@ impl<T: Real> Bare<T> {
         let shared = self.resources.environment(course);
         let called = shared.called();
         let environment = GroupEnvironment::new::<M>(shared, &called, self.resources.solver, &[]);
-        let askers = OfRows { rows, individuals: &self.individuals };
-        let Joined { coupling, asking, lawful, kept, x, v, residues: [rx, rv], w, last, .. } = group;
+        let options = OfRows { rows, individuals: &self.individuals };
+        let Joined { coupling, with_options, with_laws, kept, x, v, residues: [rx, rv], w, last, .. } = group;
         let residues = self.residues.is_some().then_some([&mut **rx, &mut **rv]);
         let last = (M::MEMORY == Memory::LastStep).then(|| &mut last[..coupling.movable]);
-        let rows = Rows { x, v, residues, w, asking, lawful };
-        GroupField::new(coupling, &environment, rows, &askers, scratch, account).tick::<M>(
+        let rows = Rows { x, v, residues, w, with_options, with_laws };
+        GroupField::new(coupling, &environment, rows, &options, scratch, account).tick::<M>(
             watch,
             last,
             Some(kept),

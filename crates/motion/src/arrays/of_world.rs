@@ -4,25 +4,24 @@ use std::fmt;
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::QueryData;
 
 use super::Bare;
 use super::individuals::{Kind, Own};
 use super::joined::Joined;
-use crate::groups::{Groups, RowAsks, update_groups};
-use crate::laws::damping::DampingRate;
-use crate::laws::own::OwnLaws;
+use crate::groups::{Groups, update_groups};
+use crate::kernels::BodyOptions;
 use crate::laws::{Gravity, Law};
 use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::real::Real;
 use crate::state::clock::TimeStep;
-use crate::state::components::{
-    AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
-};
+use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
 use crate::state::method_state::LastStep;
-use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::state::substeps::Substeps;
+use crate::tick::columns::OptionColumns;
 use crate::units::Vector;
 
 /// Why a world cannot go on in plain arrays.
@@ -42,20 +41,18 @@ impl fmt::Display for NotForArrays {
 
 impl std::error::Error for NotForArrays {}
 
-type Columns = (
-    Entity,
-    &'static Transform,
-    &'static PhysicsBody,
-    Option<&'static StableId>,
-    Option<&'static LastStep>,
-    Has<GravityOff>,
-    Option<&'static DampingRate>,
-    Option<&'static SpeedLimit>,
-    Option<&'static AxisLocks>,
-    Has<OwnLaws>,
-    Option<&'static OwnSubsteps>,
-    (Has<Grouped>, Has<Quarantined>, Has<Dormant>),
-);
+#[derive(QueryData)]
+struct Columns {
+    entity: Entity,
+    transform: &'static Transform,
+    body: &'static PhysicsBody,
+    id: Option<&'static StableId>,
+    last_step: Option<&'static LastStep>,
+    options: OptionColumns,
+    grouped: Has<Grouped>,
+    quarantined: Has<Quarantined>,
+    dormant: Has<Dormant>,
+}
 
 /// Laws of single bodies in the precision of the arrays.
 pub type LawsOf<'a, T> = &'a dyn Fn(Entity) -> Vec<Box<dyn Law<T>>>;
@@ -97,43 +94,34 @@ impl<T: Real> Bare<T> {
         let mut bodies = world.query::<Columns>();
         let world = &*world;
         let mut all: Vec<_> = bodies.iter(world).collect();
-        all.sort_unstable_by_key(|(entity, _, _, id, ..)| (id.map_or(u32::MAX, |id| id.0), *entity));
+        all.sort_unstable_by_key(|row| (row.id.map_or(u32::MAX, |id| id.0), row.entity));
         let mut rows = EntityHashMap::default();
-        for (entity, transform, body, id, last, gravity_off, rate, limit, locks, lawful, substeps, state) in
-            all
-        {
+        for row in &all {
+            let ColumnsItem { entity, transform, body, id, last_step, options: columns, .. } = row;
             let numbers = |vector: Vector| vector.to_array().map(T::of);
             let (x, v) = (numbers(transform.position), numbers(body.velocity));
             let [a, b, c] = v;
-            rows.insert(entity, self.bodies.len());
+            rows.insert(*entity, self.bodies.len());
             self.positions.push(x);
             self.bodies.push([a, b, c, T::of(body.inverse_mass)]);
             self.ids.push(id.copied().unwrap_or(StableId(u32::MAX)));
-            self.last_steps.push(T::of(last.map_or(0.0, |last| last.0)));
-            let asks = RowAsks {
-                gravity_off,
-                damping_rate: rate.map(DampingRate::rate),
-                limit: limit.map(|limit| limit.0),
-                locks: locks.copied(),
-            };
-            let own = Own {
-                asks,
-                laws: if lawful { laws(entity) } else { Vec::new() },
-                substeps: substeps.map(|substeps| substeps.0.max(1)),
-            };
-            let (grouped, quarantined, dormant) = state;
-            let asks_for_more = asks != RowAsks { gravity_off, ..RowAsks::default() };
-            let asks_for_more = asks_for_more || lawful || own.substeps.is_some();
+            self.last_steps.push(T::of(last_step.map_or(0.0, |last| last.0)));
+            let options = columns.options();
+            let BodyOptions { gravity_off, substeps, .. } = options;
+            let has_laws = columns.laws.is_some();
+            let is_more = BodyOptions { gravity_off: false, ..options }.changes_row();
+            let own = (is_more || has_laws || substeps.is_some()).then_some(self.individuals.owns.len());
+            if own.is_some() {
+                let laws = if has_laws { laws(*entity) } else { Vec::new() };
+                self.individuals.owns.push(Own { options: options.without_laws(), laws });
+            }
             self.individuals.kinds.push(Kind {
-                method: own_method(world.entity(entity)),
-                weightless: gravity_off,
-                own: asks_for_more.then_some(self.individuals.owns.len()),
-                apart: grouped || quarantined || dormant,
+                method: own_method(world.entity(*entity)),
+                gravity_off,
+                own,
+                apart: row.grouped || row.quarantined || row.dormant,
                 born: None,
             });
-            if asks_for_more {
-                self.individuals.owns.push(own);
-            }
         }
         if self.last_steps.iter().all(|step| *step == T::ZERO) {
             self.last_steps.clear();
@@ -145,24 +133,19 @@ impl<T: Real> Bare<T> {
         for (coupling, bodies, substeps) in groups.parts() {
             let rows: Vec<_> = bodies.iter().filter_map(|body| rows.get(body).copied()).collect();
             let movable = || (0..).zip(&rows[..coupling.movable]);
-            let asks = |row: usize| {
-                let Kind { weightless, own, .. } = self.individuals.kinds[row];
-                let asks = own.map_or(RowAsks::default(), |own| self.individuals.owns[own].asks);
-                weightless || asks != RowAsks::default()
+            let rows_that = |has: &dyn Fn(BodyOptions<'_, T>) -> bool| {
+                let such = movable().filter(|(_, row)| has(self.individuals.options(**row)));
+                such.map(|(own, _)| own).collect()
             };
-            let laws = |row: usize| {
-                let own = self.individuals.kinds[row].own;
-                own.is_some_and(|own| !self.individuals.owns[own].laws.is_empty())
-            };
-            let asking = movable().filter(|(_, row)| asks(**row)).map(|(own, _)| own).collect();
-            let lawful = movable().filter(|(_, row)| laws(**row)).map(|(own, _)| own).collect();
+            let with_options = rows_that(&|options| options.changes_row());
+            let with_laws = rows_that(&|options| !options.laws.is_empty());
             let method = rows.first().and_then(|row| self.individuals.kinds[*row].method);
             let coupling = coupling.at::<T>();
             self.groups.push(Joined {
                 coupling,
                 rows,
-                asking,
-                lawful,
+                with_options,
+                with_laws,
                 substeps,
                 method,
                 ..Joined::default()

@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use super::individuals::{Own, Run};
+use super::individuals::{OfRun, Run};
 use super::{Bare, Residues};
-use crate::kernels::{self, Account, Applied, Asks, MemoryRows, Sums, Table};
+use crate::kernels::{self, Account, Applied, Batch, MemoryRows, RowOptions, Sums};
 use crate::laws::course::Course;
-use crate::laws::damping::Damping;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, Memory};
 use crate::real::Real;
@@ -77,60 +76,36 @@ impl<T: Real> Bare<T> {
             refused,
             ..
         } = self;
-        let Run { rows, weightless, own, movable, born, .. } = individuals.runs[run].clone();
+        let Run { rows, gravity_off, own, movable, born, .. } = individuals.runs[run].clone();
         if let Some(time) = born {
             course = course.since(time);
         }
         let environment = resources.environment(course);
         let called = environment.called();
         let mut terms = environment.terms::<M>(&called);
-        if !weightless {
+        if !gravity_off {
             terms.gravity += environment.free_fall();
         }
         forces.resize(bodies.len(), [T::ZERO; 3]);
         let calls = !called.is_empty() || own.is_some();
         let mut memory = memory::<T, M>(&mut self.last_steps, &mut self.known, bodies.len(), calls);
-        let mut memory = memory.part(rows.clone());
+        let applied = Applied { forces, rows: pushed, offset: 0 }.part(rows.clone());
+        let mut batch = Batch {
+            positions: &mut positions[rows.clone()],
+            bodies: &mut bodies[rows.clone()],
+            applied: (!applied.rows.is_empty()).then_some(applied),
+            memory: memory.part(rows.clone()),
+        };
+        let options = own.map(|first| OfRun(&individuals.owns[first..]));
+        let options = options.as_ref().map(|options| options as &dyn RowOptions<T>);
+        let mut sums = W::sums(residues, rows.clone());
         let mut counted = Account::default();
-        if let Some(first) = own {
-            for row in rows.clone() {
-                let Own { asks, laws, substeps } = &individuals.owns[first + row - rows.start];
-                let rate = asks.damping_rate.zip(terms.damping);
-                let asks = Asks {
-                    damping: rate.map(|(rate, damping)| Damping { rate, ..damping }),
-                    limit: asks.limit.map(T::of),
-                    locks: asks.locks,
-                    laws,
-                    version: 0,
-                    substeps: *substeps,
-                };
-                let at = row - rows.start;
-                let table = Table {
-                    positions: &mut positions[row..row + 1],
-                    bodies: &mut bodies[row..row + 1],
-                    memory: memory.part(at..at + 1),
-                };
-                let mut sums = W::sums(residues, row..row + 1);
-                let counts = &mut counted;
-                let force = forces[row];
-                if kernels::integrate_one_summed::<T, M>(&terms, &asks, table, &mut sums, force, counts)
-                    .is_err()
-                {
-                    refused.push(row);
-                }
-            }
-        } else {
-            let applied = Applied { forces, rows: pushed, offset: 0 }.part(rows.clone());
-            let applied = (!applied.rows.is_empty()).then_some(applied);
-            let table =
-                Table { positions: &mut positions[rows.clone()], bodies: &mut bodies[rows.clone()], memory };
-            let mut sums = W::sums(residues, rows.clone());
-            let refuse = &mut |row, _| refused.push(rows.start + row);
-            kernels::integrate_summed::<T, M>(&terms, table, &mut sums, applied, &mut counted, refuse);
-            if counted.accelerations == 0 {
-                // Where no law is called nothing is counted on the way.
-                counted.accelerations = terms.evaluations::<M>() * movable;
-            }
+        let refuse = &mut |row, _| refused.push(rows.start + row);
+        let all = 0..rows.len();
+        kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, &mut sums, &mut counted, refuse);
+        if options.is_none() && counted.accelerations == 0 {
+            // Where no law is called nothing is counted on the way.
+            counted.accelerations = terms.evaluations::<M>() * movable;
         }
         account.add(&counted);
     }

@@ -7,7 +7,7 @@ mod kept;
 mod noted;
 mod solving;
 
-pub(crate) use classes::{Askers, Class, RowAsks};
+pub(crate) use classes::Class;
 pub(crate) use kept::Kept;
 use solving::Workspace;
 
@@ -15,7 +15,7 @@ use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY}
 use super::coupling::Coupling;
 use super::rows::{Row, RowArray};
 use super::solver::Solver;
-use crate::kernels::{Account, Terms};
+use crate::kernels::{Account, RowOptions, Terms};
 use crate::laws::course::Piece;
 use crate::laws::{Declared, Law};
 use crate::methods::{Carry, Field, Integrator, Memory};
@@ -59,10 +59,10 @@ pub(crate) struct Rows<'a, T> {
     pub residues: Option<[&'a mut [Row<T>]; 2]>,
     /// Inverse masses, 1/kg.
     pub w: &'a [T],
-    /// Rows with something to look up, ascending.
-    pub asking: &'a [u32],
+    /// Rows whose options change them, ascending.
+    pub with_options: &'a [u32],
     /// Rows with laws of their own, ascending.
-    pub lawful: &'a [u32],
+    pub with_laws: &'a [u32],
 }
 
 /// Arrays of a step, kept from one group and tick to the next.
@@ -90,7 +90,7 @@ pub(crate) struct GroupField<'a, T: Real> {
     coupling: &'a Coupling<T>,
     environment: &'a GroupEnvironment<'a, T>,
     rows: Rows<'a, T>,
-    askers: &'a dyn Askers<T>,
+    options: &'a dyn RowOptions<T>,
     scratch: &'a mut Scratch<T>,
     account: &'a mut Account,
     piece: Piece<T>,
@@ -131,7 +131,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         coupling: &'a Coupling<T>,
         environment: &'a GroupEnvironment<'a, T>,
         rows: Rows<'a, T>,
-        askers: &'a dyn Askers<T>,
+        options: &'a dyn RowOptions<T>,
         scratch: &'a mut Scratch<T>,
         account: &'a mut Account,
     ) -> Self {
@@ -142,7 +142,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             coupling,
             environment,
             rows,
-            askers,
+            options,
             scratch,
             account,
             piece,

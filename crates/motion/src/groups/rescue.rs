@@ -2,14 +2,13 @@
 
 use bevy_ecs::entity::Entity;
 
-use super::field::{Askers, GroupEnvironment, GroupField, Outcome, RowAsks, Rows, Scratch, Watch};
-use super::members::{ByRow, Wishes};
+use super::field::{GroupEnvironment, GroupField, Outcome, Rows, Scratch, Watch};
+use super::members::{ByRow, MemberOptions};
 use super::rows::Row;
 use super::split::Part;
 use super::suspects::{Before, SpringsByRow, Suspects};
 use super::{Group, Groups};
-use crate::kernels::{self, Account, Asks, MemoryRows, Table, Terms};
-use crate::laws::damping::Damping;
+use crate::kernels::{self, Account, Applied, Batch, BodyOptions, MemoryRows, Plain, RowOptions, Terms};
 use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Memory};
 use crate::state::components::{PhysicsBody, Transform};
@@ -21,23 +20,19 @@ use crate::units::{Scalar, Vector};
 /// Redoes the tick of a group in which a row broke, without it.
 pub(super) struct Rescue<'a, 'w, 's, 'n> {
     pub environment: &'a GroupEnvironment<'a, Scalar>,
-    pub wishes: &'a Wishes<'w, 's>,
+    pub options: &'a MemberOptions<'w, 's>,
     pub output: &'a mut TickOutput<'n>,
 }
 
-/// Looks wishes up by the row of a part.
+/// Looks options up by the row of a part.
 struct OfPart<'a, 'w, 's> {
     whole: ByRow<'a, 'w, 's>,
     rows: &'a [usize],
 }
 
-impl Askers<Scalar> for OfPart<'_, '_, '_> {
-    fn asks(&self, row: usize) -> RowAsks {
-        self.whole.asks(self.rows[row])
-    }
-
-    fn laws(&self, row: usize) -> (&[Box<dyn Law<Scalar>>], u64) {
-        self.whole.laws(self.rows[row])
+impl RowOptions<Scalar> for OfPart<'_, '_, '_> {
+    fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
+        self.whole.row(self.rows[row])
     }
 }
 
@@ -72,7 +67,7 @@ impl Rescue<'_, '_, '_, '_> {
                 before.last[row] = last;
             }
         }
-        let whole = ByRow { bodies: &group.bodies, wishes: self.wishes };
+        let whole = ByRow { bodies: &group.bodies, options: self.options };
         let springs = SpringsByRow::of(coupling);
         let suspects = Suspects {
             springs: &springs,
@@ -134,7 +129,7 @@ impl Rescue<'_, '_, '_, '_> {
             .iter()
             .filter_map(|(row, force)| Some((part.rows.iter().position(|own| own == row)?, *force)))
             .collect();
-        let whole = ByRow { bodies: &group.bodies, wishes: self.wishes };
+        let whole = ByRow { bodies: &group.bodies, options: self.options };
         let (coupling, movable) = (&part.coupling, part.coupling.movable);
         let mut state = (pick(&before.x), pick(&before.v), numbers(&before.last));
         if coupling.springs.is_empty() && coupling.sheets.is_empty() && !coupling.attracts {
@@ -145,7 +140,7 @@ impl Rescue<'_, '_, '_, '_> {
             if let Some(record) = &mut account.record {
                 record.first = row;
             }
-            let alone = self.alone::<M>(&whole, row, force, before.w[row], &mut state, account);
+            let alone = self.alone::<M>(whole.row(row), force, before.w[row], &mut state, account);
             if let Err(breach) = alone {
                 return vec![(row, breach)];
             }
@@ -155,20 +150,22 @@ impl Rescue<'_, '_, '_, '_> {
                 let found = part.rows[..movable].iter().enumerate().filter(|(_, row)| of_whole(row));
                 found.map(|(row, _)| row as u32).collect::<Vec<_>>()
             };
-            let (asking, lawful, w) = (listed(&group.asking), listed(&group.lawful), numbers(&before.w));
-            let askers = OfPart { whole, rows: &part.rows };
+            let (with_options, with_laws) = (listed(&group.with_options), listed(&group.with_laws));
+            let w = numbers(&before.w);
+            let options = OfPart { whole, rows: &part.rows };
             for watch in [Watch::Off, Watch::On] {
                 let mut scratch = Scratch::default();
                 scratch.pushes.clone_from(&pushes);
                 let (x, v) = (pick(&before.x), pick(&before.v));
                 state = (x, v, numbers(&before.last));
                 let (x, v) = (&mut state.0[..], &mut state.1[..]);
-                let rows = Rows { x, v, residues: None, w: &w, asking: &asking, lawful: &lawful };
+                let rows =
+                    Rows { x, v, residues: None, w: &w, with_options: &with_options, with_laws: &with_laws };
                 let record = self.output.records.recorder(part.rows.len());
                 let mut own = Account { record, ..Account::default() };
                 let last = (M::MEMORY == Memory::LastStep).then(|| &mut state.2[..movable]);
                 let field =
-                    GroupField::new(coupling, self.environment, rows, &askers, &mut scratch, &mut own);
+                    GroupField::new(coupling, self.environment, rows, &options, &mut scratch, &mut own);
                 match field.tick::<M>(watch, last, None) {
                     Outcome::Finite => {
                         account.add(&own);
@@ -200,32 +197,31 @@ impl Rescue<'_, '_, '_, '_> {
     /// A tick of a body whose springs are gone.
     fn alone<M: Integrator>(
         &self,
-        askers: &ByRow<'_, '_, '_>,
-        row: usize,
+        options: BodyOptions<'_, Scalar>,
         force: [Scalar; 3],
         w: Scalar,
         (x, v, last): &mut (Vec<Row<Scalar>>, Vec<Row<Scalar>>, Vec<Scalar>),
         account: &mut Account,
     ) -> Result<(), Breach> {
         let GroupEnvironment { shared, terms, .. } = self.environment;
-        let RowAsks { gravity_off, damping_rate, limit, locks } = askers.asks(row);
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
         let air = shared.laws.drag.and_then(Law::<Scalar>::affine).unwrap_or(none);
         let mut terms: Terms<'_, Scalar> = *terms;
-        terms.gravity += air.constant + if gravity_off { Vector::ZERO } else { shared.free_fall() };
+        terms.gravity += air.constant + if options.gravity_off { Vector::ZERO } else { shared.free_fall() };
         terms.drag += air.rate;
         let terms = terms.damped::<M>(terms.damping);
-        let (laws, version) = askers.laws(row);
-        let damping = damping_rate.zip(terms.damping).map(|(rate, damping)| Damping { rate, ..damping });
-        let asks = Asks { damping, limit, locks, laws, version, substeps: None };
+        // The substeps are the group's.
+        let options = BodyOptions { substeps: None, ..options };
         let [a, b, c, _] = x[0];
         let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w]]);
         let memory = match M::MEMORY {
             Memory::LastStep => MemoryRows::LastStep(last),
             _ => MemoryRows::None,
         };
-        let table = Table { positions: &mut positions, bodies: &mut bodies, memory };
-        let outcome = kernels::integrate_one::<Scalar, M>(&terms, &asks, table, force, account);
+        let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
+        let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, memory };
+        let outcome =
+            kernels::integrate_row::<Scalar, M>(&terms, &options, &mut batch, 0, &mut Plain, account);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome

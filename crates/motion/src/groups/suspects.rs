@@ -1,11 +1,12 @@
 //! Why a member of a group was left behind.
 
 use super::coupling::{Coupling, vector};
-use super::field::{Askers, GroupEnvironment, RowAsks};
+use super::field::GroupEnvironment;
 use super::members::ByRow;
 use super::pull::SpringRow;
 use super::rows::Row;
 use super::{Group, Groups};
+use crate::kernels::{BodyOptions, RowOptions};
 use crate::laws::MutualGravity;
 use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Part};
@@ -75,7 +76,7 @@ impl Suspects<'_, '_, '_> {
                 self.environment.shared.found(Exposure { kicks: false, gravity_off: true, own_rate: true });
             return Some(self.environment.shared.cause(Groups::SYSTEM, breach, no_range));
         }
-        let RowAsks { gravity_off, damping_rate, locks, .. } = self.whole.asks(row);
+        let BodyOptions { gravity_off, damping_rate, locks, .. } = self.whole.row(row);
         // What is locked may be passed by.
         if row >= coupling.movable || locks.is_some() {
             return None;
@@ -91,13 +92,13 @@ impl Suspects<'_, '_, '_> {
 
     /// Why a row broke in a tick without those that are `dead`.
     pub fn cause(&self, row: usize, breach: Breach, dead: &[bool]) -> Cause {
-        let RowAsks { gravity_off, damping_rate, limit, .. } = self.whole.asks(row);
+        let BodyOptions { gravity_off, damping_rate, speed_limit, laws, .. } = self.whole.row(row);
         let own_rate = damping_rate.is_some();
         let exposure = Exposure { kicks: true, gravity_off, own_rate };
         let last = self.before.last[row];
-        let (laws, _) = self.whole.laws(row);
         let damping_rate = damping_rate.filter(|_| self.environment.terms.damping.is_some());
-        let suspect = Suspect { damping_rate, limit, last_step: Some(last), laws, ..self.state_of(row) };
+        let suspect =
+            Suspect { damping_rate, limit: speed_limit, last_step: Some(last), laws, ..self.state_of(row) };
         let evidence = suspect
             .found()
             .or_else(|| self.environment.shared.found(exposure))

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
 
 use super::field::{GroupEnvironment, GroupField, Outcome, Rows, Watch};
-use super::members::{ByRow, Members, Wishes};
+use super::members::{ByRow, MemberOptions, Members};
 use super::rescue::Rescue;
 use super::rows::Row;
 use super::solver::Solver;
@@ -32,13 +32,13 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
     attraction: Option<Res<MutualGravity>>,
     mut members: Members<Who>,
     anchors: Anchors,
-    wishes: Wishes,
+    options: MemberOptions,
     mut summed: Local<Vec<&'static str>>,
 ) {
     param.prepare();
     let groups = &mut *groups;
     if !groups.gather(&param, &mut members) {
-        groups.find(&param, &wishes);
+        groups.find(&param, &options);
         let found = groups.gather(&param, &mut members);
         debug_assert!(found, "bodies do not move between tables in the middle of a system");
     }
@@ -61,13 +61,13 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
         let holds = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
         let record = output.records.recorder(groups.list[number].coupling.rows);
         let mut account = Account { record, ..Account::default() };
-        if holds && groups.tick::<M>(number, &environment, &wishes, &mut account) == Outcome::Finite {
+        if holds && groups.tick::<M>(number, &environment, &options, &mut account) == Outcome::Finite {
             output.evaluations.add(&account, &[], std::iter::empty());
             output.records.add(&groups.list[number].bodies, account.record);
         } else {
             // A tick that broke may have spoilt what the group hangs on as well.
             let _ = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
-            let mut rescue = Rescue { environment: &environment, wishes: &wishes, output: &mut output };
+            let mut rescue = Rescue { environment: &environment, options: &options, output: &mut output };
             rescue.run::<M>(groups, number, &mut |body| {
                 let (_, transform, state, _, last) = members.get(body).ok()?;
                 Some((*transform, *state, last.map_or(0.0, |last| last.0)))
@@ -140,11 +140,11 @@ impl Groups {
 
     /// Finds the rows of all groups in the tables, and those with something to look up.
     #[cold]
-    fn find(&mut self, param: &EnvironmentParam, wishes: &Wishes) {
+    fn find(&mut self, param: &EnvironmentParam, options: &MemberOptions) {
         self.runs.clear();
         for (number, group) in self.list.iter_mut().enumerate() {
-            group.asking.clear();
-            group.lawful.clear();
+            group.with_options.clear();
+            group.with_laws.clear();
             let mut run: Option<Run> = None;
             for (row, body) in group.bodies[..group.coupling.movable].iter().enumerate() {
                 let Some((table, start)) = param.place_of(*body) else { continue };
@@ -159,14 +159,14 @@ impl Groups {
                         run = Some(Run { table, start, len: 1, group: number, row });
                     }
                 }
-                let Ok((gravity_off, rate, limit, locks, own)) = wishes.get(*body) else { continue };
+                let Ok(columns) = options.get(*body) else { continue };
                 #[expect(clippy::cast_possible_truncation, reason = "springs name rows by u32")]
                 let row = row as u32;
-                if gravity_off || rate.is_some() || limit.is_some() || locks.is_some() {
-                    group.asking.push(row);
+                if columns.options().changes_row() {
+                    group.with_options.push(row);
                 }
-                if own.is_some() {
-                    group.lawful.push(row);
+                if columns.laws.is_some() {
+                    group.with_laws.push(row);
                 }
             }
             self.runs.extend(run);
@@ -202,7 +202,7 @@ impl Groups {
         &mut self,
         number: usize,
         environment: &GroupEnvironment<'_, Scalar>,
-        wishes: &Wishes,
+        options: &MemberOptions,
         account: &mut Account,
     ) -> Outcome {
         let mut pushes = std::mem::take(&mut self.scratch.pushes);
@@ -211,18 +211,18 @@ impl Groups {
         self.scratch.pushes = pushes;
         let group = &mut self.list[number];
         let rows = group.first..group.first + group.coupling.rows;
-        let askers = ByRow { bodies: &group.bodies, wishes };
+        let options = ByRow { bodies: &group.bodies, options };
         let movable = group.first..group.first + group.coupling.movable;
         let rows = Rows {
             x: &mut self.x[rows.clone()],
             v: &mut self.v[rows.clone()],
             residues: None,
             w: &self.w[rows],
-            asking: &group.asking,
-            lawful: &group.lawful,
+            with_options: &group.with_options,
+            with_laws: &group.with_laws,
         };
         let last = (M::MEMORY == Memory::LastStep).then(|| &mut self.last[movable]);
-        GroupField::new(&group.coupling, environment, rows, &askers, &mut self.scratch, account).tick::<M>(
+        GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, account).tick::<M>(
             Watch::Off,
             last,
             Some(&mut group.kept),

@@ -8,7 +8,7 @@ use fearless_simd::{Level, Simd, prelude::*};
 use super::field::{BlockField, Constants, parts};
 use super::lanes::{Rows, each_row};
 use super::memory::MemoryRows;
-use super::{Applied, BLOCK, Refuse, Row, Table, Terms};
+use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
 use crate::methods::{Carry, Integrator, Memory};
 use crate::real::{Lanes as _, Real};
 use crate::state::range::{Bounds, Breach};
@@ -28,13 +28,12 @@ const STAY: usize = 32 * BLOCK;
 #[must_use]
 pub(super) fn run<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
-    table: &mut Table<'_, T>,
-    applied: Option<Applied<'_, T>>,
+    batch: &mut Batch<'_, T>,
     refuse: Refuse<'_>,
 ) -> bool {
-    let (rows, substeps) = (table.bodies.len(), terms.course.substeps);
+    let (rows, substeps) = (batch.bodies.len(), terms.course.substeps);
     if substeps == 1 {
-        return step_all::<T, M>(terms, table, 0..rows, applied, refuse);
+        return step_all::<T, M>(terms, batch, 0..rows, refuse);
     }
     // Nothing here looks at the time, so that every substep is the same step. A row that one of them refuses
     // stays as it is, and the others refuse it as well; it goes back to where it was before the tick. Of a range only
@@ -44,26 +43,26 @@ pub(super) fn run<T: Real, M: Integrator>(
     let mut before = ([[T::ZERO; 3]; STAY], [[T::ZERO; 4]; STAY]);
     for start in (0..rows).step_by(STAY) {
         let rows = start..rows.min(start + STAY);
-        before.0[..rows.len()].copy_from_slice(&table.positions[rows.clone()]);
-        before.1[..rows.len()].copy_from_slice(&table.bodies[rows.clone()]);
+        before.0[..rows.len()].copy_from_slice(&batch.positions[rows.clone()]);
+        before.1[..rows.len()].copy_from_slice(&batch.bodies[rows.clone()]);
         let first = refused.len();
         for _ in 0..substeps {
             let refuse = &mut |row, breach| refused.push((row, breach));
-            if !step_all::<T, M>(&inner, table, rows.clone(), applied, refuse) {
+            if !step_all::<T, M>(&inner, batch, rows.clone(), refuse) {
                 return false;
             }
         }
         if terms.bounds != Bounds::FINITE {
             for row in rows {
-                let breach = terms.bounds.breach(&table.positions[row], &table.bodies[row]);
+                let breach = terms.bounds.breach(&batch.positions[row], &batch.bodies[row]);
                 let (x, body) = (&before.0[row - start], &before.1[row - start]);
                 refused
                     .extend(breach.filter(|_| is_missed(&terms.bounds, x, body)).map(|breach| (row, breach)));
             }
         }
         for (row, _) in &refused[first..] {
-            table.positions[*row] = before.0[row - start];
-            table.bodies[*row] = before.1[row - start];
+            batch.positions[*row] = before.0[row - start];
+            batch.bodies[*row] = before.1[row - start];
         }
     }
     if !refused.is_empty() {
@@ -85,21 +84,15 @@ fn refuse_once(mut refused: Vec<(usize, Breach)>, refuse: Refuse<'_>) {
 #[must_use]
 fn step_all<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
-    table: &mut Table<'_, T>,
+    batch: &mut Batch<'_, T>,
     rows: Range<usize>,
-    applied: Option<Applied<'_, T>>,
     refuse: Refuse<'_>,
 ) -> bool {
     if rows.is_empty() {
         return true;
     }
-    let part = applied.map(|applied| applied.part(rows.clone()));
-    let mut whole = Table {
-        positions: &mut table.positions[rows.clone()],
-        bodies: &mut table.bodies[rows.clone()],
-        memory: table.memory.part(rows.clone()),
-    };
-    if !step::<T, M>(terms, &mut whole, part, &mut |row, breach| refuse(rows.start + row, breach)) {
+    let mut whole = batch.part(rows.clone());
+    if !step::<T, M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach)) {
         return false;
     }
     // A block is loaded one number beyond its last row: the last block is copied, with a row beyond.
@@ -108,28 +101,28 @@ fn step_all<T: Real, M: Integrator>(
     let zero = [T::ZERO; 3];
     let (mut positions, mut bodies) = ([zero; BLOCK + 1], [[T::ZERO; 4]; BLOCK + 1]);
     let (mut forces, mut steps) = ([zero; BLOCK + 1], [T::ZERO; BLOCK + 1]);
-    positions[..rest].copy_from_slice(&table.positions[last.clone()]);
-    bodies[..rest].copy_from_slice(&table.bodies[last.clone()]);
+    positions[..rest].copy_from_slice(&batch.positions[last.clone()]);
+    bodies[..rest].copy_from_slice(&batch.bodies[last.clone()]);
     let (mut pushed, mut count) = ([(0, 0); BLOCK], 0);
-    if let Some(applied) = applied {
+    if let Some(applied) = batch.applied {
         let Applied { forces: all, rows, offset } = applied.part(last.clone());
         forces[..rest].copy_from_slice(all);
         count = rows.len();
         pushed.iter_mut().zip(rows).for_each(|(copy, (table, row))| *copy = (*table, row - offset));
     }
     let mut memory = MemoryRows::None;
-    if let MemoryRows::LastStep(all) = &table.memory {
+    if let MemoryRows::LastStep(all) = &batch.memory {
         // Rows that fill the block up are like its first: the block stays one of equal steps.
         steps = [all[last.start]; BLOCK + 1];
         steps[..rest].copy_from_slice(&all[last.clone()]);
         memory = MemoryRows::LastStep(&mut steps);
     }
     let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
-    let mut copy = Table { positions: &mut positions, bodies: &mut bodies, memory };
-    let done = step::<T, M>(terms, &mut copy, applied, &mut |row, breach| refuse(last.start + row, breach));
-    table.positions[last.clone()].copy_from_slice(&positions[..rest]);
-    table.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
-    if let MemoryRows::LastStep(all) = &mut table.memory {
+    let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, memory };
+    let done = step::<T, M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach));
+    batch.positions[last.clone()].copy_from_slice(&positions[..rest]);
+    batch.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
+    if let MemoryRows::LastStep(all) = &mut batch.memory {
         all[last].copy_from_slice(&steps[..rest]);
     }
     done
@@ -139,28 +132,23 @@ fn step_all<T: Real, M: Integrator>(
 ///
 /// Every set of instructions is a copy of every method, so there is one: on x86 AVX2 for f64 and SSE4.2 for f32.
 #[must_use]
-fn step<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    table: &mut Table<'_, T>,
-    applied: Option<Applied<'_, T>>,
-    refuse: Refuse<'_>,
-) -> bool {
+fn step<T: Real, M: Integrator>(terms: &Terms<'_, T>, batch: &mut Batch<'_, T>, refuse: Refuse<'_>) -> bool {
     #[cfg(target_arch = "x86_64")]
     match (LEVEL.as_avx2(), LEVEL.as_sse4_2()) {
         (Some(simd), _) if T::WIDE => simd.vectorize(
             #[inline(always)]
-            || step_with::<T, M, _>(simd, terms, table, applied, refuse),
+            || step_with::<T, M, _>(simd, terms, batch, refuse),
         ),
         (_, Some(simd)) if !T::WIDE => simd.vectorize(
             #[inline(always)]
-            || step_with::<T, M, _>(simd, terms, table, applied, refuse),
+            || step_with::<T, M, _>(simd, terms, batch, refuse),
         ),
         _ => return false,
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let level = *LEVEL;
-        fearless_simd::dispatch!(level, simd => step_with::<T, M, _>(simd, terms, table, applied, refuse));
+        fearless_simd::dispatch!(level, simd => step_with::<T, M, _>(simd, terms, batch, refuse));
     }
     true
 }
@@ -170,12 +158,11 @@ fn step<T: Real, M: Integrator>(
 fn step_with<T: Real, M: Integrator, S: Simd>(
     simd: S,
     terms: &Terms<'_, T>,
-    table: &mut Table<'_, T>,
-    applied: Option<Applied<'_, T>>,
+    batch: &mut Batch<'_, T>,
     refuse: Refuse<'_>,
 ) {
     use parts::{AFTER, BEFORE, DRAG, KEEP};
-    let rows = Kernel { simd, terms, table, applied, refuse };
+    let rows = Kernel { simd, terms, batch, refuse };
     if !M::DAMPS_INSIDE {
         // The methods that save an evaluation where nothing varies have a kernel for that.
         let constant = M::MEMORY == Memory::LastAcceleration && terms.rate == T::ZERO;
@@ -198,18 +185,17 @@ fn step_with<T: Real, M: Integrator, S: Simd>(
 struct Kernel<'a, 't, 'r, T: Real, S> {
     simd: S,
     terms: &'a Terms<'t, T>,
-    table: &'a mut Table<'r, T>,
-    applied: Option<Applied<'a, T>>,
+    batch: &'a mut Batch<'r, T>,
     refuse: Refuse<'a>,
 }
 
 impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8>(self) {
-        let Self { simd, terms, table: Table { positions, bodies, memory }, applied, refuse } = self;
+        let Self { simd, terms, batch: Batch { positions, bodies, applied, memory }, refuse } = self;
         let step = StepOf { constants: Constants::new(simd, terms), terms };
         let limit = Limit::of::<M>(terms);
-        let mut pushed = Pushed::new(applied, bodies.len());
+        let mut pushed = Pushed::new(*applied, bodies.len());
         let count = bodies.len().saturating_sub(1) / BLOCK;
         let (blocks, _) = bodies.as_chunks_mut::<BLOCK>();
         let mut positions: &mut [T] = positions.as_flattened_mut();

@@ -11,7 +11,7 @@ use super::affine::{is_missed, is_movable};
 use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
 use super::memory::MemoryRows;
-use super::{Account, Applied, Asks, BLOCK, Refuse, Row, Table, Terms};
+use super::{Account, Applied, BLOCK, Batch, BodyOptions, Refuse, Row, Terms};
 use crate::laws::course::{Piece, Pieces};
 use crate::laws::damping::Decay;
 use crate::methods::{Carry, Field, Integrator, Memory};
@@ -59,49 +59,49 @@ pub(crate) trait Sums<T: Real> {
         account: &mut Account,
     ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>);
 
-    /// Keeps what was left of row `k` of a block, which is that row of the table.
+    /// Keeps what was left of row `k` of a block, which is that row of the batch.
     fn commit<const N: usize>(&mut self, row: usize, k: usize, left: &Self::Left<N>);
 }
 
 /// Plain sums: what rounding leaves out of them is lost.
 pub(crate) struct Plain;
 
-/// Integrates a tick.
+/// Integrates a tick of some rows.
 pub(super) fn run<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
-    asks: &Asks<'_, T>,
-    table: &mut Table<'_, T>,
+    options: &BodyOptions<'_, T>,
+    batch: &mut Batch<'_, T>,
+    rows: Range<usize>,
     sums: &mut impl Sums<T>,
-    applied: Option<Applied<'_, T>>,
     account: &mut Account,
     refuse: Refuse<'_>,
 ) {
     if M::SOLVES {
-        run_by::<T, M, 1>(terms, asks, table, sums, applied, account, refuse);
+        run_by::<T, M, 1>(terms, options, batch, rows, sums, account, refuse);
     } else {
-        run_by::<T, M, BLOCK>(terms, asks, table, sums, applied, account, refuse);
+        run_by::<T, M, BLOCK>(terms, options, batch, rows, sums, account, refuse);
     }
 }
 
 /// Integrates a tick, `N` bodies at a time.
 fn run_by<T: Real, M: Integrator, const N: usize>(
     terms: &Terms<'_, T>,
-    asks: &Asks<'_, T>,
-    table: &mut Table<'_, T>,
+    options: &BodyOptions<'_, T>,
+    batch: &mut Batch<'_, T>,
+    rows: Range<usize>,
     sums: &mut impl Sums<T>,
-    applied: Option<Applied<'_, T>>,
     account: &mut Account,
     refuse: Refuse<'_>,
 ) {
     account.calls.resize(terms.laws.len(), 0);
-    let pieces = terms.pieces(asks.laws);
+    let pieces = terms.pieces(options.laws);
     // A limit sees the kick along locked axes, if it comes after it.
-    let closed = asks.locks.filter(|_| !(asks.limit.is_some() && M::LIMITS_AFTER_KICK));
-    let kernel = Kernel { terms, asks, closed, pieces };
-    let mut start = 0;
-    while start < table.bodies.len() {
-        let mut rows = start..table.bodies.len().min(start + N);
-        if let MemoryRows::LastStep(steps) = &table.memory
+    let closed = options.locks.filter(|_| !(options.speed_limit.is_some() && M::LIMITS_AFTER_KICK));
+    let kernel = Kernel { terms, options, closed, pieces };
+    let (mut start, end) = (rows.start, rows.end);
+    while start < end {
+        let mut rows = start..end.min(start + N);
+        if let MemoryRows::LastStep(steps) = &batch.memory
             && steps[rows.clone()].iter().any(|step| *step != steps[start])
         {
             // Some are new to the method: one by one.
@@ -110,18 +110,18 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
         let mut block = Block::<T, N>::default();
         block.x[..rows.len()]
             .iter_mut()
-            .zip(&table.positions[rows.clone()])
+            .zip(&batch.positions[rows.clone()])
             .for_each(|(row, [x, y, z])| *row = [*x, *y, *z, T::ZERO]);
-        block.bodies[..rows.len()].copy_from_slice(&table.bodies[rows.clone()]);
+        block.bodies[..rows.len()].copy_from_slice(&batch.bodies[rows.clone()]);
         if let Some(Applied { forces, rows: pushed, offset }) =
-            applied.map(|applied| applied.part(rows.clone()))
+            batch.applied.map(|applied| applied.part(rows.clone()))
         {
             for (_, row) in pushed {
                 let [x, y, z] = forces[row - offset];
                 block.forces[row - offset] = [x, y, z, T::ZERO];
             }
         }
-        let memory = table.memory.part(rows.clone());
+        let memory = batch.memory.part(rows.clone());
         if let Some(record) = &mut account.record {
             record.enter(&rows);
         }
@@ -131,11 +131,11 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
             let [a, b, c, _] = x[k];
             match terms.bounds.breach(&[a, b, c], &v[k]) {
                 None => {
-                    table.positions[row] = [a, b, c];
-                    table.bodies[row] = v[k];
+                    batch.positions[row] = [a, b, c];
+                    batch.bodies[row] = v[k];
                     sums.commit(row, k, &left);
                 }
-                Some(breach) if is_missed(&terms.bounds, &table.positions[row], &table.bodies[row]) => {
+                Some(breach) if is_missed(&terms.bounds, &batch.positions[row], &batch.bodies[row]) => {
                     refuse(row, breach);
                 }
                 Some(_) => {}
@@ -166,10 +166,10 @@ impl<T: Real, const N: usize> Block<T, N> {
     }
 }
 
-/// A tick as it is for every block of a table.
+/// A tick as it is for every block of a batch.
 pub(crate) struct Kernel<'a, 't, T: Real> {
     terms: &'a Terms<'t, T>,
-    asks: &'a Asks<'a, T>,
+    options: &'a BodyOptions<'a, T>,
     /// Axes along which nothing accelerates the bodies.
     closed: Option<AxisLocks>,
     pieces: Pieces,
@@ -182,11 +182,12 @@ impl<T: Real> Kernel<'_, '_, T> {
         block: &Block<T, N>,
         account: &'a mut Account,
     ) -> BlockField<'a, T, Fallback, N, CALLS, true> {
-        let Self { terms, asks, closed, .. } = self;
+        let Self { terms, options, closed, .. } = self;
         let simd = Fallback::new();
         let rows = block.bodies.iter().filter(|body| is_movable(body)).count() as u64;
-        let Asks { limit, locks, .. } = **asks;
-        let calls = Calls { laws: terms.laws, own: asks.laws, limit, locks, closed: *closed, account, rows };
+        let (limit, locks) = (options.speed_limit.map(T::of), options.locks);
+        let calls =
+            Calls { laws: terms.laws, own: options.laws, limit, locks, closed: *closed, account, rows };
         let forces = Rows::of(simd, &block.forces);
         let constants = Constants::new(simd, terms);
         BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))
@@ -241,7 +242,7 @@ impl<T: Real> Kernel<'_, '_, T> {
             }
             (MemoryRows::Known(known), Some(called)) => {
                 let time = T::of(self.terms.course.end);
-                let laws = (self.terms.epoch, self.asks.version);
+                let laws = (self.terms.epoch, self.options.laws_version);
                 for (k, known) in known.iter_mut().enumerate() {
                     let at = [x[k][0], x[k][1], x[k][2], v[k][3]];
                     *known = Known { at, time, laws, called: called[k] };
@@ -265,7 +266,7 @@ impl<T: Real> Kernel<'_, '_, T> {
             let [x, y, z, _] = block.x[k];
             known.time == T::of(self.terms.course.start)
                 && known.at == [x, y, z, block.bodies[k][3]]
-                && known.laws == (self.terms.epoch, self.asks.version)
+                && known.laws == (self.terms.epoch, self.options.laws_version)
                 // It only saves an evaluation: one that somebody spoiled is evaluated again.
                 && known.called.iter().all(|part| part.is_finite())
         };

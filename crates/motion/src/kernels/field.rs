@@ -22,7 +22,7 @@ pub(crate) mod parts {
     pub const AFTER: u8 = 4;
     /// Linear drag.
     pub const DRAG: u8 = 8;
-    /// Laws that are called, and whatever a single body asks for.
+    /// Laws that are called, and the options of single bodies.
     pub const CALLS: u8 = 16;
 }
 
@@ -115,7 +115,7 @@ impl<T: Real, S: Simd> Constants<T, S> {
     }
 }
 
-/// What a single body asks for, and the laws that are called.
+/// The options of a body, and the laws that are called.
 pub(crate) struct Calls<'a, T: Real> {
     /// Laws of every body, beside gravity and linear drag.
     pub laws: &'a [&'a dyn Law<T>],

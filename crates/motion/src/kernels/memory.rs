@@ -30,4 +30,18 @@ impl<T: Real> MemoryRows<'_, T> {
             Self::Known(known) => MemoryRows::Known(&mut known[rows]),
         }
     }
+    /// Splits the first `rows` off.
+    pub fn split_at(self, rows: usize) -> (Self, Self) {
+        match self {
+            Self::None => (Self::None, Self::None),
+            Self::LastStep(steps) => {
+                let (first, others) = steps.split_at_mut(rows);
+                (Self::LastStep(first), Self::LastStep(others))
+            }
+            Self::Known(known) => {
+                let (first, others) = known.split_at_mut(rows);
+                (Self::Known(first), Self::Known(others))
+            }
+        }
+    }
 }

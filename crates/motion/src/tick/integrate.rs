@@ -7,24 +7,20 @@ use bevy_ecs::query::ArchetypeFilter;
 use bytemuck::TransparentWrapper as _;
 
 use crate::kernels::record::TickRecords;
-use crate::kernels::{self, Account, Applied, Asks, MemoryRows, Table, Terms};
+use crate::kernels::{self, Account, Applied, Batch, BodyOptions, MemoryRows, Plain, RowOptions, Terms};
 use crate::laws::BodyState;
-use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::own::OwnLaws;
 use crate::methods::Integrator;
 use crate::methods::euler::{Drift, Kick};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
-use crate::state::components::{
-    AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, Transform,
-};
+use crate::state::components::{Force, PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
-use crate::state::method_state::{LastAcceleration, LastStep};
+use crate::state::method_state::LastAcceleration;
 use crate::state::range::Breach;
 use crate::state::rest::Static;
-use crate::state::substeps::OwnSubsteps;
 use crate::state::threads::Threads;
+use crate::tick::columns::{BodyColumns, BodyColumnsContiguousItem};
 use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
 use crate::tick::environment::{Birth, Environment, EnvironmentParam, TickOutput};
 use crate::tick::quarantine::Refused;
@@ -33,39 +29,33 @@ use crate::units::{Scalar, Vector};
 /// Bodies that are integrated with the world's method.
 pub type Unmarked = Without<OwnMethod>;
 
-/// The columns of a body that the integration may need; most bodies have the first four.
-type Columns = (
-    Entity,
-    &'static mut Transform,
-    &'static mut PhysicsBody,
-    &'static Force,
-    Has<GravityOff>,
-    Option<&'static DampingRate>,
-    Option<&'static SpeedLimit>,
-    Option<&'static AxisLocks>,
-    Option<&'static OwnLaws>,
-    Option<&'static OwnSubsteps>,
-    Option<&'static mut LastStep>,
-    Option<&'static mut LastAcceleration>,
-);
-
 /// The bodies of a system.
-pub type Bodies<'w, 's, Who> =
-    Query<'w, 's, Columns, (Who, Without<Quarantined>, Without<Static>, Without<Dormant>, Without<Grouped>)>;
+pub type Bodies<'w, 's, Who> = Query<
+    'w,
+    's,
+    BodyColumns,
+    (Who, Without<Quarantined>, Without<Static>, Without<Dormant>, Without<Grouped>),
+>;
 
-/// The rows of a table, or a part of them.
-struct Chunk<'a> {
+/// A table in a tick, without what changes.
+struct Table<'a> {
     entities: &'a [Entity],
-    transforms: &'a mut [Transform],
-    bodies: &'a mut [PhysicsBody],
     forces: &'a [Force],
-    rates: Option<&'a [DampingRate]>,
-    limits: Option<&'a [SpeedLimit]>,
-    locks: Option<&'a [AxisLocks]>,
-    own: Option<&'a [OwnLaws]>,
-    parts: Option<&'a [OwnSubsteps]>,
-    steps: Option<&'a mut [LastStep]>,
-    known: Option<&'a mut [LastAcceleration]>,
+    /// Those of its bodies, if they have some.
+    options: Option<&'a (dyn RowOptions<Scalar> + Sync)>,
+    terms: &'a Terms<'a, Scalar>,
+    /// The births in it, by row.
+    births: &'a [Birth],
+    /// Tells whether the tick is written down.
+    records: &'a TickRecords,
+}
+
+/// The rows of a table that one thread integrates.
+#[derive(Clone, Copy)]
+struct Part<'a> {
+    table: &'a Table<'a>,
+    /// The first of them.
+    start: usize,
 }
 
 /// A row that was not updated.
@@ -81,131 +71,55 @@ struct Missed {
     own_rate: bool,
 }
 
-/// What became of a chunk.
+/// What became of the rows of a part.
 #[derive(Default)]
 struct Done {
     account: Account,
     missed: Vec<Missed>,
 }
 
-impl<'a> Chunk<'a> {
-    /// Splits the first `rows` off.
-    fn split_at(self, rows: usize) -> (Self, Self) {
-        macro_rules! split {
-            ($($name:ident),*; $($maybe:ident),*; $($own:ident),*; $($maybe_own:ident),*) => {{
-                $(let $name = self.$name.split_at(rows);)*
-                $(let $own = self.$own.split_at_mut(rows);)*
-                $(let $maybe = self.$maybe.map(|column| column.split_at(rows)).unzip();)*
-                $(let $maybe_own = self.$maybe_own.map(|column| column.split_at_mut(rows)).unzip();)*
-                (
-                    Self { $($name: $name.0,)* $($own: $own.0,)* $($maybe: $maybe.0,)* $($maybe_own: $maybe_own.0),* },
-                    Self { $($name: $name.1,)* $($own: $own.1,)* $($maybe: $maybe.1,)* $($maybe_own: $maybe_own.1),* },
-                )
-            }};
-        }
-        split!(entities, forces; rates, limits, locks, own, parts; transforms, bodies; steps, known)
+impl RowOptions<Scalar> for Part<'_> {
+    fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
+        self.table.options.map_or(BodyOptions::NONE, |options| options.row(self.start + row))
     }
+}
 
-    /// Integrates a tick of every row; `pushed` and `births` are those of the table, in which the chunk begins at
-    /// row `start`; `records` tells whether it is written down.
-    fn integrate<M: Integrator>(
-        mut self,
-        terms: &Terms<'_, Scalar>,
-        pushed: &[(usize, usize)],
-        births: &[Birth],
-        start: usize,
-        records: &TickRecords,
-    ) -> Done {
+impl Part<'_> {
+    /// Integrates a tick of every row.
+    fn integrate<M: Integrator>(self, mut batch: Batch<'_, Scalar>) -> Done {
+        let Table { terms, births, records, .. } = self.table;
+        let rows = batch.bodies.len();
         let mut done = Done::default();
-        done.account.record = records.recorder(self.bodies.len());
-        let rows = self.bodies.len();
-        let row = |row: usize| births.partition_point(|birth| birth.place.1 < start + row);
+        done.account.record = records.recorder(rows);
+        let row = |row: usize| births.partition_point(|birth| birth.place.1 < self.start + row);
         let mut next = 0;
         for Birth { place, time } in &births[row(0)..row(rows)] {
-            let born = place.1 - start;
-            self.integrate_rows::<M>(next..born, terms, pushed, start, &mut done);
-            self.integrate_rows::<M>(born..born + 1, &terms.since::<M>(*time), pushed, start, &mut done);
+            let born = place.1 - self.start;
+            self.integrate_rows::<M>(next..born, terms, &mut batch, &mut done);
+            self.integrate_rows::<M>(born..born + 1, &terms.since::<M>(*time), &mut batch, &mut done);
             next = born + 1;
         }
-        self.integrate_rows::<M>(next..rows, terms, pushed, start, &mut done);
+        self.integrate_rows::<M>(next..rows, terms, &mut batch, &mut done);
         done
     }
 
     /// The same for some of the rows, all of which have the same tick.
     fn integrate_rows<M: Integrator>(
-        &mut self,
+        self,
         rows: Range<usize>,
         terms: &Terms<'_, Scalar>,
-        pushed: &[(usize, usize)],
-        start: usize,
+        batch: &mut Batch<'_, Scalar>,
         done: &mut Done,
     ) {
         if rows.is_empty() {
             return;
         }
         let mut refused: Vec<(usize, Breach)> = Vec::new();
-        let asks = self.limits.is_some()
-            || self.locks.is_some()
-            || self.own.is_some()
-            || self.parts.is_some()
-            || self.rates.is_some();
-        if asks {
-            for row in rows {
-                if let Err(breach) = self.integrate_row::<M>(terms, row, &mut done.account) {
-                    refused.push((row, breach));
-                }
-            }
-        } else {
-            let applied = Applied::of(&self.forces[rows.clone()], pushed, start + rows.start);
-            let table = self.table(rows.clone());
-            let refuse = &mut |row, breach| refused.push((rows.start + row, breach));
-            if let Some(record) = &mut done.account.record {
-                record.first = rows.start;
-            }
-            kernels::integrate::<_, M>(terms, table, applied, &mut done.account, refuse);
-        }
+        let options = self.table.options.map(|_| &self as &dyn RowOptions<Scalar>);
+        let refuse = &mut |row, breach| refused.push((row, breach));
+        kernels::integrate_batch::<_, M>(terms, batch, rows, options, &mut Plain, &mut done.account, refuse);
         for (row, breach) in refused {
-            let missed = self.diagnose::<M>(terms, row, breach);
-            done.missed.push(missed);
-        }
-    }
-
-    /// One row with everything that it asks for, or why it was refused.
-    fn integrate_row<M: Integrator>(
-        &mut self,
-        terms: &Terms<'_, Scalar>,
-        row: usize,
-        account: &mut Account,
-    ) -> Result<(), Breach> {
-        if let Some(record) = &mut account.record {
-            record.first = row;
-        }
-        let own = self.own.map(|own| &own[row]);
-        let rate = self.rates.as_ref().map(|rates| rates[row].rate());
-        let asks = Asks {
-            damping: rate.zip(terms.damping).map(|(rate, damping)| Damping { rate, ..damping }),
-            limit: self.limits.map(|limits| limits[row].0),
-            locks: self.locks.map(|locks| locks[row]),
-            laws: own.map_or(&[], OwnLaws::laws),
-            version: own.map_or(0, OwnLaws::version),
-            substeps: self.parts.map(|parts| parts[row].0.max(1)),
-        };
-        let force = self.forces[row].0.to_array();
-        kernels::integrate_one::<_, M>(terms, &asks, self.table(row..row + 1), force, account)
-    }
-
-    fn table(&mut self, rows: Range<usize>) -> Table<'_, Scalar> {
-        let memory = match (&mut self.steps, &mut self.known) {
-            (Some(steps), _) => MemoryRows::LastStep(bytemuck::cast_slice_mut(&mut steps[rows.clone()])),
-            (None, Some(known)) => {
-                MemoryRows::Known(LastAcceleration::peel_slice_mut(&mut known[rows.clone()]))
-            }
-            (None, None) => MemoryRows::None,
-        };
-        Table {
-            positions: bytemuck::cast_slice_mut(&mut self.transforms[rows.clone()]),
-            bodies: bytemuck::cast_slice_mut(&mut self.bodies[rows]),
-            memory,
+            done.missed.push(self.diagnose::<M>(terms, batch, row, breach));
         }
     }
 
@@ -213,46 +127,59 @@ impl<'a> Chunk<'a> {
     /// it can, as it does where the two are systems of their own; in a tick of several steps, and at the border of a
     /// range, none does.
     #[cold]
-    fn diagnose<M: Integrator>(&mut self, terms: &Terms<'_, Scalar>, row: usize, breach: Breach) -> Missed {
+    fn diagnose<M: Integrator>(
+        self,
+        terms: &Terms<'_, Scalar>,
+        batch: &mut Batch<'_, Scalar>,
+        row: usize,
+        breach: Breach,
+    ) -> Missed {
         const KICK: &str = "integrate_acceleration";
         const DRIFT: &str = "integrate_velocity";
+        let options = self.row(row);
         let account = &mut Account::default();
-        let before = (self.transforms[row], self.bodies[row]);
+        let before = (batch.positions[row], batch.bodies[row]);
         let (system, breach) = match M::METHOD {
             _ if !M::DAMPS_INSIDE => ("integrate", breach),
             _ if !M::MOVES => (KICK, breach),
             _ if !M::KICKS => (DRIFT, breach),
-            Method::SemiImplicitEuler => match self.integrate_row::<Kick>(terms, row, account) {
-                Ok(()) => (DRIFT, breach),
-                Err(breach) => (KICK, breach),
-            },
-            _ => match self.integrate_row::<Drift>(terms, row, account) {
+            Method::SemiImplicitEuler => {
+                match kernels::integrate_row::<_, Kick>(terms, &options, batch, row, &mut Plain, account) {
+                    Ok(()) => (DRIFT, breach),
+                    Err(breach) => (KICK, breach),
+                }
+            }
+            _ => match kernels::integrate_row::<_, Drift>(terms, &options, batch, row, &mut Plain, account) {
                 Ok(()) => (KICK, breach),
                 Err(breach) => (DRIFT, breach),
             },
         };
-        let substeps = self.parts.map_or(terms.course.substeps, |parts| parts[row].0);
-        if breach.finite || substeps > 1 {
-            (self.transforms[row], self.bodies[row]) = before;
+        if breach.finite || options.substeps.unwrap_or(terms.course.substeps) > 1 {
+            (batch.positions[row], batch.bodies[row]) = before;
         }
-        let damping_rate = self.rates.map(|rates| rates[row].rate()).filter(|_| terms.damping.is_some());
+        let transform = Transform::at(Vector::from_array(batch.positions[row]));
+        let state: PhysicsBody = bytemuck::cast(batch.bodies[row]);
+        let damping_rate = options.damping_rate.filter(|_| terms.damping.is_some());
+        let Table { entities, forces, .. } = self.table;
         let suspect = Suspect {
-            position: self.transforms[row].position,
-            body: self.bodies[row],
-            force: if M::KICKS { self.forces[row].0 } else { Vector::ZERO },
+            position: transform.position,
+            body: state,
+            force: if M::KICKS { forces[self.start + row].0 } else { Vector::ZERO },
             damping_rate,
-            limit: self.limits.map(|limits| limits[row].0),
-            last_step: self.steps.as_ref().map(|steps| steps[row].0),
-            laws: self.own.filter(|_| M::KICKS).map_or(&[], |own| own[row].laws()),
+            limit: options.speed_limit,
+            last_step: match &batch.memory {
+                MemoryRows::LastStep(steps) => Some(steps[row]),
+                _ => None,
+            },
+            laws: if M::KICKS { options.laws } else { &[] },
         };
-        let times = terms.course.ends();
         Missed {
-            body: self.entities[row],
-            transform: self.transforms[row],
-            state: self.bodies[row],
+            body: entities[self.start + row],
+            transform,
+            state,
             system,
             breach,
-            evidence: suspect.found().or_else(|| suspect.own_law(times)),
+            evidence: suspect.found().or_else(|| suspect.own_law(terms.course.ends())),
             own_rate: damping_rate.is_some(),
         }
     }
@@ -272,29 +199,22 @@ impl Environment<'_> {
     }
 }
 
-/// Integrates a chunk on all threads.
-fn shared<M: Integrator>(
-    threads: &Threads,
-    chunk: Chunk<'_>,
-    terms: &Terms<'_, Scalar>,
-    pushed: &[(usize, usize)],
-    births: &[Birth],
-    records: &TickRecords,
-) -> Done {
-    let share = chunk.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
-    let mut parts: Vec<(Done, Option<Chunk<'_>>, usize)> = Vec::new();
-    let (mut rest, mut start) = (Some(chunk), 0);
-    while let Some(chunk) = rest {
-        let rows = chunk.bodies.len().min(share);
-        let (first, others) = chunk.split_at(rows);
-        parts.push((Done::default(), Some(first), start));
+/// Integrates a table on all threads.
+fn shared<M: Integrator>(threads: &Threads, table: &Table<'_>, batch: Batch<'_, Scalar>) -> Done {
+    let share = batch.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
+    let mut parts: Vec<(Done, Option<Batch<'_, Scalar>>, Part<'_>)> = Vec::new();
+    let (mut rest, mut start) = (Some(batch), 0);
+    while let Some(batch) = rest {
+        let rows = batch.bodies.len().min(share);
+        let (first, others) = batch.split_at(rows);
+        parts.push((Done::default(), Some(first), Part { table, start }));
         start += rows;
         rest = (!others.bodies.is_empty()).then_some(others);
     }
-    let jobs = parts.iter_mut().map(|(done, chunk, start)| {
+    let jobs = parts.iter_mut().map(|(done, batch, part)| {
         move || {
-            if let Some(chunk) = chunk.take() {
-                *done = chunk.integrate::<M>(terms, pushed, births, *start, records);
+            if let Some(batch) = batch.take() {
+                *done = part.integrate::<M>(batch);
             }
         }
     });
@@ -323,41 +243,48 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
     let mut falling = weightless;
     falling.gravity += environment.free_fall();
     for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
-        let (
-            entities,
-            mut transforms,
-            mut bodies,
-            forces,
-            gravity_off,
-            rates,
-            limits,
-            locks,
-            own,
-            parts,
-            mut steps,
-            mut known,
-        ) = columns;
-        let terms = if gravity_off { &weightless } else { &falling };
-        let chunk = Chunk {
-            entities,
-            // A kick moves nothing, so nothing is marked as moved.
-            transforms: if M::MOVES { &mut transforms } else { transforms.bypass_change_detection() },
-            bodies: bodies.bypass_change_detection(),
-            forces,
-            rates,
-            limits,
-            locks,
-            own,
-            parts,
-            steps: steps.as_mut().map(|steps| steps.bypass_change_detection()),
-            known: known.as_mut().map(|known| known.bypass_change_detection()),
-        };
+        let BodyColumnsContiguousItem {
+            entity: entities,
+            transform: mut transforms,
+            body: mut bodies,
+            force: forces,
+            options,
+            mut last_step,
+            mut last_acceleration,
+        } = columns;
+        let gravity_off = options.gravity_off();
         let (pushed, births) = (param.pushed_of(entities[0]), param.births_of(entities[0]));
+        // A kick moves nothing, so nothing is marked as moved.
+        let transforms = if M::MOVES { &mut *transforms } else { transforms.bypass_change_detection() };
+        let memory = match (&mut last_step, &mut last_acceleration) {
+            (Some(steps), _) => {
+                MemoryRows::LastStep(bytemuck::cast_slice_mut(steps.bypass_change_detection()))
+            }
+            (None, Some(known)) => {
+                MemoryRows::Known(LastAcceleration::peel_slice_mut(known.bypass_change_detection()))
+            }
+            (None, None) => MemoryRows::None,
+        };
+        let applied = Applied { forces: bytemuck::cast_slice(forces), rows: pushed, offset: 0 };
+        let batch = Batch {
+            positions: bytemuck::cast_slice_mut(transforms),
+            bodies: bytemuck::cast_slice_mut(bodies.bypass_change_detection()),
+            applied: (!pushed.is_empty()).then_some(applied),
+            memory,
+        };
+        let table = Table {
+            entities,
+            forces,
+            options: options.is_more().then_some(&options as _),
+            terms: if gravity_off { &weightless } else { &falling },
+            births,
+            records: &output.records,
+        };
         let done = match param.threads.as_deref() {
             Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
-                shared::<M>(threads, chunk, terms, pushed, births, &output.records)
+                shared::<M>(threads, &table, batch)
             }
-            _ => chunk.integrate::<M>(terms, pushed, births, 0, &output.records),
+            _ => Part { table: &table, start: 0 }.integrate::<M>(batch),
         };
         output.evaluations.add(&done.account, &called, environment.summed(gravity_off));
         output.records.add(entities, done.account.record);

@@ -170,7 +170,7 @@ impl<T: Real> GroupField<'_, T> {
             self.scratch.slots[slot].fill([T::ZERO; 4]);
         }
         let Scratch { slots, stage, classes, class_of, .. } = &mut *self.scratch;
-        for row in self.rows.asking {
+        for row in self.rows.with_options {
             let row = *row as usize;
             let Class { limit, locks, .. } = classes[class_at(class_of, row)];
             if compensated {

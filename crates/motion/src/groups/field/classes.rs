@@ -1,29 +1,13 @@
-//! What rows ask for: most groups have one kind of row.
+//! Kinds of rows by their options: most groups have one kind.
 
 use super::{GroupEnvironment, GroupField, Scratch};
+use crate::kernels::BodyOptions;
 use crate::laws::course::{Piece, Pieces};
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::{Real, RealVector as _};
 use crate::state::components::AxisLocks;
-
-/// What rows may ask for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct RowAsks {
-    pub gravity_off: bool,
-    pub damping_rate: Option<f64>,
-    pub limit: Option<f64>,
-    pub locks: Option<AxisLocks>,
-}
-
-/// Looks up what single rows ask for.
-pub(crate) trait Askers<T: Real> {
-    /// What the row asks for beside laws of its own.
-    fn asks(&self, row: usize) -> RowAsks;
-    /// The laws of that row alone, and a number that changes with them.
-    fn laws(&self, row: usize) -> (&[Box<dyn Law<T>>], u64);
-}
 
 /// What happens to a kind of rows in a step beside forces; most groups have one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +21,7 @@ pub(crate) struct Class<T: Real> {
     pub(super) decay: Decay<T>,
     pub(super) limit: Option<T>,
     pub locks: Option<AxisLocks>,
-    pub(super) weightless: bool,
+    pub(super) gravity_off: bool,
 }
 
 impl<T: Real> Class<T> {
@@ -58,11 +42,11 @@ impl<T: Real> GroupField<'_, T> {
         class_of.clear();
         let sheets: &[u32] = if drag.is_some() { &self.coupling.in_sheets } else { &[] };
         // What of it acts on a row: nothing is taken off again, which would leave a rounding.
-        let class = |in_sheet: bool, asks: RowAsks| {
+        let class = |in_sheet: bool, options: &BodyOptions<'_, T>| {
             let air = if in_sheet { none } else { air };
-            let gravity = if asks.gravity_off { T::Vector::ZERO } else { gravity };
-            let own = match asks.damping_rate.zip(terms.damping) {
-                Some((rate, damping)) => &terms.damped::<M>(Some(Damping { rate, ..damping })),
+            let gravity = if options.gravity_off { T::Vector::ZERO } else { gravity };
+            let own = match options.damping_rate {
+                Some(_) => &terms.damped::<M>(options.damping(terms.damping)),
                 None => terms,
             };
             Class {
@@ -70,25 +54,25 @@ impl<T: Real> GroupField<'_, T> {
                 rate: own.rate + air.rate,
                 damping: own.damping,
                 decay: own.decay,
-                limit: asks.limit.map(T::of),
-                locks: asks.locks,
-                weightless: asks.gravity_off,
+                limit: options.speed_limit.map(T::of),
+                locks: options.locks,
+                gravity_off: options.gravity_off,
             }
         };
-        classes.push(class(false, RowAsks::default()));
-        if !sheets.is_empty() || !self.rows.asking.is_empty() {
+        classes.push(class(false, &BodyOptions::NONE));
+        if !sheets.is_empty() || !self.rows.with_options.is_empty() {
             class_of.resize(self.coupling.rows, 0);
         }
         if !sheets.is_empty() {
-            classes.push(class(true, RowAsks::default()));
+            classes.push(class(true, &BodyOptions::NONE));
             sheets.iter().for_each(|row| class_of[*row as usize] = 1);
         }
         let mut weightless = 0;
-        for row in self.rows.asking {
-            let asks = self.askers.asks(*row as usize);
-            weightless += u64::from(asks.gravity_off);
+        for row in self.rows.with_options {
+            let options = self.options.row(*row as usize);
+            weightless += u64::from(options.gravity_off);
             let class_of = &mut class_of[*row as usize];
-            let class = class(*class_of == 1 && !sheets.is_empty(), asks);
+            let class = class(*class_of == 1 && !sheets.is_empty(), &options);
             // Neighbours often ask for the same.
             if classes.last() != Some(&class) {
                 classes.push(class);
@@ -130,16 +114,17 @@ impl<T: Real> GroupField<'_, T> {
     pub(super) fn pieces(&self) -> Pieces {
         let terms = &self.environment.terms;
         let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
-        let own = self.rows.lawful.iter().flat_map(|row| self.askers.laws(*row as usize).0);
+        let own = self.rows.with_laws.iter().flat_map(|row| self.options.row(*row as usize).laws);
         terms.course.pieces(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
     }
 
     pub(super) fn looks_at_velocity(&self) -> bool {
-        let own = |row: &u32| self.askers.laws(*row as usize).0.iter().any(|law| law.depends_on_velocity());
+        let own =
+            |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
         self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
             || self.scratch.classes.iter().any(|class| class.rate != T::ZERO)
             || self.environment.terms.laws.iter().any(|law| law.depends_on_velocity())
-            || self.rows.lawful.iter().any(own)
+            || self.rows.with_laws.iter().any(own)
     }
 }
 

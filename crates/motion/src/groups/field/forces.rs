@@ -142,16 +142,16 @@ impl<'a, T: Real> GroupField<'a, T> {
             law.accelerate(at, &x[..movable], &v[..movable], &mut sum[..movable]);
             in_sheets.iter().for_each(|row| v[*row as usize][3] = self.rows.w[*row as usize]);
         }
-        for row in self.rows.lawful {
+        for row in self.rows.with_laws {
             let row = *row as usize;
-            for law in self.askers.laws(row).0 {
+            for law in self.options.row(row).laws {
                 law.accelerate(at, &x[row..=row], &v[row..=row], &mut sum[row..=row]);
             }
         }
     }
 
     pub(super) fn lock(&self, sum: &mut [Row<T>]) {
-        for row in self.rows.asking {
+        for row in self.rows.with_options {
             let row = *row as usize;
             let closed = self.class(row).closed(self.limits_after_kick);
             (0..3).filter(|axis| !is_open(closed, *axis)).for_each(|axis| sum[row][axis] = T::ZERO);
@@ -160,7 +160,7 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     /// Counts an evaluation of everything.
     pub(super) fn count(&mut self) {
-        let Self { coupling, environment, rows, askers, heavy, account, .. } = self;
+        let Self { coupling, environment, rows, options, heavy, account, .. } = self;
         let (movable, terms) = (coupling.movable as u64, &environment.terms);
         account.accelerations += movable;
         account.count_own("gravity", *heavy);
@@ -168,8 +168,8 @@ impl<'a, T: Real> GroupField<'a, T> {
         for law in terms.laws {
             account.count_own(law.name(), movable);
         }
-        for row in rows.lawful {
-            askers.laws(*row as usize).0.iter().for_each(|law| account.count_own(law.name(), 1));
+        for row in rows.with_laws {
+            options.row(*row as usize).laws.iter().for_each(|law| account.count_own(law.name(), 1));
         }
         if !coupling.springs.is_empty() {
             account.count_own("springs", movable);

@@ -117,7 +117,9 @@ impl<T: Real> GroupField<'_, T> {
 
     /// A number that is another one whenever laws of single rows are.
     pub(super) fn versions(&self) -> u64 {
-        Kept::<T>::versions(self.rows.lawful.iter().map(|row| self.askers.laws(*row as usize).1))
+        Kept::<T>::versions(
+            self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version),
+        )
     }
 
     pub(super) fn recall(&mut self, kept: &Kept<T>, own: u64) -> Option<Combination<T>> {

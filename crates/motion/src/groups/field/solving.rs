@@ -45,7 +45,7 @@ impl<T: Real> GroupField<'_, T> {
 
     /// Whether there are laws to be called.
     pub(super) fn calls(&self) -> bool {
-        !self.environment.terms.laws.is_empty() || !self.rows.lawful.is_empty()
+        !self.environment.terms.laws.is_empty() || !self.rows.with_laws.is_empty()
     }
 
     /// Every law that is called, for every row that it acts on.
@@ -57,8 +57,8 @@ impl<T: Real> GroupField<'_, T> {
                 }
             }
         }
-        for row in self.rows.lawful {
-            self.askers.laws(*row as usize).0.iter().for_each(|law| each(*row as usize, &**law));
+        for row in self.rows.with_laws {
+            self.options.row(*row as usize).laws.iter().for_each(|law| each(*row as usize, &**law));
         }
     }
 

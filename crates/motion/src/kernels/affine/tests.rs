@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::kernels::calling::{self, Plain};
-use crate::kernels::{Account, Asks, integrate, integrate_one};
+use crate::kernels::{Account, BodyOptions, integrate_batch, integrate_row};
 use crate::laws::Affine;
 use crate::laws::course::Course;
 use crate::laws::damping::{Damping, DampingModel};
@@ -33,12 +33,12 @@ impl<T: Real> State<T> {
         }
     }
 
-    fn table<M: Integrator>(&mut self, rows: Range<usize>) -> Table<'_, T> {
+    fn batch<'a, M: Integrator>(&'a mut self, applied: Applied<'a, T>) -> Batch<'a, T> {
         let memory = match M::MEMORY {
-            Memory::LastStep => MemoryRows::LastStep(&mut self.steps[rows.clone()]),
+            Memory::LastStep => MemoryRows::LastStep(&mut self.steps),
             _ => MemoryRows::None,
         };
-        Table { positions: &mut self.x[rows.clone()], bodies: &mut self.bodies[rows], memory }
+        Batch { positions: &mut self.x, bodies: &mut self.bodies, applied: Some(applied), memory }
     }
 }
 
@@ -68,15 +68,19 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     };
     let refuse = &mut |row, breach| panic!("row {row} refused: {breach:?}");
     let account = &mut Account::default();
-    run(&mut |state| integrate::<T, M>(&terms, state.table::<M>(0..ROWS), Some(applied), account, refuse));
     run(&mut |state| {
-        let mut table = state.table::<M>(0..ROWS);
-        calling::run::<T, M>(&terms, &Asks::NOTHING, &mut table, &mut Plain, Some(applied), account, refuse);
+        let batch = &mut state.batch::<M>(applied);
+        integrate_batch::<T, M>(&terms, batch, 0..ROWS, None, &mut Plain, account, refuse);
     });
     run(&mut |state| {
-        for (row, force) in forces.iter().enumerate() {
-            let body = state.table::<M>(row..row + 1);
-            assert_eq!(integrate_one::<T, M>(&terms, &Asks::NOTHING, body, *force, account), Ok(()));
+        let batch = &mut state.batch::<M>(applied);
+        calling::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, &mut Plain, account, refuse);
+    });
+    run(&mut |state| {
+        let batch = &mut state.batch::<M>(applied);
+        for row in 0..ROWS {
+            let done = integrate_row::<T, M>(&terms, &BodyOptions::NONE, batch, row, &mut Plain, account);
+            assert_eq!(done, Ok(()));
         }
     });
     states

@@ -1,0 +1,59 @@
+//! What single bodies have of their own.
+
+use crate::laws::Law;
+use crate::laws::damping::Damping;
+use crate::real::Real;
+use crate::state::components::AxisLocks;
+use crate::units::Scalar;
+
+/// What a body has beside, or in place of, what acts on all bodies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyOptions<'a, T: Real> {
+    pub gravity_off: bool,
+    /// Its own rate of damping, 1/s.
+    pub damping_rate: Option<Scalar>,
+    /// Largest speed, m/s.
+    pub speed_limit: Option<Scalar>,
+    pub locks: Option<AxisLocks>,
+    /// Its own laws.
+    pub laws: &'a [Box<dyn Law<T>>],
+    /// Changes whenever its own laws do.
+    pub laws_version: u64,
+    /// Its own number of substeps.
+    pub substeps: Option<u32>,
+}
+
+impl<T: Real> BodyOptions<'_, T> {
+    /// A body like all others.
+    pub const NONE: Self = Self {
+        gravity_off: false,
+        damping_rate: None,
+        speed_limit: None,
+        locks: None,
+        laws: &[],
+        laws_version: 0,
+        substeps: None,
+    };
+
+    /// Its damping where that of all bodies is `shared`.
+    pub fn damping(&self, shared: Option<Damping>) -> Option<Damping> {
+        shared.map(|shared| Damping { rate: self.damping_rate.unwrap_or(shared.rate), ..shared })
+    }
+
+    /// Whether it changes how a row of a group is accelerated or damped, its own laws aside.
+    pub const fn changes_row(&self) -> bool {
+        self.gravity_off || self.damping_rate.is_some() || self.speed_limit.is_some() || self.locks.is_some()
+    }
+
+    /// The same without its laws, in another precision.
+    pub const fn without_laws<U: Real>(&self) -> BodyOptions<'static, U> {
+        let Self { gravity_off, damping_rate, speed_limit, locks, substeps, .. } = *self;
+        let none = BodyOptions::NONE;
+        BodyOptions { gravity_off, damping_rate, speed_limit, locks, substeps, ..none }
+    }
+}
+
+/// Looks up the options of single rows.
+pub(crate) trait RowOptions<T: Real> {
+    fn row(&self, row: usize) -> BodyOptions<'_, T>;
+}

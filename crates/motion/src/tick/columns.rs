@@ -1,0 +1,81 @@
+//! The columns of bodies that a tick reads and writes.
+
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::QueryData;
+
+use crate::kernels::{BodyOptions, RowOptions};
+use crate::laws::damping::DampingRate;
+use crate::laws::own::OwnLaws;
+use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, SpeedLimit, Transform};
+use crate::state::method_state::{LastAcceleration, LastStep};
+use crate::state::substeps::OwnSubsteps;
+use crate::units::Scalar;
+
+/// What a body may have of its own; most have nothing.
+#[derive(QueryData)]
+#[query_data(contiguous(all))]
+pub struct OptionColumns {
+    gravity_off: Has<GravityOff>,
+    damping_rate: Option<&'static DampingRate>,
+    speed_limit: Option<&'static SpeedLimit>,
+    locks: Option<&'static AxisLocks>,
+    pub(crate) laws: Option<&'static OwnLaws>,
+    substeps: Option<&'static OwnSubsteps>,
+}
+
+/// What a tick may need of a body.
+#[derive(QueryData)]
+#[query_data(mutable, contiguous(mutable))]
+pub struct BodyColumns {
+    pub(super) entity: Entity,
+    pub(super) transform: &'static mut Transform,
+    pub(super) body: &'static mut PhysicsBody,
+    pub(super) force: &'static Force,
+    pub(super) options: OptionColumns,
+    pub(super) last_step: Option<&'static mut LastStep>,
+    pub(super) last_acceleration: Option<&'static mut LastAcceleration>,
+}
+
+impl<'w> OptionColumnsItem<'w, '_> {
+    pub(crate) fn options(&self) -> BodyOptions<'w, Scalar> {
+        BodyOptions {
+            gravity_off: self.gravity_off,
+            damping_rate: self.damping_rate.map(DampingRate::rate),
+            speed_limit: self.speed_limit.map(|limit| limit.0),
+            locks: self.locks.copied(),
+            laws: self.laws.map_or(&[], OwnLaws::laws),
+            laws_version: self.laws.map_or(0, OwnLaws::version),
+            substeps: self.substeps.map(|substeps| substeps.0.max(1)),
+        }
+    }
+}
+
+impl OptionColumnsContiguousItem<'_, '_> {
+    /// Whether gravity passes the bodies of the table by.
+    pub(super) const fn gravity_off(&self) -> bool {
+        self.gravity_off
+    }
+
+    /// Whether there is more to look up than that.
+    pub(super) const fn is_more(&self) -> bool {
+        self.damping_rate.is_some()
+            || self.speed_limit.is_some()
+            || self.locks.is_some()
+            || self.laws.is_some()
+            || self.substeps.is_some()
+    }
+}
+
+impl RowOptions<Scalar> for OptionColumnsContiguousItem<'_, '_> {
+    fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
+        let row = OptionColumnsItem {
+            gravity_off: self.gravity_off,
+            damping_rate: self.damping_rate.map(|rates| &rates[row]),
+            speed_limit: self.speed_limit.map(|limits| &limits[row]),
+            locks: self.locks.map(|locks| &locks[row]),
+            laws: self.laws.map(|laws| &laws[row]),
+            substeps: self.substeps.map(|substeps| &substeps[row]),
+        };
+        row.options()
+    }
+}
