@@ -12,6 +12,7 @@
 mod affine;
 mod calling;
 mod compensated;
+mod drive;
 pub(crate) mod evaluations;
 mod field;
 mod lanes;
@@ -24,7 +25,7 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use crate::kernels::record::Recorder;
-use crate::laws::course::{Course, Pieces};
+use crate::laws::course::{Course, Piece, Pieces};
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
@@ -35,6 +36,7 @@ use crate::units::Scalar;
 pub(crate) use affine::LEVEL;
 pub(crate) use calling::{Plain, Sums};
 pub(crate) use compensated::{Residues, add_compensated};
+pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;
 pub(crate) use memory::MemoryRows;
 pub(crate) use options::{BodyOptions, RowOptions};
@@ -124,6 +126,14 @@ impl<'a, T: Real> Terms<'a, T> {
             false => claims.evaluations_with_velocity_laws,
         };
         if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.course.substeps) } else { 0 }
+    }
+
+    /// What damping does in a piece; around a tick it is the same in every piece.
+    fn decay_in<M: Integrator>(&self, piece: Piece<T>) -> Decay<T> {
+        if !M::DAMPS_INSIDE || piece.length == self.course.substep() {
+            return self.decay;
+        }
+        self.damping.map_or(Decay::none(piece.length), |damping| damping.factors(piece.length))
     }
 
     /// The pieces of the tick for a body with laws of its own.

@@ -15,8 +15,9 @@ use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY}
 use super::coupling::Coupling;
 use super::rows::{Row, RowArray};
 use super::solver::Solver;
-use crate::kernels::{Account, RowOptions, Terms};
+use crate::kernels::{Account, RowOptions, Terms, TickField, drive};
 use crate::laws::course::Piece;
+use crate::laws::damping::Decay;
 use crate::laws::{Declared, Law};
 use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::Real;
@@ -177,30 +178,8 @@ impl<'a, T: Real> GroupField<'a, T> {
         if let Some(kept) = &kept {
             carry.start = self.recall(kept, own);
         }
-        let (x, mut v) = (Combination::of(POSITION), Combination::of(VELOCITY));
-        if !M::DAMPS_INSIDE {
-            v = self.before_move(v);
-            self.write_down(v, v, &|record, _, v, _| record.begin(v));
-            self.finish_if_changed(x, v);
-        }
-        for piece in self.pieces().iter() {
-            self.enter::<M>(piece);
-            if piece.jump {
-                // It was evaluated before the jump.
-                carry.start = None;
-            }
-            let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
-            let (x, v) = M::step(&mut self, x, v, &mut carry);
-            self.finish(x, v);
-            carry.start = carry.start.and_then(|start| self.keep(start));
-        }
-        if !M::DAMPS_INSIDE {
-            v = Combination::of(VELOCITY);
-            self.write_down(v, v, &|record, _, v, _| record.end(v));
-            let decayed = self.after_move(v);
-            v = self.limited(decayed);
-            self.finish_if_changed(x, v);
-        }
+        let ((x, v), terms, pieces) = (start(), &self.environment.terms, self.pieces());
+        drive::<M, _>(&mut self, terms, &pieces, x, v, &mut carry);
         self.snap();
         if let Some(last) = last {
             last.fill(carry.last_step);
@@ -253,6 +232,50 @@ impl<'a, T: Real> GroupField<'a, T> {
     pub(super) fn broken<'r>(&self, rows: &'r [Row<T>]) -> impl Iterator<Item = usize> + use<'r, T> {
         let movable = rows[..self.coupling.movable].iter().enumerate();
         movable.filter(|(_, row)| !row[..3].iter().all(|part| part.is_finite())).map(|(row, _)| row)
+    }
+}
+
+/// The state at the start of a step.
+fn start<T: Real>() -> (Combination<T>, Combination<T>) {
+    (Combination::of(POSITION), Combination::of(VELOCITY))
+}
+
+impl<T: Real> TickField for GroupField<'_, T> {
+    /// By class: damping may be a body's own.
+    fn enter<M: Integrator>(&mut self, piece: Piece<T>, _: Decay<T>) {
+        self.piece = piece;
+        if M::DAMPS_INSIDE {
+            for class in &mut self.scratch.classes {
+                let none = Decay::none(piece.length);
+                class.decay = class.damping.map_or(none, |damping| damping.factors(piece.length));
+            }
+        }
+    }
+
+    fn before_tick(&mut self, x: Combination<T>, v: Combination<T>) -> (Combination<T>, Combination<T>) {
+        let v = self.before_move(v);
+        self.write_down(v, v, &|record, _, v, _| record.begin(v));
+        self.finish_if_changed(x, v);
+        start()
+    }
+
+    fn after_step<M: Integrator>(
+        &mut self,
+        x: Combination<T>,
+        v: Combination<T>,
+        carry: &mut Carry<Self>,
+    ) -> (Combination<T>, Combination<T>) {
+        self.finish(x, v);
+        carry.start = carry.start.and_then(|start| self.keep(start));
+        start()
+    }
+
+    fn after_tick(&mut self, x: Combination<T>, v: Combination<T>) -> (Combination<T>, Combination<T>) {
+        self.write_down(v, v, &|record, _, v, _| record.end(v));
+        let decayed = self.after_move(v);
+        let v = self.limited(decayed);
+        self.finish_if_changed(x, v);
+        start()
     }
 }
 

@@ -8,6 +8,7 @@ use std::ops::Range;
 use fearless_simd::Fallback;
 
 use super::affine::{is_missed, is_movable};
+use super::drive::{TickField, drive};
 use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
 use super::memory::MemoryRows;
@@ -18,26 +19,6 @@ use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::Real;
 use crate::state::components::AxisLocks;
 use crate::state::method_state::Known;
-
-/// A field that a tick goes through piece by piece.
-pub(crate) trait TickField: Field {
-    /// Goes on to the next piece of the tick.
-    fn enter(&mut self, piece: Piece<Self::Real>, decay: Decay<Self::Real>);
-
-    /// Notes the velocities with which such a method begins its tick.
-    fn note_begin(&mut self, _v: Self::Space) {}
-
-    /// Notes the velocities with which such a method ends its tick.
-    fn note_end(&mut self, _v: Self::Space) {}
-
-    /// What is done to velocities after each step of such a method.
-    fn after_step(&mut self, v: Self::Space) -> Self::Space {
-        v
-    }
-
-    /// What is done to velocities after the tick of a method that has damping around it.
-    fn after_tick(&mut self, v: Self::Space) -> Self::Space;
-}
 
 /// How rows are summed up.
 pub(crate) trait Sums<T: Real> {
@@ -168,7 +149,7 @@ impl<T: Real, const N: usize> Block<T, N> {
 
 /// A tick as it is for every block of a batch.
 pub(crate) struct Kernel<'a, 't, T: Real> {
-    terms: &'a Terms<'t, T>,
+    pub terms: &'a Terms<'t, T>,
     options: &'a BodyOptions<'a, T>,
     /// Axes along which nothing accelerates the bodies.
     closed: Option<AxisLocks>,
@@ -193,36 +174,17 @@ impl<T: Real> Kernel<'_, '_, T> {
         BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))
     }
 
-    /// All pieces of the tick, one after the other.
-    pub fn go<M: Integrator, F: TickField<Real = T>>(
+    /// The state after the tick of a block of which these rows are kept, and what its last step leaves.
+    pub fn drive<M: Integrator, F: TickField<Real = T>>(
         &self,
         field: &mut F,
-        mut x: F::Space,
-        mut v: F::Space,
-        last_step: T,
+        (x, v): (F::Space, F::Space),
+        memory: &MemoryRows<'_, T>,
         start: Option<F::Space>,
     ) -> (F::Space, F::Space, Carry<F>) {
-        let last_step = if M::MEMORY == Memory::LastStep { last_step } else { T::ZERO };
+        let last_step = if M::MEMORY == Memory::LastStep { memory.last_step() } else { T::ZERO };
         let mut carry = Carry { last_step, start };
-        if !M::DAMPS_INSIDE {
-            v = field.before_move(v);
-            field.note_begin(v);
-        }
-        for piece in self.pieces.iter() {
-            field.enter(piece, self.decay::<M>(piece));
-            if piece.jump {
-                // It was evaluated before the jump.
-                carry.start = None;
-            }
-            (x, v) = M::step(field, x, v, &mut carry);
-            if !M::DAMPS_INSIDE {
-                v = field.after_step(v);
-            }
-        }
-        if !M::DAMPS_INSIDE {
-            field.note_end(v);
-            v = field.after_tick(v);
-        }
+        let (x, v) = drive::<M, F>(field, self.terms, &self.pieces, x, v, &mut carry);
         (x, v, carry)
     }
 
@@ -276,43 +238,33 @@ impl<T: Real> Kernel<'_, '_, T> {
             field.laws_from(Rows::of(Fallback::new(), &called), v)
         })
     }
-
-    /// What damping does in a step or, around it, in the tick.
-    pub const fn decay_of_tick(&self) -> Decay<T> {
-        self.terms.decay
-    }
-
-    /// What damping does in a piece; around a tick it is the same in every piece.
-    fn decay<M: Integrator>(&self, piece: Piece<T>) -> Decay<T> {
-        let Terms { decay, damping, course, .. } = self.terms;
-        if !M::DAMPS_INSIDE || piece.length == course.substep() {
-            return *decay;
-        }
-        damping.map_or(Decay::none(piece.length), |damping| damping.factors(piece.length))
-    }
 }
 
 impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS, true> {
-    fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
-        BlockField::enter(self, piece, decay);
+    fn enter<M: Integrator>(&mut self, piece: Piece<T>, decay: Decay<T>) {
+        self.set_piece(piece, decay);
     }
 
-    fn note_begin(&mut self, v: Self::Space) {
+    fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
+        let v = self.before_move(v);
         self.write_down(v, v, &|record, _, v, _| record.begin(v));
-    }
-
-    fn note_end(&mut self, v: Self::Space) {
-        self.write_down(v, v, &|record, _, v, _| record.end(v));
+        (x, v)
     }
 
     /// As the affine kernel, of which each step may be the last, so that subnormal numbers are the same as well.
-    fn after_step(&mut self, v: Self::Space) -> Self::Space {
-        self.snap_drag(v)
+    fn after_step<M: Integrator>(
+        &mut self,
+        x: Self::Space,
+        v: Self::Space,
+        _: &mut Carry<Self>,
+    ) -> (Self::Space, Self::Space) {
+        (x, if M::DAMPS_INSIDE { v } else { self.snap_drag(v) })
     }
 
-    fn after_tick(&mut self, v: Self::Space) -> Self::Space {
+    fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
+        self.write_down(v, v, &|record, _, v, _| record.end(v));
         let decayed = self.after_move(v);
-        self.limited(decayed)
+        (x, self.limited(decayed))
     }
 }
 
@@ -335,7 +287,7 @@ impl<T: Real> Sums<T> for Plain {
         let (x, v) = block.state();
         let mut field = kernel.field(block, account);
         let start = kernel.recall::<M, N>(block, &memory, &field, v);
-        let (x, v, carry) = kernel.go::<M, _>(&mut field, x, v, memory.last_step(), start);
+        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &memory, start);
         let (x, v) = (x.rows(), v.rows());
         let called = carry.start.is_some().then(|| field.called.rows());
         kernel.note(&mut memory, carry.last_step, called, &x, &v);

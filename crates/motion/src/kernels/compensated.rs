@@ -5,13 +5,14 @@ use std::ops::{Add, Mul, Range, Sub};
 use fearless_simd::Fallback;
 
 use super::calling::{Block, Kernel, Sums};
+use super::drive::TickField;
 use super::field::{BlockField, parts::CALLS};
 use super::lanes::Rows;
 use super::memory::MemoryRows;
 use super::{Account, Row};
 use crate::laws::course::Piece;
 use crate::laws::damping::Decay;
-use crate::methods::{Field, Integrator, Newton, NewtonField, newton_velocity};
+use crate::methods::{Carry, Field, Integrator, Newton, NewtonField, newton_velocity};
 use crate::real::Real;
 
 /// `a + b`, and exactly what its rounding left out (Knuth 1969, section 4.2.2).
@@ -181,15 +182,28 @@ impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, T, N> {
     }
 }
 
-impl<'a, T: Real, const N: usize> super::calling::TickField for CompensatedField<'a, T, N> {
-    fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
-        self.inner.enter(piece, decay);
+impl<T: Real, const N: usize> TickField for CompensatedField<'_, T, N> {
+    fn enter<M: Integrator>(&mut self, piece: Piece<T>, decay: Decay<T>) {
+        self.inner.set_piece(piece, decay);
         self.decay = decay;
     }
 
-    fn after_tick(&mut self, v: Self::Space) -> Self::Space {
+    fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
+        (x, self.before_move(v))
+    }
+
+    fn after_step<M: Integrator>(
+        &mut self,
+        x: Self::Space,
+        v: Self::Space,
+        _: &mut Carry<Self>,
+    ) -> (Self::Space, Self::Space) {
+        (x, v)
+    }
+
+    fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
         let v = self.after_move(v);
-        self.restrain(v)
+        (x, self.restrain(v))
     }
 }
 
@@ -217,8 +231,8 @@ impl<T: Real> Sums<T> for Residues<'_, T> {
         let v = Compensated { sum: sum_v, residue: load(self.v) };
         let inner = kernel.field(block, account);
         let start = kernel.recall::<M, N>(block, &memory, &inner, sum_v).map(Compensated::of);
-        let mut field = CompensatedField { inner, decay: kernel.decay_of_tick() };
-        let (x, v, carry) = kernel.go::<M, _>(&mut field, x, v, memory.last_step(), start);
+        let mut field = CompensatedField { inner, decay: kernel.terms.decay };
+        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &memory, start);
         let (sum_x, sum_v) = (x.sum.rows(), v.sum.rows());
         let called = carry.start.is_some().then(|| field.inner.called.rows());
         kernel.note(&mut memory, carry.last_step, called, &sum_x, &sum_v);

@@ -217,7 +217,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     }
 
     /// Goes on to the next piece of the tick. Only kernels with calls know of pieces.
-    pub fn enter(&mut self, piece: Piece<T>, decay: Decay<T>) {
+    pub fn set_piece(&mut self, piece: Piece<T>, decay: Decay<T>) {
         self.constants.h = piece.length;
         self.constants.set_decay(decay);
         self.piece = Some(piece);

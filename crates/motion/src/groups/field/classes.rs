@@ -2,7 +2,7 @@
 
 use super::{GroupEnvironment, GroupField, Scratch};
 use crate::kernels::BodyOptions;
-use crate::laws::course::{Piece, Pieces};
+use crate::laws::course::Pieces;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
@@ -98,17 +98,6 @@ impl<T: Real> GroupField<'_, T> {
             keep.is_some() || before_move.is_some() || after_move.is_some()
         };
         self.looks_at_velocity() || self.scratch.classes.iter().any(multiplied)
-    }
-
-    /// Goes on to the next piece of the tick.
-    pub(super) fn enter<M: Integrator>(&mut self, piece: Piece<T>) {
-        self.piece = piece;
-        if M::DAMPS_INSIDE {
-            for class in &mut self.scratch.classes {
-                let none = Decay::none(piece.length);
-                class.decay = class.damping.map_or(none, |damping| damping.factors(piece.length));
-            }
-        }
     }
 
     pub(super) fn pieces(&self) -> Pieces {

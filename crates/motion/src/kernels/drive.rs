@@ -1,0 +1,50 @@
+//! The tick of a method: its pieces one after the other, with damping inside its steps or around them all.
+
+use super::Terms;
+use crate::laws::course::{Piece, Pieces};
+use crate::laws::damping::Decay;
+use crate::methods::{Carry, Field, Integrator};
+
+/// A field that a tick goes through piece by piece.
+pub(crate) trait TickField: Field + Sized {
+    /// Goes on to the next piece of the tick, in which the damping of all bodies is `decay`.
+    fn enter<M: Integrator>(&mut self, piece: Piece<Self::Real>, decay: Decay<Self::Real>);
+
+    /// The state after what stands before the tick of a method with damping around it.
+    fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
+
+    /// The state from which the next step starts.
+    fn after_step<M: Integrator>(
+        &mut self,
+        x: Self::Space,
+        v: Self::Space,
+        carry: &mut Carry<Self>,
+    ) -> (Self::Space, Self::Space);
+
+    /// The state after what stands after the tick of a method with damping around it.
+    fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
+}
+
+/// The state a tick of `M` after (`x`, `v`).
+pub(crate) fn drive<M: Integrator, F: TickField>(
+    field: &mut F,
+    terms: &Terms<'_, F::Real>,
+    pieces: &Pieces,
+    mut x: F::Space,
+    mut v: F::Space,
+    carry: &mut Carry<F>,
+) -> (F::Space, F::Space) {
+    if !M::DAMPS_INSIDE {
+        (x, v) = field.before_tick(x, v);
+    }
+    for piece in pieces.iter() {
+        field.enter::<M>(piece, terms.decay_in::<M>(piece));
+        if piece.jump {
+            // It was evaluated before the jump.
+            carry.start = None;
+        }
+        (x, v) = M::step(field, x, v, carry);
+        (x, v) = field.after_step::<M>(x, v, carry);
+    }
+    if M::DAMPS_INSIDE { (x, v) } else { field.after_tick(x, v) }
+}
