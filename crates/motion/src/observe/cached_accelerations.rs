@@ -1,6 +1,6 @@
-//! Accelerations that methods keep from tick to tick, out of one world and into another one of the same bodies.
+//! Cached accelerations of methods, to copy them to another world with the same bodies.
 //!
-//! What is kept only saves evaluations: without it the next step evaluates them again, to the same bits.
+//! A cache only saves evaluations: without it the next step evaluates the accelerations again, bit for bit.
 
 use bevy_ecs::prelude::*;
 
@@ -12,48 +12,48 @@ use crate::state::components::{PhysicsBody, Transform};
 use crate::state::method_state::{Known, LastAcceleration};
 use crate::units::Scalar;
 
-/// The acceleration of a single body by the laws that are called, as [`LastAcceleration`] has it.
+/// The cached acceleration of a single body by called laws, from its [`LastAcceleration`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptAcceleration {
-    /// Position, m, and inverse mass, 1/kg, that it was evaluated at.
+    /// Position, m, and inverse mass, 1/kg, of the evaluation.
     pub at: [Scalar; 4],
-    /// Scene's time that it was evaluated at, s.
+    /// Time of the evaluation, s since the start of the scene.
     pub time: Scalar,
-    /// The acceleration, m/s², and 0.
+    /// Acceleration, m/s², and 0.
     pub called: [Scalar; 4],
 }
 
-/// The accelerations of a group.
+/// The cached accelerations of a group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptOfGroup {
-    /// Its bodies, those that move first, each kind in the order of the stable id.
+    /// The bodies: movable ones first, then immovable ones, each in stable-id order.
     pub bodies: Vec<Entity>,
-    /// The acceleration of each of them, m/s², and 0.
+    /// Acceleration of each body, m/s², and 0.
     pub accelerations: Vec<[Scalar; 4]>,
-    /// Scene's time that they were evaluated at, s.
+    /// Time of the evaluation, s since the start of the scene.
     pub time: Scalar,
-    /// A number for what acts on its bodies beside called laws.
+    /// Hash of the forces on its bodies other than called laws.
     pub kinds: u64,
 }
 
-/// Everything of the kind in a world.
+/// All cached accelerations of a world.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KeptAccelerations {
-    /// Bodies with a [`LastAcceleration`]; `None` is one that no step can use any more.
+    /// Bodies with a [`LastAcceleration`]; `None` if no step can use it any more.
     pub bodies: Vec<(Entity, Option<KeptAcceleration>)>,
     /// Groups whose accelerations the next step may use.
     pub groups: Vec<KeptOfGroup>,
 }
 
 impl KeptAccelerations {
-    /// What is kept in `world`, between two ticks.
+    /// Reads the caches of `world`, between two ticks.
     pub fn of(world: &mut World) -> Self {
         let epoch = Epoch::of(world);
         let mut bodies = world.query::<(Entity, &LastAcceleration, Option<&OwnLaws>)>();
         let bodies = bodies.iter(world).map(|(body, LastAcceleration(known), own)| {
             let Known { at, time, laws, called } = *known;
-            let is_number = time.is_finite() && called.iter().all(|part| part.is_finite());
-            let is_current = is_number && laws == (epoch, own.map_or(0, OwnLaws::version));
+            let is_finite = time.is_finite() && called.iter().all(|number| number.is_finite());
+            let is_current = is_finite && laws == (epoch, own.map_or(0, OwnLaws::version));
             (body, is_current.then_some(KeptAcceleration { at, time, called }))
         });
         let bodies = bodies.collect();
@@ -63,8 +63,8 @@ impl KeptAccelerations {
             let (x, w) = rows(world, bodies, movable)?;
             let is_current =
                 kept.is_under(epoch, versions(world, &bodies[..movable]), attraction) && kept.is_of(&x, &w);
-            let is_number = kept.accelerations().iter().flatten().all(|part| part.is_finite());
-            (is_current && is_number).then(|| KeptOfGroup {
+            let is_finite = kept.accelerations().iter().flatten().all(|number| number.is_finite());
+            (is_current && is_finite).then(|| KeptOfGroup {
                 bodies: bodies.to_vec(),
                 accelerations: kept.accelerations().to_vec(),
                 time,
@@ -74,8 +74,8 @@ impl KeptAccelerations {
         Self { bodies, groups: groups.collect() }
     }
 
-    /// Puts it into `world`, whose laws and bodies are as they were, with its groups compiled. A group of other
-    /// bodies, or one of as many accelerations as it has not, is left out.
+    /// Writes the caches into `world`, which has to have the same laws and bodies, and compiled groups. Skips a group
+    /// whose bodies differ, or whose number of accelerations does.
     pub fn put(self, world: &mut World) {
         let epoch = Epoch::of(world);
         for (body, kept) in self.bodies {
@@ -92,7 +92,7 @@ impl KeptAccelerations {
         for group in self.groups {
             put_group(world, epoch, &group);
         }
-        // What changes a law from here on does so at another time.
+        // A change of a law after this gets a later change tick.
         world.increment_change_tick();
     }
 }
@@ -114,7 +114,7 @@ fn put_group(world: &mut World, epoch: u64, given: &KeptOfGroup) {
     world.resource_mut::<Groups>().keep(number, kept);
 }
 
-/// Positions and inverse masses of the rows of a group; what is held has none.
+/// Positions and inverse masses of the rows of a group; the inverse mass of an immovable row is 0.
 fn rows(world: &World, bodies: &[Entity], movable: usize) -> Option<(Vec<Row<Scalar>>, Vec<Scalar>)> {
     let row = |(row, body): (usize, &Entity)| {
         let body = world.get_entity(*body).ok()?;
@@ -125,7 +125,7 @@ fn rows(world: &World, bodies: &[Entity], movable: usize) -> Option<(Vec<Row<Sca
     bodies.iter().enumerate().map(row).collect::<Option<(Vec<_>, Vec<_>)>>()
 }
 
-/// A number that is another one whenever laws of single rows are, as a step reckons it.
+/// Version of the own laws of a group's rows, computed as in a step.
 fn versions(world: &World, bodies: &[Entity]) -> u64 {
     let own = bodies.iter().filter_map(|body| world.get::<OwnLaws>(*body));
     Kept::<Scalar>::versions(own.map(OwnLaws::version))

@@ -1,4 +1,4 @@
-//! The forces on a body, cause by cause.
+//! The forces on a body, by cause.
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
@@ -17,20 +17,20 @@ use crate::state::substeps::OwnSubsteps;
 use crate::tick::environment::Environment;
 use crate::units::{Scalar, Vector};
 
-/// What exerts a force.
+/// The cause of a force on a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForceCause {
-    /// Applied forces, which are constant over a tick: pushes, held keys, systems of your own.
+    /// Applied forces, which are constant over a tick: pushes, held keys, your own systems.
     Push,
-    /// The law of that [name](Law::name), mutual gravity and damping among them. Drag on a point of a sheet is that
-    /// on its triangles, in the wind where there is any.
+    /// The law with that [name](Law::name); mutual gravity and damping are among them. Drag on a point of a sheet is its
+    /// share of the drag on triangles, with wind.
     Law(&'static str),
     /// The spring to that body.
     Spring(Entity),
 }
 
 impl ForceCause {
-    /// The word for it in summaries: `push`, `springs`, or the law's name.
+    /// Name in summaries: `push`, `springs`, or the name of the law.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -41,13 +41,12 @@ impl ForceCause {
     }
 }
 
-/// The forces on `body` at its present state, N: what the next step evaluates at its start, and nothing beside it.
-/// Their sum is the mass times the acceleration.
+/// Computes the forces on `body` in its current state by cause, N, as the next step evaluates them at its start. Their sum
+/// is mass times acceleration.
 ///
-/// Damping is in it as `-m c v` under every model: `tutorial` and `clamped` multiply velocities, which comes to that
-/// in a short step. Speed limits are not in it: they cut velocities off and are no forces. Along a locked axis no
-/// force acts. Under position Verlet laws see the velocity of half a step before, here as there. A body that is
-/// immovable, quarantined, not born or scenery has no forces.
+/// Damping is `-m c v` under every model, which is the limit of `tutorial` and `clamped` for short steps. Speed limits are
+/// not forces and are left out. No force acts along a locked axis. Under position Verlet laws see the velocity of half a
+/// step before, as in a step. The result is empty if the body is immovable, quarantined, not born, or has no physics.
 #[must_use]
 pub fn forces_on(world: &mut World, body: Entity) -> Vec<(ForceCause, Vector)> {
     let pushes: Vec<_> = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending).collect();
@@ -56,8 +55,8 @@ pub fn forces_on(world: &mut World, body: Entity) -> Vec<(ForceCause, Vector)> {
     forces
 }
 
-/// Calls `each` with the forces of [`forces_on`] for every one of `bodies`, given by its place among them, under these
-/// `pushes` instead of those that wait for the next tick. Springs are gone through once, however many bodies there are.
+/// Computes the forces of [`forces_on`] for many bodies in one pass over the springs, and calls `each` with the index of
+/// the body in `bodies`, the cause and the force, N. Takes `pushes` instead of those that wait for the next tick.
 pub fn each_force(
     world: &mut World,
     pushes: &[Push],
@@ -66,40 +65,40 @@ pub fn each_force(
 ) {
     let couplings = couplings_now(world);
     let world = &*world;
-    let mut places = EntityHashMap::with_capacity(bodies.len());
+    let mut indices = EntityHashMap::with_capacity(bodies.len());
     let mut in_sheets = vec![false; bodies.len()];
-    places.extend(bodies.iter().enumerate().map(|(place, body)| (*body, place)));
+    indices.extend(bodies.iter().enumerate().map(|(index, body)| (*body, index)));
     for (coupling, members) in couplings.iter(world) {
         for row in &coupling.in_sheets {
-            if let Some(place) = places.get(&members[*row as usize]) {
-                in_sheets[*place] = true;
+            if let Some(index) = indices.get(&members[*row as usize]) {
+                in_sheets[*index] = true;
             }
         }
     }
     let forces = BodyForces::of(world, pushes);
-    for (place, body) in bodies.iter().enumerate() {
-        forces.on_body(*body, in_sheets[place], |cause, newtons| each(place, cause, newtons));
+    for (index, body) in bodies.iter().enumerate() {
+        forces.on_body(*body, in_sheets[index], |cause, newtons| each(index, cause, newtons));
     }
     for (coupling, members) in couplings.iter(world) {
-        let place = |body: &Entity| places.get(body).copied();
-        let asked: Vec<_> = members[..coupling.movable].iter().map(place).collect();
-        if asked.iter().any(Option::is_some) {
-            let group = GroupRows::of(world, coupling, members, asked);
+        let index = |body: &Entity| indices.get(body).copied();
+        let wanted: Vec<_> = members[..coupling.movable].iter().map(index).collect();
+        if wanted.iter().any(Option::is_some) {
+            let group = GroupRows::of(world, coupling, members, wanted);
             forces.between(&group, |row, cause, newtons| {
-                if let Some(place) = group.asked.get(row).copied().flatten() {
-                    each(place, cause, open(world.get::<AxisLocks>(members[row]), newtons));
+                if let Some(index) = group.wanted.get(row).copied().flatten() {
+                    each(index, cause, open(world.get::<AxisLocks>(members[row]), newtons));
                 }
             });
         }
     }
 }
 
-/// Without what acts along locked axes.
+/// Returns a force without its components along locked axes.
 fn open(locks: Option<&AxisLocks>, newtons: Vector) -> Vector {
     locks.map_or(newtons, |locks| locks.open(newtons))
 }
 
-/// The bodies of a world and what acts on them.
+/// The environment of a world's bodies and the pushes on them.
 struct BodyForces<'w> {
     world: &'w World,
     environment: Environment<'w>,
@@ -115,40 +114,40 @@ impl<'w> BodyForces<'w> {
         Self { world, environment: Environment::of(world, clock, tick), pushes }
     }
 
-    /// What acts on one body, others aside.
+    /// Forces on one body, except those between bodies.
     fn on_body(&self, body: Entity, in_sheet: bool, mut each: impl FnMut(ForceCause, Vector)) {
         let Some(state) = moving(self.world, body) else { return };
-        let Ok(thing) = self.world.get_entity(body) else { return };
-        let (mass, locks) = (1.0 / state.inverse_mass, thing.get::<AxisLocks>());
-        let applied = thing.get::<Force>().map_or(Vector::ZERO, Force::newtons);
+        let Ok(entity) = self.world.get_entity(body) else { return };
+        let (mass, locks) = (1.0 / state.inverse_mass, entity.get::<AxisLocks>());
+        let applied = entity.get::<Force>().map_or(Vector::ZERO, Force::newtons);
         let queued = self.pushes.get(&body).copied();
         if queued.is_some() || applied != Vector::ZERO {
             each(ForceCause::Push, open(locks, applied + queued.unwrap_or_default()));
         }
         let Environment { course, damping, .. } = self.environment;
-        let gravity_off = thing.contains::<GravityOff>();
-        let laws = || self.environment.on_body(gravity_off, in_sheet, thing.get::<OwnLaws>());
-        let substeps = thing.get::<OwnSubsteps>().map_or(course.substeps, |own| own.0.max(1));
+        let gravity_off = entity.contains::<GravityOff>();
+        let laws = || self.environment.on_body(gravity_off, in_sheet, entity.get::<OwnLaws>());
+        let substeps = entity.get::<OwnSubsteps>().map_or(course.substeps, |own| own.0.max(1));
         let course = Course { substeps, ..course };
-        // A law that jumps in the coming step is seen from that side of the jump on which the step begins.
+        // A law that jumps in the next step is evaluated on the side of the jump on which the step begins.
         let first = course.pieces(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
         let Some(at) = first.map(|piece| piece.moment(0.0)) else { return };
         for law in laws() {
             each(ForceCause::Law(law.name()), open(locks, law.acceleration(at, state) * mass));
         }
         if let Some(damping) = damping {
-            let rate = thing.get::<DampingRate>().map_or(damping.rate, DampingRate::rate);
+            let rate = entity.get::<DampingRate>().map_or(damping.rate, DampingRate::rate);
             each(ForceCause::Law("damping"), open(locks, state.velocity * (-rate * mass)));
         }
     }
 
-    /// What acts between the rows of a group, on those that are asked for.
+    /// Forces between the rows of a group, on those that are wanted.
     fn between(&self, group: &GroupRows<'_>, mut each: impl FnMut(usize, ForceCause, Vector)) {
-        let GroupRows { coupling, members, asked, x, v, w } = group;
-        let is_asked = |row: usize| asked.get(row).is_some_and(Option::is_some);
+        let GroupRows { coupling, members, wanted, x, v, w } = group;
+        let is_wanted = |row: usize| wanted.get(row).is_some_and(Option::is_some);
         for spring in coupling.springs.iter() {
             let [a, b] = spring.ends.map(|end| end as usize);
-            if is_asked(a) || is_asked(b) {
+            if is_wanted(a) || is_wanted(b) {
                 let pull = vector(&spring.force([x[a], x[b]], [v[a], v[b]]));
                 each(a, ForceCause::Spring(members[b]), pull);
                 each(b, ForceCause::Spring(members[a]), -pull);
@@ -162,7 +161,7 @@ impl<'w> BodyForces<'w> {
             }
         }
         if let Some(law) = self.environment.attraction.filter(|_| coupling.attracts) {
-            for row in (0..coupling.movable).filter(|row| is_asked(*row)) {
+            for row in (0..coupling.movable).filter(|row| is_wanted(*row)) {
                 let pull = |other: usize| {
                     let masses = [row, other].map(|row| coupling.mass(row, w));
                     coupling.attraction(law, masses, [row, other].map(|row| vector(&x[row])))
@@ -174,21 +173,21 @@ impl<'w> BodyForces<'w> {
     }
 }
 
-/// The state of a body that forces move.
+/// The state of a body, if forces move it.
 fn moving(world: &World, body: Entity) -> Option<BodyState<Scalar>> {
-    let thing = world.get_entity(body).ok()?;
-    let PhysicsBody { velocity, inverse_mass } = *thing.get()?;
-    let free = !thing.contains::<Quarantined>() && !thing.contains::<Dormant>();
-    let position = thing.get::<Transform>()?.position;
+    let entity = world.get_entity(body).ok()?;
+    let PhysicsBody { velocity, inverse_mass } = *entity.get()?;
+    let free = !entity.contains::<Quarantined>() && !entity.contains::<Dormant>();
+    let position = entity.get::<Transform>()?.position;
     (free && inverse_mass > 0.0).then_some(BodyState { position, velocity, inverse_mass })
 }
 
-/// A group by rows.
+/// The states of a group's bodies, by row.
 struct GroupRows<'a> {
     coupling: &'a Coupling<Scalar>,
     members: &'a [Entity],
-    /// Places of the movable rows among the bodies that are asked for.
-    asked: Vec<Option<usize>>,
+    /// Index of each movable row among the bodies whose forces are wanted.
+    wanted: Vec<Option<usize>>,
     x: Vec<Row<Scalar>>,
     v: Vec<Row<Scalar>>,
     w: Vec<Scalar>,
@@ -199,7 +198,7 @@ impl<'a> GroupRows<'a> {
         world: &World,
         coupling: &'a Coupling<Scalar>,
         members: &'a [Entity],
-        asked: Vec<Option<usize>>,
+        wanted: Vec<Option<usize>>,
     ) -> Self {
         let (mut x, mut v, mut w) = (Vec::new(), Vec::new(), Vec::new());
         for body in members {
@@ -209,6 +208,6 @@ impl<'a> GroupRows<'a> {
             v.push(row(state.velocity));
             w.push(state.inverse_mass);
         }
-        Self { coupling, members, asked, x, v, w }
+        Self { coupling, members, wanted, x, v, w }
     }
 }

@@ -1,4 +1,4 @@
-//! Which steps are too long for what acts, before they are taken.
+//! The forecast of instability: which springs, dampers, drag and wells are too stiff for the step, before it is taken.
 
 mod cure;
 mod groups;
@@ -20,9 +20,9 @@ use crate::state::clock::TimeStep;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
 
-use modes::Pace;
+use modes::Stepping;
 
-/// What of a world limits a step.
+/// The part of a world that limits a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitingPart {
     /// A spring between two bodies.
@@ -33,83 +33,83 @@ pub enum LimitingPart {
     Drag(Entity),
     /// The scene's damping of a body.
     Damping(Entity),
-    /// A well, by its number, at the place of a body.
+    /// A well, by its number, at the position of a body.
     Well(usize, Entity),
     /// Another law, by its name, on a body.
     Law(&'static str, Entity),
 }
 
-/// What makes an unstable part stable.
+/// The changes that would make an unstable part stable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cure {
-    /// The least number of substeps by the same method, if one up to [`Substeps::MOST`] is enough.
+    /// Smallest stable number of substeps of the same method, if there is one up to [`Substeps::MOST`].
     pub substeps: Option<u32>,
-    /// A method that is stable as it is: the first of the table with no lower order, or else implicit Euler.
+    /// A method that is stable at the same step: the first of the table whose order is not lower, or else implicit Euler.
     pub method: Option<Method>,
 }
 
-/// How far from instability something is.
+/// The margin of stability of bodies that are integrated together, or alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margin {
-    /// What limits the step most, of all that is integrated together.
+    /// The part that limits the step most.
     pub part: LimitingPart,
-    /// ForecastQuery that are integrated together, or alike.
+    /// Number of bodies.
     pub bodies: usize,
-    /// Their method.
+    /// Method of the bodies.
     pub method: Method,
-    /// Their parts of a tick.
+    /// Substeps per tick.
     pub substeps: u32,
-    /// w h of springs and wells, c h of damping: of the fastest mode at present, for a step of h seconds. Never more
-    /// than it is: what is said to grow does grow.
+    /// w h of springs and wells, or c h of damping, of the fastest mode in the current state for a step of h seconds. This
+    /// is a lower bound: a mode that is predicted to grow does grow.
     pub value: Scalar,
-    /// What it is at most. Where it is more than 1 % above the value, no more than these two is known: of groups of
-    /// more than some 30,000 bodies that have no regular structure.
+    /// Upper bound of the value. It is within 1 % of the value, except for groups of more than some 30,000 bodies without
+    /// a regular structure.
     pub at_most: Scalar,
-    /// The value from which on it grows, the next one above where it is stable now; 0 for never stable, as is a limit below
-    /// 5e-3 of one mode or 0.05 of several; infinite for no limit. Yoshida 4 with damping is stable again at some longer
-    /// steps.
+    /// The value above which the mode grows: the next such limit above the current value if that is stable. 0 if no step is
+    /// stable, or if the limit is below 5e-3 for one mode or 0.05 for several; infinite if every step is stable. Yoshida 4
+    /// with damping is stable again at some longer steps.
     pub limit: Scalar,
-    /// Whether it grows at present.
+    /// Whether the mode grows in the current state.
     pub is_unstable: bool,
-    /// By what factor it grows in a second when many have passed, 1 for not at all.
+    /// Factor of growth per second, after many seconds; 1 if it does not grow.
     pub growth_per_s: Scalar,
-    /// What would help, if it grows: also if the value is the largest that it may be.
+    /// The changes that would make it stable, even if the value is its upper bound. Empty if it is stable.
     pub cure: Cure,
 }
 
 impl Margin {
-    /// Whether the value is known to 1 %.
+    /// Whether the value is known within 1 %.
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.at_most <= 1.01 * self.value || self.at_most == self.value
     }
 
-    /// Value over limit: above 1 it grows.
+    /// Value over limit: the mode grows above 1.
     #[must_use]
     pub fn ratio(&self) -> Scalar {
         if self.limit == 0.0 { Scalar::INFINITY } else { self.value / self.limit }
     }
 }
 
-/// How far from instability a spring is.
+/// The margin of stability of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringMargin {
-    /// The bodies that it joins.
+    /// The bodies that the spring joins.
     pub ends: [Entity; 2],
-    /// The ratio of all that is integrated with it, times how much this spring has to do with it: 1 for the one with the
-    /// largest bound.
+    /// The [ratio](Margin::ratio) of its group times the spring's share in it, which is 1 for the spring with the largest
+    /// bound.
     pub ratio: Scalar,
 }
 
-/// How far everything is from instability, as it is at present: springs and their dampers linearised, drag at the present
-/// velocities, wells at the present distances.
+/// A forecast of instability: the stability margins of all bodies in their current state. Springs and dampers are
+/// linearized, drag is taken at the current velocities and wells at the current distances.
 ///
-/// A linear system is stepped by the method itself, and its tick is a matrix; it is stable if no eigenvalue of that is
-/// above 1. Of groups the system is reduced to the modes that matter: the fastest ones by stiffness and damping together,
-/// found by Lanczos's iteration; without damping, or with one that is the same everywhere, that is the fastest one alone.
-/// In groups of up to four bodies nothing is reduced.
+/// The method itself steps the linear system, so that a tick is a matrix. The system is stable if no eigenvalue of the
+/// matrix exceeds 1 in magnitude. The system of a group is reduced to its fastest modes, by stiffness and damping together,
+/// which Lanczos's iteration finds. The single fastest mode suffices without damping, or with the same damping everywhere.
+/// Groups of up to four bodies are not reduced.
 ///
-/// Not looked at: mutual gravity, and wells and laws of single bodies together with springs.
+/// The forecast ignores mutual gravity, and wells and own laws of bodies in groups together with their springs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forecast {
     margins: Vec<Margin>,
@@ -117,31 +117,32 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// Of `world`, in which bodies without their own method have `method`. Groups are made anew if it is time to.
+    /// Computes the forecast of `world`, where `method` is that of bodies without their own. Compiles the groups again if
+    /// they changed.
     #[must_use]
     pub fn of(world: &mut World, method: Method) -> Self {
-        Self::look(world, method, false)
+        Self::compute(world, method, false)
     }
 
-    /// The same with [`Self::springs`], of which a large world has many.
+    /// Computes the forecast with [`Self::springs`], of which a large world has many.
     #[must_use]
     pub fn with_springs(world: &mut World, method: Method) -> Self {
-        Self::look(world, method, true)
+        Self::compute(world, method, true)
     }
 
-    fn look(world: &mut World, method: Method, springs: bool) -> Self {
+    fn compute(world: &mut World, method: Method, springs: bool) -> Self {
         compile_groups(world);
         let tick = world.get_resource::<TimeStep>().map_or(0.0, |step| step.0);
         if tick <= 0.0 || !may_be_stiff(world) {
             return Self::default();
         }
         let substeps = Substeps::parts(world.get_resource());
-        let scenes = Pace { method, tick, substeps };
+        let scenes = Stepping { method, tick, substeps };
         let attracts = world.contains_resource::<MutualGravity>();
-        let solvable = |method| !attracts || method != Method::ImplicitEuler;
+        let is_solvable = |method| !attracts || method != Method::ImplicitEuler;
         let mut forecast = Self::default();
-        forecast.look_at_single_bodies(world, scenes, &solvable);
-        forecast.look_at_groups(world, scenes, springs, &solvable);
+        forecast.add_single_bodies(world, scenes, &is_solvable);
+        forecast.add_groups(world, scenes, springs, &is_solvable);
         forecast.margins.sort_by(|a, b| {
             let by_ratio = b.ratio().total_cmp(&a.ratio());
             b.is_unstable.cmp(&a.is_unstable).then(by_ratio).then(b.value.total_cmp(&a.value))
@@ -149,52 +150,59 @@ impl Forecast {
         forecast
     }
 
-    /// Bytes that looking at a group of so many bodies takes at most.
+    /// Largest memory that the forecast of a group of so many bodies takes, bytes.
     #[must_use]
     pub fn most_bytes(bodies: u64) -> u64 {
         let numbers = usize::try_from(bodies.saturating_mul(3)).unwrap_or(usize::MAX);
         lanczos::most_bytes(numbers) as u64
     }
 
-    /// The worst first.
+    /// All margins, the worst first.
     #[must_use]
     pub fn margins(&self) -> &[Margin] {
         &self.margins
     }
 
-    /// Those that grow, the worst first.
+    /// The margins of modes that grow, the worst first.
     pub fn unstable(&self) -> impl Iterator<Item = &Margin> {
         self.margins.iter().filter(|margin| margin.is_unstable)
     }
 
-    /// Every spring, group by group; none without [`Self::with_springs`].
+    /// The margins of all springs, group by group; empty without [`Self::with_springs`].
     #[must_use]
     pub fn springs(&self) -> &[SpringMargin] {
         &self.springs
     }
 
-    fn look_at_groups(
+    fn add_groups(
         &mut self,
         world: &World,
-        scenes: Pace,
+        scenes: Stepping,
         springs: bool,
-        solvable: &dyn Fn(Method) -> bool,
+        is_solvable: &dyn Fn(Method) -> bool,
     ) {
         let Some(groups) = world.get_resource::<Groups>() else { return };
         for (coupling, bodies, substeps) in groups.parts() {
             let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
-            let pace = Pace {
+            let stepping = Stepping {
                 method: first.and_then(own_method).unwrap_or(scenes.method),
                 substeps: substeps.unwrap_or(scenes.substeps),
                 ..scenes
             };
-            let tell = springs.then_some(&mut self.springs);
-            self.margins.extend(groups::look(world, coupling, bodies, pace, solvable, tell));
+            let spring_margins = springs.then_some(&mut self.springs);
+            self.margins.extend(groups::margin(
+                world,
+                coupling,
+                bodies,
+                stepping,
+                is_solvable,
+                spring_margins,
+            ));
         }
     }
 }
 
-/// Whether there is anything to look at.
+/// Whether the world has anything that can limit a step.
 fn may_be_stiff(world: &World) -> bool {
     world.contains_resource::<Groups>()
         || world.contains_resource::<Drag>()

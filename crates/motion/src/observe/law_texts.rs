@@ -1,4 +1,4 @@
-//! The laws of a world in words.
+//! The laws of a world as text.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,19 @@ use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Law, MutualGravity, laws};
 
-/// The laws of a world in words, with their numbers.
+/// The laws of a world as text, with their parameters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LawTexts {
-    /// What acts between bodies: groups, springs, mutual gravity.
+    /// Forces between bodies: groups, springs, mutual gravity.
     pub between_bodies: Vec<String>,
-    /// The laws of every body, in the order in which they are added up, then those of single bodies, counted by name.
+    /// The laws of every body, in the order in which they are summed, then the number of own laws by name.
     pub on_bodies: Vec<String>,
-    /// Damping.
+    /// The damping model and its rate.
     pub damping: Option<String>,
 }
 
 impl LawTexts {
-    /// Those of `world`.
+    /// Describes the laws of `world`.
     #[must_use]
     pub fn of(world: &mut World) -> Self {
         let mut own = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Sums over all bodies: energy, momentum, angular momentum.
+//! Totals over all bodies: energy, momentum, angular momentum.
 
 use bevy_ecs::prelude::*;
 
@@ -9,13 +9,13 @@ use crate::state::components::{GravityOff, PhysicsBody, StableId, Transform};
 use crate::state::emitter::Dormant;
 use crate::units::{Scalar, Vector};
 
-/// Energy and momentum of all movable bodies.
+/// Energy, momentum and angular momentum of all movable bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
     /// Sum of `m v² / 2`, J.
     pub kinetic_energy: Scalar,
-    /// Sum of the potentials of all laws that have one, J: of gravity that is on, zero at the origin, of wells and
-    /// mutual gravity, zero far away, and of springs, zero at rest.
+    /// Sum of the potential energies of all laws with a potential, J. That of gravity is zero at the origin, that of wells
+    /// and mutual gravity at infinity, that of springs at rest length.
     pub potential_energy: Scalar,
     /// Sum of `m v`, kg m/s.
     pub momentum: Vector,
@@ -23,8 +23,8 @@ pub struct Totals {
     pub angular_momentum: Vector,
 }
 
-/// Sums over every movable body of `world`, in stable-id order so that no table order changes a bit; bodies
-/// without an id come last, in table order.
+/// Computes the totals of all movable bodies of `world`. Sums are in stable-id order, so that the order of tables changes
+/// no bit; bodies without an id come last, in table order.
 pub fn totals(world: &mut World) -> Totals {
     compile_groups(world);
     type Body = (
@@ -65,12 +65,12 @@ pub fn totals(world: &mut World) -> Totals {
     sum
 }
 
-/// Sums up the kinetic energy of one world again and again, faster than [`totals`] and rounded otherwise.
+/// A query that sums the kinetic energy of one world, faster than [`totals`] and with different rounding.
 #[derive(Debug)]
 pub struct KineticEnergy(QueryState<&'static PhysicsBody, Without<Dormant>>);
 
 impl KineticEnergy {
-    /// For sums of `world`.
+    /// Makes a query for `world`.
     #[must_use]
     pub fn new(world: &mut World) -> Self {
         Self(world.query_filtered())
@@ -79,10 +79,10 @@ impl KineticEnergy {
     /// Sum of `m v² / 2` over the movable bodies of `world`, J, in the order of its tables.
     ///
     /// # Panics
-    /// In another world than it was made for.
+    /// If `world` is not the world that the query was made for.
     pub fn sum(&mut self, world: &World) -> Scalar {
         let tables = self.0.contiguous_iter(world).expect("the state of a body is stored in tables");
-        // Divisions of one lane do not wait for the sum of another.
+        // Four sums: the divisions of one lane do not wait for the sum of another.
         let mut lanes = [0.0; 4];
         for block in tables.flat_map(|bodies| bodies.chunks(4)) {
             for (lane, body) in lanes.iter_mut().zip(block) {

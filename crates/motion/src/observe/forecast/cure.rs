@@ -1,60 +1,61 @@
-//! Limits and cures of linear systems.
+//! The largest stable step of a linear system, and what would make an unstable one stable.
 
-use super::modes::{Modes, Pace};
+use super::modes::{Modes, Stepping};
 use super::{Cure, LimitingPart, Margin};
 use crate::methods::table::Method;
 use crate::state::substeps::Substeps;
 use crate::units::Scalar;
 
-/// What is stepped: stable if all of its parts are.
+/// A linear system of parts that do not act on each other. It is stable if all of them are.
 #[derive(Clone, Debug)]
 pub(super) struct LinearSystem {
     parts: Vec<Modes>,
-    /// One oscillator that is nearly as fast: where to look for the limit first.
+    /// An oscillator that is nearly as fast as the fastest mode: the search for the limit starts at its limit.
     guess: Option<Modes>,
 }
 
-/// A limit below this is none: at shorter steps Runge-Kutta 2 grows by less than what passes for rounding. Of one
-/// oscillator, and of several together.
-const LEAST: [Scalar; 2] = [5e-3, 0.05];
+/// Smallest limits of one oscillator and of several: below, no step counts as stable. At shorter steps the growth of
+/// Runge-Kutta 2 is below the tolerance for rounding.
+const SMALLEST_LIMITS: [Scalar; 2] = [5e-3, 0.05];
 
-/// Limits that are looked for are between this value and one over it.
-const FARTHEST: Scalar = 1e6;
+/// The search for limits ends at this value and at its reciprocal.
+const LARGEST_LIMIT: Scalar = 1e6;
 
 impl LinearSystem {
-    /// One oscillator.
+    /// A system of one oscillator.
     pub fn one(modes: Modes) -> Self {
         Self { parts: vec![modes], guess: None }
     }
 
-    /// Oscillators that do not act on each other.
+    /// A system of oscillators that do not act on each other.
     pub const fn apart(parts: Vec<Modes>) -> Self {
         Self { parts, guess: None }
     }
 
-    /// Oscillators that act on each other, and the fastest without the others.
+    /// A system of oscillators that act on each other; `fastest` is the fastest one alone.
     pub fn joined(modes: Modes, fastest: Modes) -> Self {
         Self { parts: vec![modes], guess: Some(fastest) }
     }
 
-    pub fn is_stable(&self, pace: Pace) -> bool {
-        self.parts.iter().all(|modes| modes.is_stable(pace))
+    pub fn is_stable(&self, stepping: Stepping) -> bool {
+        self.parts.iter().all(|modes| modes.is_stable(stepping))
     }
 
-    fn growth(&self, pace: Pace) -> Scalar {
-        self.parts.iter().map(|modes| modes.growth(pace)).fold(0.0, Scalar::max)
+    fn growth(&self, stepping: Stepping) -> Scalar {
+        self.parts.iter().map(|modes| modes.growth(stepping)).fold(0.0, Scalar::max)
     }
 
-    /// The value of the longest stable tick, of which `value` is the present one; 0 for none, infinite where every tick is.
-    pub fn limit(&self, pace: Pace, value: Scalar) -> Scalar {
+    /// The value at which the system becomes unstable, where `value` is that of the current tick; 0 if no tick is stable,
+    /// infinite if every tick is.
+    pub fn limit(&self, stepping: Stepping, value: Scalar) -> Scalar {
         if value <= 0.0 {
             return Scalar::INFINITY;
         }
         if !value.is_finite() {
             return 0.0;
         }
-        let longer = |value_then: Scalar| Pace { tick: pace.tick * (value_then / value), ..pace };
-        let least = LEAST[usize::from(self.guess.is_some())];
+        let longer = |value_then: Scalar| Stepping { tick: stepping.tick * (value_then / value), ..stepping };
+        let least = SMALLEST_LIMITS[usize::from(self.guess.is_some())];
         let stable = |value| self.is_stable(longer(value));
         let found = match &self.guess {
             None => bracket(&stable, 1.25, value.max(least)),
@@ -62,7 +63,7 @@ impl LinearSystem {
                 let alone = |value| guess.is_stable(longer(value));
                 let near = bracket(&alone, 1.25, value.max(least));
                 let near = near.and_then(|[low, high]| (low > least).then(|| halved(&alone, low, high, 8)));
-                bracket(&stable, 1.1, near.unwrap_or(value).clamp(least, FARTHEST))
+                bracket(&stable, 1.1, near.unwrap_or(value).clamp(least, LARGEST_LIMIT))
             }
         };
         match found {
@@ -76,44 +77,44 @@ impl LinearSystem {
         }
     }
 
-    /// What there is to say of it.
+    /// The margin of the system.
     pub fn margin(
         &self,
         part: LimitingPart,
         bodies: usize,
         [value, at_most]: [Scalar; 2],
-        pace: Pace,
-        solvable: &dyn Fn(Method) -> bool,
+        stepping: Stepping,
+        is_solvable: &dyn Fn(Method) -> bool,
     ) -> Margin {
-        let is_unstable = !self.is_stable(pace);
-        let growth_per_s = if is_unstable { libm::pow(self.growth(pace), 1.0 / pace.tick) } else { 1.0 };
-        let limit = self.limit(pace, value);
-        // What is that much faster is stable at these steps if this is at so much longer ones.
-        let longer = Pace { tick: pace.tick * at_most.max(value) / value, ..pace };
-        let cure = if is_unstable { self.cure(longer, limit > 0.0, solvable) } else { Cure::default() };
-        let Pace { method, substeps, .. } = pace;
+        let is_unstable = !self.is_stable(stepping);
+        let growth_per_s =
+            if is_unstable { libm::pow(self.growth(stepping), 1.0 / stepping.tick) } else { 1.0 };
+        let limit = self.limit(stepping, value);
+        // A mode faster by this factor is stable at the current steps if this one is stable at steps longer by it.
+        let longer = Stepping { tick: stepping.tick * at_most.max(value) / value, ..stepping };
+        let cure = if is_unstable { self.cure(longer, limit > 0.0, is_solvable) } else { Cure::default() };
+        let Stepping { method, substeps, .. } = stepping;
         Margin { part, bodies, method, substeps, value, at_most, limit, is_unstable, growth_per_s, cure }
     }
 
-    fn cure(&self, pace: Pace, has_limit: bool, solvable: &dyn Fn(Method) -> bool) -> Cure {
-        let claims = pace.method.claims();
+    fn cure(&self, stepping: Stepping, has_limit: bool, is_solvable: &dyn Fn(Method) -> bool) -> Cure {
+        let claims = stepping.method.claims();
         let as_good = |method: &Method| {
             let other = method.claims();
             other.position_order >= claims.position_order && other.velocity_order >= claims.velocity_order
         };
         let last = Some(Method::ImplicitEuler).into_iter();
-        let method = Method::ALL
-            .into_iter()
-            .filter(as_good)
-            .chain(last)
-            .find(|method| solvable(*method) && self.is_stable(Pace { method: *method, ..pace }));
-        Cure { substeps: if has_limit { self.substeps(pace) } else { None }, method }
+        let method =
+            Method::ALL.into_iter().filter(as_good).chain(last).find(|method| {
+                is_solvable(*method) && self.is_stable(Stepping { method: *method, ..stepping })
+            });
+        Cure { substeps: if has_limit { self.substeps(stepping) } else { None }, method }
     }
 
-    /// The least stable number of substeps above the present one.
-    fn substeps(&self, pace: Pace) -> Option<u32> {
-        let stable = |substeps| self.is_stable(Pace { substeps, ..pace });
-        let (mut low, mut high) = (pace.substeps, pace.substeps);
+    /// The smallest stable number of substeps above the current one.
+    fn substeps(&self, stepping: Stepping) -> Option<u32> {
+        let stable = |substeps| self.is_stable(Stepping { substeps, ..stepping });
+        let (mut low, mut high) = (stepping.substeps, stepping.substeps);
         loop {
             if high >= Substeps::MOST {
                 return None;
@@ -131,8 +132,8 @@ impl LinearSystem {
     }
 }
 
-/// A stable value and the next unstable one, `by` apart, looked for from `start` on: infinite where nothing is too long,
-/// `None` where nothing is short enough.
+/// Finds a stable value and an unstable one, a factor of `by` apart, starting from `start`. The second is infinite if no
+/// value is unstable; `None` if no value is stable.
 fn bracket(stable: &dyn Fn(Scalar) -> bool, by: Scalar, start: Scalar) -> Option<[Scalar; 2]> {
     let mut here = start;
     if stable(here) {
@@ -141,13 +142,13 @@ fn bracket(stable: &dyn Fn(Scalar) -> bool, by: Scalar, start: Scalar) -> Option
             if !stable(next) {
                 return Some([here, next]);
             }
-            if next >= FARTHEST.max(start * FARTHEST) {
+            if next >= LARGEST_LIMIT.max(start * LARGEST_LIMIT) {
                 return Some([here, Scalar::INFINITY]);
             }
             here = next;
         }
     }
-    while here > 1.0 / FARTHEST {
+    while here > 1.0 / LARGEST_LIMIT {
         let next = here / by;
         if stable(next) {
             return Some([next, here]);
@@ -157,7 +158,7 @@ fn bracket(stable: &dyn Fn(Scalar) -> bool, by: Scalar, start: Scalar) -> Option
     None
 }
 
-/// The stable end of an interval that was halved so often.
+/// The stable end of an interval after bisecting it `times` times.
 fn halved(stable: &dyn Fn(Scalar) -> bool, mut low: Scalar, mut high: Scalar, times: u32) -> Scalar {
     if high.is_infinite() {
         return low;

@@ -1,11 +1,11 @@
-//! Groups: the fastest modes of springs and dampers.
+//! The forecast of groups: the fastest modes of springs and dampers.
 
 use bevy_ecs::prelude::*;
 
 use super::cure::LinearSystem;
 use super::lanczos::{Largest, dot, largest, orthogonalize};
 use super::matrix::Matrix;
-use super::modes::{MOST, Modes, Pace};
+use super::modes::{MOST, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin};
 use crate::groups::{Coupling, Holder, LinearGroup, Solver, larger};
 use crate::laws::damping::Damping;
@@ -13,19 +13,19 @@ use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::units::Scalar;
 
-/// The margin of a group, if anything acts in it; its springs get theirs through `tell`.
-pub(super) fn look(
+/// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
+pub(super) fn margin(
     world: &World,
     coupling: &Coupling<Scalar>,
     bodies: &[Entity],
-    pace: Pace,
-    solvable: &dyn Fn(Method) -> bool,
-    tell: Option<&mut Vec<SpringMargin>>,
+    stepping: Stepping,
+    is_solvable: &dyn Fn(Method) -> bool,
+    spring_margins: Option<&mut Vec<SpringMargin>>,
 ) -> Option<Margin> {
-    let damps_inside = with_method!(pace.method, M => M::DAMPS_INSIDE);
-    let times = if damps_inside { 1.0 } else { f64::from(pace.substeps) };
+    let damps_inside = with_method!(stepping.method, M => M::DAMPS_INSIDE);
+    let times = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
     let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
-    let h = pace.tick / f64::from(pace.substeps);
+    let h = stepping.tick / f64::from(stepping.substeps);
     let most = |most: [Scalar; 2], bound: [Scalar; 2]| [0, 1].map(|i| larger(most[i], bound[i]));
     let [stiffest, rate] = group.bounds().fold([0.0; 2], most);
     let rate = rate + group.largest_rate();
@@ -35,11 +35,11 @@ pub(super) fn look(
     }
     let shares = || group.bounds().map(|bound| times_over(bound, h));
     let margin = if over.is_finite() {
-        group_margin(world, &group, [stiffest, rate], [h, h / over], pace, solvable, bodies)?
+        group_margin(world, &group, [stiffest, rate], [h, h / over], stepping, is_solvable, bodies)?
     } else {
-        endless(&group, shares(), bodies, pace, solvable)
+        infinite_margin(&group, shares(), bodies, stepping, is_solvable)
     };
-    if let Some(springs) = tell {
+    if let Some(springs) = spring_margins {
         let most = shares().fold(0.0, f64::max);
         let ratio = |share: Scalar| match share {
             _ if !over.is_finite() => share,
@@ -54,21 +54,21 @@ pub(super) fn look(
     Some(margin)
 }
 
-/// The margin of a group that is stepped by `h` seconds, of which the bounds hold that are given; `short` is a step at
-/// which it is at most just stable.
+/// The margin of a group at steps of `h` seconds. `bounds` are those of stiffness and damping; `short` is a step at which
+/// the group is at or near the limit of stability.
 fn group_margin(
     world: &World,
     group: &LinearGroup<'_>,
     bounds: [Scalar; 2],
     [h, short]: [Scalar; 2],
-    pace: Pace,
-    solvable: &dyn Fn(Method) -> bool,
+    stepping: Stepping,
+    is_solvable: &dyn Fn(Method) -> bool,
     bodies: &[Entity],
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
-    let restless = (pace.method.claims().stability_limit == 0.0).then_some(h);
+    let undamped_step = (stepping.method.claims().stability_limit == 0.0).then_some(h);
     let LimitingMode { system, mode: y, quotients: [stiffness, rate], excess } =
-        modes_of(group, damping, short, bounds, restless)?;
+        limiting_mode(group, damping, short, bounds, undamped_step)?;
     let name = |row: usize| bodies[row];
     let (part, value, above) = match group.holder([short * short, 2.0 * short], &y)? {
         Holder::Spring(ends) => (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt()),
@@ -79,17 +79,17 @@ fn group_margin(
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
     let converges =
         |method| method != Method::ImplicitEuler || converges(solver, group, h * h * stiffness + h * rate);
-    let solvable = |method| solvable(method) && converges(method);
-    Some(system.margin(part, group.movable(), [value, value * above], pace, &solvable))
+    let is_solvable = |method| is_solvable(method) && converges(method);
+    Some(system.margin(part, group.movable(), [value, value * above], stepping, &is_solvable))
 }
 
-/// The margin of a group whose fastest mode may be faster than every number; `shares` are those of its springs in that.
-fn endless(
+/// The margin of a group whose fastest mode may be infinitely fast; `shares` are those of its springs in it.
+fn infinite_margin(
     group: &LinearGroup<'_>,
     shares: impl Iterator<Item = Scalar>,
     bodies: &[Entity],
-    pace: Pace,
-    solvable: &dyn Fn(Method) -> bool,
+    stepping: Stepping,
+    is_solvable: &dyn Fn(Method) -> bool,
 ) -> Margin {
     let spring = group.ends().zip(shares).find(|(_, share)| !share.is_finite());
     let part = match spring {
@@ -97,23 +97,30 @@ fn endless(
         None => LimitingPart::Drag(bodies[group.fastest_drag()]),
     };
     let value = Scalar::INFINITY;
-    LinearSystem::one(Modes::one(value, 0.0, None)).margin(part, group.movable(), [value; 2], pace, solvable)
+    LinearSystem::one(Modes::one(value, 0.0, None)).margin(
+        part,
+        group.movable(),
+        [value; 2],
+        stepping,
+        is_solvable,
+    )
 }
 
-/// Modes that are looked for besides the fastest, by methods that only damping keeps stable.
+/// Largest number of modes with little damping that are searched for, besides the fastest ones, for methods that are
+/// stable only with damping.
 const MOST_UNDAMPED: usize = 4;
 
-/// How many times too long a step of `h` seconds is for semi-implicit Euler: where `h² stiffness + 2 h rate` is 4 it is
-/// just stable. Other methods differ by a factor of about 1, and find out.
+/// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h rate = 4`. The
+/// limits of other methods differ by a factor of about 1 and are computed.
 fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
     // 1 / t of t² p + 2 t q = 4.
     let (p, q) = (h * h * stiffness, h * rate);
     (q + (q * q + 4.0 * p).sqrt()) / 4.0
 }
 
-/// Whether the iteration of implicit Euler comes to its end where `stiffest` is the largest of `h² w² + h c`: as many
-/// iterations are left to conjugate gradients as they take at most of that condition (Luenberger 1973), or as many as
-/// there are numbers, with some to make up for rounding. Beyond 1 / epsilon nothing is left of the inertia.
+/// Whether implicit Euler's solver converges, where `stiffest` is the largest of `h² w² + h c`. Conjugate gradients need at
+/// most as many iterations as the condition number demands (Luenberger 1973), or as there are numbers, times a factor for
+/// rounding. Beyond a condition number of 1 / epsilon the inertia is below rounding.
 fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool {
     let condition = 1.0 + stiffest;
     let by_condition = 0.5 * condition.sqrt() * libm::log(2.0 / solver.tolerance);
@@ -122,40 +129,40 @@ fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool 
     condition * Scalar::EPSILON < 1.0 && by_condition.min(by_numbers) <= Scalar::from(solver.most_iterations)
 }
 
-/// `stiffness y·A y + rate y·C y`, the scene's damping in it.
+/// `stiffness y·A y + rate y·C y`, with the scene's damping in C.
 fn quotient(group: &LinearGroup<'_>, factors: [Scalar; 2], y: &[Scalar]) -> Scalar {
     let mut product = vec![0.0; y.len()];
     group.apply(factors, true, y, &mut product);
     dot(y, &product).max(0.0)
 }
 
-/// What decides whether a group is stable.
+/// The mode that decides whether a group is stable.
 struct LimitingMode {
     system: LinearSystem,
-    /// The mode that limits it, of length 1.
+    /// The mode, a vector of length 1.
     mode: Vec<Scalar>,
-    /// What it has of stiffness, 1/s², and of damping, 1/s.
+    /// Its Rayleigh quotients of stiffness, 1/s², and of damping, 1/s.
     quotients: [Scalar; 2],
-    /// The square of how much faster the fastest mode may be, as far as is known; at least 1.
+    /// Upper bound over lower bound of the largest eigenvalue; at least 1.
     excess: Scalar,
 }
 
-/// What decides whether a group is stable at steps of about `h` seconds, and the mode that limits it: the fastest. By a
-/// method that only damping keeps stable, at steps of `restless` seconds, it is the one with too little of it.
+/// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or, for a
+/// method that is stable only with damping, at steps of `undamped_step` seconds, the one with too little damping.
 /// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping.
 ///
-/// Modes are Ritz vectors, which are no faster than the fastest: none makes a group look less stable than it is.
-fn modes_of(
+/// Modes are Ritz vectors, which are never faster than the fastest mode: a stable group never appears unstable.
+fn limiting_mode(
     group: &LinearGroup<'_>,
     damping: Option<Damping>,
     h: Scalar,
     [stiffest, rate]: [Scalar; 2],
-    restless: Option<Scalar>,
+    undamped_step: Option<Scalar>,
 ) -> Option<LimitingMode> {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
     let scenes = |rate: Option<Scalar>| damping.zip(rate).map(|(damping, rate)| Damping { rate, ..damping });
-    // Numbers of about 1, whatever the stiffness is.
+    // Scales the numbers to about 1, whatever the stiffness.
     let factors = match alike {
         Some(_) if stiffest > 0.0 => [(1.0 / stiffest).min(Scalar::MAX), 0.0],
         Some(_) => [0.0; 2],
@@ -165,19 +172,19 @@ fn modes_of(
     let bound = (factors[0] * stiffest + factors[1] * rate).min(group.bound(factors));
     let Largest { pairs, at_most } =
         largest(n, count, bound, |y, out| group.apply(factors, alike.is_none(), y, out));
-    // None where numbers have grown out of their range.
+    // None if numbers have overflowed.
     let (value, fastest) = pairs.first()?.clone();
     let excess = if value > 0.0 { (at_most / value).max(1.0) } else { 1.0 };
     if let Some((all, own)) = alike {
-        // As a product with the vector would say once more.
+        // The eigenvalue: another product would give the same.
         let stiffness = if value > 0.0 { value / factors[0] } else { 0.0 };
         let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
         let system = LinearSystem::apart(parts.to_vec());
         let quotients = [stiffness, quotient(group, [0.0, 1.0], &fastest)];
         return Some(LimitingMode { system, mode: fastest, quotients, excess });
     }
-    let undamped: Vec<_> = restless.map_or_else(Vec::new, |h| {
-        // A mode of explicit Euler grows where h² w² - h c is above 0; the shift lets no eigenvalue be below.
+    let undamped: Vec<_> = undamped_step.map_or_else(Vec::new, |h| {
+        // A mode of explicit Euler grows if h² w² - h c is above 0; the shift makes every eigenvalue positive.
         let shift = h * rate;
         let less = |y: &[Scalar], out: &mut [Scalar]| {
             group.apply([h * h, -h], true, y, out);
@@ -194,7 +201,7 @@ fn modes_of(
     };
     let modes = reduced(group, damping, &basis);
     let [stiffness, all] = [[1.0, 0.0], [0.0, 1.0]].map(|factors| quotient(group, factors, &limiting));
-    // What of it is the scene's damping has its own formula; the guess need not be exact.
+    // The scene's damping has its own formulas. The guess need not be exact.
     let mut own = vec![0.0; n];
     group.damp(1.0, &limiting, &mut own);
     let own = dot(&own, &limiting);
@@ -205,7 +212,7 @@ fn modes_of(
     Some(LimitingMode { system, mode: limiting, quotients: [stiffness, all], excess })
 }
 
-/// At most `most` of `vectors`, made orthogonal and of length 1, without those that the ones before them span.
+/// An orthonormal basis of up to `most` of `vectors`; skips a vector that the earlier ones span.
 fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>, most: usize) -> Vec<Vec<Scalar>> {
     let mut basis: Vec<Vec<Scalar>> = Vec::new();
     for mut vector in vectors {
@@ -222,7 +229,7 @@ fn orthonormal(vectors: impl Iterator<Item = Vec<Scalar>>, most: usize) -> Vec<V
     basis
 }
 
-/// The group in an orthonormal basis.
+/// The linear system of a group in an orthonormal basis.
 fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scalar>]) -> Modes {
     let project = |apply: &dyn Fn(&[Scalar], &mut [Scalar])| {
         let mut matrix = Matrix::zero(basis.len());
@@ -252,14 +259,14 @@ fn reduced(group: &LinearGroup<'_>, damping: Option<Damping>, basis: &[Vec<Scala
     }
 }
 
-/// Rates of damping that are reckoned with as one, the largest of them.
+/// Classes of similar damping rates. Each counts as its largest rate.
 struct Classes {
-    /// Ascending.
+    /// Largest rate of each class, 1/s, ascending.
     most: Vec<Scalar>,
 }
 
 impl Classes {
-    /// Rates of which there are no more are each a class.
+    /// Largest number of classes. With no more rates than this, each is a class of its own.
     const MOST: usize = 16;
 
     fn of(rates: &[Scalar]) -> Self {

@@ -1,38 +1,38 @@
-//! Largest eigenvalues of symmetric operators without a matrix.
+//! Largest eigenvalues of symmetric operators that are given as a function, by Lanczos's iteration.
 
 /// An eigenvalue and its vector of length 1.
 pub(crate) type Pair = (f64, Vec<f64>);
 
-/// Vectors kept at most, and numbers in all of them: what a large net may cost.
+/// Largest number of vectors in the basis, and of numbers in all of them: the memory that a large group may take.
 const MOST_VECTORS: usize = 32;
 const MOST_NUMBERS: usize = 8_000_000;
-/// Vectors below which restarts would slow the iteration down.
+/// Smallest number of vectors: with fewer, restarts would slow the iteration down.
 const LEAST_VECTORS: usize = 8;
 
-/// Products with the operator at most, and numbers in all of their results.
+/// Largest number of products with the operator, and of numbers in all their results.
 const MOST_PRODUCTS: usize = 400;
 const MOST_WORK: usize = 100_000_000;
 
-/// How far apart the bounds of the largest eigenvalue may be when it stops, relative to it: the root of the eigenvalue is
-/// then known to half of that. The second one where the first would take more than [`ENOUGH_WORK`].
+/// Relative distance between the bounds of the largest eigenvalue at which the iteration stops; its root is then known to
+/// half of that. The second one holds after [`ENOUGH_WORK`].
 const TOLERANCES: [f64; 2] = [1e-3, 0.02];
 const ENOUGH_WORK: usize = 5_000_000;
 
-/// How likely a start is that has too little of the largest eigenvector.
+/// Probability that a start vector has too small a share of the largest eigenvector.
 const UNLIKELY: f64 = 1e-3;
 
-/// The largest eigenpairs, as far as they were found.
+/// The largest eigenpairs that were found.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Largest {
-    /// Ritz pairs, the largest first: no value is above the eigenvalue of its place.
+    /// Ritz pairs, the largest first. Each value is a lower bound of the eigenvalue of the same rank.
     pub pairs: Vec<Pair>,
-    /// What the largest eigenvalue is at most.
+    /// Upper bound of the largest eigenvalue.
     pub at_most: f64,
 }
 
-/// At most `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric, positive semidefinite, and
-/// has no eigenvalue above `bound` (Lanczos 1950, restarted with the best half of the basis: Wu, Simon 2000). Fewer where
-/// `n` leaves no room for so many.
+/// Finds up to `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric, positive semidefinite,
+/// and has no eigenvalue above `bound` (Lanczos 1950, restarted with the best half of the basis: Wu, Simon 2000). Finds
+/// fewer if memory for `n` numbers limits the basis.
 pub(crate) fn largest(
     n: usize,
     count: usize,
@@ -58,21 +58,24 @@ pub(crate) fn largest(
         let shares = orthogonalize(&mut product, &basis);
         length = dot(&product, &product).sqrt();
         if !length.is_finite() {
-            // Numbers have grown out of their range.
+            // Numbers have overflowed.
             return Largest { pairs: Vec::new(), at_most: bound };
         }
         let m = basis.len();
         for (i, share) in shares.into_iter().enumerate() {
             (projected[i * most + m - 1], projected[(m - 1) * most + i]) = (share, share);
         }
-        // What is left is rounding: the basis has all that the start has something of.
+        // The rest is rounding error: the basis spans every eigenvector that the start has a share of.
         let is_whole = m == n || length <= 1e-13 * size;
         if n < m * m * m && m < most && !is_whole {
-            // A look would take longer than a product.
+            // Solving the projected problem would take longer than a product.
             next = product;
             continue;
         }
-        ritz = symmetric(projected.chunks(most).take(m).flat_map(|row| &row[..m]).copied().collect(), m);
+        ritz = symmetric_eigenpairs(
+            projected.chunks(most).take(m).flat_map(|row| &row[..m]).copied().collect(),
+            m,
+        );
         let (value, residual) = (ritz[0].0, (length * ritz[0].1[m - 1]).abs());
         at_most = bound.min(if is_whole || residual <= TOLERANCES[0] * value {
             value + residual
@@ -89,7 +92,7 @@ pub(crate) fn largest(
         }
         if m == most {
             let best = &ritz[..m.div_ceil(2)];
-            turn(&mut basis, best);
+            replace_basis(&mut basis, best);
             projected.fill(0.0);
             best.iter().enumerate().for_each(|(i, (value, _))| projected[i * most + i] = *value);
         }
@@ -100,27 +103,27 @@ pub(crate) fn largest(
     Largest { pairs, at_most: at_most.max(0.0) }
 }
 
-/// How many vectors of `n` numbers the basis has at most.
+/// Largest number of vectors of `n` numbers in the basis.
 fn most_vectors(n: usize) -> usize {
     (MOST_NUMBERS / n.max(1)).clamp(LEAST_VECTORS, MOST_VECTORS).min(n)
 }
 
-/// Bytes of the vectors for an operator on `n` numbers: the basis, the next one, and the first of the results.
+/// Memory of the vectors for an operator on `n` numbers, bytes: the basis, the next vector, and the first result.
 pub(crate) fn most_bytes(n: usize) -> usize {
     n.saturating_mul(size_of::<f64>() * (most_vectors(n) + 2))
 }
 
-/// What part of the largest eigenvalue the first Ritz value lacks at most after so many products, but for one start in a
-/// thousand, whatever the operator (Kuczynski, Wozniakowski 1992, theorem 4.2; restarts cost next to nothing of it).
+/// Largest relative error of the first Ritz value after so many products, for any operator and all but one start in a
+/// thousand (Kuczynski, Wozniakowski 1992, theorem 4.2; restarts change this little).
 #[expect(clippy::cast_precision_loss, reason = "a count of numbers")]
 fn missed(n: usize, products: usize) -> f64 {
     let least = libm::log(1.648 * (n as f64).sqrt() / UNLIKELY) / (2.0 * products as f64 - 1.0);
     least * least
 }
 
-/// Puts the Ritz vectors `best` in the place of the basis that they are shares of, number by number: a second basis would
-/// be the largest part of what the forecast of a large world takes.
-fn turn(basis: &mut Vec<Vec<f64>>, best: &[Pair]) {
+/// Replaces the basis by the Ritz vectors `best`, whose shares of the basis are given. It does so number by number, because
+/// a second basis would be the largest part of the memory of the forecast.
+fn replace_basis(basis: &mut Vec<Vec<f64>>, best: &[Pair]) {
     let mut row = vec![0.0; basis.len()];
     for i in 0..basis.first().map_or(0, Vec::len) {
         row.iter_mut().zip(&*basis).for_each(|(part, vector)| *part = vector[i]);
@@ -129,7 +132,7 @@ fn turn(basis: &mut Vec<Vec<f64>>, best: &[Pair]) {
     basis.truncate(best.len());
 }
 
-/// The sum of the vectors of a basis, each times its factor.
+/// The linear combination of the vectors of a basis with those factors.
 fn combined(basis: &[Vec<f64>], factors: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; basis.first().map_or(0, Vec::len)];
     for (factor, vector) in factors.iter().zip(basis) {
@@ -138,7 +141,7 @@ fn combined(basis: &[Vec<f64>], factors: &[f64]) -> Vec<f64> {
     sum
 }
 
-/// Numbers in [-1, 1) that have something of every eigenvector (`SplitMix64`).
+/// A start vector of random numbers in [-1, 1), which has a share of every eigenvector (`SplitMix64`).
 fn scattered(n: usize) -> Vec<f64> {
     let mut state = 0_u64;
     let mut next = || {
@@ -155,13 +158,13 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Takes out of a vector what an orthonormal basis has of it (Gram-Schmidt), and says how much that was. The newest
-/// first, of which a product has most: in the other order the rounding of each step would be several times that of the
-/// step before.
+/// Subtracts from a vector its projection on an orthonormal basis (Gram-Schmidt) and returns the shares. The newest vector
+/// comes first because a product has its largest share there: in the other order rounding errors would grow several times
+/// with each step.
 pub(super) fn orthogonalize(vector: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let mut shares = vec![0.0; basis.len()];
     let mut before = dot(vector, vector);
-    // Again where so much was taken out that what rounding leaves of it would come back as a copy.
+    // Twice if the projection was nearly all of the vector: the rounding error of the first pass would dominate the rest.
     for _ in 0..2 {
         for (other, sum) in basis.iter().zip(&mut shares).rev() {
             let share = dot(other, vector);
@@ -178,7 +181,7 @@ pub(super) fn orthogonalize(vector: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> 
 }
 
 /// Eigenpairs of a symmetric matrix by rows, the largest first (Jacobi 1846).
-fn symmetric(mut a: Vec<f64>, n: usize) -> Vec<Pair> {
+fn symmetric_eigenpairs(mut a: Vec<f64>, n: usize) -> Vec<Pair> {
     let mut vectors = vec![0.0; n * n];
     (0..n).for_each(|i| vectors[i * n + i] = 1.0);
     for _ in 0..40 {
@@ -199,7 +202,7 @@ fn symmetric(mut a: Vec<f64>, n: usize) -> Vec<Pair> {
     pairs
 }
 
-/// Makes one entry 0; the rows of `vectors` are turned along.
+/// Rotates one entry to 0, and the rows of `vectors` with it.
 fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, p: usize, q: usize) {
     let off = a[p * n + q];
     if off == 0.0 {
@@ -209,16 +212,16 @@ fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, p: usize, q: usize) {
     let t = 1.0_f64.copysign(theta) / (theta.abs() + (theta * theta + 1.0).sqrt());
     let cos = 1.0 / (t * t + 1.0).sqrt();
     let sin = t * cos;
-    let turn = |a: &mut [f64], i: usize, j: usize| {
+    let rotate_pair = |a: &mut [f64], i: usize, j: usize| {
         let (x, y) = (a[i], a[j]);
         (a[i], a[j]) = (cos * x - sin * y, sin * x + cos * y);
     };
     for k in 0..n {
-        turn(a, k * n + p, k * n + q);
+        rotate_pair(a, k * n + p, k * n + q);
     }
     for k in 0..n {
-        turn(a, p * n + k, q * n + k);
-        turn(vectors, p * n + k, q * n + k);
+        rotate_pair(a, p * n + k, q * n + k);
+        rotate_pair(vectors, p * n + k, q * n + k);
     }
 }
 
@@ -226,7 +229,7 @@ fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, p: usize, q: usize) {
 mod tests {
     use super::*;
 
-    /// A chain between two walls: `2 - 2 cos` of multiples of pi / (n + 1).
+    /// A chain between two walls, whose eigenvalues are `2 - 2 cos` of multiples of pi / (n + 1).
     fn chain(x: &[f64], out: &mut [f64]) {
         for i in 0..x.len() {
             let before = if i == 0 { 0.0 } else { x[i - 1] };
@@ -247,7 +250,7 @@ mod tests {
         }
     }
 
-    /// No sizes at which another way is taken: more numbers only widen what is known, to 1 % of the root.
+    /// The method has no threshold of size: more numbers only widen the bounds, to 1 % of the root.
     #[test]
     fn the_largest_of_a_long_chain_lies_between_its_bounds() {
         for n in [3_000_u32, 30_000, 300_000, 3_000_000] {
@@ -269,10 +272,10 @@ mod tests {
         }
     }
 
-    /// Ritz values of a basis that is not orthogonal any more would be above every eigenvalue.
+    /// Ritz values of a basis that has lost orthogonality would exceed every eigenvalue.
     #[test]
     fn no_value_is_above_the_largest_of_an_operator_that_has_few_eigenvalues() {
-        // A third of the numbers is a chain, the others are nothing.
+        // A third of the numbers is a chain, the others map to 0.
         let apply = |x: &[f64], out: &mut [f64]| {
             out.fill(0.0);
             let (part, rest) = (x.len() / 3, x.len() / 3 * 3);

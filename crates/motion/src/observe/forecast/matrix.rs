@@ -1,4 +1,4 @@
-//! Small square matrices: products, powers, and how fast powers grow.
+//! Small square matrices: products, powers and the spectral radius.
 
 /// A square matrix, by rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -7,8 +7,8 @@ pub(crate) struct Matrix {
     entries: Vec<f64>,
 }
 
-/// How often a matrix is squared to find its spectral radius: beyond 2^32 steps a factor of 1e6 between its largest
-/// entry and its radius is 3e-9 of the radius.
+/// Number of squarings for the spectral radius: after 2^32 steps a factor of 1e6 between the largest entry and the radius
+/// is an error of 3e-9.
 const SQUARINGS: u32 = 32;
 
 impl Matrix {
@@ -16,7 +16,7 @@ impl Matrix {
         Self { n, entries: vec![0.0; n * n] }
     }
 
-    /// `factor` times the unit matrix.
+    /// `factor` times the identity matrix.
     pub fn scalar(n: usize, factor: f64) -> Self {
         let mut matrix = Self::zero(n);
         (0..n).for_each(|i| matrix.entries[i * n + i] = factor);
@@ -70,7 +70,7 @@ impl Matrix {
         power
     }
 
-    /// The x of `self x = right`, by elimination without exchanges: for matrices that are positive definite.
+    /// Solves `self x = right` for x in place, by elimination without pivoting: for positive definite matrices.
     pub fn solve(&self, right: &mut [f64]) {
         let (n, mut rows) = (self.n, self.entries.clone());
         for pivot in 0..n {
@@ -90,8 +90,8 @@ impl Matrix {
         self.entries.iter().map(|entry| entry.abs()).fold(0.0, f64::max)
     }
 
-    /// Largest magnitude of its eigenvalues: of two rows by their formula, of more from the size of a high power
-    /// (Gelfand 1941). Infinite where an entry is not finite.
+    /// Spectral radius, the largest magnitude of an eigenvalue: by formula for two rows, else from the size of a high power
+    /// (Gelfand 1941). Infinite if an entry is not finite.
     pub fn radius(&self) -> f64 {
         if !self.entries.iter().all(|entry| entry.is_finite()) {
             return f64::INFINITY;
@@ -102,7 +102,7 @@ impl Matrix {
     fn radius_of_two(&self) -> f64 {
         let [a, b, c, d] = [0, 1, 2, 3].map(|i| self.entries[i]);
         let (half, determinant) = ((a + d) / 2.0, a * d - b * c);
-        // Not from half² - determinant, which cancels where both eigenvalues are near 1.
+        // Not half² - determinant, which cancels if both eigenvalues are near 1.
         let apart = (a - d) / 2.0;
         let discriminant = apart * apart + b * c;
         if discriminant < 0.0 { determinant.abs().sqrt() } else { half.abs() + discriminant.sqrt() }

@@ -7,27 +7,27 @@ use crate::laws::damping::{Damping, Decay};
 use crate::methods::table::Method;
 use crate::methods::{Carry, Field, Integrator, with_method};
 
-/// Coordinates of a system that is reckoned with as a whole.
+/// Largest number of coordinates of a system that is not reduced.
 pub(crate) const MOST: usize = 12;
 
-/// How a system is stepped.
+/// The method, tick and substeps of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pace {
+pub(crate) struct Stepping {
     pub method: Method,
     /// Length of a tick, s, above 0.
     pub tick: f64,
-    /// Parts of a tick, at least 1.
+    /// Substeps per tick, at least 1.
     pub substeps: u32,
 }
 
-/// `x'' = -A x - C x'` in at most [`MOST`] coordinates in which the mass is 1, and damping of the scene.
+/// A linear system `x'' = -A x - C x'` in at most [`MOST`] coordinates in which the mass is 1, and the scene's damping.
 #[derive(Clone, Debug)]
 pub(crate) struct Modes {
-    /// A, 1/s²; symmetric, no eigenvalue below 0.
+    /// A, 1/s²: symmetric and positive semidefinite.
     pub stiffness: Matrix,
-    /// C by laws, 1/s.
+    /// C of laws, 1/s.
     pub damping: Matrix,
-    /// Damping of the scene, and the part of every coordinate that decays so; the parts add up to 1.
+    /// The scene's damping by rate, each with the projection on the coordinates with that rate; the projections sum to 1.
     pub decays: Vec<(Damping, Matrix)>,
 }
 
@@ -41,34 +41,34 @@ impl Modes {
         }
     }
 
-    /// By what factor the state grows in a tick at most, when many have passed; infinite where that is no number.
-    pub fn growth(&self, pace: Pace) -> f64 {
-        let matrix = with_method!(pace.method, M => match self.stiffness.size() {
-            1 => self.tick::<M, 1>(pace),
-            _ => self.tick::<M, MOST>(pace),
+    /// Largest factor of growth per tick, after many ticks; infinite if it is not finite.
+    pub fn growth(&self, stepping: Stepping) -> f64 {
+        let matrix = with_method!(stepping.method, M => match self.stiffness.size() {
+            1 => self.tick::<M, 1>(stepping),
+            _ => self.tick::<M, MOST>(stepping),
         });
         let radius = matrix.radius();
         if radius.is_nan() { f64::INFINITY } else { radius }
     }
 
-    /// Whether it does not grow, but for rounding.
-    pub fn is_stable(&self, pace: Pace) -> bool {
-        // A body at rest is an eigenvalue 1 with no second direction: rounding moves such a one by its square root.
+    /// Whether the system does not grow, apart from rounding.
+    pub fn is_stable(&self, stepping: Stepping) -> bool {
+        // A body at rest has a defective double eigenvalue 1, which rounding moves by its square root.
         let rounding = if self.stiffness.size() == 1 { 1e-11 } else { 1e-7 };
-        self.growth(pace) <= 1.0 + rounding * f64::from(pace.substeps)
+        self.growth(stepping) <= 1.0 + rounding * f64::from(stepping.substeps)
     }
 
-    /// The state after a tick from that before it: rows and columns are x / h, v.
-    fn tick<M: Integrator, const N: usize>(&self, pace: Pace) -> Matrix {
+    /// The matrix of a tick; rows and columns are x / h, v.
+    fn tick<M: Integrator, const N: usize>(&self, stepping: Stepping) -> Matrix {
         let n = self.stiffness.size();
-        let h = pace.tick / f64::from(pace.substeps);
-        let mut field = LinearField::<N>::of::<M>(self, pace.tick, h);
+        let h = stepping.tick / f64::from(stepping.substeps);
+        let mut field = LinearField::<N>::of::<M>(self, stepping.tick, h);
         let mut step = Matrix::zero(2 * n);
         for column in 0..2 * n {
             let mut unit = [Coordinates([0.0; N]); 2];
             unit[column / n].0[column % n] = 1.0;
             let [x, v] = unit;
-            // In the midst of a run: position Verlet's first step is another one.
+            // A step within a run: the first step of position Verlet differs.
             let mut carry = Carry { last_step: h, start: None };
             let (x, v) = M::step(&mut field, x * h, v, &mut carry);
             for row in 0..n {
@@ -76,13 +76,13 @@ impl Modes {
                 step.set(n + row, column, v.0[row]);
             }
         }
-        let tick = step.power(pace.substeps);
+        let tick = step.power(stepping.substeps);
         if M::DAMPS_INSIDE || self.decays.is_empty() {
             return tick;
         }
         let of_velocities = |factor: &dyn Fn(&Decay<f64>) -> f64| {
             let mut matrix = Matrix::scalar(2 * n, 1.0);
-            let factors = self.mixed(|damping| factor(&damping.around(pace.tick).0));
+            let factors = self.mixed(|damping| factor(&damping.around(stepping.tick).0));
             for (i, j) in (0..n * n).map(|entry| (entry / n, entry % n)) {
                 matrix.set(n + i, n + j, factors.at(i, j));
             }
@@ -93,7 +93,7 @@ impl Modes {
         after.times(&tick).times(&before)
     }
 
-    /// A number of each damping, in coordinates.
+    /// The matrix of a number that each damping has.
     fn mixed(&self, number: impl Fn(Damping) -> f64) -> Matrix {
         let mut sum = Matrix::zero(self.stiffness.size());
         self.decays.iter().for_each(|(damping, part)| sum.add(part, number(*damping)));
@@ -101,7 +101,7 @@ impl Modes {
     }
 }
 
-/// Positions, velocities or accelerations.
+/// A vector of positions, velocities or accelerations.
 #[derive(Clone, Copy)]
 struct Coordinates<const N: usize>([f64; N]);
 
@@ -126,19 +126,19 @@ impl<const N: usize> Mul<f64> for Coordinates<N> {
     }
 }
 
-/// The system for the methods of integration.
+/// The linear system as a [`Field`] for the methods.
 struct LinearField<const N: usize> {
     h: f64,
     stiffness: Matrix,
     damping: Matrix,
-    /// What exact damping leaves of a velocity and of an acceleration.
+    /// Factors of velocity and acceleration in a kick with exact damping.
     kick: Option<[Matrix; 2]>,
     before: Option<Matrix>,
     after: Option<Matrix>,
 }
 
 impl<const N: usize> LinearField<N> {
-    /// Of steps of `M` of `h` seconds in ticks of `tick` seconds.
+    /// The field of steps of `h` seconds by `M`, in ticks of `tick` seconds.
     fn of<M: Integrator>(modes: &Modes, tick: f64, h: f64) -> Self {
         let mut field = Self {
             h,

@@ -1,11 +1,11 @@
-//! ForecastQuery that nothing joins: damping, drag and wells.
+//! The forecast of single bodies: damping, drag, wells and your own laws.
 
 use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
 use super::cure::LinearSystem;
 use super::lanczos::largest;
-use super::modes::{Modes, Pace};
+use super::modes::{Modes, Stepping};
 use super::{Forecast, LimitingPart};
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
@@ -43,24 +43,24 @@ struct Oscillator {
     damping: Scalar,
 }
 
-/// The fastest of the bodies that are stepped alike.
+/// Bodies with the same method and substeps: the fastest of them for each limiting part.
 struct StepClass {
-    pace: Pace,
+    stepping: Stepping,
     bodies: usize,
-    /// By drag and damping.
+    /// Fastest by drag and damping.
     damped: Option<Oscillator>,
-    /// At each well.
+    /// Fastest at each well.
     wells: Vec<Option<Oscillator>>,
-    /// By other laws, by name.
+    /// Fastest by each other law, by name.
     laws: Vec<(&'static str, Option<Oscillator>)>,
 }
 
 impl Forecast {
-    pub(super) fn look_at_single_bodies(
+    pub(super) fn add_single_bodies(
         &mut self,
         world: &mut World,
-        scenes: Pace,
-        solvable: &dyn Fn(Method) -> bool,
+        scenes: Stepping,
+        is_solvable: &dyn Fn(Method) -> bool,
     ) {
         let (drag, wells) = (world.get_resource::<Drag>().copied(), world.get_resource::<Wells>().cloned());
         let damping = world.get_resource::<Damping>().copied();
@@ -72,128 +72,149 @@ impl Forecast {
         let world = &*world;
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
         let at = EvaluationTime { time, within_step: time };
-        let mut kinds: Vec<StepClass> = Vec::new();
-        for (entity, transform, body, rate, substeps, own, marked, grouped, dormant, floats) in
+        let mut classes: Vec<StepClass> = Vec::new();
+        for (entity, transform, body, rate, substeps, own, marked, grouped, dormant, gravity_off) in
             query.iter(world)
         {
             if body.inverse_mass <= 0.0 {
                 continue;
             }
             let method = if marked { own_method(world.entity(entity)) } else { None };
-            let pace = Pace {
+            let stepping = Stepping {
                 method: method.unwrap_or(scenes.method),
                 substeps: substeps.map_or(scenes.substeps, |substeps| substeps.0.max(1)),
                 ..scenes
             };
             let state = BodyState::<Scalar> {
                 position: transform.position,
-                // Nobody knows that of a particle that will be born.
+                // The velocity of a particle that is not born yet is unknown.
                 velocity: if dormant { DVec3::ZERO } else { body.velocity },
                 inverse_mass: body.inverse_mass,
             };
-            // k |u| u slows a body down that nothing drives, and drives it beyond where it came from from k |u| h = 2 on.
-            // One that falls has a speed to come to, around which its slope is twice as steep.
-            let slope = if gravity && !floats { 2.0 } else { 1.0 };
+            // Without a driving force, k |u| u reverses and grows from k |u| h = 2 on. A falling body approaches its
+            // terminal speed, where the slope is twice as steep.
+            let slope = if gravity && !gravity_off { 2.0 } else { 1.0 };
             let of_drag =
                 |drag: &Drag| drag.linear + slope * drag.quadratic * drag.against(time, state).length();
-            let one = Oscillator {
+            let oscillator = Oscillator {
                 body: entity,
                 stiffness: 0.0,
                 drag: drag.as_ref().map_or(0.0, of_drag),
                 damping: damping.map_or(0.0, |scenes| rate.map_or(scenes.rate, DampingRate::rate)),
             };
-            let kind = kinds.iter().position(|kind| kind.pace == pace).unwrap_or_else(|| {
-                kinds.push(StepClass {
-                    pace,
+            let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
+                classes.push(StepClass {
+                    stepping,
                     bodies: 0,
                     damped: None,
                     wells: vec![None; wells.len()],
                     laws: Vec::new(),
                 });
-                kinds.len() - 1
+                classes.len() - 1
             });
-            kinds[kind].bodies += 1;
+            classes[class].bodies += 1;
             if !grouped {
-                keep_faster(&mut kinds[kind].damped, one, |one| one.drag + one.damping);
+                keep_faster(&mut classes[class].damped, oscillator, |oscillator| {
+                    oscillator.drag + oscillator.damping
+                });
             }
             if dormant {
                 continue;
             }
-            for (well, fastest) in wells.iter().zip(&mut kinds[kind].wells) {
-                let one = Oscillator { stiffness: well.squared_frequency(transform.position), ..one };
-                keep_faster(fastest, one, |one| one.stiffness);
+            for (well, fastest) in wells.iter().zip(&mut classes[class].wells) {
+                let oscillator =
+                    Oscillator { stiffness: well.squared_frequency(transform.position), ..oscillator };
+                keep_faster(fastest, oscillator, |oscillator| oscillator.stiffness);
             }
             for law in more.iter().chain(own.into_iter().flat_map(OwnLaws::laws)) {
-                kinds[kind].look_at_law(&**law, at, state, one);
+                classes[class].add_law(&**law, at, state, oscillator);
             }
         }
-        let fastest = kinds.iter().flat_map(|kind| kind.fastest(damping));
-        let margin = |(part, value, kind, system): (LimitingPart, Scalar, &StepClass, LinearSystem)| {
-            system.margin(part, kind.bodies, [value; 2], kind.pace, solvable)
+        let fastest = classes.iter().flat_map(|class| class.fastest(damping));
+        let margin = |(part, value, class, system): (LimitingPart, Scalar, &StepClass, LinearSystem)| {
+            system.margin(part, class.bodies, [value; 2], class.stepping, is_solvable)
         };
         self.margins.extend(fastest.map(margin));
     }
 }
 
 impl StepClass {
-    /// What limits the step of its bodies, with its value.
+    /// The parts that limit the step of these bodies, with their values.
     fn fastest(
         &self,
         damping: Option<Damping>,
     ) -> impl Iterator<Item = (LimitingPart, Scalar, &Self, LinearSystem)> {
-        let h = self.pace.tick / f64::from(self.pace.substeps);
-        let damped = self.damped.map(|one| {
-            let part = if one.drag >= one.damping {
-                LimitingPart::Drag(one.body)
+        let h = self.stepping.tick / f64::from(self.stepping.substeps);
+        let damped = self.damped.map(|oscillator| {
+            let part = if oscillator.drag >= oscillator.damping {
+                LimitingPart::Drag(oscillator.body)
             } else {
-                LimitingPart::Damping(one.body)
+                LimitingPart::Damping(oscillator.body)
             };
-            (part, h * (one.drag + one.damping), one)
+            (part, h * (oscillator.drag + oscillator.damping), oscillator)
         });
         let wells = self.wells.iter().enumerate();
-        let wells = wells.filter_map(move |(number, one)| {
-            one.map(|one| (LimitingPart::Well(number, one.body), h * one.stiffness.sqrt(), one))
+        let wells = wells.filter_map(move |(number, oscillator)| {
+            oscillator.map(|oscillator| {
+                (LimitingPart::Well(number, oscillator.body), h * oscillator.stiffness.sqrt(), oscillator)
+            })
         });
-        let laws = self.laws.iter().filter_map(move |(name, one)| {
-            one.map(|one| (LimitingPart::Law(name, one.body), h * one.stiffness.sqrt().max(one.drag), one))
+        let laws = self.laws.iter().filter_map(move |(name, oscillator)| {
+            oscillator.map(|oscillator| {
+                (
+                    LimitingPart::Law(name, oscillator.body),
+                    h * oscillator.stiffness.sqrt().max(oscillator.drag),
+                    oscillator,
+                )
+            })
         });
-        damped.into_iter().chain(wells).chain(laws).map(move |(part, value, one)| {
-            let damping = damping.map(|scenes| Damping { rate: one.damping, ..scenes });
+        damped.into_iter().chain(wells).chain(laws).map(move |(part, value, oscillator)| {
+            let damping = damping.map(|scenes| Damping { rate: oscillator.damping, ..scenes });
             (part, value, self, LinearSystem::one(Modes::one(one.stiffness, one.drag, damping)))
         })
     }
 
-    fn look_at_law(
+    fn add_law(
         &mut self,
         law: &dyn Law<Scalar>,
         at: EvaluationTime<Scalar>,
         state: BodyState<Scalar>,
-        one: Oscillator,
+        oscillator: Oscillator,
     ) {
         let Jacobians { position, velocity } = law.jacobians(at, state);
         if position == DMat3::ZERO && velocity == DMat3::ZERO {
             return;
         }
-        let one = Oscillator { stiffness: pull(position), drag: one.drag + pull(velocity), ..one };
+        let oscillator = Oscillator {
+            stiffness: restoring_rate(position),
+            drag: oscillator.drag + restoring_rate(velocity),
+            ..oscillator
+        };
         let slot = self.laws.iter().position(|(name, _)| *name == law.name()).unwrap_or_else(|| {
             self.laws.push((law.name(), None));
             self.laws.len() - 1
         });
-        keep_faster(&mut self.laws[slot].1, one, |one| one.stiffness.sqrt() + one.drag);
+        keep_faster(&mut self.laws[slot].1, oscillator, |oscillator| {
+            oscillator.stiffness.sqrt() + oscillator.drag
+        });
     }
 }
 
-/// How much a derivative pulls back at most, in any direction.
-fn pull(derivative: DMat3) -> Scalar {
+/// Largest restoring rate of a derivative in any direction.
+fn restoring_rate(derivative: DMat3) -> Scalar {
     let symmetric = (derivative + derivative.transpose()) * -0.5;
     let found =
         largest(3, 1, Scalar::INFINITY, |x, out| (symmetric * DVec3::from_slice(x)).write_to_slice(out));
     found.pairs.first().map_or(0.0, |(value, _)| *value)
 }
 
-/// Keeps the one with the larger number, if it is above 0.
-fn keep_faster(kept: &mut Option<Oscillator>, one: Oscillator, number: impl Fn(&Oscillator) -> Scalar) {
-    if number(&one) > kept.as_ref().map_or(0.0, number) {
-        *kept = Some(one);
+/// Keeps the oscillator with the larger number, if that is above 0.
+fn keep_faster(
+    fastest: &mut Option<Oscillator>,
+    oscillator: Oscillator,
+    number: impl Fn(&Oscillator) -> Scalar,
+) {
+    if number(&oscillator) > fastest.as_ref().map_or(0.0, number) {
+        *fastest = Some(oscillator);
     }
 }
