@@ -170,7 +170,7 @@ impl StepClass {
         });
         damped.into_iter().chain(wells).chain(laws).map(move |(part, value, oscillator)| {
             let damping = damping.map(|scenes| Damping { rate: oscillator.damping, ..scenes });
-            (part, value, self, LinearSystem::one(Modes::one(one.stiffness, one.drag, damping)))
+            (part, value, self, LinearSystem::one(Modes::one(oscillator.stiffness, oscillator.drag, damping)))
         })
     }
 
