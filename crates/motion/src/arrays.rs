@@ -1,10 +1,10 @@
 //! Bodies in plain arrays, without an entity component system.
 
+mod bodies;
 mod emitters;
 mod entry_points;
 mod environment;
-mod individuals;
-mod joined;
+mod groups;
 mod of_world;
 mod state;
 mod tick;
@@ -20,10 +20,10 @@ use crate::state::components::StableId;
 use crate::state::method_state::Known;
 use crate::state::range::Range;
 use crate::units::{Scalar, Vector};
+use bodies::Individuals;
 use emitters::Source;
 use environment::Resources;
-use individuals::Individuals;
-use joined::Joined;
+use groups::Joined;
 
 pub use of_world::{LawsOf, NotForArrays};
 pub use state::BareState;

@@ -16,7 +16,7 @@ mod drive;
 pub(crate) mod evaluations;
 mod field;
 mod lanes;
-mod memory;
+mod method_state;
 mod options;
 pub(crate) mod record;
 
@@ -25,8 +25,8 @@ use std::ops::Range;
 use smallvec::SmallVec;
 
 use crate::kernels::record::Recorder;
-use crate::laws::course::{Course, Piece, Pieces};
 use crate::laws::damping::{Damping, Decay};
+use crate::laws::tick_times::{Course, Piece, Pieces};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::Real;
@@ -38,7 +38,7 @@ pub(crate) use calling::{Plain, Sums};
 pub(crate) use compensated::{Residues, add_compensated};
 pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;
-pub(crate) use memory::MemoryRows;
+pub(crate) use method_state::MemoryRows;
 pub(crate) use options::{BodyOptions, RowOptions};
 
 /// Rows that are computed before the first of them is stored.

@@ -4,7 +4,6 @@
 //! ([`Force`](crate::Force)) is constant over the tick and is not a law. Each law is one small file; a new law changes
 //! no method.
 
-pub(crate) mod course;
 pub(crate) mod damping;
 mod drag;
 pub(crate) mod epoch;
@@ -12,6 +11,7 @@ mod gravity;
 mod mutual_gravity;
 pub(crate) mod own;
 mod thrust;
+pub(crate) mod tick_times;
 mod wells;
 mod wind;
 

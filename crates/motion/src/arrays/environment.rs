@@ -1,8 +1,8 @@
 //! What acts on bodies in plain arrays: in a world, resources.
 
 use crate::groups::Solver;
-use crate::laws::course::Course;
 use crate::laws::damping::Damping;
+use crate::laws::tick_times::Course;
 use crate::laws::{Declared, Drag, Gravity, Law, MutualGravity, Wells};
 use crate::real::Real;
 use crate::state::range::Range;

@@ -7,8 +7,8 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::query::QueryData;
 
 use super::Bare;
-use super::individuals::{Kind, Own};
-use super::joined::Joined;
+use super::bodies::{Kind, Own};
+use super::groups::Joined;
 use crate::groups::{Groups, update_groups};
 use crate::kernels::BodyOptions;
 use crate::laws::{Gravity, Law};

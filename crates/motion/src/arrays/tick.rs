@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::individuals::{OfRun, Run};
+use super::bodies::{OfRun, Run};
 use super::{Bare, Residues};
 use crate::kernels::{self, Account, Applied, Batch, MemoryRows, RowOptions, Sums};
-use crate::laws::course::Course;
+use crate::laws::tick_times::Course;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, Memory};
 use crate::real::Real;

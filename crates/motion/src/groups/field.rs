@@ -1,14 +1,14 @@
 //! Everything that acts on the rows of a group, for the methods.
 
 mod arrays;
+mod cached;
 mod classes;
 mod forces;
-mod kept;
-mod noted;
+mod records;
 mod solving;
 
+pub(crate) use cached::Kept;
 pub(crate) use classes::Class;
-pub(crate) use kept::Kept;
 use solving::Workspace;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
@@ -16,8 +16,8 @@ use super::coupling::Coupling;
 use super::rows::{Row, RowArray};
 use super::solver::Solver;
 use crate::kernels::{Account, RowOptions, Terms, TickField, drive};
-use crate::laws::course::Piece;
 use crate::laws::damping::Decay;
+use crate::laws::tick_times::Piece;
 use crate::laws::{Declared, Law};
 use crate::methods::{Carry, Field, Integrator, Memory};
 use crate::real::Real;

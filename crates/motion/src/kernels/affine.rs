@@ -7,7 +7,7 @@ use fearless_simd::{Level, Simd, prelude::*};
 
 use super::field::{BlockField, Constants, parts};
 use super::lanes::{Rows, each_row};
-use super::memory::MemoryRows;
+use super::method_state::MemoryRows;
 use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
 use crate::methods::{Carry, Integrator, Memory};
 use crate::real::{Lanes as _, Real};

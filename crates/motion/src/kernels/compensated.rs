@@ -8,10 +8,10 @@ use super::calling::{Block, Kernel, Sums};
 use super::drive::TickField;
 use super::field::{BlockField, parts::CALLS};
 use super::lanes::Rows;
-use super::memory::MemoryRows;
+use super::method_state::MemoryRows;
 use super::{Account, Row};
-use crate::laws::course::Piece;
 use crate::laws::damping::Decay;
+use crate::laws::tick_times::Piece;
 use crate::methods::{Carry, Field, Integrator, Newton, NewtonField, newton_velocity};
 use crate::real::Real;
 

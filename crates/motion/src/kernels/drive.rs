@@ -1,8 +1,8 @@
 //! The tick of a method: its pieces one after the other, with damping inside its steps or around them all.
 
 use super::Terms;
-use crate::laws::course::{Piece, Pieces};
 use crate::laws::damping::Decay;
+use crate::laws::tick_times::{Piece, Pieces};
 use crate::methods::{Carry, Field, Integrator};
 
 /// A field that a tick goes through piece by piece.

@@ -5,9 +5,9 @@ use bevy_ecs::prelude::*;
 
 use crate::groups::{Coupling, Row, couplings_now};
 use crate::kernels::record::vector;
-use crate::laws::course::Course;
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
+use crate::laws::tick_times::Course;
 use crate::laws::{BodyState, Law};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, Transform};

@@ -2,8 +2,8 @@
 
 use super::{GroupEnvironment, GroupField, Scratch};
 use crate::kernels::BodyOptions;
-use crate::laws::course::Pieces;
 use crate::laws::damping::{Damping, Decay};
+use crate::laws::tick_times::Pieces;
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::{Real, RealVector as _};

@@ -4,7 +4,7 @@ use smallvec::SmallVec;
 
 use super::bodies::PhasePoint;
 use crate::laws::EvaluationTime;
-use crate::laws::course::Course;
+use crate::laws::tick_times::Course;
 use crate::units::{Scalar, Vector};
 
 /// A discontinuity this near to an end of the tick, in ticks, splits nothing off.

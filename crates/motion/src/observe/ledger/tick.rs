@@ -7,7 +7,7 @@ use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Path, QuadratureNode, cuts, nodes};
 use crate::kernels::record::TickRecord;
-use crate::laws::course::Course;
+use crate::laws::tick_times::Course;
 use crate::laws::{EvaluationTime, Law};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};

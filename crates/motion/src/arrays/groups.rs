@@ -1,6 +1,6 @@
 //! Groups of bodies in plain arrays.
 
-use super::individuals::OfRows;
+use super::bodies::OfRows;
 use super::{Bare, Residues};
 use crate::groups::{
     Coupling, GroupEnvironment, GroupField, Kept, Outcome, Row, RowArray, Rows, Scratch, Watch,
