@@ -15,11 +15,13 @@ use crate::laws::own::OwnLaws;
 use crate::laws::{Affine, Declared, Gravity};
 use crate::methods::{Integrator, with_method};
 use crate::schedule::plan::StepPlan;
+use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::coupling::Grouped;
 use crate::state::emitter::{Dormant, Particle};
 use crate::state::rest::Static;
-use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::state::substeps::OwnSubsteps;
+use crate::tick::environment::Environment;
 use crate::tick::integrate::Unmarked;
 
 /// Evaluations per tick of the bodies whose kernels call no law.
@@ -92,15 +94,18 @@ impl ClaimedEvaluations {
         let conditions = Conditions::of(world, plan);
         if self.conditions != Some(conditions) {
             *self = Self { conditions: Some(conditions), ..Self::default() };
-            with_method!(plan.method, M => self.add::<M, Unmarked>(world, conditions));
+            if conditions.calls_laws {
+                return;
+            }
+            with_method!(plan.method, M => self.add::<M, Unmarked>(world));
             for method in &plan.own {
-                with_method!(*method, M => self.add::<M, With<M>>(world, conditions));
+                with_method!(*method, M => self.add::<M, With<M>>(world));
             }
         }
     }
 
-    /// Adds the bodies of the method `M`, if its kernel calls no law for them.
-    fn add<M: Integrator, Who: QueryFilter>(&mut self, world: &mut World, conditions: Conditions) {
+    /// Adds the bodies of the method `M`, whose kernel calls no law.
+    fn add<M: Integrator, Who: QueryFilter>(&mut self, world: &mut World) {
         type Plain = (
             Without<Quarantined>,
             Without<Grouped>,
@@ -112,19 +117,13 @@ impl ClaimedEvaluations {
             Without<OwnLaws>,
             Without<OwnSubsteps>,
         );
-        let Conditions { damping, has_linear_drag, calls_laws, .. } = conditions;
+        let (clock, step) = (*world.resource::<StepClock>(), world.resource::<TimeStep>().0);
+        let terms = Environment::of(world, clock, step).terms::<M>(&[]);
         // Linear drag and damping in one step go to the kernel that counts.
-        if calls_laws || has_linear_drag && damping.is_some() && M::DAMPS_INSIDE {
+        if terms.rate != 0.0 && terms.damping.is_some() && M::DAMPS_INSIDE {
             return;
         }
-        let damped = damping.is_some_and(|damping| damping.is_exact() && damping.rate != 0.0);
-        let claims = M::METHOD.claims();
-        let per_step = if has_linear_drag || damped && !M::DAMPS_INSIDE {
-            claims.evaluations_with_velocity_laws
-        } else {
-            claims.evaluations
-        };
-        let per_tick = u64::from(per_step) * u64::from(Substeps::parts(world.get_resource()));
+        let per_tick = terms.evaluations::<M>();
         let mut bodies =
             world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain, Without<Particle>)>();
         for (_, gravity_off) in bodies.iter(world).filter(|(body, _)| body.inverse_mass > 0.0) {
