@@ -1,8 +1,8 @@
-//! How particles are born and taken back.
+//! Emission: births and deaths of particles.
 //!
-//! Both happen at the start of the tick that holds their time. A particle whose life ends in the tick is taken back
-//! before the tick is integrated, for at its end it is not there. One that is born in the tick stands at the emitter
-//! with its launch velocity; the systems that integrate bodies give it the rest of the tick, from its birth on.
+//! Both happen at the start of the tick in which they are due. A particle that dies in the tick becomes dormant before the
+//! tick is integrated, because at the end of the tick it no longer lives. A particle that is born in the tick starts at
+//! its emitter with its launch velocity, and is integrated over the rest of the tick.
 
 use bevy_ecs::prelude::*;
 
@@ -14,18 +14,18 @@ use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::off::Off;
 use crate::units::{Scalar, Vector};
 
-/// What becomes of the body in a slot.
+/// The birth or death of the body in a slot.
 #[derive(Clone, Copy, Debug)]
 pub struct Change {
     body: Entity,
     position: Vector,
     inverse_mass: Scalar,
-    /// Time of a birth, s, and its velocity, m/s; `None` is the end of a life.
+    /// Time, s, and velocity, m/s, of the birth; `None` is a death.
     birth: Option<(Scalar, Vector)>,
 }
 
 impl Change {
-    fn carry_out(self, world: &mut World) {
+    fn apply(self, world: &mut World) {
         let Self { body, position, inverse_mass, birth } = self;
         let Ok(mut body) = world.get_entity_mut(body) else { return };
         if body.contains::<Quarantined>() {
@@ -38,7 +38,7 @@ impl Change {
             let velocity = birth.map_or(Vector::ZERO, |(_, velocity)| velocity);
             *state = PhysicsBody { velocity, inverse_mass };
         }
-        // Nothing of another life: it is not drawn on the way from there, and its method starts anew.
+        // Nothing is left of the previous life: it is not drawn moving from there, and its method restarts.
         if let Some(mut before) = body.get_mut::<PreviousPosition>() {
             before.0 = position;
         }
@@ -56,14 +56,13 @@ impl Change {
     }
 }
 
-/// Emitters, and those whose particles still fly after they were switched off.
+/// Emitters that are on, and those that are off: their particles may still live.
 type Emitters = (Option<&'static Emitter>, Option<&'static Off<Emitter>>, &'static mut Emission);
 
-/// Lets particles be born that are due before the end of the tick, and takes back those whose life is over at its end.
+/// Emits the particles that are due in the tick, and makes those dormant whose life ends in it.
 ///
-/// A particle that is born stands at its emitter with its launch velocity, to be integrated from its birth on. Times are
-/// the scene's and never added up. A particle that still lives when its slot is needed is taken; a slot whose body was
-/// quarantined or removed stays empty.
+/// Times are computed from the start of the scene, never added up. If a slot is needed while its particle still lives, the
+/// particle is born again. A slot whose body was quarantined or removed stays empty.
 pub fn emit_particles(
     world: &mut World,
     emitters: &mut QueryState<Emitters>,
@@ -86,27 +85,28 @@ pub fn emit_particles(
         });
         over &= on.is_none() && emission.living() == 0;
     }
-    // Once the first of them have lived, as many die as are born.
-    let now = changes.len();
-    changes.reserve(now + 1);
+    // Room for the following ticks, which then allocate nothing: once the first particles die, as many die as are born.
+    let room = changes.len() + 1;
+    changes.reserve(room);
     let mut emissions = world.get_resource_or_init::<Emissions>();
     if emissions.tick != tick.number {
         emissions.births.clear();
     }
     emissions.births.extend(changes.iter().filter_map(|change| Some((change.body, change.birth?.0))));
-    let now = emissions.births.len();
-    emissions.births.reserve(now + 1);
+    let room = emissions.births.len() + 1;
+    emissions.births.reserve(room);
     (emissions.over, emissions.tick) = (over, tick.number);
-    changes.drain(..).for_each(|change| change.carry_out(world));
+    changes.drain(..).for_each(|change| change.apply(world));
 }
 
-/// Whether there are emitters, or particles of some that were switched off; marks the bodies of their pools.
+/// Prepares pools: marks their bodies as [`Particle`]s. Returns whether there are emitters, or living particles of emitters
+/// that are off.
 pub(crate) fn prepare(world: &mut World) -> bool {
     let mut pools = Vec::new();
-    let mut goes_on = false;
+    let mut emits = false;
     let mut emitters = world.query::<Emitters>();
     for (on, off, mut emission) in emitters.iter_mut(world) {
-        goes_on |= on.is_some() || emission.living() > 0;
+        emits |= on.is_some() || emission.living() > 0;
         if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {
             emission.fit(emitter);
             pools.extend_from_slice(&emitter.pool);
@@ -118,18 +118,18 @@ pub(crate) fn prepare(world: &mut World) -> bool {
             && !body.contains::<Particle>()
         {
             body.insert(Particle);
-            // All of them once in the tables of the living: births find room there without asking for memory.
+            // Every particle is once in the table of the living, so that births find room there and allocate nothing.
             if body.take::<Dormant>().is_some() {
                 dormant.push((body.id(), Dormant));
             }
         }
     }
     world.insert_batch(dormant);
-    if goes_on {
-        // Births of the coming tick may be known already.
+    if emits {
+        // Not replaced: births of the coming tick may be in it already.
         world.get_resource_or_init::<Emissions>().over = false;
     } else {
         world.remove_resource::<Emissions>();
     }
-    goes_on
+    emits
 }

@@ -1,4 +1,4 @@
-//! Experiments: changes of state that a person or a script asks for, carried out between two ticks.
+//! Requests: changes of the state of a world, carried out between two ticks.
 
 use std::collections::BTreeMap;
 
@@ -18,9 +18,10 @@ use crate::state::rest::look_again;
 use crate::tick::quarantine::{Cause, Fault, Quarantine, Refused, place, quarantine_refused};
 use crate::units::{Scalar, Vector};
 
-/// One change that is asked for. Values may be non-finite on purpose: such a body is quarantined.
+/// A request to change the state of a world between two ticks. Restarts the methods that it has to. A body whose state
+/// would not be finite, or out of [`Range`], is quarantined instead.
 ///
-/// `Body` is what names a body: an entity, which means something in one world, or what means the same in several.
+/// `Body` names a body: an entity, or a name that is the same in several worlds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Request<Body = Entity> {
     /// Adds an impulse `J`, N s: `v += J w`, the same at every step size.
@@ -31,25 +32,24 @@ pub enum Request<Body = Entity> {
     SetPosition(Body, Vector),
     /// Sets the inverse mass, 1/kg, at least 0.
     SetInverseMass(Body, Scalar),
-    /// Turns every velocity round.
+    /// Reverses every velocity.
     ReverseVelocities,
-    /// Sets the acceleration of gravity, m/s²; declares gravity, switched on, where there was none.
+    /// Sets the acceleration of gravity, m/s². Declares gravity, switched on, if there is none.
     SetGravity(Vector),
-    /// Switches gravity on or off; does nothing where gravity was never declared.
+    /// Switches gravity on or off. Does nothing if gravity was never declared.
     SwitchGravity(bool),
-    /// Replaces model and rate of the scene's damping; declares it where there was none, switches it on where it
-    /// was off.
+    /// Replaces model and rate of the scene's damping. Declares damping if there is none, switches it on if it is off.
     SetDamping(Damping),
-    /// Switches an effect off, or on again; does nothing where it was never declared.
+    /// Switches an effect off, or on again. Does nothing if it was never declared.
     Switch(Effect, bool),
-    /// Gives a body a method of its own; `None` the world's again.
+    /// Gives a body, and its group, a method of its own; `None` gives back the world's.
     SetBodyMethod(Body, Option<Method>),
     /// Removes a body.
     Remove(Body),
 }
 
 impl<Body> Request<Body> {
-    /// The same request with the name that `renamed` gives the body; `None` where it gives none.
+    /// The same request with the body that `renamed` returns; `None` if it returns none.
     pub fn rename<Other>(self, renamed: impl FnOnce(Body) -> Option<Other>) -> Option<Request<Other>> {
         Some(match self {
             Self::Impulse(body, impulse) => Request::Impulse(renamed(body)?, impulse),
@@ -67,40 +67,33 @@ impl<Body> Request<Body> {
     }
 }
 
-/// Requests on their way to the next tick.
+/// The requests for the next tick.
 #[derive(Resource, Debug, Default)]
 pub struct Requests(Vec<Request>);
 
 impl Requests {
-    /// Asks for `request` at the start of the next tick.
+    /// Has `request` carried out at the start of the next tick.
     pub fn ask(&mut self, request: Request) {
         self.0.push(request);
     }
 
-    /// What is asked for, in the order in which it was.
+    /// The pending requests, in their order.
     pub fn pending(&self) -> impl Iterator<Item = Request> + '_ {
         self.0.iter().copied()
     }
 
-    /// Whether nothing is asked for.
+    /// Whether no request is pending.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 }
 
-/// Carries out every request, in the order in which they were asked; whether effects came or went.
+/// Carries out the pending requests in their order. Returns whether effects were switched or declared.
 pub(crate) fn carry_out(world: &mut World) -> bool {
     let requests = std::mem::take(&mut world.resource_mut::<Requests>().0);
-    let mut effects_changed = false;
-    let mut switches = BTreeMap::new();
-    let mut requests = requests.into_iter().peekable();
-    while let Some(request) = requests.next() {
-        if matches!(request, Request::SetGravity(_) | Request::SwitchGravity(_) | Request::SetDamping(_)) {
-            end_half_steps(world);
-        }
-        effects_changed |= matches!(request, Request::Switch(..) | Request::SetDamping(_));
-        match request {
+    for run in requests.chunk_by(|a, b| matches!((a, b), (Request::Switch(..), Request::Switch(..)))) {
+        match run[0] {
             Request::Impulse(body, impulse) => change(world, body, |_, body| {
                 if body.inverse_mass > 0.0 {
                     body.velocity += impulse * body.inverse_mass;
@@ -108,7 +101,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             }),
             Request::SetVelocity(body, velocity) => {
                 change(world, body, |_, body| body.velocity = velocity);
-                // Position Verlet starts anew: this is the velocity now, not that of half a step ago.
+                // Restarts position Verlet: this velocity belongs to now, not to half a step ago.
                 if let Some(mut last) = world.get_mut::<LastStep>(body) {
                     last.0 = 0.0;
                 }
@@ -116,7 +109,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             }
             Request::SetPosition(body, position) => {
                 displace(world, body, |at, _| at.position = position);
-                // It did not travel there: nothing is drawn between.
+                // It did not move there: nothing is drawn in between.
                 let now = world.get::<Transform>(body).map(|at| at.position);
                 if let (Some(now), Some(mut before)) = (now, world.get_mut::<PreviousPosition>(body)) {
                     before.0 = now;
@@ -131,7 +124,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 let mut bodies =
                     world.query_filtered::<(&mut PhysicsBody, Option<&mut LastStep>), Without<Quarantined>>();
                 for (mut body, last) in bodies.iter_mut(world) {
-                    // Not "-velocity": at rest nothing turns round, not even the sign of 0.
+                    // Not "-velocity", which would change the sign of 0.
                     body.velocity = Vector::ZERO - body.velocity;
                     if let Some(mut last) = last {
                         last.0 = -last.0;
@@ -139,26 +132,30 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 }
             }
             Request::SetGravity(acceleration) => {
+                end_half_steps(world);
                 let on = world.get_resource::<Gravity>().is_none_or(|gravity| gravity.on);
                 world.insert_resource(Gravity { acceleration, on });
             }
             Request::SwitchGravity(on) => {
+                end_half_steps(world);
                 if let Some(mut gravity) = world.get_resource_mut::<Gravity>() {
                     gravity.on = on;
                 }
             }
             Request::SetDamping(damping) => {
-                // One that was never declared has nothing to switch on.
+                end_half_steps(world);
+                // Damping that was never declared has nothing to switch on.
                 let _ = switch(world, Effect::Damping, true);
                 world.insert_resource(damping);
             }
-            Request::Switch(effect, on) => {
-                // Several in a row are one: off and on again is nothing at all.
-                switches.insert(effect, on);
-                if !matches!(requests.peek(), Some(Request::Switch(..))) {
-                    for (effect, on) in std::mem::take(&mut switches) {
-                        let _ = switch(world, effect, on);
-                    }
+            Request::Switch(..) => {
+                // Switches in a row are one: off and on again does nothing at all.
+                let switches = run.iter().filter_map(|request| match request {
+                    Request::Switch(effect, on) => Some((*effect, *on)),
+                    _ => None,
+                });
+                for (effect, on) in switches.collect::<BTreeMap<_, _>>() {
+                    let _ = switch(world, effect, on);
                 }
             }
             Request::SetBodyMethod(body, method) => set_body_method(world, body, method),
@@ -167,13 +164,13 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             }
         }
     }
-    effects_changed
+    requests.iter().any(|request| matches!(request, Request::Switch(..) | Request::SetDamping(_)))
 }
 
-/// Place and what moves of a body.
 type State = (Transform, PhysicsBody);
 
-/// A body as it is and as it is asked to be, with what is wrong with that; `None` if it is frozen or gone.
+/// The state of a body and its new one, or the component at fault in the new one; `None` if the body is quarantined or
+/// gone.
 type Change = (State, Result<State, (&'static str, Fault)>);
 
 fn proposed(
@@ -189,7 +186,7 @@ fn proposed(
     Some((old, fault.map_or(Ok(new), Err)))
 }
 
-/// Changes one body, or quarantines it at its present state where the change is not finite or out of range.
+/// Changes one body, or quarantines it at its present state if the new one is not finite or out of range.
 fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &mut PhysicsBody)) {
     let Some(((transform, state), new)) = proposed(world, entity, edit) else { return };
     match new {
@@ -208,8 +205,8 @@ fn change(world: &mut World, entity: Entity, edit: impl FnOnce(&mut Transform, &
     }
 }
 
-/// Gives one body another place or mass: position Verlet starts anew with its group, because its next kick would be one
-/// of the new place or mass for the last step as well. What is refused is noticed by no other body.
+/// Changes the position or mass of one body. Restarts position Verlet for its group, whose next kick would otherwise
+/// count the new position or mass for half of the last step. A change that is refused restarts nothing.
 fn displace(world: &mut World, entity: Entity, edit: impl Fn(&mut Transform, &mut PhysicsBody)) {
     if proposed(world, entity, &edit).is_some_and(|(_, new)| new.is_ok()) {
         restart_bodies(world, &[entity]);
@@ -217,7 +214,7 @@ fn displace(world: &mut World, entity: Entity, edit: impl Fn(&mut Transform, &mu
     change(world, entity, edit);
 }
 
-/// What is wrong with what a request makes another one of a state.
+/// The component at fault in a new state, of what the request has changed.
 fn fault_of(old: &State, new: &State, range: Option<&Range>) -> Option<(&'static str, Fault)> {
     let changed =
         |old: Vector, new: Vector| old.to_array().map(f64::to_bits) != new.to_array().map(f64::to_bits);

@@ -1,4 +1,4 @@
-//! Restarts of methods between two ticks: what a method keeps of bodies becomes what it, or another one, starts from.
+//! Restarts of methods between two ticks: method state becomes velocities that any method can start from.
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
@@ -13,8 +13,7 @@ use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::tick::integrate::integrate;
 use crate::tick::quarantine::quarantine_refused;
 
-/// Gives the bodies `Who` of position Verlet, and all members of their groups, the velocities at the time of their
-/// positions.
+/// Brings the velocities of the bodies `Who` of position Verlet, and of their groups, to the time of the positions.
 fn synchronize_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
     // First: a body that has left its group since the last tick is a single body now.
     compile_groups(world);
@@ -26,18 +25,18 @@ fn synchronize_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
             .run_system_cached(integrate_groups::<Synchronize, (Who, With<LastStep>)>)
             .expect("its resources are inserted with the step's and the groups");
     }
-    // Now: the coming tick runs without the bodies that were refused.
+    // Not later: the coming tick runs without the bodies that were refused.
     quarantine_refused(world);
 }
 
-/// Removes what the methods of the bodies `Who` keep of them, with velocities that any other method can start from.
+/// Removes the method state of the bodies `Who`, so that another method can start.
 pub(crate) fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
     synchronize_bodies::<Who>(world);
-    let kept = world
+    let bodies = world
         .query_filtered::<Entity, (Who, Or<(With<LastStep>, With<LastAcceleration>)>)>()
         .iter(world)
         .collect::<Vec<_>>();
-    for body in kept {
+    for body in bodies {
         world.entity_mut(body).remove::<(LastStep, LastAcceleration)>();
     }
 }
@@ -48,12 +47,12 @@ struct Leaves;
 
 /// Restarts position Verlet for `bodies` and their groups. Skips quarantined bodies.
 pub(crate) fn restart_bodies(world: &mut World, bodies: &[Entity]) {
-    let starts = |body: &&Entity| {
+    let restarts = |body: &&Entity| {
         world
             .get_entity(**body)
             .is_ok_and(|body| body.contains::<LastStep>() && !body.contains::<Quarantined>())
     };
-    let bodies: Vec<_> = bodies.iter().filter(starts).copied().collect();
+    let bodies: Vec<_> = bodies.iter().filter(restarts).copied().collect();
     if is_prepared(world) && !bodies.is_empty() {
         // First: a body that has left its group since the last tick does not restart with it.
         compile_groups(world);
@@ -61,18 +60,18 @@ pub(crate) fn restart_bodies(world: &mut World, bodies: &[Entity]) {
     }
 }
 
-/// Runs `what` while `bodies` and the members of their groups are marked with [`Leaves`]; returns these bodies.
-fn leaving(world: &mut World, bodies: &[Entity], what: fn(&mut World)) -> Vec<Entity> {
+/// Runs `leave` while `bodies` and the members of their groups are marked with [`Leaves`]; returns all of them.
+fn leaving(world: &mut World, bodies: &[Entity], leave: fn(&mut World)) -> Vec<Entity> {
     let members = Groups::with_members(world, bodies);
     world.insert_batch(members.iter().map(|body| (*body, Leaves)).collect::<Vec<_>>());
-    what(world);
+    leave(world);
     members.iter().for_each(|body| {
         world.entity_mut(*body).remove::<Leaves>();
     });
     members
 }
 
-/// Gives one body and its group a method of their own, or the world's again.
+/// Gives a body and its group a method of their own, or the world's.
 pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Method>) {
     if world.get::<PhysicsBody>(body).is_none() || own_method(world.entity(body)) == method {
         return;
@@ -83,15 +82,15 @@ pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Me
     }
 }
 
-/// Brings all velocities of position Verlet to the time of the positions: its next kick is half of the last step's,
-/// which was taken under the old laws.
+/// Brings all velocities of position Verlet to the time of the positions, before laws change: the next kick would take
+/// half of the last step under the new laws.
 pub(crate) fn end_half_steps(world: &mut World) {
     if is_prepared(world) {
         synchronize_bodies::<()>(world);
     }
 }
 
-/// Whether steps can be taken: effects are also switched while a world is built.
+/// Whether a stepper has prepared the world. Effects are also switched while a world is built.
 fn is_prepared(world: &World) -> bool {
     world.contains_resource::<TimeStep>()
 }
