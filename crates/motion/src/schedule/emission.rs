@@ -1,8 +1,8 @@
 //! Emission: births and deaths of particles.
 //!
-//! Both happen at the start of the tick in which they are due. A particle that dies in the tick becomes dormant before the
-//! tick is integrated, because at the end of the tick it no longer lives. A particle that is born in the tick starts at
-//! its emitter with its launch velocity, and is integrated over the rest of the tick.
+//! Both happen at the start of the tick in which they are due. A particle that dies in the tick becomes dormant before
+//! the tick is integrated, because at its end it no longer lives. A particle that is born in the tick starts at its
+//! emitter with its launch velocity, and is integrated over the rest of the tick.
 
 use bevy_ecs::prelude::*;
 
@@ -61,8 +61,8 @@ type Emitters = (Option<&'static Emitter>, Option<&'static Off<Emitter>>, &'stat
 
 /// Emits the particles that are due in the tick, and makes those dormant whose life ends in it.
 ///
-/// Times are computed from the start of the scene, never added up. If a slot is needed while its particle still lives, the
-/// particle is born again. A slot whose body was quarantined or removed stays empty.
+/// Times are computed from the start of the scene, never added up. If a slot is needed while its particle still lives,
+/// the particle is born again. A slot whose body was quarantined or removed stays empty.
 pub fn emit_particles(
     world: &mut World,
     emitters: &mut QueryState<Emitters>,
@@ -99,8 +99,8 @@ pub fn emit_particles(
     changes.drain(..).for_each(|change| change.apply(world));
 }
 
-/// Prepares pools: marks their bodies as [`Particle`]s. Returns whether there are emitters, or living particles of emitters
-/// that are off.
+/// Prepares pools: marks their bodies as [`Particle`]s. Returns whether there are emitters, or living particles of
+/// emitters that are off.
 pub(crate) fn prepare(world: &mut World) -> bool {
     let mut pools = Vec::new();
     let mut emits = false;

@@ -34,8 +34,8 @@ use crate::tick::quarantine::quarantine_bodies;
 ///
 /// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
 /// state of position Verlet belongs to the old values, and so do the counts of evaluations and the mark
-/// [`Static`](crate::Static). Under position Verlet use requests for gravity and damping too, which first bring velocities
-/// to the time of the positions. [`switch`](crate::switch()) takes an effect out of the world and puts it back.
+/// [`Static`](crate::Static). Under position Verlet use requests for gravity and damping too: they first bring
+/// velocities to the time of the positions.
 pub struct Stepper {
     plan: StepPlan,
     schedule: Schedule,

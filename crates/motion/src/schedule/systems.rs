@@ -170,8 +170,8 @@ pub fn remember_accelerations<Who: QueryFilter>(
     });
 }
 
-/// Inserts the resources that the systems of a tick need. [`Gravity`](crate::Gravity) and the other effects are for you to
-/// add.
+/// Inserts the resources that the systems of a tick need. [`Gravity`](crate::Gravity) and the other effects are for you
+/// to add.
 pub fn insert_step_resources(world: &mut World, step: TimeStep) {
     world.insert_resource(step);
     world.init_resource::<StepClock>();
