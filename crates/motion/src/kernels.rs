@@ -101,7 +101,7 @@ impl<'a, T: Real> Terms<'a, T> {
             None => (Decay::none(self.course.substep()), self.drag),
             Some(damping) if M::DAMPS_INSIDE => (damping.factors(self.course.substep()), self.drag),
             Some(damping) => {
-                let (decay, rate) = damping.around(T::of(self.course.tick));
+                let (decay, rate) = damping.factors_around_tick(T::of(self.course.tick));
                 (decay, self.drag + rate)
             }
         };

@@ -88,7 +88,7 @@ impl Damping {
 
     /// The factors around a tick of `tick` seconds, and the rate of linear drag of the exact model, 1/s, for methods in
     /// which damping is not part of the step.
-    pub(crate) fn around<T: Real>(self, tick: T) -> (Decay<T>, T) {
+    pub(crate) fn factors_around_tick<T: Real>(self, tick: T) -> (Decay<T>, T) {
         match self.model {
             DampingModel::Exact => (Decay::none(tick), T::of(self.rate)),
             DampingModel::Tutorial | DampingModel::Clamped => (self.factors(tick), T::ZERO),

@@ -22,7 +22,7 @@ impl Gravity {
 
     /// The acceleration, m/s², or `None` while gravity is off.
     #[must_use]
-    pub fn acting(&self) -> Option<Vector> {
+    pub fn active_acceleration(&self) -> Option<Vector> {
         self.on.then_some(self.acceleration)
     }
 }
@@ -38,7 +38,7 @@ impl<T: Real> Law<T> for Gravity {
     }
 
     fn acceleration(&self, _: EvaluationTime<T>, _: BodyState<T>) -> T::Vector {
-        T::Vector::of(self.acting().unwrap_or(Vector::ZERO))
+        T::Vector::of(self.active_acceleration().unwrap_or(Vector::ZERO))
     }
 
     fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
@@ -50,7 +50,7 @@ impl<T: Real> Law<T> for Gravity {
     }
 
     fn affine(&self) -> Option<Affine<T>> {
-        let constant = T::Vector::of(self.acting().unwrap_or(Vector::ZERO));
+        let constant = T::Vector::of(self.active_acceleration().unwrap_or(Vector::ZERO));
         Some(Affine { constant, rate: T::ZERO })
     }
 
@@ -60,7 +60,7 @@ impl<T: Real> Law<T> for Gravity {
 
     /// `-m g x`: zero at the origin.
     fn potential_energy(&self, body: BodyState<T>) -> T {
-        let g = T::Vector::of(self.acting().unwrap_or(Vector::ZERO));
+        let g = T::Vector::of(self.active_acceleration().unwrap_or(Vector::ZERO));
         -(g.dot(body.position) / body.inverse_mass)
     }
 }

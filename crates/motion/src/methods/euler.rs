@@ -7,26 +7,27 @@ use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real as _;
 
-/// `x += v h; v += a(x, v) h`, both from the state at the start (Euler 1768): order 1, gains energy on every
-/// oscillation.
+/// Explicit Euler (Euler 1768): `x += v h; v += a(x, v) h`, both from the state at the start of the step. Order 1. The
+/// energy grows in every oscillation.
 ///
-/// Velocity after damping, `exact`: right at every step; position: late by a h T / 2, as without damping.
+/// With `exact` damping the velocity under a constant acceleration is exact at every step size; the position has an error
+/// of a h T / 2 after the time T, as without damping.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct ExplicitEuler;
 
-/// `v += a(x, v) h; x += v h`: velocity first, then position with the new velocity (de Vogelaere 1956; Hairer,
-/// Lubich, Wanner 2003, "symplectic Euler"): order 1, keeps a nearby energy.
+/// Semi-implicit Euler (de Vogelaere 1956; Hairer, Lubich, Wanner 2003, "symplectic Euler"): `v += a(x, v) h; x += v h`, the
+/// velocity first, then the position with the new velocity. Order 1; conserves an energy near the true one.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct SemiImplicitEuler;
 
-/// The velocity's half of an Euler step, the tutorial's `IntegrateAccel`: `v += a(x, v) h`.
+/// The velocity half of an Euler step, the tutorial's `IntegrateAccel`: `v += a(x, v) h`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Kick;
 
-/// The position's half of an Euler step, the tutorial's `IntegrateVelocity`: `x += v h`, with damping of one kind or
-/// the other around it.
+/// The position half of an Euler step, the tutorial's `IntegrateVelocity`: `x += v h`, with damping, speed limit and locks
+/// before it or damping after it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Drift;
 
@@ -36,7 +37,7 @@ impl Integrator for ExplicitEuler {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
-        // Read before the drift: a law of the position would otherwise see the new one, which is another method.
+        // Evaluated before the drift: at the new position it would be another method.
         let a = field.acceleration(F::Real::ZERO, x, v);
         let (x, v) = drift(field, x, v);
         (x, field.kick(v, a))
@@ -79,7 +80,7 @@ impl Integrator for Drift {
     }
 }
 
-/// The velocity after a kick by what acts in the state (`x`, `v`).
+/// The velocity after a kick by laws and forces in the state (`x`, `v`).
 #[inline(always)]
 fn kick<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
     let a = field.acceleration(F::Real::ZERO, x, v);

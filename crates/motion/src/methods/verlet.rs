@@ -1,4 +1,4 @@
-//! The two Verlets.
+//! Position Verlet and velocity Verlet.
 
 use bevy_ecs::prelude::*;
 
@@ -8,27 +8,25 @@ use crate::methods::table::Method;
 use crate::real::Real;
 use crate::state::method_state::LastStep;
 
-/// Positions from positions (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in increment form
-/// `d1 = d + a h²; x1 = x + d1`, which loses nothing to cancellation.
+/// Position Verlet (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in the increment form `d1 = d + a h²; x1 = x + d1`,
+/// which has no cancellation. Order 2 in the position.
 ///
-/// The velocity of a body is d / h: the mean velocity of the last step, half a step behind, so of order 1 where
-/// the position is of order 2; a law of the velocity sees it lag, and makes everything order 1.
+/// The velocity of a body is d / h, the mean velocity of the last step. It is half a step behind the position and of order
+/// 1. A law that depends on the velocity makes the position order 1 too.
 ///
-/// A step of another length than the last one, p, takes `a h (h + p) / 2` in place of `a h²`. A start is a step
-/// after one of no length, which makes that a h² / 2: the Taylor value. Velocities turned round are a step
-/// after one of length -h: a body goes back the way it came.
+/// A step of length h after one of a different length p takes `a h (h + p) / 2` in place of `a h²`. A start has p = 0,
+/// which gives a h² / 2, the Taylor value. Reversed velocities have p = -h: the body returns along its path.
 ///
-/// Applied forces are constant over the tick and have an exact solution: `F w h²/2` for the position, `F w h`
-/// for the velocity.
+/// Applied forces are constant over the tick and are solved exactly: `F w h²/2` for the position, `F w h` for the velocity.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod, LastStep)]
 pub struct PositionVerlet;
 
-/// Kick, drift, kick (Swope et al. 1982): order 2, keeps a nearby energy; one evaluation a step, because the
-/// one at the end is the next step's at the start.
+/// Velocity Verlet (Swope et al. 1982): kick, drift, kick. Order 2; conserves an energy near the true one. One evaluation
+/// per step, because the last evaluation of a step is the first of the next.
 ///
-/// Under laws of the velocity the end is evaluated at the predicted velocity `v + a h` (Groot, Warren 1997,
-/// lambda = 1), which keeps order 2 and takes two evaluations a step.
+/// Laws that depend on the velocity are evaluated at the end with the predicted velocity `v + a h` (Groot, Warren 1997,
+/// lambda = 1), which keeps order 2 and takes two evaluations per step.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct VelocityVerlet;
@@ -63,7 +61,7 @@ impl Integrator for VelocityVerlet {
     }
 }
 
-/// A step of velocity Verlet over a part of the field's step, from the fraction `part` on and `h` seconds long.
+/// A step of velocity Verlet of `h` seconds within the field's step, starting at the fraction `part`.
 #[inline(always)]
 pub(super) fn kick_drift_kick<F: Field>(
     field: &mut F,
@@ -84,7 +82,7 @@ pub(super) fn kick_drift_kick<F: Field>(
     if field.is_constant() {
         return (x, v + a * h);
     }
-    // At the end of the step exactly, whatever rounding a sum of fractions would leave.
+    // Exactly 1 at the end of the step, where the sum of fractions may have a rounding error.
     let end = part + h / field.step();
     let end =
         if (end - F::Real::ONE).abs() <= F::Real::of(4.0) * F::Real::EPSILON { F::Real::ONE } else { end };
@@ -93,7 +91,7 @@ pub(super) fn kick_drift_kick<F: Field>(
     (x, v + (a + (b + applied)) * half)
 }
 
-/// Position Verlet's velocity brought from half a step ago to the time of the position: what another method starts from.
+/// Advances the velocity of position Verlet by half a step to the time of the position, so that another method can start.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Synchronize;
 

@@ -82,7 +82,7 @@ impl Modes {
         }
         let of_velocities = |factor: &dyn Fn(&Decay<f64>) -> f64| {
             let mut matrix = Matrix::scalar(2 * n, 1.0);
-            let factors = self.mixed(|damping| factor(&damping.around(stepping.tick).0));
+            let factors = self.mixed(|damping| factor(&damping.factors_around_tick(stepping.tick).0));
             for (i, j) in (0..n * n).map(|entry| (entry / n, entry % n)) {
                 matrix.set(n + i, n + j, factors.at(i, j));
             }
@@ -149,7 +149,7 @@ impl<const N: usize> LinearField<N> {
             after: None,
         };
         if !M::DAMPS_INSIDE {
-            field.damping.add(&modes.mixed(|damping| damping.around(tick).1), 1.0);
+            field.damping.add(&modes.mixed(|damping| damping.factors_around_tick(tick).1), 1.0);
         } else if !modes.decays.is_empty() {
             let factor = |of: fn(&Decay<f64>) -> f64| modes.mixed(|damping| of(&damping.factors(h)));
             field.kick =

@@ -64,7 +64,7 @@ impl Forecast {
     ) {
         let (drag, wells) = (world.get_resource::<Drag>().copied(), world.get_resource::<Wells>().cloned());
         let damping = world.get_resource::<Damping>().copied();
-        let gravity = world.get_resource::<Gravity>().and_then(Gravity::acting);
+        let gravity = world.get_resource::<Gravity>().and_then(Gravity::active_acceleration);
         let gravity = gravity.is_some_and(|acceleration| acceleration != DVec3::ZERO);
         let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
         let wells = wells.unwrap_or_default().0;
