@@ -30,7 +30,9 @@ fn a_step_looks_at_no_body_that_is_immovable_and_at_rest() {
         assert!(!is_static(&lab, gliding) && !is_static(&lab, falling));
         let seen = lab
             .world
-            .run_system_once(|bodies: Bodies<Unmarked>| bodies.iter().map(|row| row.0).collect::<Vec<_>>())
+            .run_system_once(|bodies: Bodies<Unmarked>| {
+                bodies.iter().map(|row| row.entity).collect::<Vec<_>>()
+            })
             .unwrap();
         assert_eq!(seen.len(), 2);
         assert!(seen.contains(&gliding) && seen.contains(&falling), "{}", method.name());

@@ -27,7 +27,8 @@ pub struct OptionColumns {
 #[derive(QueryData)]
 #[query_data(mutable, contiguous(mutable))]
 pub struct BodyColumns {
-    pub(super) entity: Entity,
+    /// The body.
+    pub entity: Entity,
     pub(super) transform: &'static mut Transform,
     pub(super) body: &'static mut PhysicsBody,
     pub(super) force: &'static Force,
