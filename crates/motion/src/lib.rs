@@ -53,13 +53,13 @@ pub use state::components::{
 pub use state::coupling::Grouped;
 pub use state::emitter::{Dormant, Emission, EmissionState, Emitter, Particle};
 pub use state::forces::{Forces, Push, PushQueue, PushedBodies};
-pub use state::interpolate::{PreviousPosition, remember_positions};
 pub use state::method_state::{LastAcceleration, LastStep};
-pub use state::off::{Off, OffResource, SpringsOff};
+pub use state::previous_position::{PreviousPosition, remember_positions};
 pub use state::range::Range;
-pub use state::rest::Static;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};
+pub use state::static_bodies::Static;
 pub use state::substeps::{OwnSubsteps, Substeps};
+pub use state::switched_off::{Off, OffResource, SpringsOff};
 pub use state::threads::Threads;
 pub use tick::environment::{EnvironmentParam, TickOutput};
 pub use tick::integrate::{

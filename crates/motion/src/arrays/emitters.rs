@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emission, Emitter, Tick};
 use crate::state::method_state::Known;
-use crate::state::off::Off;
+use crate::state::switched_off::Off;
 use crate::units::Vector;
 
 /// An emitter and the rows of its pool.

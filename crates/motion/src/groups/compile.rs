@@ -13,9 +13,9 @@ use crate::state::components::{PhysicsBody, Quarantined, StableId};
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::emitter::Particle;
 use crate::state::method_state::{LastAcceleration, LastStep};
-use crate::state::off::SpringsOff;
 use crate::state::springs::{Elastic, Link, SoftBody, Spring};
 use crate::state::substeps::OwnSubsteps;
+use crate::state::switched_off::SpringsOff;
 use crate::units::Scalar;
 
 /// Makes the groups anew if what acts between bodies has changed: a spring came or went, a body was removed,

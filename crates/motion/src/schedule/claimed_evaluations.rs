@@ -19,7 +19,7 @@ use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::coupling::Grouped;
 use crate::state::emitter::{Dormant, Particle};
-use crate::state::rest::Static;
+use crate::state::static_bodies::Static;
 use crate::state::substeps::OwnSubsteps;
 use crate::tick::environment::Environment;
 use crate::tick::integrate::Unmarked;

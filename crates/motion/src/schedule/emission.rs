@@ -9,9 +9,9 @@ use bevy_ecs::prelude::*;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::{Dormant, Emission, Emissions, Emitter, Particle, Tick};
-use crate::state::interpolate::PreviousPosition;
 use crate::state::method_state::{LastAcceleration, LastStep};
-use crate::state::off::Off;
+use crate::state::previous_position::PreviousPosition;
+use crate::state::switched_off::Off;
 use crate::units::{Scalar, Vector};
 
 /// The birth or death of the body in a slot.

@@ -16,7 +16,7 @@ use crate::state::components::{AxisLocks, PhysicsBody, SpeedLimit};
 use crate::state::coupling::Grouped;
 use crate::state::emitter::Emitter;
 use crate::state::range::Range;
-use crate::state::rest::Static;
+use crate::state::static_bodies::Static;
 use crate::state::substeps::{OwnSubsteps, Substeps};
 
 /// How the two middle systems of a tick are run: as two passes over the bodies or as one.

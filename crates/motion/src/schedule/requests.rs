@@ -11,10 +11,10 @@ use crate::schedule::effects::{Effect, switch};
 use crate::schedule::restart::{end_half_steps, restart_bodies, set_body_method};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::CouplingChanged;
-use crate::state::interpolate::PreviousPosition;
 use crate::state::method_state::LastStep;
+use crate::state::previous_position::PreviousPosition;
 use crate::state::range::{Bounds, Range};
-use crate::state::rest::look_again;
+use crate::state::static_bodies::look_again;
 use crate::tick::quarantine::{Cause, Fault, Quarantine, Refused, place, quarantine_refused};
 use crate::units::{Scalar, Vector};
 

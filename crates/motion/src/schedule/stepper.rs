@@ -17,7 +17,7 @@ use crate::state::components::PhysicsBody;
 use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::Emissions;
 use crate::state::method_state::LastAcceleration;
-use crate::state::rest::mark_static;
+use crate::state::static_bodies::mark_static;
 use crate::tick::integrate::Unmarked;
 use crate::tick::quarantine::quarantine_bodies;
 

@@ -22,7 +22,7 @@ use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
 use crate::state::forces::{Forces, PushQueue, PushedBodies};
 use crate::state::method_state::{LastAcceleration, LastStep};
-use crate::state::rest::Static;
+use crate::state::static_bodies::Static;
 use crate::tick::integrate::{
     Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
 };

@@ -18,7 +18,7 @@ use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
 use crate::state::method_state::LastAcceleration;
 use crate::state::range::Breach;
-use crate::state::rest::Static;
+use crate::state::static_bodies::Static;
 use crate::state::threads::Threads;
 use crate::tick::columns::{BodyColumns, BodyColumnsContiguousItem};
 use crate::tick::diagnosis::{Evidence, Exposure, Suspect};

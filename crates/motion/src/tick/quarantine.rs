@@ -6,8 +6,8 @@ use bevy_ecs::prelude::*;
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::coupling::CouplingChanged;
-use crate::state::interpolate::PreviousPosition;
 use crate::state::method_state::LastStep;
+use crate::state::previous_position::PreviousPosition;
 use crate::units::{Scalar, Vector};
 
 /// Why a body was frozen: where it was noticed, what it was, and what had happened to it.

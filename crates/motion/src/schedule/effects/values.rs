@@ -16,8 +16,8 @@ use crate::schedule::systems::Moving;
 use crate::state::components::{GravityOff, PhysicsBody};
 use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::{Emission, Emitter, Particle};
-use crate::state::off::{Off, OffResource, SpringsOff};
 use crate::state::springs::{Link, SoftBody, Spring};
+use crate::state::switched_off::{Off, OffResource, SpringsOff};
 use crate::units::{Scalar, Vector};
 
 /// Values of an effect, all of one kind.
