@@ -8,9 +8,9 @@ use bevy_ecs::system::SystemState;
 use glam::DVec3;
 use motion::real::{Real, RealVector as _};
 use motion::{
-    BodyState, Damping, DampingModel, DampingRate, Dormant, EvaluationTime, Fault, Forces, Grouped,
-    Jacobians, KeptAccelerations, LastStep, Law, Method, OwnLaws, Particle, PhysicsBody, SpeedLimit,
-    StableId, Static, Transform, own_method,
+    BodyState, CachedAccelerations, Damping, DampingModel, DampingRate, Dormant, EvaluationTime, Fault,
+    Forces, Grouped, Jacobians, LastStep, Law, Method, OwnLaws, Particle, PhysicsBody, SpeedLimit, StableId,
+    Static, Transform, own_method,
 };
 use scene::Scene;
 
@@ -315,7 +315,7 @@ fn a_nan_in_what_is_kept_of_the_last_tick_harms_nobody() {
         let (mut rig, mut reference) = (Rig::new(&scene), Rig::new(&scene));
         rig.run(LEAD);
         reference.run(LEAD);
-        let mut kept = KeptAccelerations::of(&mut rig.world);
+        let mut kept = CachedAccelerations::of(&mut rig.world);
         for body in kept.bodies.iter_mut().filter_map(|(_, kept)| kept.as_mut()) {
             body.called = [f64::NAN; 4];
             spoiled += 1;
@@ -324,7 +324,7 @@ fn a_nan_in_what_is_kept_of_the_last_tick_harms_nobody() {
             *acceleration = [f64::NAN; 4];
             spoiled += 1;
         }
-        kept.put(&mut rig.world);
+        kept.restore(&mut rig.world);
         rig.run(AFTER);
         reference.run(AFTER);
         let nobody = StableId(u32::MAX);

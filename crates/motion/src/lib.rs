@@ -29,7 +29,9 @@ pub use laws::{
 };
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
-pub use observe::cached_accelerations::{KeptAcceleration, KeptAccelerations, KeptOfGroup};
+pub use observe::cached_accelerations::{
+    CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations,
+};
 pub use observe::forces_on::{ForceCause, each_force, forces_on};
 pub use observe::forecast::{Cure, Forecast, LimitingPart, Margin, SpringMargin};
 pub use observe::law_texts::LawTexts;

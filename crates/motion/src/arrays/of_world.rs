@@ -70,7 +70,7 @@ impl<T: Real> Bare<T> {
         update_groups(world, true);
         let mut bare = Self::new(method, T::ONE);
         bare.step = step;
-        bare.substeps = Substeps::parts(world.get_resource());
+        bare.substeps = Substeps::count(world.get_resource());
         bare.clock = world.get_resource().copied().unwrap_or_default();
         let resources = &mut bare.resources;
         resources.gravity = world.get_resource::<Gravity>().copied();

@@ -12,7 +12,7 @@ use crate::kernels::{self, Account, Applied, Batch, BodyOptions, MemoryRows, Pla
 use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, Memory};
 use crate::state::components::{PhysicsBody, Transform};
-use crate::state::range::{Breach, Part as StatePart};
+use crate::state::range::{Breach, Quantity};
 use crate::tick::environment::TickOutput;
 use crate::tick::quarantine::{Cause, Refused};
 use crate::units::{Scalar, Vector};
@@ -179,7 +179,7 @@ impl Rescue<'_, '_, '_, '_> {
                             let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
                             let breach = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
                             // One that broke inside the tick may be out of the way at its end.
-                            breach.unwrap_or(Breach { of: StatePart::Velocity, finite: false })
+                            breach.unwrap_or(Breach { of: Quantity::Velocity, finite: false })
                         };
                         let apart = coupling.apart(&first).into_iter();
                         return apart.map(|row| (part.rows[row], breach(row))).collect();

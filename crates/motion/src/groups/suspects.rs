@@ -9,7 +9,7 @@ use super::{Group, Groups};
 use crate::kernels::{BodyOptions, RowOptions};
 use crate::laws::MutualGravity;
 use crate::state::components::PhysicsBody;
-use crate::state::range::{Breach, Part};
+use crate::state::range::{Breach, Quantity};
 use crate::state::springs::Elastic;
 use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
 use crate::tick::quarantine::{Cause, Fault, place};
@@ -60,7 +60,7 @@ impl Suspects<'_, '_, '_> {
     pub fn lost(&self, row: usize) -> Option<Cause> {
         let Before { x, v, w, .. } = self.before;
         let Group { coupling, .. } = self.group;
-        let broken = Breach { of: Part::Velocity, finite: false };
+        let broken = Breach { of: Quantity::Velocity, finite: false };
         let cause = |evidence| Some(self.environment.shared.cause(Groups::SYSTEM, broken, Some(evidence)));
         if let Some(anchor) = row.checked_sub(coupling.movable)
             && !coupling.sources.get(anchor).is_none_or(|source| source.is_finite())

@@ -14,7 +14,7 @@ use crate::units::Scalar;
 
 /// The cached acceleration of a single body by called laws, from its [`LastAcceleration`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeptAcceleration {
+pub struct CachedBodyAcceleration {
     /// Position, m, and inverse mass, 1/kg, of the evaluation.
     pub at: [Scalar; 4],
     /// Time of the evaluation, s since the start of the scene.
@@ -25,7 +25,7 @@ pub struct KeptAcceleration {
 
 /// The cached accelerations of a group.
 #[derive(Clone, Debug, PartialEq)]
-pub struct KeptOfGroup {
+pub struct CachedGroupAccelerations {
     /// The bodies: movable ones first, then immovable ones, each in stable-id order.
     pub bodies: Vec<Entity>,
     /// Acceleration of each body, m/s², and 0.
@@ -38,14 +38,14 @@ pub struct KeptOfGroup {
 
 /// All cached accelerations of a world.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct KeptAccelerations {
+pub struct CachedAccelerations {
     /// Bodies with a [`LastAcceleration`]; `None` if no step can use it any more.
-    pub bodies: Vec<(Entity, Option<KeptAcceleration>)>,
+    pub bodies: Vec<(Entity, Option<CachedBodyAcceleration>)>,
     /// Groups whose accelerations the next step may use.
-    pub groups: Vec<KeptOfGroup>,
+    pub groups: Vec<CachedGroupAccelerations>,
 }
 
-impl KeptAccelerations {
+impl CachedAccelerations {
     /// Reads the caches of `world`, between two ticks.
     pub fn of(world: &mut World) -> Self {
         let epoch = Epoch::of(world);
@@ -54,7 +54,7 @@ impl KeptAccelerations {
             let Known { at, time, laws, called } = *known;
             let is_finite = time.is_finite() && called.iter().all(|number| number.is_finite());
             let is_current = is_finite && laws == (epoch, own.map_or(0, OwnLaws::version));
-            (body, is_current.then_some(KeptAcceleration { at, time, called }))
+            (body, is_current.then_some(CachedBodyAcceleration { at, time, called }))
         });
         let bodies = bodies.collect();
         let attraction = world.get_resource::<MutualGravity>();
@@ -64,7 +64,7 @@ impl KeptAccelerations {
             let is_current =
                 kept.is_under(epoch, versions(world, &bodies[..movable]), attraction) && kept.is_of(&x, &w);
             let is_finite = kept.accelerations().iter().flatten().all(|number| number.is_finite());
-            (is_current && is_finite).then(|| KeptOfGroup {
+            (is_current && is_finite).then(|| CachedGroupAccelerations {
                 bodies: bodies.to_vec(),
                 accelerations: kept.accelerations().to_vec(),
                 time,
@@ -76,16 +76,13 @@ impl KeptAccelerations {
 
     /// Writes the caches into `world`, which has to have the same laws and bodies, and compiled groups. Skips a group
     /// whose bodies differ, or whose number of accelerations does.
-    pub fn put(self, world: &mut World) {
+    pub fn restore(self, world: &mut World) {
         let epoch = Epoch::of(world);
         for (body, kept) in self.bodies {
             let Ok(mut body) = world.get_entity_mut(body) else { continue };
             let version = body.get::<OwnLaws>().map_or(0, OwnLaws::version);
-            let known = kept.map_or_else(Known::default, |KeptAcceleration { at, time, called }| Known {
-                at,
-                time,
-                laws: (epoch, version),
-                called,
+            let known = kept.map_or_else(Known::default, |CachedBodyAcceleration { at, time, called }| {
+                Known { at, time, laws: (epoch, version), called }
             });
             body.insert(LastAcceleration(known));
         }
@@ -97,8 +94,8 @@ impl KeptAccelerations {
     }
 }
 
-fn put_group(world: &mut World, epoch: u64, given: &KeptOfGroup) {
-    let KeptOfGroup { bodies, accelerations, time, kinds } = given;
+fn put_group(world: &mut World, epoch: u64, given: &CachedGroupAccelerations) {
+    let CachedGroupAccelerations { bodies, accelerations, time, kinds } = given;
     let found = Groups::kept(world).map(|(bodies, movable, _)| (bodies, movable)).enumerate();
     let Some((number, movable)) = found
         .filter(|(_, (own, _))| *own == bodies && own.len() == accelerations.len())

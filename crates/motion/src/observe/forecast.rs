@@ -136,7 +136,7 @@ impl Forecast {
         if tick <= 0.0 || !may_be_stiff(world) {
             return Self::default();
         }
-        let substeps = Substeps::parts(world.get_resource());
+        let substeps = Substeps::count(world.get_resource());
         let scenes = Stepping { method, tick, substeps };
         let attracts = world.contains_resource::<MutualGravity>();
         let is_solvable = |method| !attracts || method != Method::ImplicitEuler;

@@ -120,7 +120,7 @@ impl PlanInputs {
             laws: laws.all().next().is_some(),
             caches_accelerations: calls && called.all(|law| !law.depends_on_velocity()) && !drags(world),
             range: world.contains_resource::<Range>(),
-            substeps: Substeps::parts(world.get_resource()),
+            substeps: Substeps::count(world.get_resource()),
             mutual_gravity: world.contains_resource::<MutualGravity>(),
             emitters: world.components().component_id::<Emitter>().map_or(0, |emitter| {
                 let kinds = world.archetypes().iter().filter(|kind| kind.contains(emitter));

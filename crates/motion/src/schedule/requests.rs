@@ -14,7 +14,7 @@ use crate::state::coupling::CouplingChanged;
 use crate::state::method_state::LastStep;
 use crate::state::previous_position::PreviousPosition;
 use crate::state::range::{Bounds, Range};
-use crate::state::static_bodies::look_again;
+use crate::state::static_bodies::update_static_mark;
 use crate::tick::quarantine::{Cause, Fault, Quarantine, Refused, place, quarantine_refused};
 use crate::units::{Scalar, Vector};
 
@@ -105,7 +105,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
                 if let Some(mut last) = world.get_mut::<LastStep>(body) {
                     last.0 = 0.0;
                 }
-                look_again(world, body);
+                update_static_mark(world, body);
             }
             Request::SetPosition(body, position) => {
                 displace(world, body, |at, _| at.position = position);
@@ -118,7 +118,7 @@ pub(crate) fn carry_out(world: &mut World) -> bool {
             Request::SetInverseMass(body, w) => {
                 displace(world, body, |_, body| body.inverse_mass = w);
                 CouplingChanged::set(world);
-                look_again(world, body);
+                update_static_mark(world, body);
             }
             Request::ReverseVelocities => {
                 let mut bodies =

@@ -65,9 +65,9 @@ impl<T: Real> Bounds<T> {
     pub fn breach(&self, x: &[T; 3], row: &[T; 4]) -> Option<Breach> {
         let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
         if !self.holds_velocity(&row[..3]) || !row[3].is_finite() {
-            Some(Breach { of: Part::Velocity, finite: finite(row) })
+            Some(Breach { of: Quantity::Velocity, finite: finite(row) })
         } else if !self.holds_position(x) {
-            Some(Breach { of: Part::Position, finite: finite(x) })
+            Some(Breach { of: Quantity::Position, finite: finite(x) })
         } else {
             None
         }
@@ -76,7 +76,7 @@ impl<T: Real> Bounds<T> {
 
 /// The quantity of a body's state that left its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum Quantity {
     Position,
     Velocity,
 }
@@ -85,7 +85,7 @@ pub(crate) enum Part {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Breach {
     /// The quantity that would have left its bounds.
-    pub of: Part,
+    pub of: Quantity,
     /// Whether the quantity was still finite.
     pub finite: bool,
 }

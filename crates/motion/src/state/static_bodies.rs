@@ -28,7 +28,7 @@ pub(crate) fn mark_static(world: &mut World) {
 }
 
 /// Adds or removes the mark of one body, as its state demands.
-pub(crate) fn look_again(world: &mut World, body: Entity) {
+pub(crate) fn update_static_mark(world: &mut World, body: Entity) {
     let Some(now) = world.get::<PhysicsBody>(body).map(is_static) else { return };
     let mut body = world.entity_mut(body);
     if now != body.contains::<Static>() {

@@ -13,7 +13,7 @@ impl Substeps {
     pub const MOST: u32 = 100_000;
 
     /// Number of substeps per tick; 1 without the resource.
-    pub(crate) fn parts(substeps: Option<&Self>) -> u32 {
+    pub(crate) fn count(substeps: Option<&Self>) -> u32 {
         substeps.map_or(1, |substeps| substeps.0.max(1))
     }
 }

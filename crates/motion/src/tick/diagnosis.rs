@@ -3,7 +3,7 @@
 
 use crate::laws::{BodyState, Declared, Drag, EvaluationTime, Law, Well};
 use crate::state::components::PhysicsBody;
-use crate::state::range::{Breach, Part, Range};
+use crate::state::range::{Breach, Quantity, Range};
 use crate::tick::environment::Environment;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
@@ -108,13 +108,13 @@ impl Environment<'_> {
     /// The cause, from what is known.
     pub(crate) fn cause(&self, system: &'static str, breach: Breach, evidence: Option<Evidence>) -> Cause {
         let component = match breach.of {
-            Part::Position => place::POSITION,
-            Part::Velocity => place::VELOCITY,
+            Quantity::Position => place::POSITION,
+            Quantity::Velocity => place::VELOCITY,
         };
         let range = self.range.copied().unwrap_or_default();
         let outside = match breach.of {
-            Part::Position => Fault::Range(range.position),
-            Part::Velocity => Fault::Range(range.speed),
+            Quantity::Position => Fault::Range(range.position),
+            Quantity::Velocity => Fault::Range(range.speed),
         };
         let (component, fault) = match evidence {
             Some(evidence) => evidence,

@@ -53,7 +53,7 @@ impl<'a> Environment<'a> {
             attraction: world.get_resource(),
             damping: world.get_resource().copied(),
             range: world.get_resource(),
-            course: Course::new(clock, tick, Substeps::parts(world.get_resource())),
+            course: Course::new(clock, tick, Substeps::count(world.get_resource())),
             epoch: 0,
         }
     }
@@ -186,7 +186,7 @@ impl EnvironmentParam<'_, '_> {
             attraction: None,
             damping: self.damping.as_deref().copied(),
             range: self.range.as_deref(),
-            course: Course::new(clock, tick, Substeps::parts(self.substeps.as_deref())),
+            course: Course::new(clock, tick, Substeps::count(self.substeps.as_deref())),
             epoch: *self.epoch,
         }
     }

@@ -5,10 +5,10 @@ use std::fmt;
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    Cause, Dormant, Effect, Emission, Evaluations, Fault, Iterations, KeptAcceleration, KeptAccelerations,
-    KeptOfGroup, LastStep, OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine,
-    QuarantineRecord, Quarantined, Requests, StableId, StepClock, Stepper, Substeps, TimeStep, Transform,
-    mark_method, own_method,
+    CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations, Cause, Dormant, Effect, Emission,
+    Evaluations, Fault, Iterations, LastStep, OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue,
+    Quarantine, QuarantineRecord, Quarantined, Requests, StableId, StepClock, Stepper, Substeps, TimeStep,
+    Transform, mark_method, own_method,
 };
 
 use super::{EmissionEntry, KeptEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
@@ -192,21 +192,21 @@ impl Snapshot {
     fn put_kept(&self, world: &mut World, bodies: &[Entity]) {
         let entity = |id: u32| bodies.get(id as usize).copied();
         let with_physics = |body: &Entity| world.get::<PhysicsBody>(*body).is_some();
-        let kept = |KeptEntry { at, time_s, called }| KeptAcceleration { at, time: time_s, called };
+        let kept = |KeptEntry { at, time_s, called }| CachedBodyAcceleration { at, time: time_s, called };
         let of_bodies = self
             .kept
             .iter()
             .filter_map(|(id, entry)| Some((entity(*id).filter(with_physics)?, entry.map(kept))));
         let of_groups = self.kept_groups.iter().filter_map(|group| {
-            Some(KeptOfGroup {
+            Some(CachedGroupAccelerations {
                 bodies: group.bodies.iter().map(|id| entity(*id)).collect::<Option<_>>()?,
                 accelerations: group.accelerations.clone(),
                 time: group.time_s,
                 kinds: group.kinds,
             })
         });
-        let kept = KeptAccelerations { bodies: of_bodies.collect(), groups: of_groups.collect() };
-        kept.put(world);
+        let kept = CachedAccelerations { bodies: of_bodies.collect(), groups: of_groups.collect() };
+        kept.restore(world);
     }
 
     fn put_inputs(&self, world: &mut World, bodies: &[Entity]) {

@@ -3,10 +3,10 @@
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    Cause, Damping, DampingModel, Dormant, Effect, EffectState, Emission, Evaluations, Fault, Gravity,
-    KeptAcceleration, KeptAccelerations, LastStep, Method, OffResource, OwnMethod, OwnSubsteps, PhysicsBody,
-    PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId, StepClock, Substeps,
-    TimeStep, Transform, own_method,
+    CachedAccelerations, CachedBodyAcceleration, Cause, Damping, DampingModel, Dormant, Effect, EffectState,
+    Emission, Evaluations, Fault, Gravity, LastStep, Method, OffResource, OwnMethod, OwnSubsteps,
+    PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId, StepClock,
+    Substeps, TimeStep, Transform, own_method,
 };
 use serde::{Deserialize, Serialize};
 
@@ -71,7 +71,7 @@ impl Snapshot {
     /// # Panics
     /// In a world that no stepper has prepared.
     pub fn of(world: &mut World, method: Method) -> Self {
-        let kept = KeptAccelerations::of(world);
+        let kept = CachedAccelerations::of(world);
         let mut snapshot = Self {
             clock: ClockEntry((*world.resource::<StepClock>()).into()),
             step_s: world.resource::<TimeStep>().0,
@@ -132,8 +132,8 @@ impl Snapshot {
             .collect();
     }
 
-    fn take_kept(&mut self, world: &World, kept: KeptAccelerations) {
-        let entry = |KeptAcceleration { at, time, called }| KeptEntry { at, time_s: time, called };
+    fn take_kept(&mut self, world: &World, kept: CachedAccelerations) {
+        let entry = |CachedBodyAcceleration { at, time, called }| KeptEntry { at, time_s: time, called };
         let bodies = kept.bodies.into_iter();
         self.kept = bodies.filter_map(|(body, kept)| Some((id(world, body)?, kept.map(entry)))).collect();
         let groups = kept.groups.into_iter().filter_map(|group| {
