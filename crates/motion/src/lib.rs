@@ -45,8 +45,7 @@ pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::stepper::Stepper;
 pub use schedule::systems::{
-    Step, StepSystems, apply_forces, clear_forces, insert_step_resources, remember_accelerations,
-    remember_steps, step_schedule, step_systems,
+    StepSystems, apply_forces, clear_forces, insert_step_resources, step_schedule, step_systems,
 };
 pub use state::clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock, TimeStep};
 pub use state::components::{

@@ -6,7 +6,7 @@ use crate::groups::{Groups, is_outdated};
 use crate::laws::own::OwnLaws;
 use crate::methods::table::Method;
 use crate::schedule::claimed_evaluations::ClaimedEvaluations;
-use crate::schedule::plan::{Passes, PlanInputs, StepPlan};
+use crate::schedule::plan::{PlanInputs, StepPlan};
 use crate::schedule::requests::{self, Requests};
 use crate::schedule::restart::leave_methods;
 use crate::schedule::systems::{
@@ -235,12 +235,6 @@ impl Stepper {
     #[must_use]
     pub const fn plan(&self) -> &StepPlan {
         &self.plan
-    }
-
-    /// How the two middle systems are run.
-    #[must_use]
-    pub const fn passes(&self) -> Passes {
-        self.plan.passes
     }
 
     /// The names of the systems of a tick in the order in which they run, read from the compiled schedule.

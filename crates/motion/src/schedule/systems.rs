@@ -30,7 +30,7 @@ use crate::tick::quarantine::{Quarantine, quarantine_bodies};
 
 /// The schedule of one tick.
 #[derive(ScheduleLabel, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Step;
+struct Step;
 
 /// The sets of a tick, in the order in which they run. Order your own systems by them in a schedule that
 /// [`Stepper::install`](crate::Stepper::install) has put the physics into.
@@ -90,14 +90,8 @@ fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     // Groups first: the single bodies that they hang on are then still where the tick began.
     for method in &plan.groups {
         match method {
-            None => with_method!(plan.method, M => {
-                systems.extend(remember_in_groups::<M, Unmarked>());
-                systems.push(integrate_groups::<M, Unmarked>.into_configs());
-            }),
-            Some(method) => with_method!(*method, M => {
-                systems.extend(remember_in_groups::<M, With<M>>());
-                systems.push(integrate_groups::<M, With<M>>.into_configs());
-            }),
+            None => with_method!(plan.method, M => systems.extend(group_systems::<M, Unmarked>())),
+            Some(method) => with_method!(*method, M => systems.extend(group_systems::<M, With<M>>())),
         }
     }
     if !plan.grouped_only {
@@ -125,10 +119,13 @@ fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     systems
 }
 
-/// The system that gives added members of groups the method state of `M`. Their accelerations are cached by the group.
-fn remember_in_groups<M: Integrator, Who: ArchetypeFilter + 'static>()
--> Option<ScheduleConfigs<ScheduleSystem>> {
-    (M::MEMORY == Memory::LastStep).then(|| remember_steps::<(Who, With<Grouped>)>.into_configs())
+/// The systems of the groups of one method. Added members get their method state first; a group caches their
+/// accelerations itself.
+fn group_systems<M: Integrator, Who: ArchetypeFilter + 'static>()
+-> impl Iterator<Item = ScheduleConfigs<ScheduleSystem>> {
+    let remember = M::MEMORY == Memory::LastStep;
+    let remember = remember.then(|| remember_steps::<(Who, With<Grouped>)>.into_configs());
+    remember.into_iter().chain([integrate_groups::<M, Who>.into_configs()])
 }
 
 /// The system that gives added bodies the method state of `M`.
@@ -151,7 +148,7 @@ fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
 pub(crate) type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
 /// Gives bodies that are new to position Verlet their [`LastStep`], which starts them with the Taylor value.
-pub fn remember_steps<Who: QueryFilter>(
+fn remember_steps<Who: QueryFilter>(
     bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastStep>, Moving)>,
     mut commands: Commands,
 ) {
@@ -161,7 +158,7 @@ pub fn remember_steps<Who: QueryFilter>(
 }
 
 /// Gives bodies their [`LastAcceleration`], the cache of an acceleration that the next step starts with.
-pub fn remember_accelerations<Who: QueryFilter>(
+fn remember_accelerations<Who: QueryFilter>(
     bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastAcceleration>, Moving)>,
     mut commands: Commands,
 ) {
