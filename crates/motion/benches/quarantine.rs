@@ -9,7 +9,9 @@ use std::marker::PhantomData;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use common::{Contestant, compare};
-use motion::methods::{Carry, Field, Integrator, Memory, RungeKutta4, SemiImplicitEuler, VelocityVerlet};
+use motion::methods::{
+    Carry, Field, Integrator, MethodState, RungeKutta4, SemiImplicitEuler, VelocityVerlet,
+};
 use motion::units::Vector;
 use motion::{
     Damping, Gravity, Method, PhysicsBody, TimeStep, Transform, apply_forces, clear_forces,
@@ -24,7 +26,7 @@ struct Looking<M, const LOOKS: bool>(PhantomData<M>);
 
 impl<M: Integrator, const LOOKS: bool> Integrator for Looking<M, LOOKS> {
     const METHOD: Method = M::METHOD;
-    const MEMORY: Memory = M::MEMORY;
+    const STATE: MethodState = M::STATE;
     const DAMPS_INSIDE: bool = M::DAMPS_INSIDE;
     const SOLVES: bool = M::SOLVES;
     const MOVES: bool = M::MOVES;

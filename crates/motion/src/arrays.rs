@@ -10,20 +10,20 @@ mod state;
 mod tick;
 
 use crate::groups::Scratch;
-use crate::kernels::{Account, add_compensated};
+use crate::kernels::{StepStatistics, add_compensated};
 use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
 use crate::real::Real;
 use crate::state::clock::StepClock;
 use crate::state::components::StableId;
-use crate::state::method_state::Known;
+use crate::state::method_state::CachedAcceleration;
 use crate::state::range::Range;
 use crate::units::{Scalar, Vector};
 use bodies::Individuals;
 use emitters::Source;
 use environment::Resources;
-use groups::Joined;
+use groups::ArrayGroup;
 
 pub use of_world::{LawsOf, NotForArrays};
 pub use state::BareState;
@@ -61,13 +61,13 @@ pub struct Bare<T: Real> {
     resources: Resources<T>,
     individuals: Individuals<T>,
     sources: Vec<Source>,
-    groups: Vec<Joined<T>>,
+    groups: Vec<ArrayGroup<T>>,
     scratch: Scratch<T>,
     clock: StepClock,
     last_steps: Vec<T>,
     residues: Option<Residues<T>>,
-    known: Vec<Known<T>>,
-    account: Account,
+    cached: Vec<CachedAcceleration<T>>,
+    statistics: StepStatistics,
     refused: Vec<usize>,
     has_failed: bool,
 }
@@ -102,8 +102,8 @@ impl<T: Real> Bare<T> {
             clock: StepClock::default(),
             last_steps: Vec::new(),
             residues: None,
-            known: Vec::new(),
-            account: Account::default(),
+            cached: Vec::new(),
+            statistics: StepStatistics::default(),
             refused: Vec::new(),
             has_failed: false,
         }
@@ -248,20 +248,20 @@ impl<T: Real> Bare<T> {
     /// counts them.
     #[must_use]
     pub const fn evaluations(&self) -> u64 {
-        self.account.accelerations
+        self.statistics.accelerations
     }
 
     /// Newton iterations of implicit steps of single bodies so far, and steps of a body or group that did not
     /// converge.
     #[must_use]
     pub const fn newton(&self) -> (u64, u64) {
-        (self.account.newton_iterations, self.account.unconverged)
+        (self.statistics.newton_iterations, self.statistics.unconverged)
     }
 
     /// Iterations of conjugate gradients of implicit steps of groups so far.
     #[must_use]
     pub const fn cg_iterations(&self) -> u64 {
-        self.account.cg_iterations
+        self.statistics.cg_iterations
     }
 
     /// Rows that were left as they were in the last tick, because they would have turned non-finite or left the range. Of a group
@@ -285,8 +285,8 @@ impl<T: Real> Bare<T> {
         if !self.last_steps.is_empty() {
             bytes += size_of::<T>();
         }
-        if !self.known.is_empty() {
-            bytes += size_of::<Known<T>>();
+        if !self.cached.is_empty() {
+            bytes += size_of::<CachedAcceleration<T>>();
         }
         if self.residues.is_some() {
             bytes += 2 * size_of::<[T; 3]>();
@@ -295,7 +295,7 @@ impl<T: Real> Bare<T> {
     }
 
     fn forget_accelerations(&mut self) {
-        self.known.clear();
-        self.groups.iter_mut().for_each(Joined::forget);
+        self.cached.clear();
+        self.groups.iter_mut().for_each(ArrayGroup::forget);
     }
 }

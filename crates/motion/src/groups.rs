@@ -24,7 +24,7 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{couplings_now, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
-pub(crate) use field::{GroupEnvironment, GroupField, Kept, Outcome, Rows, Scratch, Watch};
+pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupRows, Outcome, Scratch, Watch};
 pub(crate) use linear::{Holder, LinearGroup, larger};
 pub(crate) use rows::{Row, RowArray};
 pub use solver::Solver;
@@ -42,7 +42,7 @@ pub struct Groups {
     reasons: (bool, bool),
     list: Vec<Group>,
     /// Where the rows of the groups lie in the tables, by table and row.
-    runs: Vec<Run>,
+    runs: Vec<TableRun>,
     /// The rows of all groups, one group after the other.
     x: RowArray<Scalar>,
     v: RowArray<Scalar>,
@@ -68,12 +68,12 @@ struct Group {
     /// Rows with laws of their own.
     with_laws: Vec<u32>,
     substeps: Option<u32>,
-    kept: Kept<Scalar>,
+    cache: GroupCache<Scalar>,
 }
 
 /// Rows of a table that are consecutive rows of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Run {
+struct TableRun {
     table: usize,
     start: usize,
     len: usize,
@@ -125,17 +125,17 @@ impl Groups {
 
     /// Bodies, number of those that move, and what is kept of each group of `world`; nothing where they are to be
     /// compiled again.
-    pub(crate) fn kept(world: &World) -> impl Iterator<Item = (&[Entity], usize, &Kept<Scalar>)> {
+    pub(crate) fn caches(world: &World) -> impl Iterator<Item = (&[Entity], usize, &GroupCache<Scalar>)> {
         let groups = world.get_resource::<Self>().filter(|_| !is_outdated(world));
         groups
             .into_iter()
             .flat_map(|groups| &groups.list)
-            .map(|group| (&group.bodies[..], group.coupling.movable, &group.kept))
+            .map(|group| (&group.bodies[..], group.coupling.movable, &group.cache))
     }
 
     /// Lets a group keep that.
-    pub(crate) fn keep(&mut self, number: usize, kept: Kept<Scalar>) {
-        self.list[number].kept = kept;
+    pub(crate) fn set_cache(&mut self, number: usize, cache: GroupCache<Scalar>) {
+        self.list[number].cache = cache;
     }
 
     /// What acts in every group, its bodies, those that move first, and its number of substeps, if it has its own.

@@ -26,7 +26,7 @@ use smallvec::SmallVec;
 
 use crate::kernels::record::Recorder;
 use crate::laws::damping::{Damping, Decay};
-use crate::laws::tick_times::{Course, Piece, Pieces};
+use crate::laws::tick_times::{Segment, Segments, TickTimes};
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::Real;
@@ -38,7 +38,7 @@ pub(crate) use calling::{Plain, Sums};
 pub(crate) use compensated::{Residues, add_compensated};
 pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;
-pub(crate) use method_state::MemoryRows;
+pub(crate) use method_state::MethodStateRows;
 pub(crate) use options::{BodyOptions, RowOptions};
 
 /// Rows that are computed before the first of them is stored.
@@ -64,7 +64,7 @@ pub(crate) struct Terms<'a, T: Real> {
     /// Changes whenever one of these laws does.
     pub epoch: u64,
     /// The times of the tick.
-    pub course: Course,
+    pub times: TickTimes,
     /// What the state that is stored may be at most.
     pub bounds: Bounds<T>,
 }
@@ -77,12 +77,12 @@ impl<'a, T: Real> Terms<'a, T> {
         damping: Option<Damping>,
         laws: &'a [&'a dyn Law<T>],
         epoch: u64,
-        course: Course,
+        times: TickTimes,
     ) -> Self {
-        let decay = Decay::none(course.substep());
+        let decay = Decay::none(times.substep());
         let Affine { constant: gravity, rate: drag } = affine;
         let bounds = Bounds::FINITE;
-        let terms = Self { gravity, drag, rate: drag, damping: None, decay, laws, epoch, course, bounds };
+        let terms = Self { gravity, drag, rate: drag, damping: None, decay, laws, epoch, times, bounds };
         terms.damped::<M>(damping)
     }
 
@@ -98,16 +98,16 @@ impl<'a, T: Real> Terms<'a, T> {
     pub fn damped<M: Integrator>(mut self, damping: Option<Damping>) -> Self {
         self.damping = damping;
         (self.decay, self.rate) = match damping {
-            None => (Decay::none(self.course.substep()), self.drag),
-            Some(damping) if M::DAMPS_INSIDE => (damping.factors(self.course.substep()), self.drag),
+            None => (Decay::none(self.times.substep()), self.drag),
+            Some(damping) if M::DAMPS_INSIDE => (damping.factors(self.times.substep()), self.drag),
             Some(damping) => {
-                let (decay, rate) = damping.factors_around_tick(T::of(self.course.tick));
+                let (decay, rate) = damping.factors_around_tick(T::of(self.times.tick));
                 (decay, self.drag + rate)
             }
         };
         if !M::PASSES_TIME {
-            self.course.substeps = 1;
-            self.decay = Decay::none(T::of(self.course.tick));
+            self.times.substeps = 1;
+            self.decay = Decay::none(T::of(self.times.tick));
         }
         self
     }
@@ -115,7 +115,7 @@ impl<'a, T: Real> Terms<'a, T> {
     /// The same for a body that is born at `time`, s: what is left of the tick is a tick.
     #[must_use]
     pub fn since<M: Integrator>(&self, time: Scalar) -> Self {
-        Self { course: self.course.since(time), ..*self }.damped::<M>(self.damping)
+        Self { times: self.times.since(time), ..*self }.damped::<M>(self.damping)
     }
 
     /// Accelerations of a body in a tick of `M` in which no law is called.
@@ -125,21 +125,21 @@ impl<'a, T: Real> Terms<'a, T> {
             true => claims.evaluations,
             false => claims.evaluations_with_velocity_laws,
         };
-        if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.course.substeps) } else { 0 }
+        if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
     }
 
-    /// What damping does in a piece; around a tick it is the same in every piece.
-    fn decay_in<M: Integrator>(&self, piece: Piece<T>) -> Decay<T> {
-        if !M::DAMPS_INSIDE || piece.length == self.course.substep() {
+    /// What damping does in a segment; around a tick it is the same in every segment.
+    fn decay_in<M: Integrator>(&self, segment: Segment<T>) -> Decay<T> {
+        if !M::DAMPS_INSIDE || segment.length == self.times.substep() {
             return self.decay;
         }
-        self.damping.map_or(Decay::none(piece.length), |damping| damping.factors(piece.length))
+        self.damping.map_or(Decay::none(segment.length), |damping| damping.factors(segment.length))
     }
 
-    /// The pieces of the tick for a body with laws of its own.
-    fn pieces(&self, own: &[Box<dyn Law<T>>]) -> Pieces {
+    /// The segments of the tick for a body with laws of its own.
+    fn segments(&self, own: &[Box<dyn Law<T>>]) -> Segments {
         let discontinuities = self.laws.iter().flat_map(|law| law.discontinuities());
-        self.course.pieces(&mut discontinuities.chain(own.iter().flat_map(|law| law.discontinuities())))
+        self.times.segments(&mut discontinuities.chain(own.iter().flat_map(|law| law.discontinuities())))
     }
 
     fn calls_with_velocity(&self, own: &[Box<dyn Law<T>>]) -> bool {
@@ -162,7 +162,7 @@ pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
 
 /// What a tick took: counted where laws are called, so that it is exact.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Account {
+pub(crate) struct StepStatistics {
     /// Accelerations of one body, by all laws together.
     pub accelerations: u64,
     /// Evaluations of the laws of all bodies, one number a law of [`Terms::laws`].
@@ -179,7 +179,7 @@ pub(crate) struct Account {
     pub record: Option<Recorder>,
 }
 
-impl Account {
+impl StepStatistics {
     pub(crate) fn count_own(&mut self, name: &'static str, rows: u64) {
         count(&mut self.own, name, rows);
     }
@@ -206,7 +206,7 @@ pub(crate) struct Batch<'a, T: Real> {
     /// Their forces, if any of them is pushed.
     pub applied: Option<Applied<'a, T>>,
     /// What the method keeps of them.
-    pub memory: MemoryRows<'a, T>,
+    pub method_state: MethodStateRows<'a, T>,
 }
 
 impl<'a, T: Real> Batch<'a, T> {
@@ -216,7 +216,7 @@ impl<'a, T: Real> Batch<'a, T> {
             positions: &mut self.positions[rows.clone()],
             bodies: &mut self.bodies[rows.clone()],
             applied: self.applied.map(|applied| applied.part(rows.clone())),
-            memory: self.memory.part(rows),
+            method_state: self.method_state.part(rows),
         }
     }
 
@@ -225,11 +225,21 @@ impl<'a, T: Real> Batch<'a, T> {
         let (first, others) = (0..rows, rows..self.bodies.len());
         let positions = self.positions.split_at_mut(rows);
         let bodies = self.bodies.split_at_mut(rows);
-        let memory = self.memory.split_at(rows);
+        let method_state = self.method_state.split_at(rows);
         let applied = |rows: Range<usize>| self.applied.map(|applied| applied.part(rows));
         (
-            Self { positions: positions.0, bodies: bodies.0, applied: applied(first), memory: memory.0 },
-            Self { positions: positions.1, bodies: bodies.1, applied: applied(others), memory: memory.1 },
+            Self {
+                positions: positions.0,
+                bodies: bodies.0,
+                applied: applied(first),
+                method_state: method_state.0,
+            },
+            Self {
+                positions: positions.1,
+                bodies: bodies.1,
+                applied: applied(others),
+                method_state: method_state.1,
+            },
         )
     }
 }
@@ -273,36 +283,36 @@ pub(crate) fn integrate_batch<T: Real, M: Integrator>(
     rows: Range<usize>,
     options: Option<&dyn RowOptions<T>>,
     sums: &mut impl Sums<T>,
-    account: &mut Account,
+    statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
     assert_eq!(batch.positions.len(), batch.bodies.len(), "a position for every body");
     if let Some(options) = options {
         for row in rows {
             let options = options.row(row);
-            if let Err(breach) = integrate_row::<T, M>(terms, &options, batch, row, sums, account) {
+            if let Err(breach) = integrate_row::<T, M>(terms, &options, batch, row, sums, statistics) {
                 refuse(row, breach);
             }
         }
         return;
     }
-    let Terms { laws, rate, damping, decay, course, .. } = terms;
+    let Terms { laws, rate, damping, decay, times, .. } = terms;
     let drags_and_damps = *rate != T::ZERO && damping.is_some() && M::DAMPS_INSIDE;
     if !laws.is_empty() || drags_and_damps || !M::PASSES_TIME {
-        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, account, refuse);
+        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, statistics, refuse);
         return;
     }
     // Factors of a tick, between whose substeps the affine kernel does not know the first from the last.
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
-    let around = !M::DAMPS_INSIDE && course.substeps > 1 && factors;
-    let in_registers = !around && sums.are_plain() && account.record.is_none();
+    let around = !M::DAMPS_INSIDE && times.substeps > 1 && factors;
+    let in_registers = !around && sums.are_plain() && statistics.record.is_none();
     let start = rows.start;
     let refuse_part = &mut |row, breach| refuse(start + row, breach);
     if !in_registers || !affine::run::<T, M>(terms, &mut batch.part(rows.clone()), refuse_part) {
         // The same bits; what it would count is known without it.
-        let mut uncounted = Account { record: account.record.take(), ..Account::default() };
+        let mut uncounted = StepStatistics { record: statistics.record.take(), ..StepStatistics::default() };
         calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, &mut uncounted, refuse);
-        account.record = uncounted.record;
+        statistics.record = uncounted.record;
     }
 }
 
@@ -313,15 +323,15 @@ pub(crate) fn integrate_row<T: Real, M: Integrator>(
     batch: &mut Batch<'_, T>,
     row: usize,
     sums: &mut impl Sums<T>,
-    account: &mut Account,
+    statistics: &mut StepStatistics,
 ) -> Result<(), Breach> {
     let mut own = *terms;
     if let Some(substeps) = options.substeps {
-        own.course.substeps = substeps;
+        own.times.substeps = substeps;
     }
     let own = own.damped::<M>(options.damping(terms.damping));
     let mut outcome = Ok(());
-    calling::run::<T, M>(&own, options, batch, row..row + 1, sums, account, &mut |_, breach| {
+    calling::run::<T, M>(&own, options, batch, row..row + 1, sums, statistics, &mut |_, breach| {
         outcome = Err(breach);
     });
     outcome

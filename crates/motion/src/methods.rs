@@ -132,7 +132,7 @@ impl<F: Field> Default for Carry<F> {
 
 /// The kind of method state that a method has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Memory {
+pub enum MethodState {
     /// Nothing.
     None,
     /// [`Carry::last_step`].
@@ -146,7 +146,7 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     /// Its row of the table of methods.
     const METHOD: Method;
     /// The kind of its method state.
-    const MEMORY: Memory = Memory::None;
+    const STATE: MethodState = MethodState::None;
     /// Whether damping, speed limit and locks are part of each step, as in the tutorial, and not applied around each tick.
     const DAMPS_INSIDE: bool = false;
 

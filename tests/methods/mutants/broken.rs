@@ -1,7 +1,7 @@
 //! The broken methods. Each is written like the one it breaks, but for the mistake.
 
 use motion::Method;
-use motion::methods::{Carry, Field, Integrator, Memory};
+use motion::methods::{Carry, Field, Integrator, MethodState};
 use motion::real::Real;
 
 use super::{
@@ -328,7 +328,7 @@ struct TwoPositions;
 
 impl Integrator for TwoPositions {
     const METHOD: Method = Method::PositionVerlet;
-    const MEMORY: Memory = Memory::LastAcceleration;
+    const STATE: MethodState = MethodState::LastAcceleration;
 
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
         let h = field.step();

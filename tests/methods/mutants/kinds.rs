@@ -22,7 +22,7 @@ macro_rules! broken {
 
         impl Integrator for $kind {
             const METHOD: Method = Method::SemiImplicitEuler;
-            const MEMORY: Memory = Memory::$memory;
+            const STATE: MethodState = MethodState::$memory;
             const DAMPS_INSIDE: bool = $inside;
 
             fn step<F: Field>(

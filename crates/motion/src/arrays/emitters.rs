@@ -7,7 +7,7 @@ use super::Bare;
 use crate::real::Real;
 use crate::state::components::Quarantined;
 use crate::state::emitter::{Emission, Emitter, Tick};
-use crate::state::method_state::Known;
+use crate::state::method_state::CachedAcceleration;
 use crate::state::switched_off::Off;
 use crate::units::Vector;
 
@@ -40,7 +40,7 @@ impl<T: Real> Bare<T> {
     /// Births and deaths of the coming tick.
     pub(super) fn emit(&mut self) {
         let tick = Tick::next(self.clock, self.step);
-        let Self { sources, individuals, positions, bodies, last_steps, known, residues, .. } = self;
+        let Self { sources, individuals, positions, bodies, last_steps, cached, residues, .. } = self;
         for Source { emitter, emission, is_on, rows } in sources {
             emission.advance(emitter, *is_on, tick, |slot, born| {
                 let Some(row) = rows[slot] else { return };
@@ -50,7 +50,7 @@ impl<T: Real> Bare<T> {
                 bodies[row] = [x, y, z, T::of(emitter.inverse_mass)];
                 // Nothing of another life.
                 last_steps.get_mut(row).into_iter().for_each(|step| *step = T::ZERO);
-                known.get_mut(row).into_iter().for_each(|known| *known = Known::default());
+                cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());
                 if let Some(residues) = residues {
                     (residues.x[row], residues.v[row]) = ([T::ZERO; 3], [T::ZERO; 3]);
                 }

@@ -2,7 +2,7 @@
 
 use crate::groups::Solver;
 use crate::laws::damping::Damping;
-use crate::laws::tick_times::Course;
+use crate::laws::tick_times::TickTimes;
 use crate::laws::{Declared, Drag, Gravity, Law, MutualGravity, Wells};
 use crate::real::Real;
 use crate::state::range::Range;
@@ -38,14 +38,14 @@ impl<T: Real> Default for Resources<T> {
 
 impl<T: Real> Resources<T> {
     /// What acts in a tick of those times.
-    pub fn environment(&self, course: Course) -> Environment<'_, T> {
+    pub fn environment(&self, times: TickTimes) -> Environment<'_, T> {
         Environment {
             gravity: self.gravity.as_ref().filter(|gravity| gravity.on),
             laws: Declared { drag: self.drag.as_ref(), wells: self.wells.as_ref(), more: &self.laws },
             attraction: self.attraction.as_ref(),
             damping: self.damping,
             range: self.range.as_ref(),
-            course,
+            times,
             // Laws change only where everything that was kept is forgotten.
             epoch: 0,
         }

@@ -3,16 +3,16 @@
 use super::bodies::OfRows;
 use super::{Bare, Residues};
 use crate::groups::{
-    Coupling, GroupEnvironment, GroupField, Kept, Outcome, Row, RowArray, Rows, Scratch, Watch,
+    Coupling, GroupCache, GroupEnvironment, GroupField, GroupRows, Outcome, Row, RowArray, Scratch, Watch,
 };
-use crate::kernels::Account;
+use crate::kernels::StepStatistics;
 use crate::methods::table::Method;
-use crate::methods::{Integrator, Memory};
+use crate::methods::{Integrator, MethodState};
 use crate::real::Real;
 
 /// One group.
 #[derive(Debug, Default)]
-pub(super) struct Joined<T: Real> {
+pub(super) struct ArrayGroup<T: Real> {
     pub coupling: Coupling<T>,
     /// The rows of its bodies among all, those that move first.
     pub rows: Vec<usize>,
@@ -23,7 +23,7 @@ pub(super) struct Joined<T: Real> {
     pub substeps: Option<u32>,
     /// The method that its bodies ask for.
     pub method: Option<Method>,
-    pub kept: Kept<T>,
+    pub cache: GroupCache<T>,
     pub x: RowArray<T>,
     pub v: RowArray<T>,
     /// Of both, where sums are compensated.
@@ -32,14 +32,14 @@ pub(super) struct Joined<T: Real> {
     pub last: Vec<T>,
 }
 
-impl<T: Real> Joined<T> {
+impl<T: Real> ArrayGroup<T> {
     /// The rows of the bodies that move.
     pub fn members(&self) -> impl Iterator<Item = usize> {
         self.rows[..self.coupling.movable].iter().copied()
     }
 
     pub fn forget(&mut self) {
-        self.kept = Kept::default();
+        self.cache = GroupCache::default();
     }
 }
 
@@ -54,12 +54,12 @@ impl<T: Real> Bare<T> {
         let mut scratch = std::mem::take(&mut self.scratch);
         let rows = std::mem::take(&mut group.rows);
         let members = &rows[..group.coupling.movable];
-        let mut account = Account::default();
+        let mut statistics = StepStatistics::default();
         let mut outcome = Outcome::Finite;
         for watch in [Watch::Off, Watch::On] {
             self.gather(&rows, &mut group);
             self.gather_pushes(members, &mut scratch.pushes);
-            outcome = self.work_out::<M>(watch, &rows, &mut group, &mut scratch, &mut account);
+            outcome = self.work_out::<M>(watch, &rows, &mut group, &mut scratch, &mut statistics);
             if outcome == Outcome::Finite {
                 break;
             }
@@ -67,7 +67,7 @@ impl<T: Real> Bare<T> {
         self.scratch = scratch;
         match outcome {
             Outcome::Finite => {
-                self.account.add(&account);
+                self.statistics.add(&statistics);
                 self.scatter::<M>(members, &group);
             }
             Outcome::Broken(first) => {
@@ -85,28 +85,30 @@ impl<T: Real> Bare<T> {
         &self,
         watch: Watch,
         rows: &[usize],
-        group: &mut Joined<T>,
+        group: &mut ArrayGroup<T>,
         scratch: &mut Scratch<T>,
-        account: &mut Account,
+        statistics: &mut StepStatistics,
     ) -> Outcome {
-        let course = self.course(group.substeps.unwrap_or(self.substeps));
-        let shared = self.resources.environment(course);
+        let times = self.times(group.substeps.unwrap_or(self.substeps));
+        let shared = self.resources.environment(times);
         let called = shared.called();
         let environment = GroupEnvironment::new::<M>(shared, &called, self.resources.solver, &[]);
         let options = OfRows { rows, individuals: &self.individuals };
-        let Joined { coupling, with_options, with_laws, kept, x, v, residues: [rx, rv], w, last, .. } = group;
+        let ArrayGroup {
+            coupling, with_options, with_laws, cache, x, v, residues: [rx, rv], w, last, ..
+        } = group;
         let residues = self.residues.is_some().then_some([&mut **rx, &mut **rv]);
-        let last = (M::MEMORY == Memory::LastStep).then(|| &mut last[..coupling.movable]);
-        let rows = Rows { x, v, residues, w, with_options, with_laws };
-        GroupField::new(coupling, &environment, rows, &options, scratch, account).tick::<M>(
+        let last = (M::STATE == MethodState::LastStep).then(|| &mut last[..coupling.movable]);
+        let rows = GroupRows { x, v, residues, w, with_options, with_laws };
+        GroupField::new(coupling, &environment, rows, &options, scratch, statistics).tick::<M>(
             watch,
             last,
-            Some(kept),
+            Some(cache),
         )
     }
 
-    fn gather(&self, rows: &[usize], group: &mut Joined<T>) {
-        let Joined { x, v, .. } = group;
+    fn gather(&self, rows: &[usize], group: &mut ArrayGroup<T>) {
+        let ArrayGroup { x, v, .. } = group;
         x.resize(rows.len());
         v.resize(rows.len());
         for ((row, x), v) in rows.iter().zip(x.iter_mut()).zip(v.iter_mut()) {
@@ -122,7 +124,7 @@ impl<T: Real> Bare<T> {
                 }
             }
         }
-        let Joined { w, last, .. } = group;
+        let ArrayGroup { w, last, .. } = group;
         w.clear();
         w.extend(rows.iter().map(|row| self.bodies[*row][3]));
         last.clear();
@@ -146,14 +148,14 @@ impl<T: Real> Bare<T> {
         members.iter().copied().find(|row| !self.forces[*row].iter().all(|part| part.is_finite()))
     }
 
-    fn scatter<M: Integrator>(&mut self, members: &[usize], group: &Joined<T>) {
-        if M::MEMORY == Memory::LastStep {
+    fn scatter<M: Integrator>(&mut self, members: &[usize], group: &ArrayGroup<T>) {
+        if M::STATE == MethodState::LastStep {
             self.last_steps.resize(self.bodies.len(), T::ZERO);
         }
         for (own, row) in members.iter().enumerate() {
             self.positions[*row].copy_from_slice(&group.x[own][..3]);
             self.bodies[*row][..3].copy_from_slice(&group.v[own][..3]);
-            if M::MEMORY == Memory::LastStep {
+            if M::STATE == MethodState::LastStep {
                 self.last_steps[*row] = group.last[own];
             }
             if let Some(Residues { x, v }) = &mut self.residues {

@@ -8,7 +8,7 @@ use bevy_ecs::query::QueryData;
 
 use super::Bare;
 use super::bodies::{Kind, Own};
-use super::groups::Joined;
+use super::groups::ArrayGroup;
 use crate::groups::{Groups, update_groups};
 use crate::kernels::BodyOptions;
 use crate::laws::{Gravity, Law};
@@ -141,14 +141,14 @@ impl<T: Real> Bare<T> {
             let with_laws = rows_that(&|options| !options.laws.is_empty());
             let method = rows.first().and_then(|row| self.individuals.kinds[*row].method);
             let coupling = coupling.at::<T>();
-            self.groups.push(Joined {
+            self.groups.push(ArrayGroup {
                 coupling,
                 rows,
                 with_options,
                 with_laws,
                 substeps,
                 method,
-                ..Joined::default()
+                ..ArrayGroup::default()
             });
         }
     }

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use super::bodies::{OfRun, Run};
 use super::{Bare, Residues};
-use crate::kernels::{self, Account, Applied, Batch, MemoryRows, RowOptions, Sums};
-use crate::laws::tick_times::Course;
+use crate::kernels::{self, Applied, Batch, MethodStateRows, RowOptions, StepStatistics, Sums};
+use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
-use crate::methods::{Integrator, Memory};
+use crate::methods::{Integrator, MethodState};
 use crate::real::Real;
-use crate::state::method_state::Known;
+use crate::state::method_state::CachedAcceleration;
 
 impl<T: Real> Bare<T> {
     /// Integrates a tick of every body by another method than those of the table, such as one of one's own. A
@@ -57,13 +57,13 @@ impl<T: Real> Bare<T> {
         rows.into_iter().any(|row| self.last_steps.get(row).is_some_and(|step| *step != T::ZERO))
     }
 
-    pub(super) fn course(&self, substeps: u32) -> Course {
-        Course::new(self.clock, self.step, substeps)
+    pub(super) fn times(&self, substeps: u32) -> TickTimes {
+        TickTimes::new(self.clock, self.step, substeps)
     }
 
     /// A tick of `M` for the rows of a run, summed up the one way or the other.
     pub(super) fn tick_rows<M: Integrator, W: Way>(&mut self, run: usize) {
-        let mut course = self.course(self.substeps);
+        let mut times = self.times(self.substeps);
         let Self {
             positions,
             bodies,
@@ -72,15 +72,15 @@ impl<T: Real> Bare<T> {
             pushed,
             resources,
             individuals,
-            account,
+            statistics,
             refused,
             ..
         } = self;
         let Run { rows, gravity_off, own, movable, born, .. } = individuals.runs[run].clone();
         if let Some(time) = born {
-            course = course.since(time);
+            times = times.since(time);
         }
-        let environment = resources.environment(course);
+        let environment = resources.environment(times);
         let called = environment.called();
         let mut terms = environment.terms::<M>(&called);
         if !gravity_off {
@@ -88,18 +88,19 @@ impl<T: Real> Bare<T> {
         }
         forces.resize(bodies.len(), [T::ZERO; 3]);
         let calls = !called.is_empty() || own.is_some();
-        let mut memory = memory::<T, M>(&mut self.last_steps, &mut self.known, bodies.len(), calls);
+        let mut method_state =
+            method_state::<T, M>(&mut self.last_steps, &mut self.cached, bodies.len(), calls);
         let applied = Applied { forces, rows: pushed, offset: 0 }.part(rows.clone());
         let mut batch = Batch {
             positions: &mut positions[rows.clone()],
             bodies: &mut bodies[rows.clone()],
             applied: (!applied.rows.is_empty()).then_some(applied),
-            memory: memory.part(rows.clone()),
+            method_state: method_state.part(rows.clone()),
         };
         let options = own.map(|first| OfRun(&individuals.owns[first..]));
         let options = options.as_ref().map(|options| options as &dyn RowOptions<T>);
         let mut sums = W::sums(residues, rows.clone());
-        let mut counted = Account::default();
+        let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
         kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, &mut sums, &mut counted, refuse);
@@ -107,27 +108,27 @@ impl<T: Real> Bare<T> {
             // Where no law is called nothing is counted on the way.
             counted.accelerations = terms.evaluations::<M>() * movable;
         }
-        account.add(&counted);
+        statistics.add(&counted);
     }
 }
 
 /// What `M` keeps of all rows; `calls` tells whether laws are called.
-fn memory<'a, T: Real, M: Integrator>(
+fn method_state<'a, T: Real, M: Integrator>(
     last_steps: &'a mut Vec<T>,
-    known: &'a mut Vec<Known<T>>,
+    cached: &'a mut Vec<CachedAcceleration<T>>,
     rows: usize,
     calls: bool,
-) -> MemoryRows<'a, T> {
-    match M::MEMORY {
-        Memory::LastStep => {
+) -> MethodStateRows<'a, T> {
+    match M::STATE {
+        MethodState::LastStep => {
             last_steps.resize(rows, T::ZERO);
-            MemoryRows::LastStep(last_steps)
+            MethodStateRows::LastStep(last_steps)
         }
-        Memory::LastAcceleration if calls => {
-            known.resize(rows, Known::default());
-            MemoryRows::Known(known)
+        MethodState::LastAcceleration if calls => {
+            cached.resize(rows, CachedAcceleration::default());
+            MethodStateRows::LastAcceleration(cached)
         }
-        Memory::LastAcceleration | Memory::None => MemoryRows::None,
+        MethodState::LastAcceleration | MethodState::None => MethodStateRows::None,
     }
 }
 

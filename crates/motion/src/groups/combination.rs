@@ -17,7 +17,7 @@ pub(crate) const CHANGE: usize = 2;
 /// The accelerations by applied forces.
 pub(crate) const APPLIED: usize = 3;
 /// The accelerations at the end of the step before.
-pub(crate) const KEPT: usize = 4;
+pub(crate) const CACHED: usize = 4;
 /// The first array that a step makes.
 pub(crate) const FIRST: usize = 5;
 

@@ -7,7 +7,7 @@ mod forces;
 mod records;
 mod solving;
 
-pub(crate) use cached::Kept;
+pub(crate) use cached::GroupCache;
 pub(crate) use classes::Class;
 use solving::Workspace;
 
@@ -15,11 +15,11 @@ use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY}
 use super::coupling::Coupling;
 use super::rows::{Row, RowArray};
 use super::solver::Solver;
-use crate::kernels::{Account, RowOptions, Terms, TickField, drive};
+use crate::kernels::{RowOptions, StepStatistics, Terms, TickField, drive};
 use crate::laws::damping::Decay;
-use crate::laws::tick_times::Piece;
+use crate::laws::tick_times::Segment;
 use crate::laws::{Declared, Law};
-use crate::methods::{Carry, Field, Integrator, Memory};
+use crate::methods::{Carry, Field, Integrator, MethodState};
 use crate::real::Real;
 use crate::state::range::Bounds;
 use crate::tick::environment::Environment;
@@ -51,7 +51,7 @@ impl<'a, T: Real> GroupEnvironment<'a, T> {
 }
 
 /// The rows of a group and what is known of them.
-pub(crate) struct Rows<'a, T> {
+pub(crate) struct GroupRows<'a, T> {
     /// Positions, m; after the tick, those of its end.
     pub x: &'a mut [Row<T>],
     /// Velocities, m/s.
@@ -90,11 +90,11 @@ impl<T: Real> Scratch<T> {
 pub(crate) struct GroupField<'a, T: Real> {
     coupling: &'a Coupling<T>,
     environment: &'a GroupEnvironment<'a, T>,
-    rows: Rows<'a, T>,
+    rows: GroupRows<'a, T>,
     options: &'a dyn RowOptions<T>,
     scratch: &'a mut Scratch<T>,
-    account: &'a mut Account,
-    piece: Piece<T>,
+    statistics: &'a mut StepStatistics,
+    segment: Segment<T>,
     /// The next free array.
     next: usize,
     pushed: bool,
@@ -131,22 +131,22 @@ impl<'a, T: Real> GroupField<'a, T> {
     pub fn new(
         coupling: &'a Coupling<T>,
         environment: &'a GroupEnvironment<'a, T>,
-        rows: Rows<'a, T>,
+        rows: GroupRows<'a, T>,
         options: &'a dyn RowOptions<T>,
         scratch: &'a mut Scratch<T>,
-        account: &'a mut Account,
+        statistics: &'a mut StepStatistics,
     ) -> Self {
         let GroupEnvironment { terms, .. } = environment;
-        let [start, end] = terms.course.ends().map(T::of);
-        let piece = Piece { start, end, length: terms.course.substep(), jump: false };
+        let [start, end] = terms.times.ends().map(T::of);
+        let segment = Segment { start, end, length: terms.times.substep(), jump: false };
         Self {
             coupling,
             environment,
             rows,
             options,
             scratch,
-            account,
-            piece,
+            statistics,
+            segment,
             next: FIRST,
             pushed: false,
             heavy: 0,
@@ -162,7 +162,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         mut self,
         watch: Watch,
         mut last: Option<&mut [T]>,
-        kept: Option<&mut Kept<T>>,
+        cache: Option<&mut GroupCache<T>>,
     ) -> Outcome {
         self.watch = watch;
         self.limits_after_kick = M::LIMITS_AFTER_KICK;
@@ -172,20 +172,20 @@ impl<'a, T: Real> GroupField<'a, T> {
         if let Some(last) = &mut last {
             carry.last_step = self.common_last_step(last);
         }
-        let keeps = M::MEMORY == Memory::LastAcceleration && !self.looks_at_velocity();
+        let keeps = M::STATE == MethodState::LastAcceleration && !self.looks_at_velocity();
         let own = self.versions();
-        let kept = kept.filter(|_| keeps);
-        if let Some(kept) = &kept {
-            carry.start = self.recall(kept, own);
+        let cache = cache.filter(|_| keeps);
+        if let Some(cache) = &cache {
+            carry.start = self.recall(cache, own);
         }
-        let ((x, v), terms, pieces) = (start(), &self.environment.terms, self.pieces());
-        drive::<M, _>(&mut self, terms, &pieces, x, v, &mut carry);
+        let ((x, v), terms, segments) = (start(), &self.environment.terms, self.segments());
+        drive::<M, _>(&mut self, terms, &segments, x, v, &mut carry);
         self.snap();
         if let Some(last) = last {
             last.fill(carry.last_step);
         }
-        if let Some(kept) = kept {
-            self.note(kept, own, carry.start.is_some());
+        if let Some(cache) = cache {
+            self.note(cache, own, carry.start.is_some());
         }
         self.outcome()
     }
@@ -202,7 +202,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         };
         // Not "any": without a way out of the loop it is done in registers.
         let mut all = true;
-        let Rows { x, v, w, .. } = &self.rows;
+        let GroupRows { x, v, w, .. } = &self.rows;
         for ((x, v), w) in x[..movable].iter().zip(&v[..movable]).zip(&w[..movable]) {
             all &= holds(x, v, *w);
         }
@@ -242,12 +242,12 @@ fn start<T: Real>() -> (Combination<T>, Combination<T>) {
 
 impl<T: Real> TickField for GroupField<'_, T> {
     /// By class: damping may be a body's own.
-    fn enter<M: Integrator>(&mut self, piece: Piece<T>, _: Decay<T>) {
-        self.piece = piece;
+    fn enter<M: Integrator>(&mut self, segment: Segment<T>, _: Decay<T>) {
+        self.segment = segment;
         if M::DAMPS_INSIDE {
             for class in &mut self.scratch.classes {
-                let none = Decay::none(piece.length);
-                class.decay = class.damping.map_or(none, |damping| damping.factors(piece.length));
+                let none = Decay::none(segment.length);
+                class.decay = class.damping.map_or(none, |damping| damping.factors(segment.length));
             }
         }
     }
@@ -284,11 +284,11 @@ impl<T: Real> Field for GroupField<'_, T> {
     type Space = Combination<T>;
 
     fn step(&self) -> T {
-        self.piece.length
+        self.segment.length
     }
 
     fn laws(&mut self, part: T, x: Combination<T>, v: Combination<T>) -> Combination<T> {
-        Combination::of(self.accelerate(self.piece.moment(part), x, v))
+        Combination::of(self.accelerate(self.segment.moment(part), x, v))
     }
 
     fn applied(&self) -> Combination<T> {
@@ -328,8 +328,8 @@ impl<T: Real> Field for GroupField<'_, T> {
     }
 
     fn laws_before_jump(&mut self, x: Combination<T>, v: Combination<T>) -> Option<Combination<T>> {
-        let piece = self.piece;
-        piece.jump.then(|| Combination::of(self.accelerate(piece.before(), x, v)))
+        let segment = self.segment;
+        segment.jump.then(|| Combination::of(self.accelerate(segment.before(), x, v)))
     }
 
     fn implicit_velocity(&mut self, x: Combination<T>, v: Combination<T>) -> Combination<T> {

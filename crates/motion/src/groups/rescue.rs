@@ -2,15 +2,17 @@
 
 use bevy_ecs::entity::Entity;
 
-use super::field::{GroupEnvironment, GroupField, Outcome, Rows, Scratch, Watch};
+use super::field::{GroupEnvironment, GroupField, GroupRows, Outcome, Scratch, Watch};
 use super::members::{ByRow, MemberOptions};
 use super::rows::Row;
 use super::split::Part;
 use super::suspects::{Before, SpringsByRow, Suspects};
 use super::{Group, Groups};
-use crate::kernels::{self, Account, Applied, Batch, BodyOptions, MemoryRows, Plain, RowOptions, Terms};
+use crate::kernels::{
+    self, Applied, Batch, BodyOptions, MethodStateRows, Plain, RowOptions, StepStatistics, Terms,
+};
 use crate::laws::{Affine, Law};
-use crate::methods::{Integrator, Memory};
+use crate::methods::{Integrator, MethodState};
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::range::{Breach, Quantity};
 use crate::tick::environment::TickOutput;
@@ -91,14 +93,14 @@ impl Rescue<'_, '_, '_, '_> {
             let mut after =
                 Before { x: before.x.clone(), v: before.v.clone(), w: Vec::new(), last: before.last.clone() };
             let record = self.output.records.recorder(coupling.rows);
-            let mut account = Account { record, ..Account::default() };
+            let mut statistics = StepStatistics { record, ..StepStatistics::default() };
             let culprits: Vec<_> = parts
                 .iter()
-                .flat_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut account))
+                .flat_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut statistics))
                 .collect();
             if culprits.is_empty() {
-                self.output.evaluations.add(&account, &[], std::iter::empty());
-                self.output.records.add(&group.bodies, account.record);
+                self.output.evaluations.add(&statistics, &[], std::iter::empty());
+                self.output.records.add(&group.bodies, statistics.record);
                 break after;
             }
             for (row, breach) in culprits {
@@ -121,7 +123,7 @@ impl Rescue<'_, '_, '_, '_> {
         pushes: &[(usize, Row<Scalar>)],
         before: &Before,
         after: &mut Before,
-        account: &mut Account,
+        statistics: &mut StepStatistics,
     ) -> Vec<(usize, Breach)> {
         let pick = |rows: &[Row<Scalar>]| part.rows.iter().map(|row| rows[*row]).collect::<Vec<_>>();
         let numbers = |from: &[Scalar]| part.rows.iter().map(|row| from[*row]).collect::<Vec<_>>();
@@ -137,10 +139,10 @@ impl Rescue<'_, '_, '_, '_> {
             let row = part.rows[0];
             let force =
                 pushes.iter().fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
-            if let Some(record) = &mut account.record {
+            if let Some(record) = &mut statistics.record {
                 record.first = row;
             }
-            let alone = self.alone::<M>(whole.row(row), force, before.w[row], &mut state, account);
+            let alone = self.alone::<M>(whole.row(row), force, before.w[row], &mut state, statistics);
             if let Err(breach) = alone {
                 return vec![(row, breach)];
             }
@@ -159,17 +161,23 @@ impl Rescue<'_, '_, '_, '_> {
                 let (x, v) = (pick(&before.x), pick(&before.v));
                 state = (x, v, numbers(&before.last));
                 let (x, v) = (&mut state.0[..], &mut state.1[..]);
-                let rows =
-                    Rows { x, v, residues: None, w: &w, with_options: &with_options, with_laws: &with_laws };
+                let rows = GroupRows {
+                    x,
+                    v,
+                    residues: None,
+                    w: &w,
+                    with_options: &with_options,
+                    with_laws: &with_laws,
+                };
                 let record = self.output.records.recorder(part.rows.len());
-                let mut own = Account { record, ..Account::default() };
-                let last = (M::MEMORY == Memory::LastStep).then(|| &mut state.2[..movable]);
+                let mut own = StepStatistics { record, ..StepStatistics::default() };
+                let last = (M::STATE == MethodState::LastStep).then(|| &mut state.2[..movable]);
                 let field =
                     GroupField::new(coupling, self.environment, rows, &options, &mut scratch, &mut own);
                 match field.tick::<M>(watch, last, None) {
                     Outcome::Finite => {
-                        account.add(&own);
-                        if let (Some(all), Some(own)) = (&mut account.record, &own.record) {
+                        statistics.add(&own);
+                        if let (Some(all), Some(own)) = (&mut statistics.record, &own.record) {
                             all.take_over(&part.rows, own);
                         }
                         break;
@@ -201,7 +209,7 @@ impl Rescue<'_, '_, '_, '_> {
         force: [Scalar; 3],
         w: Scalar,
         (x, v, last): &mut (Vec<Row<Scalar>>, Vec<Row<Scalar>>, Vec<Scalar>),
-        account: &mut Account,
+        statistics: &mut StepStatistics,
     ) -> Result<(), Breach> {
         let GroupEnvironment { shared, terms, .. } = self.environment;
         let none = Affine { constant: Vector::ZERO, rate: 0.0 };
@@ -214,14 +222,14 @@ impl Rescue<'_, '_, '_, '_> {
         let options = BodyOptions { substeps: None, ..options };
         let [a, b, c, _] = x[0];
         let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w]]);
-        let memory = match M::MEMORY {
-            Memory::LastStep => MemoryRows::LastStep(last),
-            _ => MemoryRows::None,
+        let method_state = match M::STATE {
+            MethodState::LastStep => MethodStateRows::LastStep(last),
+            _ => MethodStateRows::None,
         };
         let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
-        let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, memory };
+        let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
         let outcome =
-            kernels::integrate_row::<Scalar, M>(&terms, &options, &mut batch, 0, &mut Plain, account);
+            kernels::integrate_row::<Scalar, M>(&terms, &options, &mut batch, 0, &mut Plain, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome

@@ -104,7 +104,7 @@ impl Suspects<'_, '_, '_> {
             .or_else(|| self.environment.shared.found(exposure))
             .or_else(|| self.attracts_by_no_number().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
             .or_else(|| self.spring_at_fault(row, dead))
-            .or_else(|| suspect.own_law(self.environment.terms.course.ends()))
+            .or_else(|| suspect.own_law(self.environment.terms.times.ends()))
             .or_else(|| self.environment.shared.law_at_fault(suspect.state()))
             .or_else(|| self.attraction_at_fault(row, dead));
         self.environment.shared.cause(Groups::SYSTEM, breach, evidence)

@@ -3,15 +3,15 @@
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
 
-use super::field::{GroupEnvironment, GroupField, Outcome, Rows, Watch};
+use super::field::{GroupEnvironment, GroupField, GroupRows, Outcome, Watch};
 use super::members::{ByRow, MemberOptions, Members};
 use super::rescue::Rescue;
 use super::rows::Row;
 use super::solver::Solver;
-use super::{Group, Groups, Run};
-use crate::kernels::Account;
+use super::{Group, Groups, TableRun};
+use crate::kernels::StepStatistics;
 use crate::laws::MutualGravity;
-use crate::methods::{Integrator, Memory};
+use crate::methods::{Integrator, MethodState};
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::range::Bounds;
@@ -48,22 +48,22 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
     let called = shared.called();
     let solver = solver.as_deref().copied().unwrap_or_default();
     let mut environment = GroupEnvironment::new::<M>(shared, &called, solver, &summed);
-    let substeps = environment.terms.course.substeps;
+    let substeps = environment.terms.times.substeps;
     for number in 0..groups.list.len() {
         if groups.seen[number] != groups.list[number].coupling.movable {
             continue;
         }
         let own = groups.list[number].substeps.unwrap_or(substeps);
-        if own != environment.terms.course.substeps {
-            environment.terms.course.substeps = own;
+        if own != environment.terms.times.substeps {
+            environment.terms.times.substeps = own;
             environment.terms = environment.terms.damped::<M>(environment.terms.damping);
         }
         let holds = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
         let record = output.records.recorder(groups.list[number].coupling.rows);
-        let mut account = Account { record, ..Account::default() };
-        if holds && groups.tick::<M>(number, &environment, &options, &mut account) == Outcome::Finite {
-            output.evaluations.add(&account, &[], std::iter::empty());
-            output.records.add(&groups.list[number].bodies, account.record);
+        let mut statistics = StepStatistics { record, ..StepStatistics::default() };
+        if holds && groups.tick::<M>(number, &environment, &options, &mut statistics) == Outcome::Finite {
+            output.evaluations.add(&statistics, &[], std::iter::empty());
+            output.records.add(&groups.list[number].bodies, statistics.record);
         } else {
             // A tick that broke may have spoilt what the group hangs on as well.
             let _ = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
@@ -91,7 +91,7 @@ impl Groups {
             let mut last = last.as_mut().map(|last| last.bypass_change_detection());
             let mut count = 0;
             for run in runs_of(&self.runs, table) {
-                let Run { start, len, group, row, .. } = *run;
+                let TableRun { start, len, group, row, .. } = *run;
                 let Group { first, bodies: members, .. } = &self.list[group];
                 if entities.get(start..start + len) != Some(&members[row..row + len]) {
                     return false;
@@ -145,7 +145,7 @@ impl Groups {
         for (number, group) in self.list.iter_mut().enumerate() {
             group.with_options.clear();
             group.with_laws.clear();
-            let mut run: Option<Run> = None;
+            let mut run: Option<TableRun> = None;
             for (row, body) in group.bodies[..group.coupling.movable].iter().enumerate() {
                 let Some((table, start)) = param.place_of(*body) else { continue };
                 match &mut run {
@@ -156,7 +156,7 @@ impl Groups {
                     }
                     _ => {
                         self.runs.extend(run.take());
-                        run = Some(Run { table, start, len: 1, group: number, row });
+                        run = Some(TableRun { table, start, len: 1, group: number, row });
                     }
                 }
                 let Ok(columns) = options.get(*body) else { continue };
@@ -203,7 +203,7 @@ impl Groups {
         number: usize,
         environment: &GroupEnvironment<'_, Scalar>,
         options: &MemberOptions,
-        account: &mut Account,
+        statistics: &mut StepStatistics,
     ) -> Outcome {
         let mut pushes = std::mem::take(&mut self.scratch.pushes);
         pushes.clear();
@@ -213,7 +213,7 @@ impl Groups {
         let rows = group.first..group.first + group.coupling.rows;
         let options = ByRow { bodies: &group.bodies, options };
         let movable = group.first..group.first + group.coupling.movable;
-        let rows = Rows {
+        let rows = GroupRows {
             x: &mut self.x[rows.clone()],
             v: &mut self.v[rows.clone()],
             residues: None,
@@ -221,12 +221,9 @@ impl Groups {
             with_options: &group.with_options,
             with_laws: &group.with_laws,
         };
-        let last = (M::MEMORY == Memory::LastStep).then(|| &mut self.last[movable]);
-        GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, account).tick::<M>(
-            Watch::Off,
-            last,
-            Some(&mut group.kept),
-        )
+        let last = (M::STATE == MethodState::LastStep).then(|| &mut self.last[movable]);
+        GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, statistics)
+            .tick::<M>(Watch::Off, last, Some(&mut group.cache))
     }
 
     /// Copies the rows of the system's groups back.
@@ -237,7 +234,7 @@ impl Groups {
             let (transforms, bodies) = (&mut *transforms, bodies.bypass_change_detection());
             let mut last = last.as_mut().map(|last| last.bypass_change_detection());
             for run in runs_of(&self.runs, table) {
-                let Run { start, len, group, row, .. } = *run;
+                let TableRun { start, len, group, row, .. } = *run;
                 if self.seen[group] != self.list[group].coupling.movable {
                     continue;
                 }
@@ -256,7 +253,7 @@ impl Groups {
     }
 }
 
-fn runs_of(runs: &[Run], table: usize) -> &[Run] {
+fn runs_of(runs: &[TableRun], table: usize) -> &[TableRun] {
     let start = runs.partition_point(|run| run.table < table);
     let end = runs.partition_point(|run| run.table <= table);
     &runs[start..end]

@@ -7,9 +7,9 @@ use fearless_simd::{Level, Simd, prelude::*};
 
 use super::field::{BlockField, Constants, parts};
 use super::lanes::{Rows, each_row};
-use super::method_state::MemoryRows;
+use super::method_state::MethodStateRows;
 use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
-use crate::methods::{Carry, Integrator, Memory};
+use crate::methods::{Carry, Integrator, MethodState};
 use crate::real::{Lanes as _, Real};
 use crate::state::range::{Bounds, Breach};
 
@@ -31,7 +31,7 @@ pub(super) fn run<T: Real, M: Integrator>(
     batch: &mut Batch<'_, T>,
     refuse: Refuse<'_>,
 ) -> bool {
-    let (rows, substeps) = (batch.bodies.len(), terms.course.substeps);
+    let (rows, substeps) = (batch.bodies.len(), terms.times.substeps);
     if substeps == 1 {
         return step_all::<T, M>(terms, batch, 0..rows, refuse);
     }
@@ -110,19 +110,19 @@ fn step_all<T: Real, M: Integrator>(
         count = rows.len();
         pushed.iter_mut().zip(rows).for_each(|(copy, (table, row))| *copy = (*table, row - offset));
     }
-    let mut memory = MemoryRows::None;
-    if let MemoryRows::LastStep(all) = &batch.memory {
+    let mut method_state = MethodStateRows::None;
+    if let MethodStateRows::LastStep(all) = &batch.method_state {
         // Rows that fill the block up are like its first: the block stays one of equal steps.
         steps = [all[last.start]; BLOCK + 1];
         steps[..rest].copy_from_slice(&all[last.clone()]);
-        memory = MemoryRows::LastStep(&mut steps);
+        method_state = MethodStateRows::LastStep(&mut steps);
     }
     let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
-    let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, memory };
+    let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
     let done = step::<T, M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach));
     batch.positions[last.clone()].copy_from_slice(&positions[..rest]);
     batch.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
-    if let MemoryRows::LastStep(all) = &mut batch.memory {
+    if let MethodStateRows::LastStep(all) = &mut batch.method_state {
         all[last].copy_from_slice(&steps[..rest]);
     }
     done
@@ -162,10 +162,10 @@ fn step_with<T: Real, M: Integrator, S: Simd>(
     refuse: Refuse<'_>,
 ) {
     use parts::{AFTER, BEFORE, DRAG, KEEP};
-    let rows = Kernel { simd, terms, batch, refuse };
+    let rows = AffineKernel { simd, terms, batch, refuse };
     if !M::DAMPS_INSIDE {
         // The methods that save an evaluation where nothing varies have a kernel for that.
-        let constant = M::MEMORY == Memory::LastAcceleration && terms.rate == T::ZERO;
+        let constant = M::STATE == MethodState::LastAcceleration && terms.rate == T::ZERO;
         return if constant { rows.run::<M, 0>() } else { rows.run::<M, DRAG>() };
     }
     let decay = &terms.decay;
@@ -182,25 +182,25 @@ fn step_with<T: Real, M: Integrator, S: Simd>(
     }
 }
 
-struct Kernel<'a, 't, 'r, T: Real, S> {
+struct AffineKernel<'a, 't, 'r, T: Real, S> {
     simd: S,
     terms: &'a Terms<'t, T>,
     batch: &'a mut Batch<'r, T>,
     refuse: Refuse<'a>,
 }
 
-impl<T: Real, S: Simd> Kernel<'_, '_, '_, T, S> {
+impl<T: Real, S: Simd> AffineKernel<'_, '_, '_, T, S> {
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8>(self) {
-        let Self { simd, terms, batch: Batch { positions, bodies, applied, memory }, refuse } = self;
+        let Self { simd, terms, batch: Batch { positions, bodies, applied, method_state }, refuse } = self;
         let step = StepOf { constants: Constants::new(simd, terms), terms };
         let limit = Limit::of::<M>(terms);
         let mut pushed = Pushed::new(*applied, bodies.len());
         let count = bodies.len().saturating_sub(1) / BLOCK;
         let (blocks, _) = bodies.as_chunks_mut::<BLOCK>();
         let mut positions: &mut [T] = positions.as_flattened_mut();
-        let mut last = match memory {
-            MemoryRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
+        let mut last = match method_state {
+            MethodStateRows::LastStep(steps) => Some(steps.as_chunks_mut::<BLOCK>().0.iter_mut()),
             _ => None,
         };
         for (number, block) in blocks[..count].iter_mut().enumerate() {
@@ -244,7 +244,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         forces: Option<&Triples<T>>,
         mut last: Option<&mut [T; BLOCK]>,
     ) -> Block<T, S> {
-        if let (Memory::LastStep, Some(last)) = (M::MEMORY, &mut last)
+        if let (MethodState::LastStep, Some(last)) = (M::STATE, &mut last)
             && !(last[1] == last[0] && last[2] == last[0] && last[3] == last[0])
         {
             return self.one_by_one::<M, PARTS>(simd, x, bodies, forces, last);
@@ -304,7 +304,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
     ) -> (Rows<T, S, N>, Rows<T, S, N>) {
         let Terms { decay, rate, .. } = self.terms;
         let mut carry = Carry::new();
-        if let (Memory::LastStep, Some(last)) = (M::MEMORY, &last) {
+        if let (MethodState::LastStep, Some(last)) = (M::STATE, &last) {
             carry.last_step = last[0];
         }
         if !M::DAMPS_INSIDE && decay.before_move.is_some() {
@@ -318,7 +318,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
                 v = field.constants.snap(v);
             }
         }
-        if let (Memory::LastStep, Some(last)) = (M::MEMORY, last) {
+        if let (MethodState::LastStep, Some(last)) = (M::STATE, last) {
             *last = [carry.last_step; N];
         }
         (x, v)

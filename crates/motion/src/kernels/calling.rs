@@ -11,14 +11,14 @@ use super::affine::{is_missed, is_movable};
 use super::drive::{TickField, drive};
 use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
-use super::method_state::MemoryRows;
-use super::{Account, Applied, BLOCK, Batch, BodyOptions, Refuse, Row, Terms};
+use super::method_state::MethodStateRows;
+use super::{Applied, BLOCK, Batch, BodyOptions, Refuse, Row, StepStatistics, Terms};
 use crate::laws::damping::Decay;
-use crate::laws::tick_times::{Piece, Pieces};
-use crate::methods::{Carry, Field, Integrator, Memory};
+use crate::laws::tick_times::{Segment, Segments};
+use crate::methods::{Carry, Field, Integrator, MethodState};
 use crate::real::Real;
 use crate::state::components::AxisLocks;
-use crate::state::method_state::Known;
+use crate::state::method_state::CachedAcceleration;
 
 /// How rows are summed up.
 pub(crate) trait Sums<T: Real> {
@@ -33,11 +33,11 @@ pub(crate) trait Sums<T: Real> {
     /// The rows of a block at the end of a tick; it begins with the row `rows.start`.
     fn tick<M: Integrator, const N: usize>(
         &self,
-        kernel: &Kernel<'_, '_, T>,
+        kernel: &CallingKernel<'_, '_, T>,
         block: &Block<T, N>,
         rows: Range<usize>,
-        memory: MemoryRows<'_, T>,
-        account: &mut Account,
+        method_state: MethodStateRows<'_, T>,
+        statistics: &mut StepStatistics,
     ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>);
 
     /// Keeps what was left of row `k` of a block, which is that row of the batch.
@@ -54,13 +54,13 @@ pub(super) fn run<T: Real, M: Integrator>(
     batch: &mut Batch<'_, T>,
     rows: Range<usize>,
     sums: &mut impl Sums<T>,
-    account: &mut Account,
+    statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
     if M::SOLVES {
-        run_by::<T, M, 1>(terms, options, batch, rows, sums, account, refuse);
+        run_by::<T, M, 1>(terms, options, batch, rows, sums, statistics, refuse);
     } else {
-        run_by::<T, M, BLOCK>(terms, options, batch, rows, sums, account, refuse);
+        run_by::<T, M, BLOCK>(terms, options, batch, rows, sums, statistics, refuse);
     }
 }
 
@@ -71,18 +71,18 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     batch: &mut Batch<'_, T>,
     rows: Range<usize>,
     sums: &mut impl Sums<T>,
-    account: &mut Account,
+    statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
-    account.calls.resize(terms.laws.len(), 0);
-    let pieces = terms.pieces(options.laws);
+    statistics.calls.resize(terms.laws.len(), 0);
+    let segments = terms.segments(options.laws);
     // A limit sees the kick along locked axes, if it comes after it.
     let closed = options.locks.filter(|_| !(options.speed_limit.is_some() && M::LIMITS_AFTER_KICK));
-    let kernel = Kernel { terms, options, closed, pieces };
+    let kernel = CallingKernel { terms, options, closed, segments };
     let (mut start, end) = (rows.start, rows.end);
     while start < end {
         let mut rows = start..end.min(start + N);
-        if let MemoryRows::LastStep(steps) = &batch.memory
+        if let MethodStateRows::LastStep(steps) = &batch.method_state
             && steps[rows.clone()].iter().any(|step| *step != steps[start])
         {
             // Some are new to the method: one by one.
@@ -102,11 +102,11 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
                 block.forces[row - offset] = [x, y, z, T::ZERO];
             }
         }
-        let memory = batch.memory.part(rows.clone());
-        if let Some(record) = &mut account.record {
+        let method_state = batch.method_state.part(rows.clone());
+        if let Some(record) = &mut statistics.record {
             record.enter(&rows);
         }
-        let (x, v, left) = sums.tick::<M, N>(&kernel, &block, rows.clone(), memory, account);
+        let (x, v, left) = sums.tick::<M, N>(&kernel, &block, rows.clone(), method_state, statistics);
         for k in 0..rows.len() {
             let row = start + k;
             let [a, b, c, _] = x[k];
@@ -148,27 +148,27 @@ impl<T: Real, const N: usize> Block<T, N> {
 }
 
 /// A tick as it is for every block of a batch.
-pub(crate) struct Kernel<'a, 't, T: Real> {
+pub(crate) struct CallingKernel<'a, 't, T: Real> {
     pub terms: &'a Terms<'t, T>,
     options: &'a BodyOptions<'a, T>,
     /// Axes along which nothing accelerates the bodies.
     closed: Option<AxisLocks>,
-    pieces: Pieces,
+    segments: Segments,
 }
 
-impl<T: Real> Kernel<'_, '_, T> {
+impl<T: Real> CallingKernel<'_, '_, T> {
     /// What acts on a block.
     pub fn field<'a, const N: usize>(
         &'a self,
         block: &Block<T, N>,
-        account: &'a mut Account,
+        statistics: &'a mut StepStatistics,
     ) -> BlockField<'a, T, Fallback, N, CALLS, true> {
         let Self { terms, options, closed, .. } = self;
         let simd = Fallback::new();
         let rows = block.bodies.iter().filter(|body| is_movable(body)).count() as u64;
         let (limit, locks) = (options.speed_limit.map(T::of), options.locks);
         let calls =
-            Calls { laws: terms.laws, own: options.laws, limit, locks, closed: *closed, account, rows };
+            Calls { laws: terms.laws, own: options.laws, limit, locks, closed: *closed, statistics, rows };
         let forces = Rows::of(simd, &block.forces);
         let constants = Constants::new(simd, terms);
         BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))
@@ -179,39 +179,39 @@ impl<T: Real> Kernel<'_, '_, T> {
         &self,
         field: &mut F,
         (x, v): (F::Space, F::Space),
-        memory: &MemoryRows<'_, T>,
+        method_state: &MethodStateRows<'_, T>,
         start: Option<F::Space>,
     ) -> (F::Space, F::Space, Carry<F>) {
-        let last_step = if M::MEMORY == Memory::LastStep { memory.last_step() } else { T::ZERO };
+        let last_step = if M::STATE == MethodState::LastStep { method_state.last_step() } else { T::ZERO };
         let mut carry = Carry { last_step, start };
-        let (x, v) = drive::<M, F>(field, self.terms, &self.pieces, x, v, &mut carry);
+        let (x, v) = drive::<M, F>(field, self.terms, &self.segments, x, v, &mut carry);
         (x, v, carry)
     }
 
     /// Notes what the next tick begins with: the accelerations `called` if they serve for it.
     pub fn note<const N: usize>(
         &self,
-        memory: &mut MemoryRows<'_, T>,
+        method_state: &mut MethodStateRows<'_, T>,
         last_step: T,
         called: Option<[Row<T>; N]>,
         x: &[Row<T>; N],
         v: &[Row<T>; N],
     ) {
-        match (memory, called) {
+        match (method_state, called) {
             // One that was not a number stays: it tells why its row was refused.
-            (MemoryRows::LastStep(steps), _) => {
+            (MethodStateRows::LastStep(steps), _) => {
                 steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
             }
-            (MemoryRows::Known(known), Some(called)) => {
-                let time = T::of(self.terms.course.end);
+            (MethodStateRows::LastAcceleration(cached), Some(called)) => {
+                let time = T::of(self.terms.times.end);
                 let laws = (self.terms.epoch, self.options.laws_version);
-                for (k, known) in known.iter_mut().enumerate() {
+                for (k, cached) in cached.iter_mut().enumerate() {
                     let at = [x[k][0], x[k][1], x[k][2], v[k][3]];
-                    *known = Known { at, time, laws, called: called[k] };
+                    *cached = CachedAcceleration { at, time, laws, acceleration: called[k] };
                 }
             }
-            (MemoryRows::Known(known), None) => known.fill(Known::default()),
-            (MemoryRows::None, _) => {}
+            (MethodStateRows::LastAcceleration(cached), None) => cached.fill(CachedAcceleration::default()),
+            (MethodStateRows::None, _) => {}
         }
     }
 
@@ -219,30 +219,34 @@ impl<T: Real> Kernel<'_, '_, T> {
     pub fn recall<M: Integrator, const N: usize>(
         &self,
         block: &Block<T, N>,
-        memory: &MemoryRows<'_, T>,
+        method_state: &MethodStateRows<'_, T>,
         field: &BlockField<'_, T, Fallback, N, CALLS, true>,
         v: Rows<T, Fallback, N>,
     ) -> Option<Rows<T, Fallback, N>> {
-        let (Memory::LastAcceleration, MemoryRows::Known(known)) = (M::MEMORY, memory) else { return None };
-        let fits = |(k, known): (usize, &Known<T>)| {
-            let [x, y, z, _] = block.x[k];
-            known.time == T::of(self.terms.course.start)
-                && known.at == [x, y, z, block.bodies[k][3]]
-                && known.laws == (self.terms.epoch, self.options.laws_version)
-                // It only saves an evaluation: one that somebody spoiled is evaluated again.
-                && known.called.iter().all(|part| part.is_finite())
+        let (MethodState::LastAcceleration, MethodStateRows::LastAcceleration(cached)) =
+            (M::STATE, method_state)
+        else {
+            return None;
         };
-        known.iter().enumerate().all(fits).then(|| {
+        let fits = |(k, cached): (usize, &CachedAcceleration<T>)| {
+            let [x, y, z, _] = block.x[k];
+            cached.time == T::of(self.terms.times.start)
+                && cached.at == [x, y, z, block.bodies[k][3]]
+                && cached.laws == (self.terms.epoch, self.options.laws_version)
+                // It only saves an evaluation: one that somebody spoiled is evaluated again.
+                && cached.acceleration.iter().all(|part| part.is_finite())
+        };
+        cached.iter().enumerate().all(fits).then(|| {
             let mut called = [[T::ZERO; 4]; N];
-            known.iter().zip(&mut called).for_each(|(known, called)| *called = known.called);
+            cached.iter().zip(&mut called).for_each(|(cached, called)| *called = cached.acceleration);
             field.laws_from(Rows::of(Fallback::new(), &called), v)
         })
     }
 }
 
 impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS, true> {
-    fn enter<M: Integrator>(&mut self, piece: Piece<T>, decay: Decay<T>) {
-        self.set_piece(piece, decay);
+    fn enter<M: Integrator>(&mut self, segment: Segment<T>, decay: Decay<T>) {
+        self.set_segment(segment, decay);
     }
 
     fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
@@ -278,19 +282,19 @@ impl<T: Real> Sums<T> for Plain {
 
     fn tick<M: Integrator, const N: usize>(
         &self,
-        kernel: &Kernel<'_, '_, T>,
+        kernel: &CallingKernel<'_, '_, T>,
         block: &Block<T, N>,
         _: Range<usize>,
-        mut memory: MemoryRows<'_, T>,
-        account: &mut Account,
+        mut method_state: MethodStateRows<'_, T>,
+        statistics: &mut StepStatistics,
     ) -> ([Row<T>; N], [Row<T>; N], ()) {
         let (x, v) = block.state();
-        let mut field = kernel.field(block, account);
-        let start = kernel.recall::<M, N>(block, &memory, &field, v);
-        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &memory, start);
+        let mut field = kernel.field(block, statistics);
+        let start = kernel.recall::<M, N>(block, &method_state, &field, v);
+        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
         let (x, v) = (x.rows(), v.rows());
         let called = carry.start.is_some().then(|| field.called.rows());
-        kernel.note(&mut memory, carry.last_step, called, &x, &v);
+        kernel.note(&mut method_state, carry.last_step, called, &x, &v);
         (x, v, ())
     }
 

@@ -4,14 +4,14 @@ use std::ops::{Add, Mul, Range, Sub};
 
 use fearless_simd::Fallback;
 
-use super::calling::{Block, Kernel, Sums};
+use super::calling::{Block, CallingKernel, Sums};
 use super::drive::TickField;
 use super::field::{BlockField, parts::CALLS};
 use super::lanes::Rows;
-use super::method_state::MemoryRows;
-use super::{Account, Row};
+use super::method_state::MethodStateRows;
+use super::{Row, StepStatistics};
 use crate::laws::damping::Decay;
-use crate::laws::tick_times::Piece;
+use crate::laws::tick_times::Segment;
 use crate::methods::{Carry, Field, Integrator, Newton, NewtonField, newton_velocity};
 use crate::real::Real;
 
@@ -183,8 +183,8 @@ impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, T, N> {
 }
 
 impl<T: Real, const N: usize> TickField for CompensatedField<'_, T, N> {
-    fn enter<M: Integrator>(&mut self, piece: Piece<T>, decay: Decay<T>) {
-        self.inner.set_piece(piece, decay);
+    fn enter<M: Integrator>(&mut self, segment: Segment<T>, decay: Decay<T>) {
+        self.inner.set_segment(segment, decay);
         self.decay = decay;
     }
 
@@ -213,11 +213,11 @@ impl<T: Real> Sums<T> for Residues<'_, T> {
 
     fn tick<M: Integrator, const N: usize>(
         &self,
-        kernel: &Kernel<'_, '_, T>,
+        kernel: &CallingKernel<'_, '_, T>,
         block: &Block<T, N>,
         rows: Range<usize>,
-        mut memory: MemoryRows<'_, T>,
-        account: &mut Account,
+        mut method_state: MethodStateRows<'_, T>,
+        statistics: &mut StepStatistics,
     ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>) {
         let load = |residues: &[[T; 3]]| {
             let mut loaded = [[T::ZERO; 4]; N];
@@ -229,13 +229,13 @@ impl<T: Real> Sums<T> for Residues<'_, T> {
         let (sum_x, sum_v) = block.state();
         let x = Compensated { sum: sum_x, residue: load(self.x) };
         let v = Compensated { sum: sum_v, residue: load(self.v) };
-        let inner = kernel.field(block, account);
-        let start = kernel.recall::<M, N>(block, &memory, &inner, sum_v).map(Compensated::of);
+        let inner = kernel.field(block, statistics);
+        let start = kernel.recall::<M, N>(block, &method_state, &inner, sum_v).map(Compensated::of);
         let mut field = CompensatedField { inner, decay: kernel.terms.decay };
-        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &memory, start);
+        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
         let (sum_x, sum_v) = (x.sum.rows(), v.sum.rows());
         let called = carry.start.is_some().then(|| field.inner.called.rows());
-        kernel.note(&mut memory, carry.last_step, called, &sum_x, &sum_v);
+        kernel.note(&mut method_state, carry.last_step, called, &sum_x, &sum_v);
         (sum_x, sum_v, [x.residue.rows(), v.residue.rows()])
     }
 

@@ -1,14 +1,14 @@
-//! The tick of a method: its pieces one after the other, with damping inside its steps or around them all.
+//! The tick of a method: its segments one after the other, with damping inside its steps or around them all.
 
 use super::Terms;
 use crate::laws::damping::Decay;
-use crate::laws::tick_times::{Piece, Pieces};
+use crate::laws::tick_times::{Segment, Segments};
 use crate::methods::{Carry, Field, Integrator};
 
-/// A field that a tick goes through piece by piece.
+/// A field that a tick goes through segment by segment.
 pub(crate) trait TickField: Field + Sized {
-    /// Goes on to the next piece of the tick, in which the damping of all bodies is `decay`.
-    fn enter<M: Integrator>(&mut self, piece: Piece<Self::Real>, decay: Decay<Self::Real>);
+    /// Goes on to the next segment of the tick, in which the damping of all bodies is `decay`.
+    fn enter<M: Integrator>(&mut self, segment: Segment<Self::Real>, decay: Decay<Self::Real>);
 
     /// The state after what stands before the tick of a method with damping around it.
     fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
@@ -29,7 +29,7 @@ pub(crate) trait TickField: Field + Sized {
 pub(crate) fn drive<M: Integrator, F: TickField>(
     field: &mut F,
     terms: &Terms<'_, F::Real>,
-    pieces: &Pieces,
+    segments: &Segments,
     mut x: F::Space,
     mut v: F::Space,
     carry: &mut Carry<F>,
@@ -37,9 +37,9 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
     if !M::DAMPS_INSIDE {
         (x, v) = field.before_tick(x, v);
     }
-    for piece in pieces.iter() {
-        field.enter::<M>(piece, terms.decay_in::<M>(piece));
-        if piece.jump {
+    for segment in segments.iter() {
+        field.enter::<M>(segment, terms.decay_in::<M>(segment));
+        if segment.jump {
             // It was evaluated before the jump.
             carry.start = None;
         }

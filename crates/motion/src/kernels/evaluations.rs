@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::kernels::{Account, Counts, count};
+use crate::kernels::{Counts, StepStatistics, count};
 use crate::laws::Law;
 use crate::units::Scalar;
 
@@ -92,18 +92,21 @@ impl Evaluations {
     /// Takes an account of a table in which `called` were called and `affine` were not.
     pub(crate) fn add(
         &mut self,
-        account: &Account,
+        statistics: &StepStatistics,
         called: &[&dyn Law<Scalar>],
         affine: impl Iterator<Item = &'static str>,
     ) {
-        if account.accelerations == 0 {
+        if statistics.accelerations == 0 {
             return;
         }
-        self.count_accelerations(account.accelerations, affine);
-        called.iter().zip(account.calls.as_slice()).for_each(|(law, calls)| self.count(law.name(), *calls));
-        account.own.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
-        self.newton_iterations += account.newton_iterations;
-        self.cg_iterations += account.cg_iterations;
-        self.unconverged_steps += account.unconverged;
+        self.count_accelerations(statistics.accelerations, affine);
+        called
+            .iter()
+            .zip(statistics.calls.as_slice())
+            .for_each(|(law, calls)| self.count(law.name(), *calls));
+        statistics.own.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
+        self.newton_iterations += statistics.newton_iterations;
+        self.cg_iterations += statistics.cg_iterations;
+        self.unconverged_steps += statistics.unconverged;
     }
 }

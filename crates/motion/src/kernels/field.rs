@@ -3,10 +3,10 @@
 use fearless_simd::{Simd, prelude::*};
 
 use super::lanes::{Rows, each_row};
-use super::{Account, Terms};
+use super::{StepStatistics, Terms};
 use crate::kernels::record::{Note, vector};
 use crate::laws::damping::{Decay, Factor};
-use crate::laws::tick_times::Piece;
+use crate::laws::tick_times::Segment;
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::{Field, Newton, NewtonField, newton_velocity};
 use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
@@ -72,7 +72,7 @@ impl<T: Real, S: Simd> Constants<T, S> {
             least: three(T::ZERO, T::ZERO),
             slows: if terms.rate > T::ZERO { DRAG } else { 0 },
             gain: T::ZERO,
-            h: terms.course.substep(),
+            h: terms.times.substep(),
         };
         constants.set_decay(terms.decay);
         constants
@@ -125,7 +125,7 @@ pub(crate) struct Calls<'a, T: Real> {
     pub locks: Option<AxisLocks>,
     /// Axes along which nothing accelerates it.
     pub closed: Option<AxisLocks>,
-    pub account: &'a mut Account,
+    pub statistics: &'a mut StepStatistics,
     /// Bodies of the block that count.
     pub rows: u64,
 }
@@ -158,7 +158,7 @@ pub(crate) struct BlockField<'a, T: Real, S: Simd, const N: usize, const PARTS: 
     depends_on_velocity: bool,
     linear: Option<T>,
     calls: Option<Calls<'a, T>>,
-    piece: Option<Piece<T>>,
+    segment: Option<Segment<T>>,
     /// Sum of the called laws in their last evaluation.
     pub called: Rows<T, S, N>,
 }
@@ -203,11 +203,11 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         {
             let called = terms.calls_with_velocity(calls.own);
             depends_on_velocity = terms.rate != T::ZERO || called;
-            // Snapping follows from it in every piece that is entered.
+            // Snapping follows from it in every segment that is entered.
             constants.slows |= if called { DRAG } else { 0 };
             linear = (terms.laws.is_empty() && calls.own.is_empty()).then_some(terms.rate);
         }
-        Self { constants, movable, applied, depends_on_velocity, linear, calls, piece: None, called: zero }
+        Self { constants, movable, applied, depends_on_velocity, linear, calls, segment: None, called: zero }
     }
 
     /// Whether velocities decay in that way. Kernels with calls are asked as they run, because bodies differ.
@@ -216,11 +216,11 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         (if PARTS & CALLS == 0 { PARTS } else { self.constants.slows }) & part != 0
     }
 
-    /// Goes on to the next piece of the tick. Only kernels with calls know of pieces.
-    pub fn set_piece(&mut self, piece: Piece<T>, decay: Decay<T>) {
-        self.constants.h = piece.length;
+    /// Goes on to the next segment of the tick. Only kernels with calls know of segments.
+    pub fn set_segment(&mut self, segment: Segment<T>, decay: Decay<T>) {
+        self.constants.h = segment.length;
         self.constants.set_decay(decay);
-        self.piece = Some(piece);
+        self.segment = Some(segment);
     }
 
     /// The accelerations by gravity and linear drag.
@@ -252,16 +252,16 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     /// Calls the laws at `at`.
     fn call(&mut self, at: EvaluationTime<T>, x: Rows<T, S, N>, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let mut sum = [[T::ZERO; 4]; N];
-        if let Some(Calls { laws, own, account, rows, .. }) = &mut self.calls {
+        if let Some(Calls { laws, own, statistics, rows, .. }) = &mut self.calls {
             let (x, v) = (x.rows(), v.rows());
-            account.accelerations += *rows;
-            for (law, calls) in laws.iter().zip(account.calls.as_mut_slice()) {
+            statistics.accelerations += *rows;
+            for (law, calls) in laws.iter().zip(statistics.calls.as_mut_slice()) {
                 law.accelerate(at, &x, &v, &mut sum);
                 *calls += *rows;
             }
             for law in *own {
                 law.accelerate(at, &x, &v, &mut sum);
-                account.count_own(law.name(), *rows);
+                statistics.count_own(law.name(), *rows);
             }
         }
         Rows::of(self.constants.simd, &sum)
@@ -286,8 +286,8 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     #[inline(always)]
     pub fn write_down(&mut self, from: Rows<T, S, N>, to: Rows<T, S, N>, note: Note<'_>) {
         if PARTS & CALLS != 0
-            && let Some(Calls { account, .. }) = &mut self.calls
-            && let Some(record) = &mut account.record
+            && let Some(Calls { statistics, .. }) = &mut self.calls
+            && let Some(record) = &mut statistics.record
         {
             record.note(&from.rows(), &to.rows(), note);
         }
@@ -331,8 +331,8 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     }
 
     fn moment(&self, part: T) -> EvaluationTime<T> {
-        match self.piece {
-            Some(piece) => piece.moment(part),
+        match self.segment {
+            Some(segment) => segment.moment(part),
             None => EvaluationTime { time: T::ZERO, within_step: T::ZERO },
         }
     }
@@ -411,8 +411,8 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
         if PARTS & CALLS == 0 {
             return None;
         }
-        let piece = self.piece.filter(|piece| piece.jump)?;
-        let called = self.call(piece.before(), x, v);
+        let segment = self.segment.filter(|segment| segment.jump)?;
+        let called = self.call(segment.before(), x, v);
         Some(self.laws_from(called, v))
     }
 
@@ -485,9 +485,9 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
 
     fn report(&mut self, Newton { iterations, converged }: Newton) {
         // One body is solved at a time: none that counts is an immovable one.
-        if let Some(Calls { account, rows, .. }) = &mut self.calls {
-            account.newton_iterations += u64::from(iterations) * *rows;
-            account.unconverged += u64::from(!converged) * *rows;
+        if let Some(Calls { statistics, rows, .. }) = &mut self.calls {
+            statistics.newton_iterations += u64::from(iterations) * *rows;
+            statistics.unconverged += u64::from(!converged) * *rows;
         }
     }
 }

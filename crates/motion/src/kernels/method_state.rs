@@ -1,33 +1,33 @@
 //! What methods keep of the rows of a table from tick to tick.
 
 use crate::real::Real;
-use crate::state::method_state::Known;
+use crate::state::method_state::CachedAcceleration;
 
 /// The column of what a method keeps.
-pub(crate) enum MemoryRows<'a, T> {
+pub(crate) enum MethodStateRows<'a, T> {
     /// It keeps nothing.
     None,
     /// Length of the last step, s.
     LastStep(&'a mut [T]),
     /// The last acceleration.
-    Known(&'a mut [Known<T>]),
+    LastAcceleration(&'a mut [CachedAcceleration<T>]),
 }
 
-impl<T: Real> MemoryRows<'_, T> {
+impl<T: Real> MethodStateRows<'_, T> {
     /// Length of the last step of the first row, s; 0 where none is kept.
     pub fn last_step(&self) -> T {
         match self {
             Self::LastStep(steps) => steps.first().copied().unwrap_or(T::ZERO),
-            Self::None | Self::Known(_) => T::ZERO,
+            Self::None | Self::LastAcceleration(_) => T::ZERO,
         }
     }
 
     /// The same rows, borrowed for a part of them.
-    pub fn part(&mut self, rows: std::ops::Range<usize>) -> MemoryRows<'_, T> {
+    pub fn part(&mut self, rows: std::ops::Range<usize>) -> MethodStateRows<'_, T> {
         match self {
-            Self::None => MemoryRows::None,
-            Self::LastStep(steps) => MemoryRows::LastStep(&mut steps[rows]),
-            Self::Known(known) => MemoryRows::Known(&mut known[rows]),
+            Self::None => MethodStateRows::None,
+            Self::LastStep(steps) => MethodStateRows::LastStep(&mut steps[rows]),
+            Self::LastAcceleration(cached) => MethodStateRows::LastAcceleration(&mut cached[rows]),
         }
     }
     /// Splits the first `rows` off.
@@ -38,9 +38,9 @@ impl<T: Real> MemoryRows<'_, T> {
                 let (first, others) = steps.split_at_mut(rows);
                 (Self::LastStep(first), Self::LastStep(others))
             }
-            Self::Known(known) => {
-                let (first, others) = known.split_at_mut(rows);
-                (Self::Known(first), Self::Known(others))
+            Self::LastAcceleration(cached) => {
+                let (first, others) = cached.split_at_mut(rows);
+                (Self::LastAcceleration(first), Self::LastAcceleration(others))
             }
         }
     }

@@ -9,7 +9,7 @@ use crate::units::Scalar;
 
 /// A time interval that is integrated in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Piece<T> {
+pub(crate) struct Segment<T> {
     /// Time at the start, s.
     pub start: T,
     /// Time at the end, s: bit for bit the start of the next interval.
@@ -20,7 +20,7 @@ pub(crate) struct Piece<T> {
     pub jump: bool,
 }
 
-impl<T: Real> Piece<T> {
+impl<T: Real> Segment<T> {
     /// Time in the middle, s.
     fn middle(&self) -> T {
         self.start + self.length * T::of(0.5)
@@ -47,7 +47,7 @@ impl<T: Real> Piece<T> {
 /// The times of a tick, in double precision whatever the precision of the state: times are rounded once, when they are
 /// used.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Course {
+pub(crate) struct TickTimes {
     /// Time at the start of the tick, s.
     pub start: Scalar,
     /// Time at its end, s.
@@ -62,7 +62,7 @@ pub(crate) struct Course {
 /// an interval of rounding errors.
 const NEAR: Scalar = 1e-9;
 
-impl Course {
+impl TickTimes {
     /// The times of a tick of `tick` seconds that begins at the time of `clock`.
     pub fn new(clock: StepClock, tick: Scalar, substeps: u32) -> Self {
         Self { start: clock.scene_seconds(), end: clock.after(tick).scene_seconds(), tick, substeps }
@@ -88,29 +88,29 @@ impl Course {
     }
 
     /// Splits the tick at `discontinuities`, s, in any order.
-    pub fn pieces<'a>(&self, discontinuities: &mut dyn Iterator<Item = &'a Scalar>) -> Pieces {
+    pub fn segments<'a>(&self, discontinuities: &mut dyn Iterator<Item = &'a Scalar>) -> Segments {
         let near = self.part() * NEAR;
         let mut inside: SmallVec<[Scalar; 8]> = SmallVec::new();
         inside.extend(
             discontinuities.copied().filter(|time| *time >= self.start - near && *time < self.end - near),
         );
         inside.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
-        Pieces { course: *self, discontinuities: inside }
+        Segments { times: *self, discontinuities: inside }
     }
 }
 
 /// The intervals of a tick, computed one after the other: a list of them would be allocated.
 #[derive(Clone, Debug)]
-pub(crate) struct Pieces {
-    course: Course,
+pub(crate) struct Segments {
+    times: TickTimes,
     /// Discontinuities within the tick, s, ascending.
     discontinuities: SmallVec<[Scalar; 8]>,
 }
 
-impl Pieces {
+impl Segments {
     /// The intervals in order; there is at least one.
-    pub fn iter<T: Real>(&self) -> impl Iterator<Item = Piece<T>> + Clone + '_ {
-        self.exact().map(|Piece { start, end, length, jump }| Piece {
+    pub fn iter<T: Real>(&self) -> impl Iterator<Item = Segment<T>> + Clone + '_ {
+        self.exact().map(|Segment { start, end, length, jump }| Segment {
             start: T::of(start),
             end: T::of(end),
             length: T::of(length),
@@ -118,12 +118,12 @@ impl Pieces {
         })
     }
 
-    fn exact(&self) -> impl Iterator<Item = Piece<Scalar>> + Clone + '_ {
-        let Course { start, end, substeps, .. } = self.course;
-        let h = self.course.part();
+    fn exact(&self) -> impl Iterator<Item = Segment<Scalar>> + Clone + '_ {
+        let TickTimes { start, end, substeps, .. } = self.times;
+        let h = self.times.part();
         let near = h * NEAR;
         let mut discontinuities = self.discontinuities.iter().copied().peekable();
-        let (mut part, mut next) = (1, Piece { start, end, length: h, jump: false });
+        let (mut part, mut next) = (1, Segment { start, end, length: h, jump: false });
         std::iter::from_fn(move || {
             if part > substeps {
                 return None;
@@ -134,11 +134,11 @@ impl Pieces {
                 next.jump = true;
                 if time - before.start > near {
                     (next.start, next.length) = (time, end - time);
-                    return Some(Piece { end: time, length: time - before.start, ..before });
+                    return Some(Segment { end: time, length: time - before.start, ..before });
                 }
             }
-            let last = Piece { end, ..next };
-            next = Piece { start: end, end, length: h, jump: false };
+            let last = Segment { end, ..next };
+            next = Segment { start: end, end, length: h, jump: false };
             part += 1;
             Some(last)
         })
@@ -149,30 +149,30 @@ impl Pieces {
 mod tests {
     use super::*;
 
-    fn pieces(course: Course, discontinuities: &[f64]) -> Vec<(f64, f64, bool)> {
-        let pieces: Vec<_> = course.pieces(&mut discontinuities.iter()).iter().collect();
-        assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
-        assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (course.start, course.end));
-        pieces.into_iter().map(|piece| (piece.start, piece.length, piece.jump)).collect()
+    fn segments(times: TickTimes, discontinuities: &[f64]) -> Vec<(f64, f64, bool)> {
+        let segments: Vec<_> = times.segments(&mut discontinuities.iter()).iter().collect();
+        assert!(segments.windows(2).all(|pair| pair[0].end == pair[1].start));
+        assert_eq!((segments[0].start, segments[segments.len() - 1].end), (times.start, times.end));
+        segments.into_iter().map(|segment| (segment.start, segment.length, segment.jump)).collect()
     }
 
     #[test]
     fn a_tick_is_split_at_substeps_and_discontinuities() {
-        let course = Course { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
-        assert_eq!(pieces(course, &[]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
-        assert_eq!(pieces(course, &[0.9, 2.0, 7.0]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
+        let times = TickTimes { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
+        assert_eq!(segments(times, &[]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
+        assert_eq!(segments(times, &[0.9, 2.0, 7.0]), [(1.0, 0.5, false), (1.5, 0.5, false)]);
         assert_eq!(
-            pieces(course, &[1.75, 1.25]),
+            segments(times, &[1.75, 1.25]),
             [(1.0, 0.25, false), (1.25, 0.25, true), (1.5, 0.25, false), (1.75, 0.25, true)]
         );
     }
 
     #[test]
     fn a_discontinuity_within_rounding_of_an_end_splits_nothing_and_marks_the_next_start() {
-        let course = Course { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
+        let times = TickTimes { start: 1.0, end: 2.0, tick: 1.0, substeps: 2 };
         for error in [-1e-15, 0.0, 1e-15] {
-            assert_eq!(pieces(course, &[1.0 + error]), [(1.0, 0.5, true), (1.5, 0.5, false)], "{error}");
-            assert_eq!(pieces(course, &[1.5 + error]), [(1.0, 0.5, false), (1.5, 0.5, true)], "{error}");
+            assert_eq!(segments(times, &[1.0 + error]), [(1.0, 0.5, true), (1.5, 0.5, false)], "{error}");
+            assert_eq!(segments(times, &[1.5 + error]), [(1.0, 0.5, false), (1.5, 0.5, true)], "{error}");
         }
     }
 }

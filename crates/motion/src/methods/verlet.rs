@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Carry, Field, Integrator, Memory};
+use super::{Carry, Field, Integrator, MethodState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -33,7 +33,7 @@ pub struct VelocityVerlet;
 
 impl Integrator for PositionVerlet {
     const METHOD: Method = Method::PositionVerlet;
-    const MEMORY: Memory = Memory::LastStep;
+    const STATE: MethodState = MethodState::LastStep;
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
@@ -52,7 +52,7 @@ impl Integrator for PositionVerlet {
 
 impl Integrator for VelocityVerlet {
     const METHOD: Method = Method::VelocityVerlet;
-    const MEMORY: Memory = Memory::LastAcceleration;
+    const STATE: MethodState = MethodState::LastAcceleration;
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
@@ -97,7 +97,7 @@ pub(crate) struct Synchronize;
 
 impl Integrator for Synchronize {
     const METHOD: Method = Method::PositionVerlet;
-    const MEMORY: Memory = Memory::LastStep;
+    const STATE: MethodState = MethodState::LastStep;
     const MOVES: bool = false;
     const PASSES_TIME: bool = false;
 

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::verlet::kick_drift_kick;
-use super::{Carry, Field, Integrator, Memory};
+use super::{Carry, Field, Integrator, MethodState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -24,7 +24,7 @@ const INNER: f64 = 1.0 - 2.0 * OUTER;
 
 impl Integrator for Yoshida4 {
     const METHOD: Method = Method::Yoshida4;
-    const MEMORY: Memory = Memory::LastAcceleration;
+    const STATE: MethodState = MethodState::LastAcceleration;
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {

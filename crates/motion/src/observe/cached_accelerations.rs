@@ -4,12 +4,12 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::groups::{Groups, Kept, Row};
+use crate::groups::{GroupCache, Groups, Row};
 use crate::laws::MutualGravity;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
 use crate::state::components::{PhysicsBody, Transform};
-use crate::state::method_state::{Known, LastAcceleration};
+use crate::state::method_state::{CachedAcceleration, LastAcceleration};
 use crate::units::Scalar;
 
 /// The cached acceleration of a single body by called laws, from its [`LastAcceleration`].
@@ -50,15 +50,15 @@ impl CachedAccelerations {
     pub fn of(world: &mut World) -> Self {
         let epoch = Epoch::of(world);
         let mut bodies = world.query::<(Entity, &LastAcceleration, Option<&OwnLaws>)>();
-        let bodies = bodies.iter(world).map(|(body, LastAcceleration(known), own)| {
-            let Known { at, time, laws, called } = *known;
+        let bodies = bodies.iter(world).map(|(body, LastAcceleration(cached), own)| {
+            let CachedAcceleration { at, time, laws, acceleration: called } = *cached;
             let is_finite = time.is_finite() && called.iter().all(|number| number.is_finite());
             let is_current = is_finite && laws == (epoch, own.map_or(0, OwnLaws::version));
             (body, is_current.then_some(CachedBodyAcceleration { at, time, called }))
         });
         let bodies = bodies.collect();
         let attraction = world.get_resource::<MutualGravity>();
-        let groups = Groups::kept(world).filter_map(|(bodies, movable, kept)| {
+        let groups = Groups::caches(world).filter_map(|(bodies, movable, kept)| {
             let time = kept.time()?;
             let (x, w) = rows(world, bodies, movable)?;
             let is_current =
@@ -81,10 +81,16 @@ impl CachedAccelerations {
         for (body, kept) in self.bodies {
             let Ok(mut body) = world.get_entity_mut(body) else { continue };
             let version = body.get::<OwnLaws>().map_or(0, OwnLaws::version);
-            let known = kept.map_or_else(Known::default, |CachedBodyAcceleration { at, time, called }| {
-                Known { at, time, laws: (epoch, version), called }
-            });
-            body.insert(LastAcceleration(known));
+            let cached = kept.map_or_else(
+                CachedAcceleration::default,
+                |CachedBodyAcceleration { at, time, called }| CachedAcceleration {
+                    at,
+                    time,
+                    laws: (epoch, version),
+                    acceleration: called,
+                },
+            );
+            body.insert(LastAcceleration(cached));
         }
         for group in self.groups {
             put_group(world, epoch, &group);
@@ -96,7 +102,7 @@ impl CachedAccelerations {
 
 fn put_group(world: &mut World, epoch: u64, given: &CachedGroupAccelerations) {
     let CachedGroupAccelerations { bodies, accelerations, time, kinds } = given;
-    let found = Groups::kept(world).map(|(bodies, movable, _)| (bodies, movable)).enumerate();
+    let found = Groups::caches(world).map(|(bodies, movable, _)| (bodies, movable)).enumerate();
     let Some((number, movable)) = found
         .filter(|(_, (own, _))| *own == bodies && own.len() == accelerations.len())
         .map(|(number, (_, movable))| (number, movable))
@@ -105,10 +111,10 @@ fn put_group(world: &mut World, epoch: u64, given: &CachedGroupAccelerations) {
         return;
     };
     let Some((x, w)) = rows(world, bodies, movable) else { return };
-    let mut kept = Kept::of(&x, w, accelerations, *time, *kinds);
+    let mut kept = GroupCache::of(&x, w, accelerations, *time, *kinds);
     let own = versions(world, &bodies[..movable]);
     kept.under(epoch, own, world.get_resource::<MutualGravity>().copied());
-    world.resource_mut::<Groups>().keep(number, kept);
+    world.resource_mut::<Groups>().set_cache(number, kept);
 }
 
 /// Positions and inverse masses of the rows of a group; the inverse mass of an immovable row is 0.
@@ -125,5 +131,5 @@ fn rows(world: &World, bodies: &[Entity], movable: usize) -> Option<(Vec<Row<Sca
 /// Version of the own laws of a group's rows, computed as in a step.
 fn versions(world: &World, bodies: &[Entity]) -> u64 {
     let own = bodies.iter().filter_map(|body| world.get::<OwnLaws>(*body));
-    Kept::<Scalar>::versions(own.map(OwnLaws::version))
+    GroupCache::<Scalar>::versions(own.map(OwnLaws::version))
 }

@@ -7,7 +7,7 @@ use crate::groups::{Coupling, Row, couplings_now};
 use crate::kernels::record::vector;
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
-use crate::laws::tick_times::Course;
+use crate::laws::tick_times::TickTimes;
 use crate::laws::{BodyState, Law};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, Transform};
@@ -124,14 +124,14 @@ impl<'w> BodyForces<'w> {
         if queued.is_some() || applied != Vector::ZERO {
             each(ForceCause::Push, open(locks, applied + queued.unwrap_or_default()));
         }
-        let Environment { course, damping, .. } = self.environment;
+        let Environment { times, damping, .. } = self.environment;
         let gravity_off = entity.contains::<GravityOff>();
         let laws = || self.environment.on_body(gravity_off, in_sheet, entity.get::<OwnLaws>());
-        let substeps = entity.get::<OwnSubsteps>().map_or(course.substeps, |own| own.0.max(1));
-        let course = Course { substeps, ..course };
+        let substeps = entity.get::<OwnSubsteps>().map_or(times.substeps, |own| own.0.max(1));
+        let times = TickTimes { substeps, ..times };
         // A law that jumps in the next step is evaluated on the side of the jump on which the step begins.
-        let first = course.pieces(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
-        let Some(at) = first.map(|piece| piece.moment(0.0)) else { return };
+        let first = times.segments(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
+        let Some(at) = first.map(|segment| segment.moment(0.0)) else { return };
         for law in laws() {
             each(ForceCause::Law(law.name()), open(locks, law.acceleration(at, state) * mass));
         }
@@ -155,7 +155,7 @@ impl<'w> BodyForces<'w> {
         }
         if let Some(drag) = self.environment.laws.drag.filter(|_| !coupling.sheets.is_empty()) {
             let mut forces = vec![[0.0; 4]; x.len()];
-            coupling.blow(drag, self.environment.course.start, x, v, &mut forces);
+            coupling.blow(drag, self.environment.times.start, x, v, &mut forces);
             for row in coupling.in_sheets.iter().map(|row| *row as usize) {
                 each(row, ForceCause::Law(Law::<Scalar>::name(drag)), vector(&forces[row]));
             }

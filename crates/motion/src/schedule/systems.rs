@@ -13,7 +13,7 @@ use crate::kernels::record::TickRecords;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
 use crate::methods::table::Method;
-use crate::methods::{ExplicitEuler, Integrator, Memory, SemiImplicitEuler, with_method};
+use crate::methods::{ExplicitEuler, Integrator, MethodState, SemiImplicitEuler, with_method};
 use crate::schedule::emission::emit_particles;
 use crate::schedule::plan::{Passes, StepPlan};
 use crate::state::clock::{StepClock, TimeStep};
@@ -123,7 +123,7 @@ fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
 /// accelerations itself.
 fn group_systems<M: Integrator, Who: ArchetypeFilter + 'static>()
 -> impl Iterator<Item = ScheduleConfigs<ScheduleSystem>> {
-    let remember = M::MEMORY == Memory::LastStep;
+    let remember = M::STATE == MethodState::LastStep;
     let remember = remember.then(|| remember_steps::<(Who, With<Grouped>)>.into_configs());
     remember.into_iter().chain([integrate_groups::<M, Who>.into_configs()])
 }
@@ -132,13 +132,13 @@ fn group_systems<M: Integrator, Who: ArchetypeFilter + 'static>()
 fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
     plan: &StepPlan,
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
-    match M::MEMORY {
-        Memory::None => None,
-        Memory::LastStep => Some(remember_steps::<(Who, Without<Grouped>)>.into_configs()),
-        Memory::LastAcceleration if plan.caches_accelerations => {
+    match M::STATE {
+        MethodState::None => None,
+        MethodState::LastStep => Some(remember_steps::<(Who, Without<Grouped>)>.into_configs()),
+        MethodState::LastAcceleration if plan.caches_accelerations => {
             Some(remember_accelerations::<(Who, Without<Grouped>)>.into_configs())
         }
-        Memory::LastAcceleration => {
+        MethodState::LastAcceleration => {
             Some(remember_accelerations::<(Who, With<OwnLaws>, Without<Grouped>)>.into_configs())
         }
     }

@@ -15,11 +15,11 @@ pub struct LastStep(pub Scalar);
 /// of the next step. Only bodies of these methods have it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, bytemuck::TransparentWrapper)]
 #[repr(transparent)]
-pub struct LastAcceleration(pub(crate) Known<Scalar>);
+pub struct LastAcceleration(pub(crate) CachedAcceleration<Scalar>);
 
 /// Acceleration by the called laws at the end of a step. The next step uses it if it begins in the same state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Known<T> {
+pub(crate) struct CachedAcceleration<T> {
     /// Position and inverse mass of the evaluation.
     pub at: [T; 4],
     /// Time of the evaluation, s.
@@ -27,12 +27,12 @@ pub(crate) struct Known<T> {
     /// Version of the world's laws and of the body's own.
     pub laws: (u64, u64),
     /// Acceleration by the called laws, m/s².
-    pub called: [T; 4],
+    pub acceleration: [T; 4],
 }
 
-impl<T: Real> Default for Known<T> {
+impl<T: Real> Default for CachedAcceleration<T> {
     fn default() -> Self {
         // No time of an evaluation equals it.
-        Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), called: [T::ZERO; 4] }
+        Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), acceleration: [T::ZERO; 4] }
     }
 }

@@ -97,7 +97,7 @@ impl Environment<'_> {
         let Declared { drag, wells, more } = self.laws;
         let drag = drag.map(|drag| drag as &dyn Law<Scalar>);
         let wells = wells.map(|wells| wells as &dyn Law<Scalar>);
-        let name = |laws: &mut dyn Iterator<Item = &dyn Law<Scalar>>| guilty(laws, state, self.course.ends());
+        let name = |laws: &mut dyn Iterator<Item = &dyn Law<Scalar>>| guilty(laws, state, self.times.ends());
         let at = |place, name| (place, Fault::Law(name));
         name(&mut drag.into_iter())
             .map(|name| at(place::DRAG, name))

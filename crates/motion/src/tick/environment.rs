@@ -13,7 +13,7 @@ use crate::kernels::record::TickRecords;
 use crate::laws::damping::Damping;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
-use crate::laws::tick_times::Course;
+use crate::laws::tick_times::TickTimes;
 use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, MutualGravity, Wells};
 use crate::methods::Integrator;
 use crate::real::{Real, RealVector as _};
@@ -38,7 +38,7 @@ pub(crate) struct Environment<'a, T: Real = Scalar> {
     pub attraction: Option<&'a MutualGravity>,
     pub damping: Option<Damping>,
     pub range: Option<&'a range::Range>,
-    pub course: Course,
+    pub times: TickTimes,
     /// Changes whenever the laws do.
     pub epoch: u64,
 }
@@ -53,7 +53,7 @@ impl<'a> Environment<'a> {
             attraction: world.get_resource(),
             damping: world.get_resource().copied(),
             range: world.get_resource(),
-            course: Course::new(clock, tick, Substeps::count(world.get_resource())),
+            times: TickTimes::new(clock, tick, Substeps::count(world.get_resource())),
             epoch: 0,
         }
     }
@@ -86,7 +86,7 @@ impl<'a, T: Real> Environment<'a, T> {
 
     /// The numbers of a tick of `M` for bodies that gravity passes by; `called` are the laws that have to be called.
     pub fn terms<'c, M: Integrator>(&self, called: &'c [&'c dyn Law<T>]) -> Terms<'c, T> {
-        Terms::new::<M>(Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.course)
+        Terms::new::<M>(Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.times)
             .within(self.bounds())
     }
 
@@ -186,7 +186,7 @@ impl EnvironmentParam<'_, '_> {
             attraction: None,
             damping: self.damping.as_deref().copied(),
             range: self.range.as_deref(),
-            course: Course::new(clock, tick, Substeps::count(self.substeps.as_deref())),
+            times: TickTimes::new(clock, tick, Substeps::count(self.substeps.as_deref())),
             epoch: *self.epoch,
         }
     }

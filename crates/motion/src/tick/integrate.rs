@@ -7,7 +7,9 @@ use bevy_ecs::query::ArchetypeFilter;
 use bytemuck::TransparentWrapper as _;
 
 use crate::kernels::record::TickRecords;
-use crate::kernels::{self, Account, Applied, Batch, BodyOptions, MemoryRows, Plain, RowOptions, Terms};
+use crate::kernels::{
+    self, Applied, Batch, BodyOptions, MethodStateRows, Plain, RowOptions, StepStatistics, Terms,
+};
 use crate::laws::BodyState;
 use crate::methods::Integrator;
 use crate::methods::euler::{Drift, Kick};
@@ -38,7 +40,7 @@ pub type Bodies<'w, 's, Who> = Query<
 >;
 
 /// A table in a tick, without what changes.
-struct Table<'a> {
+struct TableTick<'a> {
     entities: &'a [Entity],
     forces: &'a [Force],
     /// Those of its bodies, if they have some.
@@ -52,8 +54,8 @@ struct Table<'a> {
 
 /// The rows of a table that one thread integrates.
 #[derive(Clone, Copy)]
-struct Part<'a> {
-    table: &'a Table<'a>,
+struct TablePart<'a> {
+    table: &'a TableTick<'a>,
     /// The first of them.
     start: usize,
 }
@@ -74,23 +76,23 @@ struct Missed {
 /// What became of the rows of a part.
 #[derive(Default)]
 struct Done {
-    account: Account,
+    statistics: StepStatistics,
     missed: Vec<Missed>,
 }
 
-impl RowOptions<Scalar> for Part<'_> {
+impl RowOptions<Scalar> for TablePart<'_> {
     fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
         self.table.options.map_or(BodyOptions::NONE, |options| options.row(self.start + row))
     }
 }
 
-impl Part<'_> {
+impl TablePart<'_> {
     /// Integrates a tick of every row.
     fn integrate<M: Integrator>(self, mut batch: Batch<'_, Scalar>) -> Done {
-        let Table { terms, births, records, .. } = self.table;
+        let TableTick { terms, births, records, .. } = self.table;
         let rows = batch.bodies.len();
         let mut done = Done::default();
-        done.account.record = records.recorder(rows);
+        done.statistics.record = records.recorder(rows);
         let row = |row: usize| births.partition_point(|birth| birth.place.1 < self.start + row);
         let mut next = 0;
         for Birth { place, time } in &births[row(0)..row(rows)] {
@@ -117,7 +119,15 @@ impl Part<'_> {
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let options = self.table.options.map(|_| &self as &dyn RowOptions<Scalar>);
         let refuse = &mut |row, breach| refused.push((row, breach));
-        kernels::integrate_batch::<_, M>(terms, batch, rows, options, &mut Plain, &mut done.account, refuse);
+        kernels::integrate_batch::<_, M>(
+            terms,
+            batch,
+            rows,
+            options,
+            &mut Plain,
+            &mut done.statistics,
+            refuse,
+        );
         for (row, breach) in refused {
             done.missed.push(self.diagnose::<M>(terms, batch, row, breach));
         }
@@ -137,38 +147,41 @@ impl Part<'_> {
         const KICK: &str = "integrate_acceleration";
         const DRIFT: &str = "integrate_velocity";
         let options = self.row(row);
-        let account = &mut Account::default();
+        let statistics = &mut StepStatistics::default();
         let before = (batch.positions[row], batch.bodies[row]);
         let (system, breach) = match M::METHOD {
             _ if !M::DAMPS_INSIDE => ("integrate", breach),
             _ if !M::MOVES => (KICK, breach),
             _ if !M::KICKS => (DRIFT, breach),
             Method::SemiImplicitEuler => {
-                match kernels::integrate_row::<_, Kick>(terms, &options, batch, row, &mut Plain, account) {
+                match kernels::integrate_row::<_, Kick>(terms, &options, batch, row, &mut Plain, statistics) {
                     Ok(()) => (DRIFT, breach),
                     Err(breach) => (KICK, breach),
                 }
             }
-            _ => match kernels::integrate_row::<_, Drift>(terms, &options, batch, row, &mut Plain, account) {
-                Ok(()) => (KICK, breach),
-                Err(breach) => (DRIFT, breach),
-            },
+            _ => {
+                match kernels::integrate_row::<_, Drift>(terms, &options, batch, row, &mut Plain, statistics)
+                {
+                    Ok(()) => (KICK, breach),
+                    Err(breach) => (DRIFT, breach),
+                }
+            }
         };
-        if breach.finite || options.substeps.unwrap_or(terms.course.substeps) > 1 {
+        if breach.finite || options.substeps.unwrap_or(terms.times.substeps) > 1 {
             (batch.positions[row], batch.bodies[row]) = before;
         }
         let transform = Transform::at(Vector::from_array(batch.positions[row]));
         let state: PhysicsBody = bytemuck::cast(batch.bodies[row]);
         let damping_rate = options.damping_rate.filter(|_| terms.damping.is_some());
-        let Table { entities, forces, .. } = self.table;
+        let TableTick { entities, forces, .. } = self.table;
         let suspect = Suspect {
             position: transform.position,
             body: state,
             force: if M::KICKS { forces[self.start + row].0 } else { Vector::ZERO },
             damping_rate,
             limit: options.speed_limit,
-            last_step: match &batch.memory {
-                MemoryRows::LastStep(steps) => Some(steps[row]),
+            last_step: match &batch.method_state {
+                MethodStateRows::LastStep(steps) => Some(steps[row]),
                 _ => None,
             },
             laws: if M::KICKS { options.laws } else { &[] },
@@ -179,7 +192,7 @@ impl Part<'_> {
             state,
             system,
             breach,
-            evidence: suspect.found().or_else(|| suspect.own_law(terms.course.ends())),
+            evidence: suspect.found().or_else(|| suspect.own_law(terms.times.ends())),
             own_rate: damping_rate.is_some(),
         }
     }
@@ -200,14 +213,14 @@ impl Environment<'_> {
 }
 
 /// Integrates a table on all threads.
-fn shared<M: Integrator>(threads: &Threads, table: &Table<'_>, batch: Batch<'_, Scalar>) -> Done {
+fn shared<M: Integrator>(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_, Scalar>) -> Done {
     let share = batch.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
-    let mut parts: Vec<(Done, Option<Batch<'_, Scalar>>, Part<'_>)> = Vec::new();
+    let mut parts: Vec<(Done, Option<Batch<'_, Scalar>>, TablePart<'_>)> = Vec::new();
     let (mut rest, mut start) = (Some(batch), 0);
     while let Some(batch) = rest {
         let rows = batch.bodies.len().min(share);
         let (first, others) = batch.split_at(rows);
-        parts.push((Done::default(), Some(first), Part { table, start }));
+        parts.push((Done::default(), Some(first), TablePart { table, start }));
         start += rows;
         rest = (!others.bodies.is_empty()).then_some(others);
     }
@@ -221,9 +234,9 @@ fn shared<M: Integrator>(threads: &Threads, table: &Table<'_>, batch: Batch<'_, 
     threads.run(jobs.collect());
     let mut sum = Done::default();
     for (done, ..) in parts {
-        sum.account.add(&done.account);
-        if let Some(record) = done.account.record {
-            sum.account.record.get_or_insert_default().append(record);
+        sum.statistics.add(&done.statistics);
+        if let Some(record) = done.statistics.record {
+            sum.statistics.record.get_or_insert_default().append(record);
         }
         sum.missed.extend(done.missed);
     }
@@ -239,9 +252,9 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
     param.prepare();
     let environment = param.environment();
     let called = environment.called();
-    let weightless = environment.terms::<M>(&called);
-    let mut falling = weightless;
-    falling.gravity += environment.free_fall();
+    let without_gravity = environment.terms::<M>(&called);
+    let mut with_gravity = without_gravity;
+    with_gravity.gravity += environment.free_fall();
     for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
         let BodyColumnsContiguousItem {
             entity: entities,
@@ -256,27 +269,27 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
         let (pushed, births) = (param.pushed_of(entities[0]), param.births_of(entities[0]));
         // A kick moves nothing, so nothing is marked as moved.
         let transforms = if M::MOVES { &mut *transforms } else { transforms.bypass_change_detection() };
-        let memory = match (&mut last_step, &mut last_acceleration) {
+        let method_state = match (&mut last_step, &mut last_acceleration) {
             (Some(steps), _) => {
-                MemoryRows::LastStep(bytemuck::cast_slice_mut(steps.bypass_change_detection()))
+                MethodStateRows::LastStep(bytemuck::cast_slice_mut(steps.bypass_change_detection()))
             }
-            (None, Some(known)) => {
-                MemoryRows::Known(LastAcceleration::peel_slice_mut(known.bypass_change_detection()))
-            }
-            (None, None) => MemoryRows::None,
+            (None, Some(cached)) => MethodStateRows::LastAcceleration(LastAcceleration::peel_slice_mut(
+                cached.bypass_change_detection(),
+            )),
+            (None, None) => MethodStateRows::None,
         };
         let applied = Applied { forces: bytemuck::cast_slice(forces), rows: pushed, offset: 0 };
         let batch = Batch {
             positions: bytemuck::cast_slice_mut(transforms),
             bodies: bytemuck::cast_slice_mut(bodies.bypass_change_detection()),
             applied: (!pushed.is_empty()).then_some(applied),
-            memory,
+            method_state,
         };
-        let table = Table {
+        let table = TableTick {
             entities,
             forces,
             options: options.is_more().then_some(&options as _),
-            terms: if gravity_off { &weightless } else { &falling },
+            terms: if gravity_off { &without_gravity } else { &with_gravity },
             births,
             records: &output.records,
         };
@@ -284,10 +297,10 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
                 shared::<M>(threads, &table, batch)
             }
-            _ => Part { table: &table, start: 0 }.integrate::<M>(batch),
+            _ => TablePart { table: &table, start: 0 }.integrate::<M>(batch),
         };
-        output.evaluations.add(&done.account, &called, environment.summed(gravity_off));
-        output.records.add(entities, done.account.record);
+        output.evaluations.add(&done.statistics, &called, environment.summed(gravity_off));
+        output.records.add(entities, done.statistics.record);
         for missed in done.missed {
             output.quarantine.refuse(environment.judge(missed, M::KICKS, gravity_off));
         }

@@ -2,7 +2,7 @@
 
 use super::classes::{Class, class_at};
 use super::{GroupField, Scratch};
-use crate::groups::combination::{APPLIED, CHANGE, Combination, FIRST, KEPT, POSITION, SLOTS, VELOCITY};
+use crate::groups::combination::{APPLIED, CACHED, CHANGE, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use crate::groups::rows::{Row, RowArray};
 use crate::kernels::{add_compensated, restrain};
 use crate::laws::damping::{Decay, Factor};
@@ -87,8 +87,8 @@ impl<T: Real> GroupField<'_, T> {
     /// Keeps an acceleration over the end of a step.
     pub(super) fn keep(&mut self, a: Combination<T>) -> Option<Combination<T>> {
         let slot = a.slot()?;
-        self.scratch.slots.swap(slot, KEPT);
-        Some(Combination::of(KEPT))
+        self.scratch.slots.swap(slot, CACHED);
+        Some(Combination::of(CACHED))
     }
 
     /// A velocity times a factor, if there is one.

@@ -2,7 +2,7 @@
 
 use super::GroupField;
 use super::classes::Class;
-use crate::groups::combination::{Combination, FIRST, KEPT, POSITION, VELOCITY};
+use crate::groups::combination::{CACHED, Combination, FIRST, POSITION, VELOCITY};
 use crate::groups::rows::{Row, RowArray};
 use crate::kernels::add_compensated;
 use crate::laws::MutualGravity;
@@ -12,7 +12,7 @@ use crate::units::Scalar;
 
 /// The acceleration at the end of a tick, which is the next one's first if nothing has changed.
 #[derive(Debug, Default)]
-pub(crate) struct Kept<T: Real> {
+pub(crate) struct GroupCache<T: Real> {
     x: RowArray<T>,
     w: Vec<T>,
     a: RowArray<T>,
@@ -26,13 +26,13 @@ pub(crate) struct Kept<T: Real> {
     kinds: Option<u64>,
 }
 
-impl<T: Real> Kept<T> {
+impl<T: Real> GroupCache<T> {
     /// What is kept of rows at `x` of inverse masses `w`.
     pub fn of(x: &[Row<T>], w: Vec<T>, a: &[Row<T>], time: Scalar, kinds: u64) -> Self {
-        let mut kept = Self { w, time: Some(time), kinds: Some(kinds), ..Self::default() };
-        kept.x.copy(x);
-        kept.a.copy(a);
-        kept
+        let mut cache = Self { w, time: Some(time), kinds: Some(kinds), ..Self::default() };
+        cache.x.copy(x);
+        cache.a.copy(a);
+        cache
     }
 
     /// One number for the versions of the laws of single rows.
@@ -117,41 +117,41 @@ impl<T: Real> GroupField<'_, T> {
 
     /// A number that is another one whenever laws of single rows are.
     pub(super) fn versions(&self) -> u64 {
-        Kept::<T>::versions(
+        GroupCache::<T>::versions(
             self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version),
         )
     }
 
-    pub(super) fn recall(&mut self, kept: &Kept<T>, own: u64) -> Option<Combination<T>> {
+    pub(super) fn recall(&mut self, cache: &GroupCache<T>, own: u64) -> Option<Combination<T>> {
         let terms = &self.environment.terms;
-        let fits = kept.time == Some(terms.course.start)
-            && (kept.epoch, kept.own) == (terms.epoch, own)
-            && kept.attraction.as_ref() == self.environment.shared.attraction
-            && match kept.kinds {
-                None => kept.classes == self.scratch.classes && kept.class_of == self.scratch.class_of,
+        let fits = cache.time == Some(terms.times.start)
+            && (cache.epoch, cache.own) == (terms.epoch, own)
+            && cache.attraction.as_ref() == self.environment.shared.attraction
+            && match cache.kinds {
+                None => cache.classes == self.scratch.classes && cache.class_of == self.scratch.class_of,
                 Some(given) => given == kinds(&self.scratch.classes, &self.scratch.class_of),
             }
-            && kept.w == self.rows.w
-            && *kept.x == *self.rows.x;
+            && cache.w == self.rows.w
+            && *cache.x == *self.rows.x;
         fits.then(|| {
-            self.scratch.slots[KEPT].copy(&kept.a);
-            Combination::of(KEPT)
+            self.scratch.slots[CACHED].copy(&cache.a);
+            Combination::of(CACHED)
         })
     }
 
-    pub(super) fn note(&self, kept: &mut Kept<T>, own: u64, is_kept: bool) {
+    pub(super) fn note(&self, cache: &mut GroupCache<T>, own: u64, is_cached: bool) {
         let terms = &self.environment.terms;
-        kept.time = is_kept.then_some(terms.course.end);
-        if is_kept {
-            kept.kinds = None;
-            (kept.epoch, kept.own) = (terms.epoch, own);
-            kept.attraction = self.environment.shared.attraction.copied();
-            kept.classes.clone_from(&self.scratch.classes);
-            kept.class_of.clone_from(&self.scratch.class_of);
-            kept.x.copy(self.rows.x);
-            kept.w.clear();
-            kept.w.extend_from_slice(self.rows.w);
-            kept.a.copy(&self.scratch.slots[KEPT]);
+        cache.time = is_cached.then_some(terms.times.end);
+        if is_cached {
+            cache.kinds = None;
+            (cache.epoch, cache.own) = (terms.epoch, own);
+            cache.attraction = self.environment.shared.attraction.copied();
+            cache.classes.clone_from(&self.scratch.classes);
+            cache.class_of.clone_from(&self.scratch.class_of);
+            cache.x.copy(self.rows.x);
+            cache.w.clear();
+            cache.w.extend_from_slice(self.rows.w);
+            cache.a.copy(&self.scratch.slots[CACHED]);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::{GroupEnvironment, GroupField, Scratch};
 use crate::kernels::BodyOptions;
 use crate::laws::damping::{Damping, Decay};
-use crate::laws::tick_times::Pieces;
+use crate::laws::tick_times::Segments;
 use crate::laws::{Affine, Law};
 use crate::methods::Integrator;
 use crate::real::{Real, RealVector as _};
@@ -17,7 +17,7 @@ pub(crate) struct Class<T: Real> {
     /// Rate of linear drag, 1/s.
     pub rate: T,
     pub(super) damping: Option<Damping>,
-    /// What damping does around a tick, or in the piece that is taken.
+    /// What damping does around a tick, or in the segment that is taken.
     pub(super) decay: Decay<T>,
     pub(super) limit: Option<T>,
     pub locks: Option<AxisLocks>,
@@ -67,10 +67,10 @@ impl<T: Real> GroupField<'_, T> {
             classes.push(class(true, &BodyOptions::NONE));
             sheets.iter().for_each(|row| class_of[*row as usize] = 1);
         }
-        let mut weightless = 0;
+        let mut without_gravity = 0;
         for row in self.rows.with_options {
             let options = self.options.row(*row as usize);
-            weightless += u64::from(options.gravity_off);
+            without_gravity += u64::from(options.gravity_off);
             let class_of = &mut class_of[*row as usize];
             let class = class(*class_of == 1 && !sheets.is_empty(), &options);
             // Neighbours often ask for the same.
@@ -79,7 +79,8 @@ impl<T: Real> GroupField<'_, T> {
             }
             *class_of = u32::try_from(classes.len() - 1).unwrap_or(0);
         }
-        self.heavy = if gravity == T::Vector::ZERO { 0 } else { self.coupling.movable as u64 - weightless };
+        self.heavy =
+            if gravity == T::Vector::ZERO { 0 } else { self.coupling.movable as u64 - without_gravity };
         let anchors = &self.rows.v[self.coupling.movable..];
         self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [T::ZERO; 3]);
     }
@@ -100,11 +101,11 @@ impl<T: Real> GroupField<'_, T> {
         self.looks_at_velocity() || self.scratch.classes.iter().any(multiplied)
     }
 
-    pub(super) fn pieces(&self) -> Pieces {
+    pub(super) fn segments(&self) -> Segments {
         let terms = &self.environment.terms;
         let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
         let own = self.rows.with_laws.iter().flat_map(|row| self.options.row(*row as usize).laws);
-        terms.course.pieces(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
+        terms.times.segments(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
     }
 
     pub(super) fn looks_at_velocity(&self) -> bool {

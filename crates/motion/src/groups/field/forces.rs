@@ -160,22 +160,22 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     /// Counts an evaluation of everything.
     pub(super) fn count(&mut self) {
-        let Self { coupling, environment, rows, options, heavy, account, .. } = self;
+        let Self { coupling, environment, rows, options, heavy, statistics, .. } = self;
         let (movable, terms) = (coupling.movable as u64, &environment.terms);
-        account.accelerations += movable;
-        account.count_own("gravity", *heavy);
-        environment.summed.iter().for_each(|law| account.count_own(law, movable));
+        statistics.accelerations += movable;
+        statistics.count_own("gravity", *heavy);
+        environment.summed.iter().for_each(|law| statistics.count_own(law, movable));
         for law in terms.laws {
-            account.count_own(law.name(), movable);
+            statistics.count_own(law.name(), movable);
         }
         for row in rows.with_laws {
-            options.row(*row as usize).laws.iter().for_each(|law| account.count_own(law.name(), 1));
+            options.row(*row as usize).laws.iter().for_each(|law| statistics.count_own(law.name(), 1));
         }
         if !coupling.springs.is_empty() {
-            account.count_own("springs", movable);
+            statistics.count_own("springs", movable);
         }
         if coupling.attracts {
-            account.count_own("mutual_gravity", movable);
+            statistics.count_own("mutual_gravity", movable);
         }
     }
 }

@@ -10,15 +10,15 @@ use crate::real::Real;
 impl<T: Real> GroupField<'_, T> {
     /// Writes down what became of the velocities `from`, where anything is.
     pub(super) fn write_down(&mut self, from: Combination<T>, to: Combination<T>, note: Note<'_>) {
-        if self.account.record.is_some() {
+        if self.statistics.record.is_some() {
             let [from, to] = [from, to].map(|v| self.rows_of(&v));
-            self.account.record.iter_mut().for_each(|record| record.note(&from, &to, note));
+            self.statistics.record.iter_mut().for_each(|record| record.note(&from, &to, note));
         }
     }
 
     /// Writes a kick down.
     pub(super) fn write_kick_down(&mut self, v: Combination<T>, a: Combination<T>, kicked: Combination<T>) {
-        if self.account.record.is_some() {
+        if self.statistics.record.is_some() {
             let h = self.length().to_f64();
             let damped = |row| {
                 let Class { damping, decay, .. } = self.class(row);

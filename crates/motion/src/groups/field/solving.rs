@@ -23,11 +23,11 @@ pub(super) struct Workspace<T: Real> {
 
 impl<T: Real> GroupField<'_, T> {
     pub(super) const fn length(&self) -> T {
-        self.piece.length
+        self.segment.length
     }
 
     fn end(&self) -> EvaluationTime<T> {
-        self.piece.moment(T::ONE)
+        self.segment.moment(T::ONE)
     }
 
     pub(super) const fn rows(&self) -> usize {
@@ -240,7 +240,7 @@ impl<T: Real> Workspace<T> {
                 (0..3).for_each(|axis| v[axis] += y[axis] * *root);
             }
         }
-        field.account.cg_iterations += u64::from(iterations);
-        field.account.unconverged += u64::from(!converged);
+        field.statistics.cg_iterations += u64::from(iterations);
+        field.statistics.unconverged += u64::from(!converged);
     }
 }

@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::kernels::calling::{self, Plain};
-use crate::kernels::{Account, BodyOptions, integrate_batch, integrate_row};
+use crate::kernels::{BodyOptions, StepStatistics, integrate_batch, integrate_row};
 use crate::laws::Affine;
 use crate::laws::damping::{Damping, DampingModel};
-use crate::laws::tick_times::Course;
+use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
 use crate::methods::with_method;
 use crate::real::RealVector as _;
@@ -34,20 +34,20 @@ impl<T: Real> State<T> {
     }
 
     fn batch<'a, M: Integrator>(&'a mut self, applied: Applied<'a, T>) -> Batch<'a, T> {
-        let memory = match M::MEMORY {
-            Memory::LastStep => MemoryRows::LastStep(&mut self.steps),
-            _ => MemoryRows::None,
+        let method_state = match M::STATE {
+            MethodState::LastStep => MethodStateRows::LastStep(&mut self.steps),
+            _ => MethodStateRows::None,
         };
-        Batch { positions: &mut self.x, bodies: &mut self.bodies, applied: Some(applied), memory }
+        Batch { positions: &mut self.x, bodies: &mut self.bodies, applied: Some(applied), method_state }
     }
 }
 
 fn terms<M: Integrator, T: Real>(damping: Option<Damping>, drag: f64, substeps: u32) -> Terms<'static, T> {
     let h = T::of(1.0 / 120.0);
     let h = h.to_f64();
-    let course = Course { start: 0.0, end: h, tick: h, substeps };
+    let times = TickTimes { start: 0.0, end: h, tick: h, substeps };
     let gravity = T::Vector::of(glam::DVec3::new(0.1, -9.8, 1e-3));
-    Terms::new::<M>(Affine { constant: gravity, rate: T::of(drag) }, damping, &[], 0, course)
+    Terms::new::<M>(Affine { constant: gravity, rate: T::of(drag) }, damping, &[], 0, times)
 }
 
 /// The state after 50 ticks by each of the ways in which a table can be integrated.
@@ -58,7 +58,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
         .collect();
     let pushed = [1, 2, 7, 10].map(|row| (0, row));
     let applied = Applied { forces: &forces, rows: &pushed, offset: 0 };
-    let start = State::new(T::of(terms.course.tick));
+    let start = State::new(T::of(terms.times.tick));
     let mut states = Vec::new();
     let mut run = |tick: &mut dyn FnMut(&mut State<T>)| {
         let mut state = start.clone();
@@ -67,19 +67,19 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
         states.push(state);
     };
     let refuse = &mut |row, breach| panic!("row {row} refused: {breach:?}");
-    let account = &mut Account::default();
+    let statistics = &mut StepStatistics::default();
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        integrate_batch::<T, M>(&terms, batch, 0..ROWS, None, &mut Plain, account, refuse);
+        integrate_batch::<T, M>(&terms, batch, 0..ROWS, None, &mut Plain, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        calling::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, &mut Plain, account, refuse);
+        calling::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, &mut Plain, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
         for row in 0..ROWS {
-            let done = integrate_row::<T, M>(&terms, &BodyOptions::NONE, batch, row, &mut Plain, account);
+            let done = integrate_row::<T, M>(&terms, &BodyOptions::NONE, batch, row, &mut Plain, statistics);
             assert_eq!(done, Ok(()));
         }
     });

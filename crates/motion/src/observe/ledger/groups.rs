@@ -90,7 +90,7 @@ impl LedgerGroup<'_> {
         paths: &[Path],
         totals: &mut LedgerTotals,
     ) {
-        for node in nodes(&tick.environment.course, &[0.0, tick.environment.course.tick]) {
+        for node in nodes(&tick.environment.times, &[0.0, tick.environment.times.tick]) {
             let rows = self.states(|body| paths[body].at(node.after));
             self.add_springs(bodies, &rows, node.weight, totals);
             self.add_sheets(tick, bodies, &rows, &node, totals);

@@ -4,7 +4,7 @@ use smallvec::SmallVec;
 
 use super::bodies::PhasePoint;
 use crate::laws::EvaluationTime;
-use crate::laws::tick_times::Course;
+use crate::laws::tick_times::TickTimes;
 use crate::units::{Scalar, Vector};
 
 /// A discontinuity this near to an end of the tick, in ticks, splits nothing off.
@@ -76,10 +76,10 @@ pub(super) struct QuadratureNode {
 
 /// Cuts a tick into intervals in which nothing jumps: its ends and the discontinuities between them, s since its start.
 pub(super) fn cuts<'a>(
-    course: &Course,
+    times: &TickTimes,
     discontinuities: impl Iterator<Item = &'a Scalar>,
 ) -> SmallVec<[Scalar; 4]> {
-    let Course { start, tick, .. } = *course;
+    let TickTimes { start, tick, .. } = *times;
     let near = tick * NEAR;
     let mut cuts = SmallVec::from_slice(&[0.0]);
     cuts.extend(
@@ -92,14 +92,14 @@ pub(super) fn cuts<'a>(
 }
 
 /// The nodes of Simpson's rule on every interval between two `cuts`: exact if the power is a cubic in time.
-pub(super) fn nodes(course: &Course, cuts: &[Scalar]) -> SmallVec<[QuadratureNode; 3]> {
+pub(super) fn nodes(times: &TickTimes, cuts: &[Scalar]) -> SmallVec<[QuadratureNode; 3]> {
     let mut nodes = SmallVec::new();
     for pair in cuts.windows(2) {
         let &[from, to] = pair else { continue };
         let middle = 0.5 * (from + to);
-        let within_step = course.start + middle;
+        let within_step = times.start + middle;
         for (after, part) in [(from, 1.0), (middle, 4.0), (to, 1.0)] {
-            let time = if after == course.tick { course.end } else { course.start + after };
+            let time = if after == times.tick { times.end } else { times.start + after };
             nodes.push(QuadratureNode {
                 after,
                 weight: (to - from) * part / 6.0,
@@ -148,10 +148,10 @@ mod tests {
 
     #[test]
     fn nodes_make_the_tick_and_stand_between_the_cuts() {
-        let course = Course { start: 2.0, end: 3.0, tick: 1.0, substeps: 1 };
-        let cuts = cuts(&course, [2.0, 2.25, 2.25, 5.0, 1.0, 3.0].iter());
+        let times = TickTimes { start: 2.0, end: 3.0, tick: 1.0, substeps: 1 };
+        let cuts = cuts(&times, [2.0, 2.25, 2.25, 5.0, 1.0, 3.0].iter());
         assert_eq!(cuts[..], [0.0, 0.25, 1.0]);
-        let nodes = nodes(&course, &cuts);
+        let nodes = nodes(&times, &cuts);
         assert!((nodes.iter().map(|node| node.weight).sum::<Scalar>() - 1.0).abs() < 1e-15);
         let cubic = |t: Scalar| 1.0 + t * (2.0 + t * (3.0 + t * 4.0));
         let integral = nodes.iter().map(|node| node.weight * cubic(node.after)).sum::<Scalar>();

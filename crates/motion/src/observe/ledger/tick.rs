@@ -7,7 +7,7 @@ use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Path, QuadratureNode, cuts, nodes};
 use crate::kernels::record::TickRecord;
-use crate::laws::tick_times::Course;
+use crate::laws::tick_times::TickTimes;
 use crate::laws::{EvaluationTime, Law};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
@@ -51,9 +51,9 @@ impl<'w> LedgerTick<'w> {
         damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
     }
 
-    fn course_of(&self, body: &BodyTick<'_>) -> Course {
-        let course = self.environment.course;
-        body.born.map_or(course, |time| course.since(time))
+    fn times_of(&self, body: &BodyTick<'_>) -> TickTimes {
+        let times = self.environment.times;
+        body.born.map_or(times, |time| times.since(time))
     }
 
     fn method_of(&self, body: &BodyTick<'_>) -> Method {
@@ -62,8 +62,8 @@ impl<'w> LedgerTick<'w> {
 
     /// Adds the recorded tick of a body that forces move to `totals`; returns its path.
     pub fn add_body(&self, body: &BodyTick<'_>, record: &TickRecord, totals: &mut LedgerTotals) -> Path {
-        let course = self.course_of(body);
-        let Course { tick, .. } = course;
+        let times = self.times_of(body);
+        let TickTimes { tick, .. } = times;
         let [start, end] = body.ends;
         let TickRecord { damping, limits, kicked, between } = record;
         totals.energy.damping += damping.energy * body.mass();
@@ -77,9 +77,9 @@ impl<'w> LedgerTick<'w> {
         let rate = self.damping_rate(body);
         let ends = [PhasePoint { velocity: from, ..start }, PhasePoint { velocity: to, ..end }];
         let mut path = Path::new(ends, tick);
-        let cuts = cuts(&course, self.laws(body).flat_map(|law| law.discontinuities()));
-        self.bend(&mut path, body, course.start, &cuts);
-        let nodes = nodes(&course, &cuts);
+        let cuts = cuts(&times, self.laws(body).flat_map(|law| law.discontinuities()));
+        self.bend(&mut path, body, times.start, &cuts);
+        let nodes = nodes(&times, &cuts);
         let states: SmallVec<[(QuadratureNode, PhasePoint); 3]> =
             nodes.iter().map(|node| (*node, path.at(node.after))).collect();
         if rate != 0.0 {
