@@ -7,8 +7,9 @@ mod worlds;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::real::Real;
-use motion::{Bare, Evaluations, Law, Method, PhysicsBody, StableId, Stepper, TimeStep, Transform, Wells};
+use motion::{Evaluations, Law, Method, PhysicsBody, StableId, Stepper, TimeStep, Transform, Wells};
 use scene::{OwnLawsSpec, Scene};
 
 /// Id, position and velocity.
@@ -19,8 +20,8 @@ trait Precision: Real {
     fn of_world(
         world: &mut World,
         method: Method,
-        laws: motion::LawsOf<'_, Self>,
-    ) -> Result<Bare<Self>, motion::NotForArrays>;
+        laws: motion::arrays::LawsOf<'_, Self>,
+    ) -> Result<Bare<Self>, motion::arrays::NotForArrays>;
     fn tick(bare: &mut Bare<Self>);
 }
 
@@ -30,8 +31,8 @@ macro_rules! precisions {
             fn of_world(
                 world: &mut World,
                 method: Method,
-                laws: motion::LawsOf<'_, Self>,
-            ) -> Result<Bare<Self>, motion::NotForArrays> {
+                laws: motion::arrays::LawsOf<'_, Self>,
+            ) -> Result<Bare<Self>, motion::arrays::NotForArrays> {
                 Bare::<$t>::of_world(world, method, laws, Vec::new())
             }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::{Command, Output, Stdio};
 
-use motion::FrameClock;
+use motion::clock::FrameClock;
 use sandbox::input::InputFrame;
 use sandbox::{Options, Session};
 use scene::Scene;

@@ -6,9 +6,8 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use bevy_ecs::prelude::*;
-use motion::{
-    FrameClock, Gravity, PhysicsBody, Request, Requests, StableId, Stepper, Threads, TimeStep, Transform,
-};
+use motion::clock::FrameClock;
+use motion::{Gravity, PhysicsBody, Request, Requests, StableId, Stepper, Threads, TimeStep, Transform};
 use scene::{Scene, Snapshot, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;

@@ -2,7 +2,8 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::{FrameClock, PhysicsBody, Transform};
+use motion::clock::FrameClock;
+use motion::{PhysicsBody, Transform};
 use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::Scene;

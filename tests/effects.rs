@@ -8,11 +8,12 @@ mod statics;
 mod switching;
 
 use bevy_ecs::prelude::*;
+use motion::effects::Effect;
 use motion::units::Vector;
 use motion::{
-    AxisLocks, Curve, Damping, DampingModel, DampingRate, Dormant, Drag, Effect, Elastic, Emitter, Gravity,
-    Law, Method, MutualGravity, OwnLaws, PhysicsBody, SpeedLimit, Spring, StableId, Stepper, Thrust,
-    TimeStep, Transform, Well, Wells, Wind,
+    AxisLocks, Curve, Damping, DampingModel, DampingRate, Dormant, Drag, Elastic, Emitter, Gravity, Law,
+    Method, MutualGravity, OwnLaws, PhysicsBody, SpeedLimit, Spring, StableId, Stepper, Thrust, TimeStep,
+    Transform, Well, Wells, Wind,
 };
 
 use crate::harness::H;

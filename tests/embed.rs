@@ -6,9 +6,11 @@ mod example;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::clock::StepClock;
+use motion::groups::Groups;
 use motion::{
-    Dormant, Drag, Emission, Evaluations, Groups, Laws, Method, PhysicsBody, PushQueue, Request, Requests,
-    StableId, StepClock, StepSystems, Stepper, Transform, Well, Wells,
+    Dormant, Drag, Emission, Evaluations, Laws, Method, PhysicsBody, PushQueue, Request, Requests, StableId,
+    StepSystems, Stepper, Transform, Well, Wells,
 };
 
 use crate::harness::{Bits, bits};

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
-use motion::{FrameClock, Transform};
+use motion::Transform;
+use motion::clock::FrameClock;
 use render::{AdapterSummary, Gpu, Image, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer};
 use sandbox::actions::Key;
 use sandbox::input::{Button, Input, InputFrame};

@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::effects::Effect;
+use motion::groups::Solver;
 use motion::{
-    BodyState, Damping, DampingModel, Dormant, Effect, EvaluationTime, ForceCause, Jacobians, Law, Laws,
-    METHODS, Method, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, Solver,
-    SpeedLimit, StableId, Stepper, TimeStep, Transform,
+    BodyState, Damping, DampingModel, Dormant, EvaluationTime, ForceCause, Jacobians, Law, Laws, METHODS,
+    Method, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, SpeedLimit, StableId,
+    Stepper, TimeStep, Transform,
 };
 use scene::Scene;
 

@@ -161,7 +161,7 @@ fn ghosts_begin_where_mutual_gravity_is_off() {
     drive.ticks(3);
     drive.session.keep_timeline();
     let off = sandbox::SwitchedBy::Script;
-    drive.session.switch_effect(motion::Effect::MutualGravity, false, off).unwrap();
+    drive.session.switch_effect(motion::effects::Effect::MutualGravity, false, off).unwrap();
     drive.give([Input::Experiment(Experiment::Method(Method::ImplicitEuler))]).ticks(3);
     drive.press("T").ticks(3).press(",").ticks(1);
     assert!(drive.session.ghosts().len() > 5 && drive.session.bundle(None).is_some());
@@ -285,7 +285,7 @@ fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
         };
         drive.frame(H, [Input::Experiment(away)]);
         let switched =
-            drive.session.switch_effect(motion::Effect::Thrusts, false, sandbox::SwitchedBy::Script);
+            drive.session.switch_effect(motion::effects::Effect::Thrusts, false, sandbox::SwitchedBy::Script);
         assert_eq!(switched.is_ok(), frozen);
         drive.ticks(5);
         bits(drive.x("stone"), drive.v("stone"))

@@ -5,7 +5,8 @@ mod twins;
 mod unsolvable;
 
 use glam::DVec3;
-use motion::{Effect, Method, PhysicsBody, Quarantined, Request};
+use motion::effects::Effect;
+use motion::{Method, PhysicsBody, Quarantined, Request};
 use sandbox::input::{Experiment, Input};
 use sandbox::{GhostRow, GhostState};
 use scene::Scene;

@@ -12,9 +12,8 @@ mod runs;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{
-    Ledger, Method, PhysicsBody, PushQueue, Request, Requests, Stepper, TimeStep, Transform, totals,
-};
+use motion::ledger::Ledger;
+use motion::{Method, PhysicsBody, PushQueue, Request, Requests, Stepper, TimeStep, Transform, totals};
 use scene::Scene;
 
 /// A scene whose books are kept.

@@ -25,7 +25,7 @@ use motion::methods::Integrator;
 use motion::real::Real;
 use motion::{Claims, Method};
 
-use motion::Bare;
+use motion::arrays::Bare;
 
 /// A unit vector along no axis, exact in decimals.
 const SKEW: DVec3 = DVec3::new(0.48, 0.6, 0.64);

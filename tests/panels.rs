@@ -1,7 +1,8 @@
 //! Panels: when they are closed, what they take from the scene and what they leave to it.
 
 use glam::DVec2;
-use motion::{Gravity, Method, Solver};
+use motion::groups::Solver;
+use motion::{Gravity, Method};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Panel};
 

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use glam::DVec2;
-use motion::FrameClock;
+use motion::clock::FrameClock;
 use render::Image;
 use sandbox::input::{Button, Experiment, Input};
 use sandbox::player::Player;

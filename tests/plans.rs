@@ -6,9 +6,10 @@ use std::path::PathBuf;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::effects::Effect;
 use motion::{
-    Curve, Damping, Drag, Effect, Elastic, Gravity, LawTexts, Laws, Method, OwnLaws, PhysicsBody, Spring,
-    Stepper, Thrust, TimeStep, Transform, Well, Wells, Wind,
+    Curve, Damping, Drag, Elastic, Gravity, LawTexts, Laws, Method, OwnLaws, PhysicsBody, Spring, Stepper,
+    Thrust, TimeStep, Transform, Well, Wells, Wind,
 };
 use sandbox::{Options, Overrides, Session};
 use scene::Scene;
@@ -19,7 +20,7 @@ use crate::harness::{blesses, root, stored};
 fn session(name: &str) -> Session {
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
     let mut session = Session::new(scene::load(name).unwrap(), options);
-    let mut frames = motion::FrameClock::default();
+    let mut frames = motion::clock::FrameClock::default();
     for _ in 0..12 {
         let time = frames.advance_by(1.0 / 60.0).unwrap();
         session.advance(&sandbox::input::InputFrame::default(), time);
@@ -222,7 +223,7 @@ fn resources_of_undeclared_effects_are_not_there() {
         }
         assert_eq!(world.contains_resource::<Wells>(), !scene.wells.is_empty(), "{name}");
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
-        assert_eq!(world.contains_resource::<motion::Groups>(), coupled, "{name}");
+        assert_eq!(world.contains_resource::<motion::groups::Groups>(), coupled, "{name}");
     }
 }
 

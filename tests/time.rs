@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use motion::clock::{BadTime, FrameClock, StepClock, TickClock};
 use motion::units::Vector;
-use motion::{BadTime, FrameClock, StepClock, TickClock};
 
 use sandbox::input::InputFrame;
 use sandbox::{Options, Session};

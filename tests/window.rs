@@ -11,7 +11,8 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use glam::{DVec2, DVec3};
-use motion::{FrameClock, Method, PhysicsBody};
+use motion::clock::FrameClock;
+use motion::{Method, PhysicsBody};
 use pick::Viewpoint;
 use render::Image;
 use sandbox::input::InputFrame;

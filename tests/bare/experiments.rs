@@ -1,7 +1,8 @@
 //! What is done to bodies between ticks does in arrays what a request does in a world.
 
 use glam::DVec3;
-use motion::{Bare, Damping, DampingModel, Gravity, Method, PushQueue, Request, Requests};
+use motion::arrays::Bare;
+use motion::{Damping, DampingModel, Gravity, Method, PushQueue, Request, Requests};
 use scene::shipped;
 
 use super::{Twin, bits, run, states};

@@ -2,8 +2,9 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::{
-    Bare, Damping, DampingModel, Elastic, Gravity, Method, PhysicsBody, Spring, StableId, Substeps, TimeStep,
+    Damping, DampingModel, Elastic, Gravity, Method, PhysicsBody, Spring, StableId, Substeps, TimeStep,
     Transform,
 };
 

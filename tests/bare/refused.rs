@@ -1,7 +1,8 @@
 //! What would turn non-finite is refused and reported.
 
 use glam::DVec3;
-use motion::{Method, NotForArrays, StableId, TimeStep};
+use motion::arrays::NotForArrays;
+use motion::{Method, StableId, TimeStep};
 
 use super::{Precision, Twin, bits, run, states};
 

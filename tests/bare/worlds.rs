@@ -1,6 +1,7 @@
 //! Every shipped scene goes in plain arrays as it goes in a world.
 
-use motion::{Bare, Method, Quarantine};
+use motion::arrays::Bare;
+use motion::{Method, Quarantine};
 use scene::{Scene, shipped};
 
 use super::{States, Twin, bits, run, states};

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use lab::{Fault, Watch};
-use motion::{Ledger, Method, PushQueue, Request, Requests};
+use motion::ledger::Ledger;
+use motion::{Method, PushQueue, Request, Requests};
 use scene::Scene;
 
 use super::program::STIFF;

@@ -1,6 +1,6 @@
 //! Bundles that are opened as sessions.
 
-use motion::FrameClock;
+use motion::clock::FrameClock;
 use sandbox::report::state_hash;
 use sandbox::{Options, Repetition, Session};
 use scene::Bundle;

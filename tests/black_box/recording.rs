@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use lab::Timeline;
-use motion::{Effect, Method, PushQueue, Request, Requests};
+use motion::effects::Effect;
+use motion::{Method, PushQueue, Request, Requests};
 use scene::EnergyState;
 
 use crate::ghosts::mixed;

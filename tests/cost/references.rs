@@ -4,7 +4,8 @@
 use differential_equations::prelude::*;
 use glam::DVec3;
 use lab::cost::{Bench, Plan, SAMPLES, Subject, Truth, problem};
-use motion::{Effect, Elastic, Method};
+use motion::effects::Effect;
+use motion::{Elastic, Method};
 use scene::Scene;
 
 /// A scene of springs, uniform and mutual gravity, and damping, as a system of first order: positions, then

@@ -4,7 +4,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use bevy_ecs::prelude::*;
-use motion::{Effect, Method, PushQueue, Stepper, TimeStep};
+use motion::effects::Effect;
+use motion::{Method, PushQueue, Stepper, TimeStep};
 
 use super::{COUPLED, LOCAL, stepper, world_of};
 use crate::harness::H;
@@ -112,7 +113,10 @@ fn groups_allocate_nothing_in_a_steady_tick() {
     for method in Method::ALL {
         for newton_iterations in [0, 2] {
             let mut world = world_of(&[&LOCAL[..], &COUPLED].concat());
-            world.insert_resource(motion::Solver { newton_iterations, ..motion::Solver::default() });
+            world.insert_resource(motion::groups::Solver {
+                newton_iterations,
+                ..motion::groups::Solver::default()
+            });
             world.insert_resource(motion::Substeps(3));
             let mut steps = stepper(&mut world, method);
             push_all(&mut world);
@@ -146,7 +150,7 @@ fn effects_that_nobody_declares_have_no_resource_no_column_and_no_system() {
             && !world.contains_resource::<motion::Damping>()
             && !world.contains_resource::<motion::Drag>()
             && !world.contains_resource::<motion::Wells>()
-            && !world.contains_resource::<motion::Groups>()
+            && !world.contains_resource::<motion::groups::Groups>()
     );
     let absent = [
         world.register_component::<motion::OwnLaws>(),
@@ -154,8 +158,8 @@ fn effects_that_nobody_declares_have_no_resource_no_column_and_no_system() {
         world.register_component::<motion::AxisLocks>(),
         world.register_component::<motion::DampingRate>(),
         world.register_component::<motion::Emission>(),
-        world.register_component::<motion::LastStep>(),
-        world.register_component::<motion::LastAcceleration>(),
+        world.register_component::<motion::snapshot::LastStep>(),
+        world.register_component::<motion::snapshot::LastAcceleration>(),
     ];
     for kind in world.archetypes().iter() {
         assert!(absent.iter().all(|component| !kind.contains(*component)));

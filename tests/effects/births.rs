@@ -1,11 +1,14 @@
 //! Particles fly from their birth: what is left of the tick in which one is born is a tick of its method.
 
 use bevy_ecs::prelude::*;
+use motion::arrays::{Bare, LawsOf};
+use motion::clock::{ClockState, StepClock};
+use motion::ledger::Ledger;
 use motion::units::Vector;
 use motion::{
-    AxisLocks, Bare, ClockState, Curve, Damping, DampingModel, DampingRate, Drag, Emitter, Gravity, LawsOf,
-    Ledger, Method, OwnLaws, OwnSubsteps, PhysicsBody, Quarantine, Quarantined, Range, SpeedLimit, StableId,
-    StepClock, Stepper, Substeps, Thrust, TimeStep, Transform, Well, Wells, Wind,
+    AxisLocks, Curve, Damping, DampingModel, DampingRate, Drag, Emitter, Gravity, Method, OwnLaws,
+    OwnSubsteps, PhysicsBody, Quarantine, Quarantined, Range, SpeedLimit, StableId, Stepper, Substeps,
+    Thrust, TimeStep, Transform, Well, Wells, Wind,
 };
 
 use super::emitters::{AT, expected, fountain, launch, living};

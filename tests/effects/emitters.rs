@@ -3,10 +3,13 @@
 use std::collections::BTreeSet;
 
 use bevy_ecs::prelude::*;
+use motion::clock::StepClock;
+use motion::effects::Effect;
+use motion::snapshot::LastStep;
 use motion::units::Vector;
 use motion::{
-    Dormant, Effect, Emission, Emitter, Evaluations, Gravity, LastStep, Method, PhysicsBody,
-    PreviousPosition, Request, Requests, StableId, StepClock, Stepper, Threads, TimeStep, Transform,
+    Dormant, Emission, Emitter, Evaluations, Gravity, Method, PhysicsBody, PreviousPosition, Request,
+    Requests, StableId, Stepper, Threads, TimeStep, Transform,
 };
 
 use super::{bits, run};

@@ -1,7 +1,8 @@
 //! The receipt and the ablation of a scene, in the program and in the panel.
 
 use lab::Row;
-use motion::{Effect, EffectState, Gravity, Method};
+use motion::effects::{Effect, EffectState};
+use motion::{Gravity, Method};
 use sandbox::{SwitchedBy, report};
 use scene::Scene;
 use serde_json::Value;
@@ -198,8 +199,9 @@ fn the_panel_switches_says_by_whom_and_keeps_off_what_is_off_over_a_reset() {
     }
     assert!(drive.session.switch_effect(Effect::Thrusts, true, SwitchedBy::Panel).is_err());
     drive.press("F1").ticks(2);
-    let states =
-        |drive: &mut Drive| Effect::ALL.map(|effect| motion::state(drive.session.world_mut(), effect));
+    let states = |drive: &mut Drive| {
+        Effect::ALL.map(|effect| motion::effects::state(drive.session.world_mut(), effect))
+    };
     let off = states(&mut drive).iter().filter(|state| **state == EffectState::Off).count();
     assert_eq!(off, 3);
     assert!(!drive.session.world().resource::<Gravity>().on);

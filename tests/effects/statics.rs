@@ -2,10 +2,11 @@
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::RunSystemOnce as _;
+use motion::clock::StepClock;
+use motion::systems::{Bodies, Unmarked};
 use motion::units::Vector;
 use motion::{
-    Bodies, Damping, Drag, Gravity, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Static,
-    StepClock, Transform, Unmarked,
+    Damping, Drag, Gravity, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Static, Transform,
 };
 
 use crate::harness::{H, Lab};

@@ -1,11 +1,11 @@
 //! Switching effects off and on.
 
 use bevy_ecs::prelude::*;
+use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::units::Vector;
 use motion::{
-    Damping, DampingModel, DampingRate, Drag, Effect, EffectState, Elastic, Evaluations, Gravity, Method,
-    MutualGravity, NeverDeclared, OwnLaws, PhysicsBody, Quarantine, Request, Requests, SpeedLimit, Spring,
-    StepPlan, Stepper, Wells,
+    Damping, DampingModel, DampingRate, Drag, Elastic, Evaluations, Gravity, Method, MutualGravity, OwnLaws,
+    PhysicsBody, Quarantine, Request, Requests, SpeedLimit, Spring, StepPlan, Stepper, Wells,
 };
 
 use super::{COUPLED, LOCAL, bits, run, stepper, world_of};
@@ -123,7 +123,7 @@ fn switching_keeps_the_value() {
     let own = names(&mut world);
     let all = |on| LOCAL.map(|effect| Request::Switch(effect, on));
     ask(&mut world, &mut steps, all(false));
-    assert!(LOCAL.iter().all(|effect| motion::state(&mut world, *effect) == EffectState::Off));
+    assert!(LOCAL.iter().all(|effect| motion::effects::state(&mut world, *effect) == EffectState::Off));
     assert!(!world.contains_resource::<Drag>() && !world.contains_resource::<Wells>());
     assert!(!world.contains_resource::<Damping>() && !world.resource::<Gravity>().on);
     assert_eq!(world.query::<&OwnLaws>().iter(&world).count(), 0);
@@ -133,7 +133,7 @@ fn switching_keeps_the_value() {
     // In another order than they went.
     ask(&mut world, &mut steps, [Effect::Thrusts, Effect::Drag].map(|effect| Request::Switch(effect, true)));
     ask(&mut world, &mut steps, all(true));
-    assert!(LOCAL.iter().all(|effect| motion::state(&mut world, *effect) == EffectState::On));
+    assert!(LOCAL.iter().all(|effect| motion::effects::state(&mut world, *effect) == EffectState::On));
     assert_eq!((*world.resource::<Drag>(), names(&mut world)), (drag, own));
     assert_eq!(world.query::<&SpeedLimit>().single(&world).unwrap(), &SpeedLimit(1.1));
     assert_eq!(world.query::<&DampingRate>().single(&world).unwrap().rate(), 1.5);
@@ -145,9 +145,9 @@ fn switching_keeps_the_value() {
 fn an_effect_that_nobody_declared_says_so_and_a_second_switch_does_nothing() {
     let mut world = world_of(&[]);
     for effect in Effect::ALL {
-        assert_eq!(motion::state(&mut world, effect), EffectState::NotDeclared);
+        assert_eq!(motion::effects::state(&mut world, effect), EffectState::NotDeclared);
         for on in [false, true] {
-            let error = motion::switch(&mut world, effect, on).unwrap_err();
+            let error = motion::effects::switch(&mut world, effect, on).unwrap_err();
             assert_eq!(error, NeverDeclared(effect));
             assert_eq!(error.to_string(), format!("this scene never declared {}", effect.name()));
         }
@@ -155,7 +155,7 @@ fn an_effect_that_nobody_declared_says_so_and_a_second_switch_does_nothing() {
     }
     world.insert_resource(Drag::new(1.0, 0.0));
     for on in [false, false, true, true] {
-        motion::switch(&mut world, Effect::Drag, on).unwrap();
+        motion::effects::switch(&mut world, Effect::Drag, on).unwrap();
     }
     assert_eq!(world.resource::<Drag>().linear, 1.0);
 }
@@ -164,12 +164,12 @@ fn an_effect_that_nobody_declared_says_so_and_a_second_switch_does_nothing() {
 fn wind_is_switched_also_while_drag_is_off() {
     let mut world = world_of(&[Effect::Drag, Effect::Wind]);
     let before = *world.resource::<Drag>();
-    motion::switch(&mut world, Effect::Drag, false).unwrap();
-    motion::switch(&mut world, Effect::Wind, false).unwrap();
-    motion::switch(&mut world, Effect::Drag, true).unwrap();
+    motion::effects::switch(&mut world, Effect::Drag, false).unwrap();
+    motion::effects::switch(&mut world, Effect::Wind, false).unwrap();
+    motion::effects::switch(&mut world, Effect::Drag, true).unwrap();
     assert_eq!(world.resource::<Drag>().wind, None);
-    assert_eq!(motion::state(&mut world, Effect::Wind), EffectState::Off);
-    motion::switch(&mut world, Effect::Wind, true).unwrap();
+    assert_eq!(motion::effects::state(&mut world, Effect::Wind), EffectState::Off);
+    motion::effects::switch(&mut world, Effect::Wind, true).unwrap();
     assert_eq!(*world.resource::<Drag>(), before);
 }
 
@@ -179,7 +179,7 @@ fn damping_that_is_set_while_it_is_off_is_on() {
     let mut steps = stepper(&mut world, Method::SemiImplicitEuler);
     let set = Damping { model: DampingModel::Clamped, rate: 2.0 };
     ask(&mut world, &mut steps, [Request::Switch(Effect::Damping, false), Request::SetDamping(set)]);
-    assert_eq!(motion::state(&mut world, Effect::Damping), EffectState::On);
+    assert_eq!(motion::effects::state(&mut world, Effect::Damping), EffectState::On);
     assert_eq!(*world.resource::<Damping>(), set);
     assert_eq!(world.query::<&DampingRate>().iter(&world).count(), 1);
 }
@@ -195,8 +195,8 @@ fn springs_and_mutual_gravity_are_switched_and_their_values_kept() {
     world.insert_resource(pull);
     for effect in [Effect::Springs, Effect::MutualGravity] {
         for (on, state) in [(false, EffectState::Off), (true, EffectState::On)] {
-            motion::switch(&mut world, effect, on).unwrap();
-            assert_eq!(motion::state(&mut world, effect), state);
+            motion::effects::switch(&mut world, effect, on).unwrap();
+            assert_eq!(motion::effects::state(&mut world, effect), state);
         }
     }
     assert_eq!((world.get::<Spring>(entity), world.get_resource()), (Some(&spring), Some(&pull)));

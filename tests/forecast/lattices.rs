@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use motion::{Evaluations, Forecast, Margin, Method, Stepper, TimeStep};
+use motion::forecast::{Forecast, Margin};
+use motion::{Evaluations, Method, Stepper, TimeStep};
 use scene::Scene;
 
 use crate::groups::lab::{Around, Net, Start, elastic};

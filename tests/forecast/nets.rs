@@ -2,10 +2,8 @@
 
 use glam::DVec3;
 use lab::limits::Net;
-use motion::{
-    Damping, DampingModel, Drag, Elastic, Forecast, LimitingPart, Margin, Method, OwnLaws, Substeps, Well,
-    Wells,
-};
+use motion::forecast::{Forecast, LimitingPart, Margin};
+use motion::{Damping, DampingModel, Drag, Elastic, Method, OwnLaws, Substeps, Well, Wells};
 
 use crate::dice::Dice;
 use crate::groups::lab::{Around, Net as Springs, Rig, Start, elastic};
@@ -347,7 +345,7 @@ fn a_net_without_end_is_unstable() {
             drag.into_iter().for_each(|drag| rig.lab.world.insert_resource(drag));
             let margin = worst(&forecast(&mut rig));
             assert!(margin.is_unstable && margin.ratio() == f64::INFINITY, "{method:?}: {margin:?}");
-            assert_eq!(margin.cure, motion::Cure::default(), "{method:?}");
+            assert_eq!(margin.cure, motion::forecast::Cure::default(), "{method:?}");
         }
     }
 }

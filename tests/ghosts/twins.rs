@@ -3,9 +3,10 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use lab::{Distances, Leader, Twin, pending};
+use motion::effects::Effect;
+use motion::snapshot::LastStep;
 use motion::{
-    Effect, LastStep, Method, OwnMethod, PhysicsBody, PushQueue, Request, Requests, StableId, Stepper,
-    TimeStep, Transform,
+    Method, OwnMethod, PhysicsBody, PushQueue, Request, Requests, StableId, Stepper, TimeStep, Transform,
 };
 use scene::Scene;
 

@@ -1,6 +1,7 @@
 //! Effects that a method cannot solve, switched off while it is in use.
 
-use motion::{Effect, Method, MutualGravity, Request};
+use motion::effects::Effect;
+use motion::{Method, MutualGravity, Request};
 use sandbox::input::{Experiment, Input};
 
 use crate::drive::Drive;

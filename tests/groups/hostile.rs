@@ -1,9 +1,10 @@
 //! Springs and members that break: who was first is frozen, and no other notices.
 
 use glam::DVec3;
+use motion::groups::Solver;
 use motion::{
     BodyState, Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Jacobians, Law,
-    Method, MutualGravity, OwnLaws, Quarantine, Request, SoftBody, Solver, Spring, Thrust, Wind,
+    Method, MutualGravity, OwnLaws, Quarantine, Request, SoftBody, Spring, Thrust, Wind,
 };
 
 use super::lab::{Around, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
@@ -330,10 +331,10 @@ fn a_spring_waits_for_no_one() {
         rig.run(3);
         rig.lab.world.spawn(Spring { ends: [newcomer, first], elastic: elastic(10.0, 1.0) });
         rig.run(3);
-        assert_eq!(rig.lab.world.resource::<motion::Groups>().bodies(), 2, "{method:?}");
+        assert_eq!(rig.lab.world.resource::<motion::groups::Groups>().bodies(), 2, "{method:?}");
         rig.ask(Request::Remove(newcomer));
         rig.run(3);
-        assert_eq!(rig.lab.world.resource::<motion::Groups>().bodies(), 1, "{method:?}");
+        assert_eq!(rig.lab.world.resource::<motion::groups::Groups>().bodies(), 1, "{method:?}");
         assert!(rig.x(1).is_finite() && rig.x(1).length() < 3.0, "{method:?}");
     }
 }

@@ -1,7 +1,8 @@
 //! Implicit Euler steps of groups: stiff springs, conjugate gradients, and what they must not break.
 
 use glam::DVec3;
-use motion::{AxisLocks, Elastic, Evaluations, Method, Solver};
+use motion::groups::Solver;
+use motion::{AxisLocks, Elastic, Evaluations, Method};
 
 use super::lab::{Around, H, Net, Rig, Start, chain, elastic};
 use crate::dice::Dice;

@@ -2,9 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::groups::Solver;
 use motion::{
     Damping, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws, PhysicsBody, Quarantine, Request,
-    Requests, SoftBody, Solver, Spring, StableId, Substeps, Totals, Transform, Wells, totals,
+    Requests, SoftBody, Spring, StableId, Substeps, Totals, Transform, Wells, totals,
 };
 
 use crate::dice::Dice;

@@ -2,9 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::groups::Solver;
 use motion::{
     AxisLocks, Curve, Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, GravityOff, METHODS,
-    Method, OwnLaws, Request, Solver, SpeedLimit, Thrust, Well, Wells, Wind,
+    Method, OwnLaws, Request, SpeedLimit, Thrust, Well, Wells, Wind,
 };
 
 use super::lab::{Around, H, Net, Rig, Start, State, elastic, extrapolated, tetrahedron};

@@ -1,7 +1,8 @@
 //! The order of every method on every problem of coupled bodies, position and velocity apart.
 
 use glam::DVec3;
-use motion::{Claims, Damping, DampingModel, METHODS, Method, MutualGravity, OwnLaws, Solver};
+use motion::groups::Solver;
+use motion::{Claims, Damping, DampingModel, METHODS, Method, MutualGravity, OwnLaws};
 
 use super::lab::{Around, Net, Start, State, elastic, extrapolated, pendulum, tetrahedron};
 use super::manufactured::manufactured;

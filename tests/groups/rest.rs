@@ -1,7 +1,8 @@
 //! What hangs at rest stays at rest, also far from the origin.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Method, Request, Solver};
+use motion::groups::Solver;
+use motion::{Damping, DampingModel, Method, Request};
 
 use super::lab::{Around, H, Net, Rig, Start, chain, elastic};
 

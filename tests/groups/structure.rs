@@ -2,9 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::groups::Groups;
 use motion::{
-    Damping, DampingModel, Drag, Elastic, Groups, Link, Method, MutualGravity, OwnSubsteps, PhysicsBody,
-    Request, SoftBody, Spring, StableId, Transform,
+    Damping, DampingModel, Drag, Elastic, Link, Method, MutualGravity, OwnSubsteps, PhysicsBody, Request,
+    SoftBody, Spring, StableId, Transform,
 };
 
 use super::lab::{Around, Bits, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
@@ -127,7 +128,7 @@ fn fresh(rig: &Rig, net: &Net, around: &Around, gone: &[usize], method: Method) 
         (body.x, body.v) = (rig.x(i), rig.v(i));
     });
     let mut fresh = net.rig(around, method, H);
-    fresh.lab.world.insert_resource(*rig.lab.world.resource::<motion::StepClock>());
+    fresh.lab.world.insert_resource(*rig.lab.world.resource::<motion::clock::StepClock>());
     for body in gone {
         fresh.have(Request::Remove(fresh.bodies[*body]));
     }

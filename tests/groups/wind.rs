@@ -1,9 +1,10 @@
 //! Air: on sheets along their normals, on points from all sides, and wind with gusts.
 
 use glam::DVec3;
+use motion::groups::Solver;
 use motion::{
     Affine, BodyState, Drag, Elastic, EvaluationTime, Evaluations, Law, Link, METHODS, Method, Request,
-    SoftBody, Solver, Wind,
+    SoftBody, Wind,
 };
 
 use super::lab::{Around, H, Net, Rig, Start, State, elastic, extrapolated};

@@ -1,7 +1,8 @@
 //! Damping: every model as its multiplier or its law has it, with a residual of the order of the method.
 
 use glam::DVec3;
-use motion::{DampingModel, Ledger, Method};
+use motion::ledger::Ledger;
+use motion::{DampingModel, Method};
 
 use super::Kept;
 

@@ -1,7 +1,9 @@
 //! What is done to a world between two ticks is no residual, and the ledger does nothing to it.
 
 use glam::DVec3;
-use motion::{Effect, Ledger, Method, PhysicsBody, Request, Stepper, TimeStep, Transform};
+use motion::effects::Effect;
+use motion::ledger::Ledger;
+use motion::{Method, PhysicsBody, Request, Stepper, TimeStep, Transform};
 
 use super::Kept;
 
@@ -82,7 +84,7 @@ fn a_set_velocity_is_worth_its_kinetic_energy_and_momentum() {
     let books = kept.tick().ledger.last_tick();
     assert_eq!((books.energy.interventions, books.energy.residual), (9.0, 0.0));
     assert_eq!((books.momentum.interventions, books.momentum.residual), (DVec3::X * 6.0, DVec3::ZERO));
-    assert_eq!(kept.tick().ledger.last_tick().energy, motion::LedgerLines::default());
+    assert_eq!(kept.tick().ledger.last_tick().energy, motion::ledger::LedgerLines::default());
 }
 
 /// Books that are kept change neither a bit of a state nor the schedule, in any shipped scene; and where none are
@@ -131,7 +133,7 @@ fn a_ledger_may_be_opened_at_any_time() {
     kept.run(30);
     kept.ledger = Ledger::open(&mut kept.world);
     assert_eq!((kept.ledger.seconds(), kept.ledger.mean_residual_rate()), (0.0, 0.0));
-    assert_eq!(kept.ledger.last_second(), motion::LedgerTotals::default());
+    assert_eq!(kept.ledger.last_second(), motion::ledger::LedgerTotals::default());
     kept.run(480).check();
     assert!((kept.ledger.seconds() - 2.0).abs() < 1e-12);
 }

@@ -1,7 +1,8 @@
 //! Every law and effect in the books: under Runge-Kutta 4 next to nothing is left over, and each line is so large that
 //! leaving it out would be seen.
 
-use motion::{Ledger, LedgerTotals, Method};
+use motion::Method;
+use motion::ledger::{Ledger, LedgerTotals};
 
 use super::Kept;
 

@@ -1,7 +1,8 @@
 //! Laws that lie about their work are caught by the residual.
 
 use glam::DVec3;
-use motion::{BodyState, EvaluationTime, Jacobians, Law, Laws, Ledger, Method};
+use motion::ledger::Ledger;
+use motion::{BodyState, EvaluationTime, Jacobians, Law, Laws, Method};
 
 use super::Kept;
 

@@ -2,7 +2,8 @@
 //! solution.
 
 use glam::{DMat2, DVec2};
-use motion::{LedgerLines, Method};
+use motion::Method;
+use motion::ledger::LedgerLines;
 
 use super::Kept;
 

@@ -6,7 +6,7 @@ use super::laws::{Duffing, Spring};
 use super::oracle::{after, image};
 use super::problems::{ACROSS, kepler_state, linear_thrust, sun};
 use super::{Check, Precision, SKEW, Stepper, all_pass, beyond, numbers, position, velocity, within};
-use motion::Bare;
+use motion::arrays::Bare;
 
 const LONG: u32 = 10_000_000;
 

@@ -4,7 +4,7 @@ use motion::{Curve, Damping, DampingModel, Method, Thrust};
 
 use super::fingerprint::yoshida_steps;
 use super::{Check, SKEW, Stepper, all_pass, numbers, position, velocity, within};
-use motion::Bare;
+use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
 

@@ -5,7 +5,7 @@ use motion::{Curve, Drag, Gravity, Thrust, Well, Wells};
 
 use super::laws::{Damped, Duffing, Manufactured, OfTime, Spring};
 use super::{SKEW, Stepper, numbers};
-use motion::Bare;
+use motion::arrays::Bare;
 
 /// A unit vector across [`SKEW`].
 pub const ACROSS: DVec3 = DVec3::new(0.64, 0.0, -0.48);

@@ -5,7 +5,7 @@ use motion::{Drag, Gravity, Law, Method, Thrust, Well, Wells};
 
 use super::problems::sun;
 use super::{Check, SKEW, Stepper, all_pass, numbers, position, velocity, within};
-use motion::Bare;
+use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
 

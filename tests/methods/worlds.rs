@@ -14,8 +14,9 @@ mod threads;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::{
-    Bare, Curve, Damping, Drag, Gravity, Method, OwnLaws, PhysicsBody, Request, Requests, Substeps, Thrust,
+    Curve, Damping, Drag, Gravity, Method, OwnLaws, PhysicsBody, Request, Requests, Substeps, Thrust,
     TimeStep, Transform, Well, Wells,
 };
 

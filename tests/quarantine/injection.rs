@@ -6,11 +6,12 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemState;
 use glam::DVec3;
+use motion::groups::Grouped;
 use motion::real::{Real, RealVector as _};
+use motion::snapshot::{CachedAccelerations, LastStep};
 use motion::{
-    BodyState, CachedAccelerations, Damping, DampingModel, DampingRate, Dormant, EvaluationTime, Fault,
-    Forces, Grouped, Jacobians, LastStep, Law, Method, OwnLaws, Particle, PhysicsBody, SpeedLimit, StableId,
-    Static, Transform, own_method,
+    BodyState, Damping, DampingModel, DampingRate, Dormant, EvaluationTime, Fault, Forces, Jacobians, Law,
+    Method, OwnLaws, Particle, PhysicsBody, SpeedLimit, StableId, Static, Transform, own_method,
 };
 use scene::Scene;
 
@@ -123,7 +124,7 @@ impl Victim {
             rig.world.query_filtered::<(Entity, &StableId), (With<PhysicsBody>, Without<Dormant>)>();
         let mut all: Vec<_> = bodies.iter(&rig.world).map(|(body, id)| (*id, body)).collect();
         all.sort_unstable();
-        let springs = rig.world.contains_resource::<motion::Groups>();
+        let springs = rig.world.contains_resource::<motion::groups::Groups>();
         for (id, body) in all {
             let entity = rig.world.entity(body);
             let rests = entity.contains::<Static>();

@@ -2,9 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::real::Real;
 use motion::{
-    Bare, Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Quarantine, Range, Request,
+    Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Quarantine, Range, Request,
     Requests, Spring, StableId, Substeps, Transform,
 };
 use scene::Scene;

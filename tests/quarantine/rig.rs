@@ -2,9 +2,11 @@
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
+use motion::clock::StepClock;
+use motion::systems::step_systems;
 use motion::{
     Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, Request, Requests, StableId,
-    StepClock, Stepper, TimeStep, Transform, remember_positions, step_systems,
+    Stepper, TimeStep, Transform, remember_positions,
 };
 use scene::Scene;
 

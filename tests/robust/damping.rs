@@ -1,8 +1,9 @@
 //! The default damping gives every step rate the same speed; the tutorial's gives each its own, by its formula.
 
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::real::Real;
-use motion::{Bare, Damping, DampingModel, Gravity, Method};
+use motion::{Damping, DampingModel, Gravity, Method};
 
 const RATES_HZ: [u32; 4] = [30, 60, 120, 240];
 

@@ -2,8 +2,9 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::{
-    Bare, Drag, Elastic, Gravity, Method, PhysicsBody, Quarantine, Quarantined, Spring, StableId, Stepper,
+    Drag, Elastic, Gravity, Method, PhysicsBody, Quarantine, Quarantined, Spring, StableId, Stepper,
     TimeStep, Transform, totals,
 };
 

@@ -1,7 +1,8 @@
 //! Free fall of ten minutes is what the formula of the scheme says, to the last bit where every number has one.
 
 use glam::DVec3;
-use motion::{Bare, Gravity, Method};
+use motion::arrays::Bare;
+use motion::{Gravity, Method};
 
 /// Height after `n` steps of h seconds, in exact arithmetic: `x0 + v0 n h + g h² c`, with c twice that of the scheme.
 fn closed_form(method: Method, n: i128, [x0, v0, g]: [i128; 3]) -> i128 {

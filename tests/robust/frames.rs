@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use motion::{BadTime, PhysicsBody, Transform};
+use motion::clock::BadTime;
+use motion::{PhysicsBody, Transform};
 use tempfile::TempDir;
 
 use crate::drive::Drive;

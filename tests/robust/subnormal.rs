@@ -2,10 +2,11 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::real::Real;
 use motion::{
-    Bare, Damping, DampingModel, DampingRate, Drag, Elastic, Method, PhysicsBody, SpeedLimit, Spring,
-    StableId, Stepper, TimeStep, Transform,
+    Damping, DampingModel, DampingRate, Drag, Elastic, Method, PhysicsBody, SpeedLimit, Spring, StableId,
+    Stepper, TimeStep, Transform,
 };
 
 /// 2,000 s in ticks of 1/30 s.

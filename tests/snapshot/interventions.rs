@@ -1,8 +1,9 @@
 //! Runs in which people do things.
 
 use glam::DVec3;
+use motion::effects::Effect;
 use motion::{
-    Damping, DampingModel, Effect, Fault, Method, PushQueue, Quarantine, QuarantineRecord, Request, Requests,
+    Damping, DampingModel, Fault, Method, PushQueue, Quarantine, QuarantineRecord, Request, Requests,
     StableId,
 };
 

@@ -6,7 +6,9 @@ use std::ops::ControlFlow;
 
 use arbitrary::{Result, Unstructured};
 use lab::{Rerun, TIMELINE_BYTES};
-use motion::{Effect, FrameClock, Method, PhysicsBody, Transform};
+use motion::clock::FrameClock;
+use motion::effects::Effect;
+use motion::{Method, PhysicsBody, Transform};
 use sandbox::actions::BINDINGS;
 use sandbox::input::InputFrame;
 use sandbox::player::Player;

@@ -4,9 +4,11 @@
 use arbitrary::{Result, Unstructured};
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::effects::Effect;
+use motion::groups::compile_groups;
 use motion::{
-    Damping, DampingModel, Effect, Fault, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests,
-    StableId, Stepper, TimeStep, Transform, compile_groups,
+    Damping, DampingModel, Fault, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, StableId,
+    Stepper, TimeStep, Transform,
 };
 use scene::{Scene, unsolvable};
 

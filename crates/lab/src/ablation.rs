@@ -1,6 +1,7 @@
 //! A scene run again without each of its effects in turn: what each one changes, and what it costs.
 
-use motion::{Effect, EffectState, Evaluations, Method};
+use motion::effects::{Effect, EffectState};
+use motion::{Evaluations, Method};
 use scene::Scene;
 
 use crate::run::{Run, step_times};
@@ -53,7 +54,7 @@ pub struct Ablation {
 pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let ticks = ticks.max(1);
     let mut full = Run::of(scene, &[]);
-    let acts = |effect: &Effect| motion::state(&mut full.world, *effect) == EffectState::On;
+    let acts = |effect: &Effect| motion::effects::state(&mut full.world, *effect) == EffectState::On;
     let effects: Vec<_> = Effect::ALL.into_iter().filter(acts).collect();
     full.ticks(ticks);
     let evaluations = |run: &Run| -> u64 {

@@ -1,10 +1,9 @@
 //! The receipt of a scene: each effect, whether it acts, because of what, on how many bodies, and what it costs.
 
 use bevy_ecs::prelude::*;
-use motion::{
-    Dormant, Effect, EffectState, Evaluations, LastAcceleration, LastStep, Method, OwnMethod, PhysicsBody,
-    Quarantined, Static, column_bytes, own_method,
-};
+use motion::effects::{Effect, EffectState, column_bytes};
+use motion::snapshot::{LastAcceleration, LastStep};
+use motion::{Dormant, Evaluations, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
 use crate::run::{Run, step_times};
@@ -114,7 +113,7 @@ pub fn look(scene: &Scene, world: &mut World, method: Method) -> Vec<Row> {
     let mut rows: Vec<_> = Effect::ALL
         .into_iter()
         .map(|effect| {
-            let state = motion::state(world, effect);
+            let state = motion::effects::state(world, effect);
             Row {
                 effect: Some(effect),
                 because: (state != EffectState::NotDeclared).then(|| because(scene, effect)),

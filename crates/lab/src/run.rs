@@ -2,8 +2,9 @@
 
 use bevy_ecs::prelude::*;
 use cpu_time::ThreadTime;
+use motion::effects::Effect;
 use motion::units::Vector;
-use motion::{Effect, PhysicsBody, Request, Requests, StableId, Stepper, TimeStep, Transform};
+use motion::{PhysicsBody, Request, Requests, StableId, Stepper, TimeStep, Transform};
 use scene::Scene;
 
 use crate::timeline::Watch;

@@ -11,7 +11,8 @@ use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use bevy_ecs::prelude::*;
-use motion::{Method, Request, StepClock, TimeStep};
+use motion::clock::StepClock;
+use motion::{Method, Request, TimeStep};
 use scene::{EnergyState, Event, Happening, Snapshot};
 
 use crate::input::{Input, asked, pending};

@@ -1,9 +1,10 @@
 //! Worlds that follow another one: the same scene and the same inputs in the same ticks, by a method of their own.
 
 use bevy_ecs::prelude::*;
+use motion::clock::StepClock;
 use motion::{
-    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Requests, StepClock, Stepper, Substeps,
-    TimeStep, remember_positions,
+    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Requests, Stepper, Substeps, TimeStep,
+    remember_positions,
 };
 use scene::{Scene, Snapshot};
 

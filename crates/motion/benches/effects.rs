@@ -15,12 +15,15 @@ use std::hint::black_box;
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use cpu_time::ThreadTime;
+use motion::effects::Effect;
 use motion::methods::SemiImplicitEuler;
+use motion::systems::{
+    apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
+};
 use motion::units::Vector;
 use motion::{
-    AxisLocks, Damping, Dormant, Drag, Effect, Elastic, Emitter, Gravity, Method, MutualGravity, PhysicsBody,
+    AxisLocks, Damping, Dormant, Drag, Elastic, Emitter, Gravity, Method, MutualGravity, PhysicsBody,
     Request, Requests, SpeedLimit, Spring, StableId, Stepper, TimeStep, Transform, Well, Wells, Wind,
-    apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
 };
 
 const H: f64 = 1.0 / 120.0;

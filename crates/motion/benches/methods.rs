@@ -13,9 +13,10 @@ use std::time::Instant;
 
 use bevy_ecs::prelude::*;
 use common::{Contestant, avx2_or_plain, compare};
+use motion::arrays::Bare;
 use motion::real::Real;
 use motion::units::Vector;
-use motion::{Bare, Drag, Gravity, METHODS, Method, PhysicsBody, Stepper, Threads, TimeStep, Transform};
+use motion::{Drag, Gravity, METHODS, Method, PhysicsBody, Stepper, Threads, TimeStep, Transform};
 
 const H: f64 = 1.0 / 120.0;
 const C: f64 = 0.4;

@@ -12,11 +12,11 @@ use common::{Contestant, compare};
 use motion::methods::{
     Carry, Field, Integrator, MethodState, RungeKutta4, SemiImplicitEuler, VelocityVerlet,
 };
-use motion::units::Vector;
-use motion::{
-    Damping, Gravity, Method, PhysicsBody, TimeStep, Transform, apply_forces, clear_forces,
-    insert_step_resources, integrate_in_one_pass, quarantine_bodies,
+use motion::systems::{
+    apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
 };
+use motion::units::Vector;
+use motion::{Damping, Gravity, Method, PhysicsBody, TimeStep, Transform};
 
 const SIZES: [usize; 3] = [1_000, 100_000, 1_000_000];
 

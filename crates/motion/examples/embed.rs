@@ -3,10 +3,11 @@
 //! Run with `cargo run -p motion --example embed`.
 
 use bevy_ecs::prelude::*;
+use motion::clock::StepClock;
 use motion::units::Vector;
 use motion::{
     Curve, Dormant, Elastic, Emitter, Force, Forces, Gravity, Method, OwnLaws, PhysicsBody, Spring, StableId,
-    StepClock, StepSystems, Stepper, Thrust, TimeStep, Transform,
+    StepSystems, Stepper, Thrust, TimeStep, Transform,
 };
 
 /// Length of a tick.

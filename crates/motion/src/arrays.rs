@@ -31,7 +31,8 @@ pub use state::BareState;
 /// Bodies in plain arrays, f64 or f32, integrated by the same kernels as those of a world.
 ///
 /// ```
-/// use motion::{Bare, Gravity, Method};
+/// use motion::{Gravity, Method};
+/// use motion::arrays::Bare;
 ///
 /// let mut ball = Bare::<f32>::new(Method::RungeKutta4, 1.0 / 64.0).with_law(Gravity::EARTH);
 /// ball.add([0.0, 10.0, 0.0], [1.0, 0.0, 0.0], 1.0);

@@ -31,6 +31,8 @@ pub use solver::Solver;
 pub use split::Sets;
 pub use system::integrate_groups;
 
+pub use crate::state::coupling::Grouped;
+
 use crate::laws::MutualGravity;
 use crate::state::components::{PhysicsBody, Transform};
 use crate::units::Scalar;

@@ -148,7 +148,7 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
         &[]
     }
 
-    /// Whether the law is conservative: its work is the change of [`Law::potential_energy`]. The [`Ledger`](crate::Ledger)
+    /// Whether the law is conservative: its work is the change of [`Law::potential_energy`]. The [`Ledger`](crate::ledger::Ledger)
     /// integrates the work of any other law along the path of the body.
     fn has_potential(&self) -> bool {
         false
@@ -193,7 +193,7 @@ impl<T: Real> BodyState<T> {
 pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
 
 /// The laws of every body, in the order in which they are summed. This includes gravity that is not [on](Gravity::on),
-/// but no law that was [switched](crate::switch()) off.
+/// but no law that was [switched](crate::effects::switch()) off.
 pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law<Scalar>> {
     let gravity = world.get_resource::<Gravity>();
     Declared::of(world).on_body(gravity, false, None)

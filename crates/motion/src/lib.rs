@@ -1,13 +1,38 @@
-//! Linear motion on an entity component system: `Transform`, `PhysicsBody` and `Force`, moved by scheduled
-//! systems.
+//! Linear motion on an entity component system: `Transform`, `PhysicsBody` and `Force`, moved by scheduled systems.
 //!
-//! In order of importance, this crate is for: motion that can be proven against theory; hard cases that stay
-//! finite; a step that costs what the arithmetic costs. It reads no file, no device and no clock.
+//! What this crate is for, in order of importance: motion that can be proven against theory; hard cases that stay
+//! finite; a step that costs what its arithmetic costs. It reads no file, no device and no clock. It has no rotation
+//! dynamics, no collisions and no friction.
 //!
-//! Does not include: rotation dynamics, collisions, friction, contact of any kind.
+//! ```
+//! use bevy_ecs::prelude::*;
+//! use motion::prelude::*;
+//!
+//! let mut world = World::new();
+//! world.insert_resource(Gravity::EARTH);
+//! let ball = world.spawn((
+//!     Transform::at(Vector::new(0.0, 10.0, 0.0)),
+//!     PhysicsBody::with_mass(2.0),
+//!     Force::default(),
+//! ));
+//! let ball = ball.id();
+//! let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0 / 120.0));
+//! world.resource_mut::<PushQueue>().push_once(ball, Vector::new(30.0, 0.0, 0.0));
+//! for _ in 0..120 {
+//!     stepper.tick(&mut world);
+//! }
+//! let body = world.get::<PhysicsBody>(ball).unwrap();
+//! assert!((body.velocity.x - 30.0 / 2.0 / 120.0).abs() < 1e-12 && (body.velocity.y + 9.8).abs() < 1e-12);
+//! ```
+//!
+//! - Bodies are entities with [`Transform`], [`PhysicsBody`] and [`Force`]; options such as [`SpeedLimit`] are components.
+//! - Laws are resources ([`Gravity`], [`Drag`], [`Wells`], [`Damping`]), your own are [`Law`]s in [`Laws`] or [`OwnLaws`].
+//! - [`Stepper`] compiles the schedule of a [`Method`] and runs ticks; [`Stepper::install`] puts it into your schedule.
+//! - [`Requests`] change bodies, laws and methods between two ticks; [`PushQueue`] and [`Forces`] push.
+//! - Observe with [`ledger`], [`forecast`] and [`forces_on`]; save with [`snapshot`]; leave the world with [`arrays`].
 
-mod arrays;
-mod groups;
+pub mod arrays;
+pub mod groups;
 mod kernels;
 mod laws;
 pub mod methods;
@@ -18,8 +43,6 @@ mod state;
 mod tick;
 pub mod units;
 
-pub use arrays::{Bare, BareState, LawsOf, NotForArrays};
-pub use groups::{Groups, Sets, Solver, compile_groups, integrate_groups};
 pub use kernels::evaluations::{Evaluations, Iterations};
 pub use laws::damping::{Damping, DampingModel, DampingRate};
 pub use laws::own::OwnLaws;
@@ -29,41 +52,79 @@ pub use laws::{
 };
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
-pub use observe::cached_accelerations::{
-    CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations,
-};
 pub use observe::forces_on::{ForceCause, each_force, forces_on};
-pub use observe::forecast::{Cure, Forecast, LimitingPart, Margin, SpringMargin};
 pub use observe::law_texts::LawTexts;
-pub use observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 pub use observe::totals::{KineticEnergy, Totals, totals};
-pub use schedule::effects::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
-pub use schedule::emission::emit_particles;
 pub use schedule::plan::{Passes, StepPlan};
 #[cfg(feature = "bevy")]
 pub use schedule::plugin::InertiaPlugin;
 pub use schedule::requests::{Request, Requests};
 pub use schedule::stepper::Stepper;
-pub use schedule::systems::{
-    StepSystems, apply_forces, clear_forces, insert_step_resources, step_schedule, step_systems,
-};
-pub use state::clock::{BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock, TimeStep};
+pub use schedule::systems::StepSystems;
+pub use state::clock::TimeStep;
 pub use state::components::{
     AxisLocks, Force, GravityOff, Orientation, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
-pub use state::coupling::Grouped;
-pub use state::emitter::{Dormant, Emission, EmissionState, Emitter, Particle};
-pub use state::forces::{Forces, Push, PushQueue, PushedBodies};
-pub use state::method_state::{LastAcceleration, LastStep};
+pub use state::emitter::{Dormant, Emission, Emitter, Particle};
+pub use state::forces::{Forces, Push, PushQueue};
 pub use state::previous_position::{PreviousPosition, remember_positions};
 pub use state::range::Range;
 pub use state::springs::{Elastic, Link, SoftBody, Spring};
 pub use state::static_bodies::Static;
 pub use state::substeps::{OwnSubsteps, Substeps};
-pub use state::switched_off::{Off, OffResource, SpringsOff};
 pub use state::threads::Threads;
-pub use tick::environment::{EnvironmentParam, TickOutput};
-pub use tick::integrate::{
-    Bodies, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
-};
-pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord, quarantine_bodies};
+pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord};
+
+/// What most programs with bodies need.
+pub mod prelude {
+    pub use crate::units::{Scalar, Vector};
+    pub use crate::{
+        Damping, DampingModel, Drag, Elastic, Force, Forces, Gravity, Law, Laws, Method, PhysicsBody,
+        PushQueue, Request, Requests, Spring, StepSystems, Stepper, TimeStep, Transform,
+    };
+}
+
+/// Time: frames into ticks, ticks into seconds.
+pub mod clock {
+    pub use crate::state::clock::{
+        BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock, TimeStep,
+    };
+}
+
+/// Effects, off and on: gravity, drag, springs and all else that a scene may declare.
+pub mod effects {
+    pub use crate::schedule::effects::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
+}
+
+/// Whether a step is too long, before it is taken.
+pub mod forecast {
+    pub use crate::observe::forecast::{Cure, Forecast, LimitingPart, Margin, SpringMargin};
+}
+
+/// Energy and momentum, tick by tick, and what changed them.
+pub mod ledger {
+    pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
+}
+
+/// State that a copy of a world needs beside the components and resources at the root of this crate.
+pub mod snapshot {
+    pub use crate::observe::cached_accelerations::{
+        CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations,
+    };
+    pub use crate::state::emitter::EmissionState;
+    pub use crate::state::method_state::{LastAcceleration, LastStep};
+    pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
+}
+
+/// The systems of a tick one by one, for tests and for schedules that [`Stepper`](crate::Stepper) does not make.
+pub mod systems {
+    pub use crate::schedule::emission::emit_particles;
+    pub use crate::schedule::systems::{
+        apply_forces, clear_forces, insert_step_resources, step_schedule, step_systems,
+    };
+    pub use crate::tick::environment::{EnvironmentParam, TickOutput};
+    pub use crate::tick::integrate::{
+        Bodies, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
+    };
+    pub use crate::tick::quarantine::quarantine_bodies;
+}

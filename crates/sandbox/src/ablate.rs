@@ -1,6 +1,7 @@
 //! A scene again without each of its effects, with the pictures at the end compared.
 
-use motion::{Effect, FrameClock};
+use motion::clock::FrameClock;
+use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
 

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
-use motion::{DampingModel, Effect, Method, Substeps};
+use motion::effects::Effect;
+use motion::{DampingModel, Method, Substeps};
 use scene::{Scene, StepKind};
 
 pub use crate::failure::Failure;

@@ -6,9 +6,8 @@ mod held;
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use motion::{
-    Damping, Effect, Gravity, Method, PhysicsBody, Push, PushQueue, Quarantined, Request, SoftBody,
-};
+use motion::effects::Effect;
+use motion::{Damping, Gravity, Method, PhysicsBody, Push, PushQueue, Quarantined, Request, SoftBody};
 use scene::{PushSpec, unsolvable};
 
 use self::held::Held;

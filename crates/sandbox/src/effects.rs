@@ -1,7 +1,8 @@
 //! What `sandbox effects` and `sandbox ablate` print.
 
 use lab::{Ablation, Absence, Receipt, Row};
-use motion::{Effect, EffectState, Method};
+use motion::Method;
+use motion::effects::{Effect, EffectState};
 use scene::Scene;
 use serde_json::{Value, json};
 

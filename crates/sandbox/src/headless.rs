@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lab::AttractionTick;
-use motion::{FrameClock, FrameTime};
+use motion::clock::{FrameClock, FrameTime};
 use scene::{Action, Recording, Scene, Script, Source};
 
 use crate::actions::{self, Action as Key};

@@ -1,6 +1,7 @@
 //! What reaches the program from outside in one frame: the same events from a window, a script or a test.
 
-use motion::{Effect, Method, Request};
+use motion::effects::Effect;
+use motion::{Method, Request};
 
 use crate::actions::Key;
 

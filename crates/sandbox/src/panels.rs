@@ -18,9 +18,9 @@ use bevy_ecs::prelude::*;
 use egui::{Align2, LayerId, Order};
 use glam::DVec3;
 use lab::Row;
-use motion::{
-    Damping, Effect, ForceCause, Gravity, Method, PhysicsBody, Request, StepClock, TimeStep, Transform,
-};
+use motion::clock::StepClock;
+use motion::effects::Effect;
+use motion::{Damping, ForceCause, Gravity, Method, PhysicsBody, Request, TimeStep, Transform};
 
 use crate::control::Mode;
 use crate::input::Experiment;
@@ -274,7 +274,8 @@ pub(crate) fn show(context: &egui::Context, ui: &mut Ui, model: &Model) -> Vec<E
 
 #[cfg(test)]
 mod tests {
-    use motion::{FrameClock, SoftBody};
+    use motion::SoftBody;
+    use motion::clock::FrameClock;
     use scene::Scene;
 
     use super::*;

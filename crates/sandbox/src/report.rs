@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use bevy_ecs::entity::Entity;
-use motion::{LAWS, Ledger, LedgerLines, Method, PhysicsBody, Totals, Transform, totals};
+use motion::ledger::{Ledger, LedgerLines};
+use motion::{LAWS, Method, PhysicsBody, Totals, Transform, totals};
 use scene::FaultEntry;
 use serde_json::{Map, Value, json};
 

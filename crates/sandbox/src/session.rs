@@ -43,9 +43,10 @@ use std::ops::ControlFlow;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::clock::{FrameTime, TickClock};
 use motion::{
-    FrameTime, Method, MutualGravity, OwnMethod, Particle, Push, PushQueue, Request, Requests, Stepper,
-    TickClock, TimeStep, remember_positions,
+    Method, MutualGravity, OwnMethod, Particle, Push, PushQueue, Request, Requests, Stepper, TimeStep,
+    remember_positions,
 };
 use pick::{SoftTargets, Targets};
 use scene::{Happening, PushSpec, Scene, StepKind, unsolvable};

@@ -1,7 +1,7 @@
 //! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
-use motion::{FrameClock, FrameTime};
+use motion::clock::{FrameClock, FrameTime};
 
 use scene::Happening;
 

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use motion::FrameClock;
+use motion::clock::FrameClock;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;

@@ -1,7 +1,8 @@
 //! What a script can do: every input of a person, and experiments.
 
 use glam::DVec3;
-use motion::{Effect, Method};
+use motion::Method;
+use motion::effects::Effect;
 use serde::{Deserialize, Serialize};
 
 /// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
@@ -225,7 +226,7 @@ mod method {
 mod effect {
     //! An effect as its name in quotes.
 
-    use motion::Effect;
+    use motion::effects::Effect;
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
     const NAMES: [&str; Effect::ALL.len()] = {

@@ -4,8 +4,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
+use motion::effects::Effect;
 use motion::units::Scalar;
-use motion::{Effect, Elastic, Link};
+use motion::{Elastic, Link};
 
 /// A spring between two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Which key of a scene calls for which effect.
 
-use motion::Effect;
+use motion::effects::Effect;
 
 use crate::coupled::Declaration;
 use crate::locate;

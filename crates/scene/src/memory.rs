@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use motion::{Forecast, Link};
+use motion::Link;
+use motion::forecast::Forecast;
 
 use crate::scene::{BodySpec, Scene};
 

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use motion::{AxisLocks, Effect, Sets};
+use motion::AxisLocks;
+use motion::effects::Effect;
+use motion::groups::Sets;
 
 use crate::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::entries::Entry;

@@ -1,7 +1,8 @@
 //! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Effect, Gravity, Range};
+use motion::effects::Effect;
+use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::check::{Scope, not_negative, positive};
 use crate::declared;

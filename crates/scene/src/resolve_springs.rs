@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use motion::{Elastic, Method, Sets};
+use motion::groups::Sets;
+use motion::{Elastic, Method};
 
 use crate::check::{Scope, not_negative};
 use crate::coupled::{EmitterSpec, SpringSpec};

@@ -1,7 +1,8 @@
 //! From written rows of the survival matrix to those that are run.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel, Effect};
+use motion::effects::Effect;
+use motion::{Damping, DampingModel};
 
 use crate::action::Action;
 use crate::check::{Scope, not_negative, positive};

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::fmt::{self, Write as _};
 
-use motion::{Effect, Method};
+use motion::Method;
+use motion::effects::Effect;
 use serde::Deserialize;
 
 use crate::action::Action;

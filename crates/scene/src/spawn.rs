@@ -2,10 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::snapshot::LastStep;
 use motion::{
-    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, LastStep, Method, Orientation, OwnLaws,
-    OwnSubsteps, PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, Wells,
-    mark_method,
+    AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws, OwnSubsteps,
+    PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, Wells, mark_method,
 };
 
 use crate::coupled::SoftKind;

@@ -8,10 +8,8 @@ use bevy_app::prelude::*;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::RunSystemOnce;
 use motion::units::Vector;
-use motion::{
-    Damping, Elastic, Forces, Gravity, InertiaPlugin, PhysicsBody, PushQueue, Spring, StableId, StepClock,
-    StepSystems, Stepper, Transform,
-};
+use motion::{Damping, Elastic, Forces, Gravity, InertiaPlugin, PhysicsBody, PushQueue, Spring, StableId, StepSystems, Stepper, Transform};
+use motion::clock::StepClock;
 
 const TICKS: u64 = 64;
 const TICKS_PER_FRAME: u64 = 2;

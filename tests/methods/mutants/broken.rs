@@ -8,7 +8,7 @@ use super::{
     CHANGING_STEPS, Checked, DECAY, FINGERPRINT, MULTIPLIERS, ORDERS, PUSH, SINGLE_PRECISION, START, Stepper,
     TERMINAL_SPEED,
 };
-use motion::Bare;
+use motion::arrays::Bare;
 
 fn half<F: Field>() -> F::Real {
     F::Real::of(0.5)

@@ -3,9 +3,10 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::snapshot::LastAcceleration;
 use motion::{
-    Curve, Damping, DampingModel, Evaluations, Gravity, LastAcceleration, Law, Laws, Method, OwnLaws,
-    Request, SpeedLimit, Substeps, Thrust, Well, Wells,
+    Curve, Damping, DampingModel, Evaluations, Gravity, Law, Laws, Method, OwnLaws, Request, SpeedLimit,
+    Substeps, Thrust, Well, Wells,
 };
 
 use super::{Bits, H, Scene, engines, starts, wells};

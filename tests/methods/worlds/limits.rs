@@ -1,8 +1,9 @@
 //! Axis locks and speed limits, whatever the method.
 
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::{
-    AxisLocks, Bare, Damping, DampingModel, Drag, Elastic, Gravity, Method, PhysicsBody, SpeedLimit, Spring,
+    AxisLocks, Damping, DampingModel, Drag, Elastic, Gravity, Method, PhysicsBody, SpeedLimit, Spring,
     StableId, Transform,
 };
 

@@ -1,7 +1,8 @@
 //! What methods keep of bodies is there where it is needed, and new bodies start as if they had come first.
 
 use bevy_ecs::prelude::*;
-use motion::{Drag, Gravity, LastAcceleration, LastStep, Method, PhysicsBody, Request, Static};
+use motion::snapshot::{LastAcceleration, LastStep};
+use motion::{Drag, Gravity, Method, PhysicsBody, Request, Static};
 
 use super::{H, Scene, engines, starts, wells};
 use crate::harness::Lab;

@@ -54,7 +54,7 @@ fn starts_anew(
     lab.run(50);
     request(&mut lab, body);
     let mut fresh = scene.lab(method, H);
-    fresh.world.insert_resource(*lab.world.resource::<motion::StepClock>());
+    fresh.world.insert_resource(*lab.world.resource::<motion::clock::StepClock>());
     let now = *lab.world.get::<motion::PhysicsBody>(body).unwrap();
     let twin = fresh.spawn(Start { x: lab.x(body), v: now.velocity, w: now.inverse_mass });
     if own {

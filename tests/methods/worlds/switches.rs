@@ -2,7 +2,8 @@
 //! on with its own order.
 
 use glam::DVec3;
-use motion::{Bare, Gravity, Method};
+use motion::arrays::Bare;
+use motion::{Gravity, Method};
 
 use super::super::{position, velocity};
 use super::{H, Scene, Start, add};

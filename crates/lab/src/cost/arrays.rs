@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
+use motion::Law;
+use motion::arrays::{Bare, NotForArrays};
+use motion::groups::Groups;
 use motion::real::Real;
-use motion::{Bare, Groups, Law, NotForArrays};
 use scene::Scene;
 
 use super::record::{Counts, Failure, Precision, Setting};

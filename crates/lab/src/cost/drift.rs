@@ -1,6 +1,6 @@
 //! Energy that a method invents or loses over short and long runs, by the books.
 
-use motion::Ledger;
+use motion::ledger::Ledger;
 
 use super::record::{Drift, Setting};
 use super::subject::Subject;

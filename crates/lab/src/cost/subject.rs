@@ -1,6 +1,7 @@
 //! What is studied: a problem, or a scene from its start.
 
-use motion::{DampingModel, Effect, Method};
+use motion::effects::Effect;
+use motion::{DampingModel, Method};
 use scene::{Scene, unsolvable};
 
 use super::problem::{Extra, Problem, State};

@@ -1,7 +1,8 @@
 //! One oscillator, `x'' = -x - 2 zeta x'`, run by the real methods.
 
+use motion::arrays::Bare;
 use motion::real::{Real, RealMatrix as _};
-use motion::{Bare, BodyState, Damping, DampingModel, EvaluationTime, Jacobians, Law, Method};
+use motion::{BodyState, Damping, DampingModel, EvaluationTime, Jacobians, Law, Method};
 
 use super::theory::oscillator_limit;
 use super::{Criterion, Limit, largest_stable};

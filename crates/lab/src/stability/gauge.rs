@@ -1,6 +1,6 @@
 //! The number of a run at a moment of it.
 
-use motion::Energies;
+use motion::ledger::Energies;
 use motion::units::{Scalar, Vector};
 use scene::{Measure, Scene, SurvivalRow};
 

@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use motion::{
-    Bare, Damping, DampingModel, Evaluations, Gravity, Ledger, Quarantine, Request, StableId, StepClock,
-    TimeStep,
-};
+use motion::arrays::Bare;
+use motion::clock::StepClock;
+use motion::ledger::Ledger;
+use motion::{Damping, DampingModel, Evaluations, Gravity, Quarantine, Request, StableId, TimeStep};
 use scene::{Action, Names, Scene, Step, SurvivalRow, When};
 
 use crate::cost::{Sample, laws_of_bodies};

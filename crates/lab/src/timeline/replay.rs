@@ -4,7 +4,8 @@ use std::fmt;
 use std::iter::Peekable;
 
 use bevy_ecs::prelude::*;
-use motion::{StepClock, Stepper, Substeps, TimeStep};
+use motion::clock::StepClock;
+use motion::{Stepper, Substeps, TimeStep};
 use scene::{BadSnapshot, EnergyState, Event, Happening, Scene, Snapshot, hash_of_states};
 
 use super::{Fault, Watch};

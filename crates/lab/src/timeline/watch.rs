@@ -1,7 +1,9 @@
 //! The watch for faults: bodies that are quarantined, and energy out of nowhere.
 
 use bevy_ecs::prelude::*;
-use motion::{Dormant, KineticEnergy, Ledger, PhysicsBody, Quarantine, StableId, StepClock, Stepper, totals};
+use motion::clock::StepClock;
+use motion::ledger::Ledger;
+use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, Stepper, totals};
 use scene::{EXPLODES, EnergyGrowth, EnergyLook, EnergyState, FaultEntry, Names};
 
 /// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a

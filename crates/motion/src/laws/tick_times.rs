@@ -88,7 +88,7 @@ impl TickTimes {
     }
 
     /// Splits the tick at `discontinuities`, s, in any order.
-    pub fn segments<'a>(&self, discontinuities: &mut dyn Iterator<Item = &'a Scalar>) -> Segments {
+    pub fn segments(&self, discontinuities: &mut dyn Iterator<Item = &Scalar>) -> Segments {
         let near = self.part() * NEAR;
         let mut inside: SmallVec<[Scalar; 8]> = SmallVec::new();
         inside.extend(

@@ -1,8 +1,8 @@
 //! Effects: what a scene can declare, and switching each off and on.
 //!
 //! An effect that is off is gone: its resource or its components are taken out of the world, so that the schedule is
-//! compiled without it and no column of it is walked. Their values wait in [`Off`](crate::Off) and
-//! [`OffResource`](crate::OffResource).
+//! compiled without it and no column of it is walked. Their values wait in [`Off`](crate::snapshot::Off) and
+//! [`OffResource`](crate::snapshot::OffResource).
 
 mod values;
 

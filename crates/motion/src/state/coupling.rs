@@ -5,7 +5,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 
 /// Whether springs, mutual gravity or the bodies that they join have changed since the groups were compiled. If so, the
-/// groups are compiled again before the next tick. Present where there are [`Groups`](crate::Groups).
+/// groups are compiled again before the next tick. Present where there are [`Groups`](crate::groups::Groups).
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CouplingChanged(pub bool);
 
@@ -18,7 +18,7 @@ impl CouplingChanged {
     }
 }
 
-/// Marks a body that is integrated in a group. [`compile_groups`](crate::compile_groups) adds and removes it.
+/// Marks a body that is integrated in a group. [`compile_groups`](crate::groups::compile_groups) adds and removes it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[component(on_discard = structure_changed)]
 pub struct Grouped;

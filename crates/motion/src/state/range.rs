@@ -9,8 +9,8 @@ use crate::units::Scalar;
 /// become non-finite. Without this resource every finite number is in range.
 ///
 /// The bounds hold for each coordinate, not for the length of a vector. They are checked at the end of a tick; substeps
-/// and stages may exceed them. [`integrate_acceleration`](crate::integrate_acceleration) and
-/// [`integrate_velocity`](crate::integrate_velocity) check separately, so that a schedule with a range runs both in one
+/// and stages may exceed them. [`integrate_acceleration`](crate::systems::integrate_acceleration) and
+/// [`integrate_velocity`](crate::systems::integrate_velocity) check separately, so that a schedule with a range runs both in one
 /// pass.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Range {

@@ -3,7 +3,8 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};
 use lab::{Bodies, Ink, REFERENCE_INK};
-use motion::{Orientation, SpringsOff};
+use motion::Orientation;
+use motion::snapshot::SpringsOff;
 use pick::Shape;
 use render::{Frame, Instance, Line, Particle};
 use scene::{PointRadius, Scene};

@@ -4,7 +4,8 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use motion::{Ledger, Totals};
+use motion::Totals;
+use motion::ledger::Ledger;
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 
 use crate::black_box;

@@ -138,7 +138,7 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use motion::FrameClock;
+    use motion::clock::FrameClock;
     use scene::Scene;
 
     use super::*;

@@ -1,7 +1,7 @@
 //! The panel of effects: what acts, because of what, on how many bodies, at what cost; and switching it.
 
 use egui::{Align2, Grid};
-use motion::EffectState;
+use motion::effects::EffectState;
 
 use super::{Edit, Model};
 use crate::control::Mode;

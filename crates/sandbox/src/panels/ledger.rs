@@ -3,7 +3,7 @@
 use egui::{Align2, Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
 use glam::DVec3;
-use motion::{Energies, LedgerLines, LedgerTotals};
+use motion::ledger::{Energies, LedgerLines, LedgerTotals};
 
 use super::Model;
 use crate::session::{Point, Session};

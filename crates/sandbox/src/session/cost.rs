@@ -1,7 +1,9 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
 use lab::cost::{Bench, Plan, Setting, Study, Subject};
-use motion::{Damping, Effect, EffectState, FrameTime, Gravity, Substeps, TimeStep};
+use motion::clock::FrameTime;
+use motion::effects::{Effect, EffectState};
+use motion::{Damping, Gravity, Substeps, TimeStep};
 use scene::Happening;
 
 use super::Session;
@@ -85,7 +87,7 @@ impl Session {
     }
 
     fn cost_settings(&mut self) -> Settings {
-        let off = |effect: &Effect| motion::state(&mut self.world, *effect) == EffectState::Off;
+        let off = |effect: &Effect| motion::effects::state(&mut self.world, *effect) == EffectState::Off;
         let off: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
         let gravity = self.world.get_resource::<Gravity>();
         Settings {

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
 use lab::Row;
-use motion::{Effect, EffectState, Evaluations, NeverDeclared, PreviousPosition, Request};
+use motion::effects::{Effect, EffectState, NeverDeclared};
+use motion::{Evaluations, PreviousPosition, Request};
 
 use super::Session;
 use crate::ui::Topic;
@@ -81,7 +82,7 @@ impl Session {
     }
 
     fn refuse_undeclared(&mut self, effect: Effect) -> Result<(), NeverDeclared> {
-        if motion::state(&mut self.world, effect) != EffectState::NotDeclared {
+        if motion::effects::state(&mut self.world, effect) != EffectState::NotDeclared {
             return Ok(());
         }
         let error = NeverDeclared(effect);
@@ -102,7 +103,7 @@ impl Session {
                 if self.refuse_undeclared(effect).is_err() {
                     return;
                 }
-            } else if motion::state(&mut self.world, effect) == EffectState::NotDeclared {
+            } else if motion::effects::state(&mut self.world, effect) == EffectState::NotDeclared {
                 self.notice(format!("{effect} is declared by the settings now, not by the scene"));
             }
             self.note_switched(effect, by);
@@ -180,7 +181,7 @@ impl Session {
             self.notice(format!("too many bodies to wait for: run `sandbox effects {}`", self.scene.name));
             return;
         }
-        let off = |effect: &Effect| motion::state(&mut self.world, *effect) == EffectState::Off;
+        let off = |effect: &Effect| motion::effects::state(&mut self.world, *effect) == EffectState::Off;
         let without: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
         let receipt = lab::receipt_without(&self.scene, MEASURED_TICKS, &without);
         let watch = lab::watch_time(&self.scene);

@@ -2,7 +2,8 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Damping, DampingModel, ForceCause, LastStep, PhysicsBody, Push, SoftBody};
+use motion::snapshot::LastStep;
+use motion::{Damping, DampingModel, ForceCause, PhysicsBody, Push, SoftBody};
 
 use super::Session;
 

@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
-use motion::{Damping, Forecast, FrameTime, Groups, LimitingPart, Margin, Method, Substeps, TimeStep};
+use motion::clock::FrameTime;
+use motion::forecast::{Forecast, LimitingPart, Margin};
+use motion::groups::Groups;
+use motion::{Damping, Method, Substeps, TimeStep};
 use scene::StepKind;
 
 use super::Session;

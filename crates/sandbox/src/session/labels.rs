@@ -146,7 +146,7 @@ mod tests {
     fn a_label_is_drawn_with_the_panels_of_the_frame() {
         let mut session = session();
         let words = |session: &mut Session, total: f64| {
-            let time = motion::FrameClock::default().advance_to(total).expect("a time");
+            let time = motion::clock::FrameClock::default().advance_to(total).expect("a time");
             let frame = session.frame(&crate::input::InputFrame::NOTHING, time);
             let triangles = |primitive: &egui::ClippedPrimitive| match &primitive.primitive {
                 egui::epaint::Primitive::Mesh(mesh) => mesh.indices.len(),
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
         let mut session = session();
-        let mut clock = motion::FrameClock::default();
+        let mut clock = motion::clock::FrameClock::default();
         let mut nan = |session: &mut Session| {
             let push = crate::input::Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
             let input = [crate::input::Input::Experiment(push)].into_iter().collect();
@@ -188,7 +188,7 @@ mod tests {
     fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
         let mut session = session();
         session.keep_timeline();
-        let mut clock = motion::FrameClock::default();
+        let mut clock = motion::clock::FrameClock::default();
         let mut frame = |session: &mut Session, input: crate::input::InputFrame| {
             session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
         };

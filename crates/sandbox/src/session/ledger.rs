@@ -1,6 +1,6 @@
 //! The ledger of a running session, kept while its panel is open or a run asked for it, and what the panel plots.
 
-use motion::Ledger;
+use motion::ledger::Ledger;
 
 use super::Session;
 use crate::ui::Panel;

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
-use motion::{Evaluations, Method, PhysicsBody, Quarantine, Quarantined, StepClock, Stepper};
+use motion::clock::StepClock;
+use motion::{Evaluations, Method, PhysicsBody, Quarantine, Quarantined, Stepper};
 use scene::Scene;
 
 use super::{QuarantinedBody, Session};

@@ -1,7 +1,8 @@
 //! A script that a session plays.
 
 use bevy_ecs::prelude::*;
-use motion::{FrameTime, StepClock, TimeStep};
+use motion::TimeStep;
+use motion::clock::{FrameTime, StepClock};
 use scene::When;
 
 use super::Session;

@@ -4,7 +4,8 @@ use std::ops::{ControlFlow, RangeInclusive};
 
 use bevy_ecs::prelude::*;
 use lab::{Fault, Journey, Replay, TIMELINE_BYTES, Timeline, Watch};
-use motion::{Ledger, PushQueue, SoftBody, Stepper, TimeStep, remember_positions};
+use motion::ledger::Ledger;
+use motion::{PushQueue, SoftBody, Stepper, TimeStep, remember_positions};
 use pick::{SoftTargets, Targets};
 use scene::{FileIndex, Happening, StepKind};
 

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::num::NonZero;
 
 use bevy_ecs::prelude::*;
-use motion::{Evaluations, PhysicsBody, PreviousPosition, StepClock, Stepper, Threads, TimeStep, Transform};
+use motion::clock::StepClock;
+use motion::{Evaluations, PhysicsBody, PreviousPosition, Stepper, Threads, TimeStep, Transform};
 use pick::{SoftTargets, Targets};
 use scene::{EffectsState, Scene};
 

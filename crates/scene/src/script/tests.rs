@@ -1,7 +1,8 @@
 //! Scripts: every action, every fault, and recordings there and back.
 
 use glam::DVec3;
-use motion::{Effect, Method};
+use motion::Method;
+use motion::effects::Effect;
 
 use super::*;
 use crate::action::MouseButton;

@@ -1,7 +1,8 @@
 //! The shipped scenes, and loading by name and path.
 
 use glam::DVec3;
-use motion::{BodyState, Damping, Effect, EvaluationTime, Gravity, Law, Method, Well};
+use motion::effects::Effect;
+use motion::{BodyState, Damping, EvaluationTime, Gravity, Law, Method, Well};
 use pick::Shape;
 
 use super::*;

@@ -1,7 +1,10 @@
 //! What a snapshot is made of, as it is written into files.
 
+use motion::clock::ClockState;
+use motion::effects::Effect;
+use motion::snapshot::EmissionState;
 use motion::units::{Scalar, Vector};
-use motion::{ClockState, Damping, DampingModel, Effect, EmissionState, Method, Request};
+use motion::{Damping, DampingModel, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Name, list_bytes};

@@ -3,12 +3,14 @@
 use std::fmt;
 
 use bevy_ecs::prelude::*;
+use motion::clock::StepClock;
+use motion::effects::Effect;
+use motion::snapshot::{CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations, LastStep};
 use motion::units::Vector;
 use motion::{
-    CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations, Cause, Dormant, Effect, Emission,
-    Evaluations, Fault, Iterations, LastStep, OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue,
-    Quarantine, QuarantineRecord, Quarantined, Requests, StableId, StepClock, Stepper, Substeps, TimeStep,
-    Transform, mark_method, own_method,
+    Cause, Dormant, Emission, Evaluations, Fault, Iterations, OwnSubsteps, PhysicsBody, PreviousPosition,
+    Push, PushQueue, Quarantine, QuarantineRecord, Quarantined, Requests, StableId, Stepper, Substeps,
+    TimeStep, Transform, mark_method, own_method,
 };
 
 use super::{EmissionEntry, KeptEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};

@@ -1,11 +1,13 @@
 //! Out of a world.
 
 use bevy_ecs::prelude::*;
+use motion::clock::StepClock;
+use motion::effects::{Effect, EffectState};
+use motion::snapshot::{CachedAccelerations, CachedBodyAcceleration, LastStep, OffResource};
 use motion::units::Vector;
 use motion::{
-    CachedAccelerations, CachedBodyAcceleration, Cause, Damping, DampingModel, Dormant, Effect, EffectState,
-    Emission, Evaluations, Fault, Gravity, LastStep, Method, OffResource, OwnMethod, OwnSubsteps,
-    PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId, StepClock,
+    Cause, Damping, DampingModel, Dormant, Emission, Evaluations, Fault, Gravity, Method, OwnMethod,
+    OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId,
     Substeps, TimeStep, Transform, own_method,
 };
 use serde::{Deserialize, Serialize};
@@ -34,7 +36,9 @@ impl EffectsState {
         let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| damping);
         let damping = world.get_resource::<Damping>().or(off);
         let damping = damping.map(|Damping { model, rate }| (Name(*model), *rate));
-        let off = Effect::ALL.into_iter().filter(|effect| motion::state(world, *effect) == EffectState::Off);
+        let off = Effect::ALL
+            .into_iter()
+            .filter(|effect| motion::effects::state(world, *effect) == EffectState::Off);
         Self { gravity, damping, off: off.map(Name).collect() }
     }
 
@@ -59,7 +63,7 @@ impl EffectsState {
         }
         for Name(effect) in &self.off {
             // What only an edit declared is not there.
-            let _ = motion::switch(world, *effect, false);
+            let _ = motion::effects::switch(world, *effect, false);
         }
     }
 }

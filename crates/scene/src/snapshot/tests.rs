@@ -1,7 +1,8 @@
 //! What a snapshot takes.
 
 use bevy_ecs::prelude::World;
-use motion::{Effect, EmissionState};
+use motion::effects::Effect;
+use motion::snapshot::EmissionState;
 
 use super::*;
 
@@ -20,7 +21,7 @@ fn every_list_counts_as_it_is_allocated() {
     let scene = Scene::parse("t", "(version: 1, drag: (linear_per_s: 1))").unwrap();
     let mut world = World::new();
     scene.spawn(&mut world);
-    motion::switch(&mut world, Effect::Drag, false).unwrap();
+    motion::effects::switch(&mut world, Effect::Drag, false).unwrap();
     snapshot.effects = EffectsState::of(&mut world);
     assert!(snapshot.bytes() > size_of::<Snapshot>() + lists);
 }

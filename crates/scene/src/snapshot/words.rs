@@ -1,6 +1,7 @@
 //! Methods, effects and other choices as words in files.
 
-use motion::{Cause, DampingModel, Effect, LAWS, Method};
+use motion::effects::Effect;
+use motion::{Cause, DampingModel, LAWS, Method};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 
 /// A choice that has a word.

@@ -22,7 +22,7 @@ struct Stiff<T: Real> {
 }
 
 /// Derivatives of the forces on a group by its state: the matrix `1 + h W^½ D W^½ + h² W^½ K W^½` of
-/// [`Solver`](crate::Solver).
+/// [`Solver`](crate::groups::Solver).
 #[derive(Debug, Default)]
 pub(in crate::groups) struct LinearStep<T: Real> {
     springs: Vec<Stiff<T>>,

@@ -64,7 +64,7 @@ fn counts_that_would_come_to_their_end_are_refused() {
 
 #[test]
 fn clocks_that_none_can_have_come_to_are_refused() {
-    let said = |clock: fn(&mut motion::ClockState)| said(|snapshot| clock(&mut snapshot.clock.0));
+    let said = |clock: fn(&mut motion::clock::ClockState)| said(|snapshot| clock(&mut snapshot.clock.0));
     let none = Some("its clock is none");
     assert_eq!(said(|clock| clock.step = -0.01), none);
     assert_eq!(said(|clock| clock.step = f64::NAN), none);
@@ -108,7 +108,7 @@ fn a_method_need_not_solve_what_is_off() {
         let scene = scene();
         let mut world = World::new();
         scene.spawn(&mut world);
-        motion::switch(&mut world, Effect::MutualGravity, false).unwrap();
+        motion::effects::switch(&mut world, Effect::MutualGravity, false).unwrap();
         (snapshot.method, snapshot.effects) = (Name(Method::ImplicitEuler), EffectsState::of(&mut world));
     };
     assert_eq!(said(off), None);
