@@ -17,7 +17,16 @@ fn the_readme_says_what_the_report_says() {
     let everything = format!("## kepler\n\n{}", lab::report::markdown(study, &report.machine));
     assert_eq!(read("docs/cost/summary.md"), everything, "run scripts/readme-cost");
 
-    let figure = readme.split_once("](docs/cost/").unwrap().1.split_once(')').unwrap().0;
+    let figure = readme
+        .split_once("![error")
+        .unwrap()
+        .1
+        .split_once("](docs/cost/")
+        .unwrap()
+        .1
+        .split_once(')')
+        .unwrap()
+        .0;
     let picture = std::fs::read(root().join("docs/cost").join(figure)).unwrap();
     assert!(picture.starts_with(b"\x89PNG"));
 }

@@ -116,7 +116,7 @@ pub mod snapshot {
     pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 }
 
-/// The systems of a tick one by one, for tests and for schedules that [`Stepper`](crate::Stepper) does not make.
+/// The systems of a tick one by one, for tests and for schedules that [`Stepper`] does not make.
 pub mod systems {
     pub use crate::schedule::emission::emit_particles;
     pub use crate::schedule::systems::{

@@ -104,7 +104,7 @@ impl<'a, T: Real> Environment<'a, T> {
 /// Laws that are called for every body, in a list that allocates nothing.
 pub(crate) type Called<'a, T = Scalar> = SmallVec<[&'a dyn Law<T>; 8]>;
 
-/// The [environment](Environment) as a parameter of a system, with the places of bodies that are pushed or born.
+/// The environment as a parameter of a system, with the places of bodies that are pushed or born.
 #[derive(SystemParam)]
 pub struct EnvironmentParam<'w, 's> {
     step: Res<'w, TimeStep>,
