@@ -4,17 +4,18 @@
 //! drag act: those are summed up before the tick. Such a body takes as many evaluations as its method claims. Their
 //! number is cached, because it takes a walk over all bodies.
 
-use bevy_ecs::archetype::{Archetype, ArchetypeId};
+use bevy_ecs::archetype::{Archetype, ArchetypeEntity, ArchetypeId};
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryFilter;
 use smallvec::SmallVec;
 
 use crate::kernels::evaluations::Evaluations;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::laws::{Affine, Declared, Gravity};
+use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::schedule::plan::StepPlan;
+use crate::state::archetypes::contains;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::coupling::Grouped;
@@ -22,7 +23,6 @@ use crate::state::emitter::{Dormant, Particle};
 use crate::state::static_bodies::Static;
 use crate::state::substeps::OwnSubsteps;
 use crate::tick::environment::Environment;
-use crate::tick::integrate::Unmarked;
 
 /// Evaluations per tick of the bodies whose kernels call no law.
 #[derive(Debug, Default)]
@@ -97,15 +97,12 @@ impl ClaimedEvaluations {
             if conditions.calls_laws {
                 return;
             }
-            with_method!(plan.method, M => self.add::<M, Unmarked>(world));
-            for method in &plan.own {
-                with_method!(*method, M => self.add::<M, With<M>>(world));
-            }
+            self.add_bodies(world, plan.method);
         }
     }
 
-    /// Adds the bodies of the method `M`, whose kernel calls no law.
-    fn add<M: Integrator, Who: QueryFilter>(&mut self, world: &mut World) {
+    /// Adds the bodies whose kernels call no law. One query for all methods: each query is a good deal of code.
+    fn add_bodies(&mut self, world: &mut World, method: Method) {
         type Plain = (
             Without<Quarantined>,
             Without<Grouped>,
@@ -117,26 +114,39 @@ impl ClaimedEvaluations {
             Without<OwnLaws>,
             Without<OwnSubsteps>,
         );
-        let (clock, step) = (*world.resource::<StepClock>(), world.resource::<TimeStep>().0);
-        let terms = Environment::of(world, clock, step).terms::<M>(&[]);
-        // Linear drag and damping in one step go to the kernel that counts.
-        if terms.rate != 0.0 && terms.damping.is_some() && M::DAMPS_INSIDE {
-            return;
-        }
-        let per_tick = terms.evaluations::<M>();
-        let mut bodies =
-            world.query_filtered::<(&PhysicsBody, Has<GravityOff>), (Who, Plain, Without<Particle>)>();
-        for (_, gravity_off) in bodies.iter(world).filter(|(body, _)| body.inverse_mass > 0.0) {
-            self.accelerations += per_tick;
-            self.with_gravity += if gravity_off { 0 } else { per_tick };
-        }
+        let per_tick = Method::ALL.map(|method| per_tick(world, method));
+        let particle = world.register_component::<Particle>();
         let gravity_off = world.register_component::<GravityOff>();
-        let particles = world.query_filtered::<&PhysicsBody, (Who, Plain, With<Particle>)>();
-        self.particles.extend(particles.matched_archetypes().map(|kind| {
-            let gravity = world.archetypes().get(kind).is_some_and(|kind| !kind.contains(gravity_off));
-            (kind, per_tick, gravity)
-        }));
+        let mut bodies = world.query_filtered::<&PhysicsBody, Plain>();
+        let matched: Vec<_> = bodies.matched_archetypes().collect();
+        let world = &*world;
+        for kind in matched.into_iter().filter_map(|kind| world.archetypes().get(kind)) {
+            let own = Method::ALL.into_iter().find(|own| with_method!(*own, M => contains::<M>(world, kind)));
+            let per_tick = per_tick[own.unwrap_or(method) as usize];
+            let gravity = !kind.contains(gravity_off);
+            if kind.contains(particle) {
+                self.particles.push((kind.id(), per_tick, gravity));
+                continue;
+            }
+            let bodies = bodies.iter_many(world, kind.entities().iter().map(ArchetypeEntity::id));
+            let evaluations =
+                per_tick * bodies.flatten().filter(|body| body.inverse_mass > 0.0).count() as u64;
+            self.accelerations += evaluations;
+            self.with_gravity += if gravity { evaluations } else { 0 };
+        }
     }
+}
+
+/// Evaluations per tick of a body of `method` whose kernel calls no law; 0 if that kernel counts them itself.
+fn per_tick(world: &World, method: Method) -> u64 {
+    let (clock, step) = (*world.resource::<StepClock>(), world.resource::<TimeStep>().0);
+    let environment = Environment::of(world, clock, step);
+    with_method!(method, M => {
+        let terms = environment.terms::<M>(&[]);
+        // Linear drag and damping in one step go to the kernel that counts.
+        let counts = terms.rate != 0.0 && terms.damping.is_some() && M::DAMPS_INSIDE;
+        if counts { 0 } else { terms.evaluations::<M>() }
+    })
 }
 
 /// Counts accelerations under the laws that are summed up before the tick, gravity being among those of some bodies.
