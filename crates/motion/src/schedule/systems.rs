@@ -123,8 +123,12 @@ fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
 /// accelerations itself.
 fn group_systems<M: Integrator, Who: ArchetypeFilter + 'static>()
 -> impl Iterator<Item = ScheduleConfigs<ScheduleSystem>> {
-    let remember = M::STATE == MethodState::LastStep;
-    let remember = remember.then(|| remember_steps::<(Who, With<Grouped>)>.into_configs());
+    // In a `const`, so that the system is compiled for the methods that need it and no others.
+    let remember = if const { matches!(M::STATE, MethodState::LastStep) } {
+        Some(remember_steps::<(Who, With<Grouped>)>.into_configs())
+    } else {
+        None
+    };
     remember.into_iter().chain([integrate_groups::<M, Who>.into_configs()])
 }
 
@@ -132,15 +136,15 @@ fn group_systems<M: Integrator, Who: ArchetypeFilter + 'static>()
 fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
     plan: &StepPlan,
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
-    match M::STATE {
-        MethodState::None => None,
-        MethodState::LastStep => Some(remember_steps::<(Who, Without<Grouped>)>.into_configs()),
-        MethodState::LastAcceleration if plan.caches_accelerations => {
-            Some(remember_accelerations::<(Who, Without<Grouped>)>.into_configs())
-        }
-        MethodState::LastAcceleration => {
-            Some(remember_accelerations::<(Who, With<OwnLaws>, Without<Grouped>)>.into_configs())
-        }
+    if const { matches!(M::STATE, MethodState::LastStep) } {
+        Some(remember_steps::<(Who, Without<Grouped>)>.into_configs())
+    } else if const { matches!(M::STATE, MethodState::LastAcceleration) } {
+        Some(match plan.caches_accelerations {
+            true => remember_accelerations::<(Who, Without<Grouped>)>.into_configs(),
+            false => remember_accelerations::<(Who, With<OwnLaws>, Without<Grouped>)>.into_configs(),
+        })
+    } else {
+        None
     }
 }
 
