@@ -21,7 +21,7 @@
 //! for _ in 0..120 {
 //!     stepper.tick(&mut world);
 //! }
-//! let body = world.get::<PhysicsBody>(ball).unwrap();
+//! let body = world.entity(ball).components::<&PhysicsBody>();
 //! assert!((body.velocity.x - 30.0 / 2.0 / 120.0).abs() < 1e-12 && (body.velocity.y + 9.8).abs() < 1e-12);
 //! ```
 //!
