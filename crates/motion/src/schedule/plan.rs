@@ -77,10 +77,10 @@ impl StepPlan {
                 .filter(move |method| with_method!(*method, M => is_marked::<M>(world, grouped)))
         };
         let own: Vec<_> = marked(false).collect();
-        let of_world = has_bodies(world, true, |kind| !contains::<OwnMethod>(world, kind));
+        let is_free = |kind: &Archetype| !contains::<OwnMethod>(world, kind);
+        let of_world = has_bodies(world, true, is_free);
         let groups: Vec<_> = of_world.then_some(None).into_iter().chain(marked(true).map(Some)).collect();
         // Without groups the systems of single bodies are there even if no body is.
-        let is_free = |kind: &Archetype| !contains::<OwnMethod>(world, kind);
         let grouped_only = !groups.is_empty() && !has_bodies(world, false, is_free);
         let options = may_exist::<OwnLaws>(world) || may_exist::<OwnSubsteps>(world);
         // A kick by itself cannot tell whether a speed limit comes before it or after it.

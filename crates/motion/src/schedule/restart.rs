@@ -13,27 +13,28 @@ use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::tick::integrate::integrate;
 use crate::tick::quarantine::quarantine_refused;
 
-/// Brings the velocities of the bodies `Who` of position Verlet, and of their groups, to the time of the positions.
-fn synchronize_bodies<Who: ArchetypeFilter + 'static>(world: &mut World) {
+/// Brings velocities of position Verlet to the time of the positions, for the bodies that match `Filter` and for their
+/// groups.
+fn synchronize_bodies<Filter: ArchetypeFilter + 'static>(world: &mut World) {
     // First: a body that has left its group since the last tick is a single body now.
     compile_groups(world);
     world
-        .run_system_cached(integrate::<Synchronize, (Who, With<LastStep>)>)
+        .run_system_cached(integrate::<Synchronize, (Filter, With<LastStep>)>)
         .expect("its resources are inserted with the step's");
     if world.contains_resource::<Groups>() {
         world
-            .run_system_cached(integrate_groups::<Synchronize, (Who, With<LastStep>)>)
+            .run_system_cached(integrate_groups::<Synchronize, (Filter, With<LastStep>)>)
             .expect("its resources are inserted with the step's and the groups");
     }
     // Not later: the coming tick runs without the bodies that were refused.
     quarantine_refused(world);
 }
 
-/// Removes the method state of the bodies `Who`, so that another method can start.
-pub(crate) fn leave_methods<Who: ArchetypeFilter + 'static>(world: &mut World) {
-    synchronize_bodies::<Who>(world);
+/// Removes the method state of the bodies that match `Filter`, so that another method can start.
+pub(crate) fn leave_methods<Filter: ArchetypeFilter + 'static>(world: &mut World) {
+    synchronize_bodies::<Filter>(world);
     let bodies = world
-        .query_filtered::<Entity, (Who, Or<(With<LastStep>, With<LastAcceleration>)>)>()
+        .query_filtered::<Entity, (Filter, Or<(With<LastStep>, With<LastAcceleration>)>)>()
         .iter(world)
         .collect::<Vec<_>>();
     for body in bodies {

@@ -121,27 +121,27 @@ fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
 
 /// The systems of the groups of one method. Added members get their method state first; a group caches their
 /// accelerations itself.
-fn group_systems<M: Integrator, Who: ArchetypeFilter + 'static>()
+fn group_systems<M: Integrator, Filter: ArchetypeFilter + 'static>()
 -> impl Iterator<Item = ScheduleConfigs<ScheduleSystem>> {
     // In a `const`, so that the system is compiled for the methods that need it and no others.
     let remember = if const { matches!(M::STATE, MethodState::LastStep) } {
-        Some(remember_steps::<(Who, With<Grouped>)>.into_configs())
+        Some(remember_steps::<(Filter, With<Grouped>)>.into_configs())
     } else {
         None
     };
-    remember.into_iter().chain([integrate_groups::<M, Who>.into_configs()])
+    remember.into_iter().chain([integrate_groups::<M, Filter>.into_configs()])
 }
 
 /// The system that gives added bodies the method state of `M`.
-fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
+fn remember<M: Integrator, Filter: ArchetypeFilter + 'static>(
     plan: &StepPlan,
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
     if const { matches!(M::STATE, MethodState::LastStep) } {
-        Some(remember_steps::<(Who, Without<Grouped>)>.into_configs())
+        Some(remember_steps::<(Filter, Without<Grouped>)>.into_configs())
     } else if const { matches!(M::STATE, MethodState::LastAcceleration) } {
         Some(match plan.caches_accelerations {
-            true => remember_accelerations::<(Who, Without<Grouped>)>.into_configs(),
-            false => remember_accelerations::<(Who, With<OwnLaws>, Without<Grouped>)>.into_configs(),
+            true => remember_accelerations::<(Filter, Without<Grouped>)>.into_configs(),
+            false => remember_accelerations::<(Filter, With<OwnLaws>, Without<Grouped>)>.into_configs(),
         })
     } else {
         None
@@ -152,8 +152,8 @@ fn remember<M: Integrator, Who: ArchetypeFilter + 'static>(
 pub(crate) type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
 /// Gives bodies that are new to position Verlet their [`LastStep`], which starts them with the Taylor value.
-fn remember_steps<Who: QueryFilter>(
-    bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastStep>, Moving)>,
+fn remember_steps<Filter: QueryFilter>(
+    bodies: Query<Entity, (Filter, With<PhysicsBody>, Without<LastStep>, Moving)>,
     mut commands: Commands,
 ) {
     bodies.iter().for_each(|body| {
@@ -162,8 +162,8 @@ fn remember_steps<Who: QueryFilter>(
 }
 
 /// Gives bodies their [`LastAcceleration`], the cache of an acceleration that the next step starts with.
-fn remember_accelerations<Who: QueryFilter>(
-    bodies: Query<Entity, (Who, With<PhysicsBody>, Without<LastAcceleration>, Moving)>,
+fn remember_accelerations<Filter: QueryFilter>(
+    bodies: Query<Entity, (Filter, With<PhysicsBody>, Without<LastAcceleration>, Moving)>,
     mut commands: Commands,
 ) {
     bodies.iter().for_each(|body| {

@@ -259,8 +259,8 @@ fn exchange<Old: Component, New: Component>(world: &mut World, new: fn(Old) -> N
     }
 }
 
-fn movable<Who: QueryFilter>(world: &mut World) -> usize {
-    let mut bodies = world.query_filtered::<&PhysicsBody, (Who, Moving)>();
+fn movable<Filter: QueryFilter>(world: &mut World) -> usize {
+    let mut bodies = world.query_filtered::<&PhysicsBody, (Filter, Moving)>();
     bodies.iter(world).filter(|body| body.inverse_mass > 0.0).count()
 }
 
