@@ -12,7 +12,7 @@ use crate::laws::{BodyState, Law};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
-use crate::state::forces::{Push, PushQueue};
+use crate::state::forces::{Push, PushQueue, sum_by_body};
 use crate::state::substeps::OwnSubsteps;
 use crate::tick::environment::Environment;
 use crate::units::{Scalar, Vector};
@@ -106,11 +106,10 @@ struct BodyForces<'w> {
 }
 
 impl<'w> BodyForces<'w> {
-    fn of(world: &'w World, pushed: &[Push]) -> Self {
+    fn of(world: &'w World, pushes: &[Push]) -> Self {
         let clock = world.get_resource::<StepClock>().copied().unwrap_or_default();
         let tick = world.get_resource::<TimeStep>().map_or(1.0, |step| step.0);
-        let mut pushes = EntityHashMap::<Vector>::default();
-        pushed.iter().for_each(|push| *pushes.entry(push.body).or_default() += push.newtons);
+        let pushes = sum_by_body(pushes.iter().copied());
         Self { world, environment: Environment::of(world, clock, tick), pushes }
     }
 

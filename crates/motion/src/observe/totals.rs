@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 
 use crate::groups::{Groups, compile_groups};
 use crate::laws::own::OwnLaws;
-use crate::laws::{BodyState, Declared, Gravity, Law};
+use crate::laws::{BodyState, Declared, Gravity};
 use crate::state::components::{GravityOff, PhysicsBody, StableId, Transform};
 use crate::state::emitter::Dormant;
 use crate::units::{Scalar, Vector};
@@ -56,9 +56,8 @@ pub fn totals(world: &mut World) -> Totals {
         sum.momentum += momentum;
         sum.angular_momentum += position.cross(momentum);
         let state = BodyState { position, velocity: body.velocity, inverse_mass: body.inverse_mass };
-        let own = own.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
-        let gravity = gravity.filter(|_| !gravity_off).map(|gravity| gravity as &dyn Law<Scalar>);
-        for law in gravity.into_iter().chain(declared.all()).chain(own).filter(|law| law.has_potential()) {
+        let laws = declared.on_body(gravity.filter(|_| !gravity_off), false, own);
+        for law in laws.filter(|law| law.has_potential()) {
             sum.potential_energy += law.potential_energy(state);
         }
     }

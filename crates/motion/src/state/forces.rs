@@ -1,5 +1,6 @@
 //! Applied forces: a push reaches a body, acts for one tick and is cleared.
 
+use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 
@@ -44,6 +45,13 @@ pub struct Push {
     pub body: Entity,
     /// Force, N.
     pub newtons: Vector,
+}
+
+/// Sums the forces of `pushes` on each body, N.
+pub(crate) fn sum_by_body(pushes: impl Iterator<Item = Push>) -> EntityHashMap<Vector> {
+    let mut sums = EntityHashMap::<Vector>::default();
+    pushes.for_each(|push| *sums.entry(push.body).or_default() += push.newtons);
+    sums
 }
 
 /// The pushes for the next tick.

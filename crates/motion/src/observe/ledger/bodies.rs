@@ -14,7 +14,7 @@ use crate::state::components::{
     AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
 };
 use crate::state::emitter::{Dormant, Emissions};
-use crate::state::forces::PushQueue;
+use crate::state::forces::{PushQueue, sum_by_body};
 use crate::units::{Scalar, Vector};
 
 /// A point of phase space: position, m, and velocity, m/s.
@@ -50,21 +50,15 @@ impl Opening {
         type Row =
             (Entity, Option<&'static StableId>, &'static Transform, &'static PhysicsBody, &'static Force);
         let mut bodies = world.query_filtered::<Row, Without<Dormant>>();
-        let mut pushes = EntityHashMap::<Vector>::default();
-        for push in world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending) {
-            *pushes.entry(push.body).or_default() += push.newtons;
-        }
-        let row = |(entity, id, transform, body, force): (
-            Entity,
-            Option<&StableId>,
-            &Transform,
-            &PhysicsBody,
-            &Force,
-        )| {
-            let queued = pushes.get(&entity).copied().unwrap_or_default();
-            (key(id, entity), PhasePoint::of(transform, body), force.newtons() + queued)
-        };
-        let mut rows: Vec<_> = bodies.iter(world).map(row).collect();
+        let queued = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending);
+        let queued = sum_by_body(queued);
+        let mut rows: Vec<_> = bodies
+            .iter(world)
+            .map(|(entity, id, transform, body, force)| {
+                let push = force.newtons() + queued.get(&entity).copied().unwrap_or_default();
+                (key(id, entity), PhasePoint::of(transform, body), push)
+            })
+            .collect();
         rows.sort_unstable_by_key(|(key, ..)| *key);
         let tick = world.get_resource().map_or(0, StepClock::ticks);
         let births = world.get_resource::<Emissions>().map_or(&[][..], |emissions| emissions.births_in(tick));
