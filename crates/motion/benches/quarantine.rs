@@ -10,7 +10,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use common::{Contestant, compare};
 use motion::methods::{
-    Carry, Field, Integrator, MethodState, RungeKutta4, SemiImplicitEuler, VelocityVerlet,
+    Field, Integrator, MethodState, RungeKutta4, SemiImplicitEuler, StepState, VelocityVerlet,
 };
 use motion::systems::{
     apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
@@ -36,8 +36,13 @@ impl<M: Integrator, const LOOKS: bool> Integrator for Looking<M, LOOKS> {
     const CHECKED: bool = LOOKS;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
-        M::step(field, x, v, carry)
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        step_state: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
+        M::step(field, x, v, step_state)
     }
 }
 

@@ -75,7 +75,7 @@ pub use state::substeps::{OwnSubsteps, Substeps};
 pub use state::threads::Threads;
 pub use tick::quarantine::{Cause, Fault, Quarantine, QuarantineRecord};
 
-/// What most programs with bodies need.
+/// The items that most programs with bodies need.
 pub mod prelude {
     pub use crate::units::{Scalar, Vector};
     pub use crate::{
@@ -84,29 +84,29 @@ pub mod prelude {
     };
 }
 
-/// Time: frames into ticks, ticks into seconds.
+/// The clocks of frames and ticks.
 pub mod clock {
     pub use crate::state::clock::{
         BadTime, ClockState, Due, FrameClock, FrameTime, StepClock, TickClock, TimeStep,
     };
 }
 
-/// Effects, off and on: gravity, drag, springs and all else that a scene may declare.
+/// The effects of a scene, such as gravity, drag and springs, and the switch that turns them off and on.
 pub mod effects {
     pub use crate::schedule::effects::{Effect, EffectState, NeverDeclared, column_bytes, state, switch};
 }
 
-/// Whether a step is too long, before it is taken.
+/// The forecast of instability: which parts of a world are too stiff for the step, before it is taken.
 pub mod forecast {
     pub use crate::observe::forecast::{Cure, Forecast, LimitingPart, Margin, SpringMargin};
 }
 
-/// Energy and momentum, tick by tick, and what changed them.
+/// The ledger of energy and momentum: what each cause added, and the residual, which is the error of the method.
 pub mod ledger {
     pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
 }
 
-/// State that a copy of a world needs beside the components and resources at the root of this crate.
+/// The state that a copy of a world needs in addition to the components and resources at the root of this crate.
 pub mod snapshot {
     pub use crate::observe::cached_accelerations::{
         CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations,

@@ -107,16 +107,16 @@ pub trait NewtonField: Field {
     fn report(&mut self, newton: Newton);
 }
 
-/// Method state of a body: what a method keeps from one step to the next.
+/// The method state of one step: what a method keeps of a body from one step to the next.
 #[derive(Clone, Copy, Debug)]
-pub struct Carry<F: Field> {
+pub struct StepState<F: Field> {
     /// Length of the last step, s: 0 if there was none, negative if velocities were reversed since.
     pub last_step: F::Real,
     /// Cached acceleration by the laws at the start of this step, if the last step computed it.
     pub start: Option<F::Space>,
 }
 
-impl<F: Field> Carry<F> {
+impl<F: Field> StepState<F> {
     /// The method state at a start, without a last step.
     #[must_use]
     pub fn new() -> Self {
@@ -124,7 +124,7 @@ impl<F: Field> Carry<F> {
     }
 }
 
-impl<F: Field> Default for Carry<F> {
+impl<F: Field> Default for StepState<F> {
     fn default() -> Self {
         Self::new()
     }
@@ -135,9 +135,9 @@ impl<F: Field> Default for Carry<F> {
 pub enum MethodState {
     /// Nothing.
     None,
-    /// [`Carry::last_step`].
+    /// [`StepState::last_step`].
     LastStep,
-    /// [`Carry::start`], where no law depends on the velocity.
+    /// [`StepState::start`], where no law depends on the velocity.
     LastAcceleration,
 }
 
@@ -169,7 +169,12 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     const CHECKED: bool = true;
 
     /// Returns the state one step after (`x`, `v`).
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space);
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        step_state: &mut StepState<F>,
+    ) -> (F::Space, F::Space);
 }
 
 /// Evaluates an expression with the type of a method.

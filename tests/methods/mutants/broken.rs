@@ -1,7 +1,7 @@
 //! The broken methods. Each is written like the one it breaks, but for the mistake.
 
 use motion::Method;
-use motion::methods::{Carry, Field, Integrator, MethodState};
+use motion::methods::{Field, Integrator, MethodState, StepState};
 use motion::real::Real;
 
 use super::{
@@ -251,51 +251,51 @@ broken! { Around, AroundMistake, None, false
 
 broken! { StepKept, StepMistake, LastStep, false
     /// Started from `x - v h` in place of the Taylor value.
-    NoTaylorStart: PositionVerlet, |field, x, v, carry| {
+    NoTaylorStart: PositionVerlet, |field, x, v, step_state| {
         let (h, half) = (field.step(), half::<F>());
-        let last = if carry.last_step == zero::<F>() { h } else { carry.last_step };
+        let last = if step_state.last_step == zero::<F>() { h } else { step_state.last_step };
         let v = v + field.laws(zero::<F>(), x, v) * (half * (h + last));
-        carry.last_step = h;
+        step_state.last_step = h;
         (x + (v + field.applied() * (half * h)) * h, v + field.applied() * h)
     }
     /// Started from a previous position at the origin.
-    FromOrigin: PositionVerlet, |field, x, v, carry| {
+    FromOrigin: PositionVerlet, |field, x, v, step_state| {
         let h = field.step();
-        let v = if carry.last_step == zero::<F>() { x * (one::<F>() / h) } else { v };
+        let v = if step_state.last_step == zero::<F>() { x * (one::<F>() / h) } else { v };
         let v = v + field.laws(zero::<F>(), x, v) * h + field.applied() * h;
-        carry.last_step = h;
+        step_state.last_step = h;
         (x + v * h, v)
     }
     /// The increment of the last step whatever its length.
-    NoRatio: PositionVerlet, |field, x, v, carry| {
+    NoRatio: PositionVerlet, |field, x, v, step_state| {
         let (h, half) = (field.step(), half::<F>());
-        let last = carry.last_step;
+        let last = step_state.last_step;
         let kept = if last == zero::<F>() { v } else { v * (last / h) };
         let v = kept + field.laws(zero::<F>(), x, v) * (half * (h + last)) + field.applied() * h;
-        carry.last_step = h;
+        step_state.last_step = h;
         (x + v * h, v)
     }
     /// The published correction: a ratio of the steps, but `a h²`.
-    HalfRatio: PositionVerlet, |field, x, v, carry| {
+    HalfRatio: PositionVerlet, |field, x, v, step_state| {
         let (h, half) = (field.step(), half::<F>());
-        let gain = if carry.last_step == zero::<F>() { half * h } else { h };
+        let gain = if step_state.last_step == zero::<F>() { half * h } else { h };
         let v = v + field.laws(zero::<F>(), x, v) * gain + field.applied() * h;
-        carry.last_step = h;
+        step_state.last_step = h;
         (x + v * h, v)
     }
 }
 
 broken! { AccelerationKept, AccelerationMistake, LastAcceleration, false
     /// The push kept with the acceleration at the end: half of it acts in the next tick.
-    PushKept: VelocityVerlet, |field, x, v, carry| {
+    PushKept: VelocityVerlet, |field, x, v, step_state| {
         let (h, half) = (field.step(), half::<F>());
-        let a = match carry.start {
+        let a = match step_state.start {
             Some(start) => start,
             None => field.laws(zero::<F>(), x, v),
         };
         let x = x + (v + a * (half * h)) * h;
         let b = field.acceleration(one::<F>(), x, v + a * h);
-        carry.start = Some(b);
+        step_state.start = Some(b);
         (x, v + (a + b) * (half * h))
     }
 }
@@ -330,14 +330,19 @@ impl Integrator for TwoPositions {
     const METHOD: Method = Method::PositionVerlet;
     const STATE: MethodState = MethodState::LastAcceleration;
 
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        step_state: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let h = field.step();
         let a = field.acceleration(zero::<F>(), x, v);
-        let before = match carry.start {
+        let before = match step_state.start {
             Some(before) => before,
             None => x - v * h + a * (h * h * half::<F>()),
         };
-        carry.start = Some(x);
+        step_state.start = Some(x);
         let next = x + x - before + a * (h * h);
         (next, (next - x) * (one::<F>() / h))
     }

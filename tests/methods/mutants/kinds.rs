@@ -4,7 +4,7 @@
 macro_rules! broken {
     ($kind:ident, $mistake:ident, $memory:ident, $inside:literal
         $($(#[doc = $doc:literal])+ $name:ident: $method:ident,
-        |$field:ident, $x:ident, $v:ident, $carry:ident| $body:block)*) => {
+        |$field:ident, $x:ident, $v:ident, $step_state:ident| $body:block)*) => {
         #[derive(Clone, Copy)]
         enum $mistake {$($(#[doc = $doc])+ $name),*}
 
@@ -29,10 +29,10 @@ macro_rules! broken {
                 field: &mut F,
                 x: F::Space,
                 v: F::Space,
-                carry: &mut Carry<F>,
+                step_state: &mut StepState<F>,
             ) -> (F::Space, F::Space) {
                 match $mistake::chosen().get() {
-                    $(Some($mistake::$name) => $name::step(field, x, v, carry),)*
+                    $(Some($mistake::$name) => $name::step(field, x, v, step_state),)*
                     None => (x, v),
                 }
             }
@@ -47,7 +47,7 @@ macro_rules! broken {
                     $field: &mut F,
                     $x: F::Space,
                     $v: F::Space,
-                    $carry: &mut Carry<F>,
+                    $step_state: &mut StepState<F>,
                 ) -> (F::Space, F::Space) {
                     $body
                 }

@@ -19,7 +19,7 @@ use crate::kernels::{RowOptions, StepStatistics, Terms, TickField, drive};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{Declared, Law};
-use crate::methods::{Carry, Field, Integrator, MethodState};
+use crate::methods::{Field, Integrator, MethodState, StepState};
 use crate::real::Real;
 use crate::state::range::Bounds;
 use crate::tick::environment::Environment;
@@ -168,24 +168,24 @@ impl<'a, T: Real> GroupField<'a, T> {
         self.limits_after_kick = M::LIMITS_AFTER_KICK;
         self.sort_into_classes::<M>();
         self.apply_pushes();
-        let mut carry = Carry::new();
+        let mut step_state = StepState::new();
         if let Some(last) = &mut last {
-            carry.last_step = self.common_last_step(last);
+            step_state.last_step = self.common_last_step(last);
         }
         let keeps = M::STATE == MethodState::LastAcceleration && !self.looks_at_velocity();
         let own = self.versions();
         let cache = cache.filter(|_| keeps);
         if let Some(cache) = &cache {
-            carry.start = self.recall(cache, own);
+            step_state.start = self.recall(cache, own);
         }
         let ((x, v), terms, segments) = (start(), &self.environment.terms, self.segments());
-        drive::<M, _>(&mut self, terms, &segments, x, v, &mut carry);
+        drive::<M, _>(&mut self, terms, &segments, x, v, &mut step_state);
         self.snap();
         if let Some(last) = last {
-            last.fill(carry.last_step);
+            last.fill(step_state.last_step);
         }
         if let Some(cache) = cache {
-            self.note(cache, own, carry.start.is_some());
+            self.note(cache, own, step_state.start.is_some());
         }
         self.outcome()
     }
@@ -263,10 +263,10 @@ impl<T: Real> TickField for GroupField<'_, T> {
         &mut self,
         x: Combination<T>,
         v: Combination<T>,
-        carry: &mut Carry<Self>,
+        step_state: &mut StepState<Self>,
     ) -> (Combination<T>, Combination<T>) {
         self.finish(x, v);
-        carry.start = carry.start.and_then(|start| self.keep(start));
+        step_state.start = step_state.start.and_then(|start| self.keep(start));
         start()
     }
 
@@ -288,7 +288,7 @@ impl<T: Real> Field for GroupField<'_, T> {
     }
 
     fn laws(&mut self, part: T, x: Combination<T>, v: Combination<T>) -> Combination<T> {
-        Combination::of(self.accelerate(self.segment.moment(part), x, v))
+        Combination::of(self.accelerate(self.segment.evaluation_time(part), x, v))
     }
 
     fn applied(&self) -> Combination<T> {

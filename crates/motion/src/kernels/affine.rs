@@ -9,7 +9,7 @@ use super::field::{BlockField, Constants, parts};
 use super::lanes::{Rows, each_row};
 use super::method_state::MethodStateRows;
 use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
-use crate::methods::{Carry, Integrator, MethodState};
+use crate::methods::{Integrator, MethodState, StepState};
 use crate::real::{Lanes as _, Real};
 use crate::state::range::{Bounds, Breach};
 
@@ -303,14 +303,14 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         last: Option<&mut [T; N]>,
     ) -> (Rows<T, S, N>, Rows<T, S, N>) {
         let Terms { decay, rate, .. } = self.terms;
-        let mut carry = Carry::new();
+        let mut step_state = StepState::new();
         if let (MethodState::LastStep, Some(last)) = (M::STATE, &last) {
-            carry.last_step = last[0];
+            step_state.last_step = last[0];
         }
         if !M::DAMPS_INSIDE && decay.before_move.is_some() {
             v = field.decay_before(v);
         }
-        (x, v) = M::step(&mut field, x, v, &mut carry);
+        (x, v) = M::step(&mut field, x, v, &mut step_state);
         if !M::DAMPS_INSIDE {
             if decay.after_move.is_some() {
                 v = field.decay_after(v);
@@ -319,7 +319,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
             }
         }
         if let (MethodState::LastStep, Some(last)) = (M::STATE, last) {
-            *last = [carry.last_step; N];
+            *last = [step_state.last_step; N];
         }
         (x, v)
     }

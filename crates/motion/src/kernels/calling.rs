@@ -15,7 +15,7 @@ use super::method_state::MethodStateRows;
 use super::{Applied, BLOCK, Batch, BodyOptions, Refuse, Row, StepStatistics, Terms};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::{Segment, Segments};
-use crate::methods::{Carry, Field, Integrator, MethodState};
+use crate::methods::{Field, Integrator, MethodState, StepState};
 use crate::real::Real;
 use crate::state::components::AxisLocks;
 use crate::state::method_state::CachedAcceleration;
@@ -181,11 +181,11 @@ impl<T: Real> CallingKernel<'_, '_, T> {
         (x, v): (F::Space, F::Space),
         method_state: &MethodStateRows<'_, T>,
         start: Option<F::Space>,
-    ) -> (F::Space, F::Space, Carry<F>) {
+    ) -> (F::Space, F::Space, StepState<F>) {
         let last_step = if M::STATE == MethodState::LastStep { method_state.last_step() } else { T::ZERO };
-        let mut carry = Carry { last_step, start };
-        let (x, v) = drive::<M, F>(field, self.terms, &self.segments, x, v, &mut carry);
-        (x, v, carry)
+        let mut step_state = StepState { last_step, start };
+        let (x, v) = drive::<M, F>(field, self.terms, &self.segments, x, v, &mut step_state);
+        (x, v, step_state)
     }
 
     /// Notes what the next tick begins with: the accelerations `called` if they serve for it.
@@ -260,7 +260,7 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
         &mut self,
         x: Self::Space,
         v: Self::Space,
-        _: &mut Carry<Self>,
+        _: &mut StepState<Self>,
     ) -> (Self::Space, Self::Space) {
         (x, if M::DAMPS_INSIDE { v } else { self.snap_drag(v) })
     }
@@ -291,10 +291,10 @@ impl<T: Real> Sums<T> for Plain {
         let (x, v) = block.state();
         let mut field = kernel.field(block, statistics);
         let start = kernel.recall::<M, N>(block, &method_state, &field, v);
-        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
+        let (x, v, step_state) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
         let (x, v) = (x.rows(), v.rows());
-        let called = carry.start.is_some().then(|| field.called.rows());
-        kernel.note(&mut method_state, carry.last_step, called, &x, &v);
+        let called = step_state.start.is_some().then(|| field.called.rows());
+        kernel.note(&mut method_state, step_state.last_step, called, &x, &v);
         (x, v, ())
     }
 

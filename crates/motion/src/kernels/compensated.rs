@@ -12,7 +12,7 @@ use super::method_state::MethodStateRows;
 use super::{Row, StepStatistics};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
-use crate::methods::{Carry, Field, Integrator, Newton, NewtonField, newton_velocity};
+use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity};
 use crate::real::Real;
 
 /// `a + b`, and exactly what its rounding left out (Knuth 1969, section 4.2.2).
@@ -196,7 +196,7 @@ impl<T: Real, const N: usize> TickField for CompensatedField<'_, T, N> {
         &mut self,
         x: Self::Space,
         v: Self::Space,
-        _: &mut Carry<Self>,
+        _: &mut StepState<Self>,
     ) -> (Self::Space, Self::Space) {
         (x, v)
     }
@@ -232,10 +232,10 @@ impl<T: Real> Sums<T> for Residues<'_, T> {
         let inner = kernel.field(block, statistics);
         let start = kernel.recall::<M, N>(block, &method_state, &inner, sum_v).map(Compensated::of);
         let mut field = CompensatedField { inner, decay: kernel.terms.decay };
-        let (x, v, carry) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
+        let (x, v, step_state) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
         let (sum_x, sum_v) = (x.sum.rows(), v.sum.rows());
-        let called = carry.start.is_some().then(|| field.inner.called.rows());
-        kernel.note(&mut method_state, carry.last_step, called, &sum_x, &sum_v);
+        let called = step_state.start.is_some().then(|| field.inner.called.rows());
+        kernel.note(&mut method_state, step_state.last_step, called, &sum_x, &sum_v);
         (sum_x, sum_v, [x.residue.rows(), v.residue.rows()])
     }
 

@@ -3,7 +3,7 @@
 use super::Terms;
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::{Segment, Segments};
-use crate::methods::{Carry, Field, Integrator};
+use crate::methods::{Field, Integrator, StepState};
 
 /// A field that a tick goes through segment by segment.
 pub(crate) trait TickField: Field + Sized {
@@ -18,7 +18,7 @@ pub(crate) trait TickField: Field + Sized {
         &mut self,
         x: Self::Space,
         v: Self::Space,
-        carry: &mut Carry<Self>,
+        step_state: &mut StepState<Self>,
     ) -> (Self::Space, Self::Space);
 
     /// The state after what stands after the tick of a method with damping around it.
@@ -32,7 +32,7 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
     segments: &Segments,
     mut x: F::Space,
     mut v: F::Space,
-    carry: &mut Carry<F>,
+    step_state: &mut StepState<F>,
 ) -> (F::Space, F::Space) {
     if !M::DAMPS_INSIDE {
         (x, v) = field.before_tick(x, v);
@@ -41,10 +41,10 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
         field.enter::<M>(segment, terms.decay_in::<M>(segment));
         if segment.jump {
             // It was evaluated before the jump.
-            carry.start = None;
+            step_state.start = None;
         }
-        (x, v) = M::step(field, x, v, carry);
-        (x, v) = field.after_step::<M>(x, v, carry);
+        (x, v) = M::step(field, x, v, step_state);
+        (x, v) = field.after_step::<M>(x, v, step_state);
     }
     if M::DAMPS_INSIDE { (x, v) } else { field.after_tick(x, v) }
 }

@@ -330,9 +330,9 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         if self.constants.slows & DRAG == 0 { v } else { self.constants.snap(v) }
     }
 
-    fn moment(&self, part: T) -> EvaluationTime<T> {
+    fn evaluation_time(&self, part: T) -> EvaluationTime<T> {
         match self.segment {
-            Some(segment) => segment.moment(part),
+            Some(segment) => segment.evaluation_time(part),
             None => EvaluationTime { time: T::ZERO, within_step: T::ZERO },
         }
     }
@@ -354,7 +354,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
         if PARTS & CALLS == 0 {
             return self.movable(self.affine(v));
         }
-        self.called = self.call(self.moment(part), x, v);
+        self.called = self.call(self.evaluation_time(part), x, v);
         self.laws_from(self.called, v)
     }
 
@@ -434,7 +434,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
     }
 
     fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space {
-        let (h, at) = (self.constants.h, self.moment(T::ONE));
+        let (h, at) = (self.constants.h, self.evaluation_time(T::ONE));
         let (x, v, mut rows) = (x.rows(), v.rows(), residual.rows());
         let rate = self.constants.rate.row()[0];
         let Some(Calls { laws, own, closed, .. }) = &self.calls else { return residual };

@@ -27,7 +27,7 @@ impl<T: Real> Segment<T> {
     }
 
     /// The time at the fraction `part`, bit for bit `start` at 0 and `end` at 1.
-    pub fn moment(&self, part: T) -> EvaluationTime<T> {
+    pub fn evaluation_time(&self, part: T) -> EvaluationTime<T> {
         let time = if part == T::ZERO {
             self.start
         } else if part == T::ONE {

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Carry, Field, Integrator};
+use super::{Field, Integrator, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real as _;
@@ -36,7 +36,7 @@ impl Integrator for ExplicitEuler {
     const DAMPS_INSIDE: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         // Evaluated before the drift: at the new position it would be another method.
         let a = field.acceleration(F::Real::ZERO, x, v);
         let (x, v) = drift(field, x, v);
@@ -51,7 +51,7 @@ impl Integrator for SemiImplicitEuler {
     const LIMITS_AFTER_KICK: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         let v = kick(field, x, v);
         drift(field, x, v)
     }
@@ -64,7 +64,7 @@ impl Integrator for Kick {
     const LIMITS_AFTER_KICK: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         (x, kick(field, x, v))
     }
 }
@@ -75,7 +75,7 @@ impl Integrator for Drift {
     const KICKS: bool = false;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         drift(field, x, v)
     }
 }

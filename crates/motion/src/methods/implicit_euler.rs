@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Carry, Field, Integrator, NewtonField};
+use super::{Field, Integrator, NewtonField, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -52,7 +52,7 @@ impl Integrator for ImplicitEuler {
     const SOLVES: bool = true;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         let v1 = field.implicit_velocity(x, v);
         (x + v1 * field.step(), v1)
     }

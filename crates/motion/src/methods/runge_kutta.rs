@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Carry, Field, Integrator};
+use super::{Field, Integrator, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -29,7 +29,7 @@ impl Integrator for RungeKutta2Midpoint {
     const METHOD: Method = Method::RungeKutta2Midpoint;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         let (h, half) = (field.step(), F::Real::of(0.5));
         let a = field.acceleration(F::Real::ZERO, x, v);
         let middle = v + a * (half * h);
@@ -42,7 +42,7 @@ impl Integrator for RungeKutta2Heun {
     const METHOD: Method = Method::RungeKutta2Heun;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         let h = field.step();
         let half = h * F::Real::of(0.5);
         let a = field.acceleration(F::Real::ZERO, x, v);
@@ -56,7 +56,7 @@ impl Integrator for RungeKutta4 {
     const METHOD: Method = Method::RungeKutta4;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         let (h, middle) = (field.step(), F::Real::of(0.5));
         let (half, sixth) = (h * middle, h * F::Real::of(1.0 / 6.0));
         // The slopes of the position are the velocities of the stages, each v plus an acceleration times a time: their

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Carry, Field, Integrator, MethodState};
+use super::{Field, Integrator, MethodState, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -36,16 +36,21 @@ impl Integrator for PositionVerlet {
     const STATE: MethodState = MethodState::LastStep;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        step_state: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let (h, half) = (field.step(), F::Real::of(0.5));
-        let last = carry.last_step;
+        let last = step_state.last_step;
         let a = field.laws(F::Real::ZERO, x, v);
         let v = match field.laws_before_jump(x, v) {
             Some(before) => v + (before * last + a * h) * half,
             None => v + a * (half * (h + last)),
         };
         let applied = field.applied();
-        carry.last_step = h;
+        step_state.last_step = h;
         (x + (v + applied * (half * h)) * h, v + applied * h)
     }
 }
@@ -55,9 +60,14 @@ impl Integrator for VelocityVerlet {
     const STATE: MethodState = MethodState::LastAcceleration;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        step_state: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let h = field.step();
-        kick_drift_kick(field, F::Real::ZERO, h, x, v, carry)
+        kick_drift_kick(field, F::Real::ZERO, h, x, v, step_state)
     }
 }
 
@@ -69,10 +79,10 @@ pub(super) fn kick_drift_kick<F: Field>(
     h: F::Real,
     x: F::Space,
     v: F::Space,
-    carry: &mut Carry<F>,
+    step_state: &mut StepState<F>,
 ) -> (F::Space, F::Space) {
     let half = h * F::Real::of(0.5);
-    let start = match carry.start {
+    let start = match step_state.start {
         Some(start) => start,
         None => field.laws(part, x, v),
     };
@@ -87,7 +97,7 @@ pub(super) fn kick_drift_kick<F: Field>(
     let end =
         if (end - F::Real::ONE).abs() <= F::Real::of(4.0) * F::Real::EPSILON { F::Real::ONE } else { end };
     let b = field.laws(end, x, v + a * h);
-    carry.start = if field.depends_on_velocity() { None } else { Some(b) };
+    step_state.start = if field.depends_on_velocity() { None } else { Some(b) };
     (x, v + (a + (b + applied)) * half)
 }
 
@@ -102,12 +112,17 @@ impl Integrator for Synchronize {
     const PASSES_TIME: bool = false;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        step_state: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let a = match field.laws_before_jump(x, v) {
             Some(before) => before,
             None => field.laws(F::Real::ZERO, x, v),
         };
-        let last_step = std::mem::replace(&mut carry.last_step, F::Real::ZERO);
+        let last_step = std::mem::replace(&mut step_state.last_step, F::Real::ZERO);
         (x, v + a * (last_step * F::Real::of(0.5)))
     }
 }

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::verlet::kick_drift_kick;
-use super::{Carry, Field, Integrator, MethodState};
+use super::{Field, Integrator, MethodState, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -27,11 +27,16 @@ impl Integrator for Yoshida4 {
     const STATE: MethodState = MethodState::LastAcceleration;
 
     #[inline(always)]
-    fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, carry: &mut Carry<F>) -> (F::Space, F::Space) {
+    fn step<F: Field>(
+        field: &mut F,
+        x: F::Space,
+        v: F::Space,
+        step_state: &mut StepState<F>,
+    ) -> (F::Space, F::Space) {
         let h = field.step();
         let (outer, inner) = (F::Real::of(OUTER), F::Real::of(INNER));
-        let (x, v) = kick_drift_kick(field, F::Real::ZERO, outer * h, x, v, carry);
-        let (x, v) = kick_drift_kick(field, outer, inner * h, x, v, carry);
-        kick_drift_kick(field, outer + inner, outer * h, x, v, carry)
+        let (x, v) = kick_drift_kick(field, F::Real::ZERO, outer * h, x, v, step_state);
+        let (x, v) = kick_drift_kick(field, outer, inner * h, x, v, step_state);
+        kick_drift_kick(field, outer + inner, outer * h, x, v, step_state)
     }
 }

@@ -58,17 +58,17 @@ impl CachedAccelerations {
         });
         let bodies = bodies.collect();
         let attraction = world.get_resource::<MutualGravity>();
-        let groups = Groups::caches(world).filter_map(|(bodies, movable, kept)| {
-            let time = kept.time()?;
+        let groups = Groups::caches(world).filter_map(|(bodies, movable, cache)| {
+            let time = cache.time()?;
             let (x, w) = rows(world, bodies, movable)?;
             let is_current =
-                kept.is_under(epoch, versions(world, &bodies[..movable]), attraction) && kept.is_of(&x, &w);
-            let is_finite = kept.accelerations().iter().flatten().all(|number| number.is_finite());
+                cache.is_under(epoch, versions(world, &bodies[..movable]), attraction) && cache.is_of(&x, &w);
+            let is_finite = cache.accelerations().iter().flatten().all(|number| number.is_finite());
             (is_current && is_finite).then(|| CachedGroupAccelerations {
                 bodies: bodies.to_vec(),
-                accelerations: kept.accelerations().to_vec(),
+                accelerations: cache.accelerations().to_vec(),
                 time,
-                kinds: kept.kinds(),
+                kinds: cache.kinds(),
             })
         });
         Self { bodies, groups: groups.collect() }
@@ -78,10 +78,10 @@ impl CachedAccelerations {
     /// whose bodies differ, or whose number of accelerations does.
     pub fn restore(self, world: &mut World) {
         let epoch = Epoch::of(world);
-        for (body, kept) in self.bodies {
+        for (body, cache) in self.bodies {
             let Ok(mut body) = world.get_entity_mut(body) else { continue };
             let version = body.get::<OwnLaws>().map_or(0, OwnLaws::version);
-            let cached = kept.map_or_else(
+            let cached = cache.map_or_else(
                 CachedAcceleration::default,
                 |CachedBodyAcceleration { at, time, called }| CachedAcceleration {
                     at,
@@ -111,10 +111,10 @@ fn put_group(world: &mut World, epoch: u64, given: &CachedGroupAccelerations) {
         return;
     };
     let Some((x, w)) = rows(world, bodies, movable) else { return };
-    let mut kept = GroupCache::of(&x, w, accelerations, *time, *kinds);
+    let mut cache = GroupCache::of(&x, w, accelerations, *time, *kinds);
     let own = versions(world, &bodies[..movable]);
-    kept.under(epoch, own, world.get_resource::<MutualGravity>().copied());
-    world.resource_mut::<Groups>().set_cache(number, kept);
+    cache.under(epoch, own, world.get_resource::<MutualGravity>().copied());
+    world.resource_mut::<Groups>().set_cache(number, cache);
 }
 
 /// Positions and inverse masses of the rows of a group; the inverse mass of an immovable row is 0.

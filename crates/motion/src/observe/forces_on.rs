@@ -130,7 +130,7 @@ impl<'w> BodyForces<'w> {
         let times = TickTimes { substeps, ..times };
         // A law that jumps in the next step is evaluated on the side of the jump on which the step begins.
         let first = times.segments(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
-        let Some(at) = first.map(|segment| segment.moment(0.0)) else { return };
+        let Some(at) = first.map(|segment| segment.evaluation_time(0.0)) else { return };
         for law in laws() {
             each(ForceCause::Law(law.name()), open(locks, law.acceleration(at, state) * mass));
         }

@@ -27,7 +27,7 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     fn end(&self) -> EvaluationTime<T> {
-        self.segment.moment(T::ONE)
+        self.segment.evaluation_time(T::ONE)
     }
 
     pub(super) const fn rows(&self) -> usize {

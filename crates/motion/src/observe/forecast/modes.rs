@@ -5,7 +5,7 @@ use std::ops::{Add, Mul, Sub};
 use super::matrix::Matrix;
 use crate::laws::damping::{Damping, Decay};
 use crate::methods::table::Method;
-use crate::methods::{Carry, Field, Integrator, with_method};
+use crate::methods::{Field, Integrator, StepState, with_method};
 
 /// Largest number of coordinates of a system that is not reduced.
 pub(crate) const MOST: usize = 12;
@@ -69,8 +69,8 @@ impl Modes {
             unit[column / n].0[column % n] = 1.0;
             let [x, v] = unit;
             // A step within a run: the first step of position Verlet differs.
-            let mut carry = Carry { last_step: h, start: None };
-            let (x, v) = M::step(&mut field, x * h, v, &mut carry);
+            let mut step_state = StepState { last_step: h, start: None };
+            let (x, v) = M::step(&mut field, x * h, v, &mut step_state);
             for row in 0..n {
                 step.set(row, column, x.0[row] / h);
                 step.set(n + row, column, v.0[row]);
