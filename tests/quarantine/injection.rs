@@ -318,7 +318,7 @@ fn a_nan_in_what_is_kept_of_the_last_tick_harms_nobody() {
         reference.run(LEAD);
         let mut kept = CachedAccelerations::of(&mut rig.world);
         for body in kept.bodies.iter_mut().filter_map(|(_, kept)| kept.as_mut()) {
-            body.called = [f64::NAN; 4];
+            body.acceleration = [f64::NAN; 4];
             spoiled += 1;
         }
         for acceleration in kept.groups.iter_mut().flat_map(|group| &mut group.accelerations) {

@@ -20,7 +20,7 @@ pub struct CachedBodyAcceleration {
     /// Time of the evaluation, s since the start of the scene.
     pub time: Scalar,
     /// Acceleration, m/s², and 0.
-    pub called: [Scalar; 4],
+    pub acceleration: [Scalar; 4],
 }
 
 /// The cached accelerations of a group.
@@ -51,10 +51,10 @@ impl CachedAccelerations {
         let epoch = Epoch::of(world);
         let mut bodies = world.query::<(Entity, &LastAcceleration, Option<&OwnLaws>)>();
         let bodies = bodies.iter(world).map(|(body, LastAcceleration(cached), own)| {
-            let CachedAcceleration { at, time, laws, acceleration: called } = *cached;
-            let is_finite = time.is_finite() && called.iter().all(|number| number.is_finite());
+            let CachedAcceleration { at, time, laws, acceleration } = *cached;
+            let is_finite = time.is_finite() && acceleration.iter().all(|number| number.is_finite());
             let is_current = is_finite && laws == (epoch, own.map_or(0, OwnLaws::version));
-            (body, is_current.then_some(CachedBodyAcceleration { at, time, called }))
+            (body, is_current.then_some(CachedBodyAcceleration { at, time, acceleration }))
         });
         let bodies = bodies.collect();
         let attraction = world.get_resource::<MutualGravity>();
@@ -80,36 +80,28 @@ impl CachedAccelerations {
         let epoch = Epoch::of(world);
         for (body, cache) in self.bodies {
             let Ok(mut body) = world.get_entity_mut(body) else { continue };
-            let version = body.get::<OwnLaws>().map_or(0, OwnLaws::version);
-            let cached = cache.map_or_else(
-                CachedAcceleration::default,
-                |CachedBodyAcceleration { at, time, called }| CachedAcceleration {
-                    at,
-                    time,
-                    laws: (epoch, version),
-                    acceleration: called,
-                },
-            );
-            body.insert(LastAcceleration(cached));
+            let laws = (epoch, body.get::<OwnLaws>().map_or(0, OwnLaws::version));
+            let cached = cache.map(|CachedBodyAcceleration { at, time, acceleration }| CachedAcceleration {
+                at,
+                time,
+                laws,
+                acceleration,
+            });
+            body.insert(LastAcceleration(cached.unwrap_or_default()));
         }
         for group in self.groups {
-            put_group(world, epoch, &group);
+            restore_group(world, epoch, &group);
         }
         // A change of a law after this gets a later change tick.
         world.increment_change_tick();
     }
 }
 
-fn put_group(world: &mut World, epoch: u64, given: &CachedGroupAccelerations) {
-    let CachedGroupAccelerations { bodies, accelerations, time, kinds } = given;
-    let found = Groups::caches(world).map(|(bodies, movable, _)| (bodies, movable)).enumerate();
-    let Some((number, movable)) = found
-        .filter(|(_, (own, _))| *own == bodies && own.len() == accelerations.len())
-        .map(|(number, (_, movable))| (number, movable))
-        .next()
-    else {
-        return;
-    };
+fn restore_group(world: &mut World, epoch: u64, group: &CachedGroupAccelerations) {
+    let CachedGroupAccelerations { bodies, accelerations, time, kinds } = group;
+    let is_same = |own: &[Entity]| own == bodies && own.len() == accelerations.len();
+    let found = Groups::caches(world).enumerate().find(|(_, (own, ..))| is_same(own));
+    let Some((number, (_, movable, _))) = found else { return };
     let Some((x, w)) = rows(world, bodies, movable) else { return };
     let mut cache = GroupCache::of(&x, w, accelerations, *time, *kinds);
     let own = versions(world, &bodies[..movable]);

@@ -194,7 +194,11 @@ impl Snapshot {
     fn put_kept(&self, world: &mut World, bodies: &[Entity]) {
         let entity = |id: u32| bodies.get(id as usize).copied();
         let with_physics = |body: &Entity| world.get::<PhysicsBody>(*body).is_some();
-        let kept = |KeptEntry { at, time_s, called }| CachedBodyAcceleration { at, time: time_s, called };
+        let kept = |KeptEntry { at, time_s, called }| CachedBodyAcceleration {
+            at,
+            time: time_s,
+            acceleration: called,
+        };
         let of_bodies = self
             .kept
             .iter()

@@ -137,7 +137,11 @@ impl Snapshot {
     }
 
     fn take_kept(&mut self, world: &World, kept: CachedAccelerations) {
-        let entry = |CachedBodyAcceleration { at, time, called }| KeptEntry { at, time_s: time, called };
+        let entry = |CachedBodyAcceleration { at, time, acceleration: called }| KeptEntry {
+            at,
+            time_s: time,
+            called,
+        };
         let bodies = kept.bodies.into_iter();
         self.kept = bodies.filter_map(|(body, kept)| Some((id(world, body)?, kept.map(entry)))).collect();
         let groups = kept.groups.into_iter().filter_map(|group| {
