@@ -148,8 +148,8 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
         &[]
     }
 
-    /// Whether the law is conservative: its work is the change of [`Law::potential_energy`]. The [`Ledger`](crate::ledger::Ledger)
-    /// integrates the work of any other law along the path of the body.
+    /// Whether the law is conservative: its work is the change of [`Law::potential_energy`]. The
+    /// [`Ledger`](crate::ledger::Ledger) integrates the work of any other law along the path of the body.
     fn has_potential(&self) -> bool {
         false
     }
@@ -161,8 +161,8 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
     }
 
     /// Adds the accelerations of a block of bodies to `sum`, whose rows are x, y, z and a number that stays unchanged.
-    /// The rows of `positions` are (x, y, z, anything), those of `bodies` (velocity, inverse mass). Rows of inverse mass 0
-    /// are skipped.
+    /// The rows of `positions` are (x, y, z, anything), those of `bodies` (velocity, inverse mass). Rows of inverse
+    /// mass 0 are skipped.
     ///
     /// There is one call per block and stage. A law may override this with something faster that gives the same bits.
     fn accelerate(&self, at: EvaluationTime<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
@@ -214,8 +214,8 @@ impl<'a> Declared<'a> {
         Self { drag: world.get_resource(), wells: world.get_resource(), more }
     }
 
-    /// The laws that act on a body with its `own` laws, and `gravity` if that acts on it. On a body in a sheet drag does
-    /// not act: it acts on the triangles of the sheet.
+    /// The laws that act on a body with its `own` laws, and `gravity` if that acts on it. On a body in a sheet drag
+    /// does not act: it acts on the triangles of the sheet.
     pub fn on_body(
         self,
         gravity: Option<&'a Gravity>,

@@ -4,8 +4,8 @@
 //! layout in memory: it asks a [`Field`] for accelerations and computes in the field's [`Space`], which is a block of
 //! bodies in registers, in f64 or f32, or a single number in a test.
 //!
-//! Methods change a state only by adding increments to it, so that other numbers in the same register stay unchanged and
-//! a compensated sum can replace a plain one.
+//! Methods change a state only by adding increments to it, so that other numbers in the same register stay unchanged
+//! and a compensated sum can replace a plain one.
 
 pub(crate) mod euler;
 mod implicit_euler;
@@ -96,8 +96,8 @@ pub trait NewtonField: Field {
     /// The rate c, 1/s, if every law is affine, `a = constant - c v`: an implicit step then has a closed form.
     fn linear_rate(&self) -> Option<Self::Real>;
 
-    /// Solves `(I - h da/dv - h² da/dx) d = residual` for d, with the derivatives of the laws in the state (`x`, `v`) at
-    /// the end of the step.
+    /// Solves `(I - h da/dv - h² da/dx) d = residual` for d, with the derivatives of the laws in the state (`x`, `v`)
+    /// at the end of the step.
     fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space;
 
     /// Largest magnitude among the components of a velocity or acceleration.
@@ -147,7 +147,8 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     const METHOD: Method;
     /// The kind of its method state.
     const STATE: MethodState = MethodState::None;
-    /// Whether damping, speed limit and locks are part of each step, as in the tutorial, and not applied around each tick.
+    /// Whether damping, speed limit and locks are part of each step, as in the tutorial, and not applied around each
+    /// tick.
     const DAMPS_INSIDE: bool = false;
 
     /// Whether a step iterates until it converges. Bodies are then integrated one at a time, so that the bits of one do
@@ -159,8 +160,8 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     const MOVES_WITH_NEW_VELOCITY: bool = false;
     /// Whether a step changes velocities by forces and laws.
     const KICKS: bool = true;
-    /// Whether speed limit and locks follow the kick within a step (PhysX's order): the velocity along a locked axis counts
-    /// toward the limit before it is dropped.
+    /// Whether speed limit and locks follow the kick within a step (PhysX's order): the velocity along a locked axis
+    /// counts toward the limit before it is dropped.
     const LIMITS_AFTER_KICK: bool = false;
     /// Whether a step passes time. Damping and substeps apply only if it does.
     const PASSES_TIME: bool = true;

@@ -43,8 +43,8 @@ pub trait Real:
     const MAX: Self;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
-    /// Magnitude below which a decaying velocity component snaps to zero, m/s. Without it damping would end in subnormal
-    /// numbers and stay there, and arithmetic on those is many times slower.
+    /// Magnitude below which a decaying velocity component snaps to zero, m/s. Without it damping would end in
+    /// subnormal numbers and stay there, and arithmetic on those is many times slower.
     const SNAP: Self;
 
     /// Converts from f64, rounding to nearest.

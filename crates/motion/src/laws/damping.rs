@@ -8,7 +8,8 @@ use crate::units::Scalar;
 /// How velocity decays. Every model takes a rate c in 1/s; q = c h is the decay of one step of h seconds.
 ///
 /// In explicit and semi-implicit Euler the models are part of the step, as their formulas show. In every other method
-/// `Exact` is the law `a = -c v`, of the method's own order, `Clamped` multiplies before a tick and `Tutorial` after it.
+/// `Exact` is the law `a = -c v`, of the method's own order, `Clamped` multiplies before a tick and `Tutorial` after
+/// it.
 ///
 /// Errors under semi-implicit Euler after 2 s at 30, 60, 120 and 240 Hz (measured in `tests/methods/damping.rs`):
 ///
@@ -19,14 +20,14 @@ use crate::units::Scalar;
 /// | `Exact` | 0 | that of the method (order 1) |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DampingModel {
-    /// `v *= 1 - q` after the move, unclamped, as in the tutorial. The sign flips above q = 1 and the speed diverges above
-    /// q = 2. The body moves at the correct terminal speed a / c and stores (1 - q) times that.
+    /// `v *= 1 - q` after the move, unclamped, as in the tutorial. The sign flips above q = 1 and the speed diverges
+    /// above q = 2. The body moves at the correct terminal speed a / c and stores (1 - q) times that.
     Tutorial,
-    /// `v *= max(0, 1 - q)` after the force and before speed limit, locks and move (PhysX, `DyBodyCoreIntegrator.h`). The
-    /// terminal speed is (1 - q) a / c; from q = 1 on no force moves the body.
+    /// `v *= max(0, 1 - q)` after the force and before speed limit, locks and move (PhysX, `DyBodyCoreIntegrator.h`).
+    /// The terminal speed is (1 - q) a / c; from q = 1 on no force moves the body.
     Clamped,
-    /// The exact solution of `v' = a - c v` for constant a: `v = v e^-q + (a / c)(1 - e^-q)`. Decay and terminal speed are
-    /// correct at every step size.
+    /// The exact solution of `v' = a - c v` for constant a: `v = v e^-q + (a / c)(1 - e^-q)`. Decay and terminal speed
+    /// are correct at every step size.
     #[default]
     Exact,
 }

@@ -6,9 +6,9 @@ use super::{Affine, BodyState, EvaluationTime, Jacobians, Law, Wind};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
-/// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity relative to the fluid. The fluid is at rest unless there
-/// is wind. The linear term is Stokes' law for slow motion, the quadratic term Newton's for fast motion; both are divided
-/// by the mass.
+/// Drag of a fluid: `a = -c u - k |u| u`, where u is the velocity relative to the fluid. The fluid is at rest unless
+/// there is wind. The linear term is Stokes' law for slow motion, the quadratic term Newton's for fast motion; both are
+/// divided by the mass.
 ///
 /// The terminal speed under an acceleration a is the root of `c v + k v² = a`: a / c, or sqrt(a / k).
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]

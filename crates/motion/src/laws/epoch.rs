@@ -10,8 +10,8 @@ use crate::laws::{Drag, Laws, Wells};
 /// Ticks of the last change of drag, wells and your own laws; `None` for one that does not exist.
 pub(crate) type Changed = [Option<Tick>; 3];
 
-/// Version of the laws of every body. It belongs to the world and not to a system, so that cached accelerations stay valid
-/// when the schedule is compiled again.
+/// Version of the laws of every body. It belongs to the world and not to a system, so that cached accelerations stay
+/// valid when the schedule is compiled again.
 #[derive(Resource, Clone, Copy, Debug, Default)]
 pub(crate) struct Epoch {
     number: u64,

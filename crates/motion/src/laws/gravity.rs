@@ -6,8 +6,8 @@ use super::{Affine, BodyState, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealVector};
 use crate::units::Vector;
 
-/// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if the scene
-/// declares it.
+/// Uniform gravity: the same acceleration for every movable body, whatever its mass (Galilei). Present only if the
+/// scene declares it.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Gravity {
     /// Acceleration of free fall, m/s².

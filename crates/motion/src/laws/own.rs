@@ -56,8 +56,8 @@ impl OwnLaws {
     }
 }
 
-/// A new version number. No two lists of laws share one, not even on different bodies or in different worlds, so that no
-/// cached acceleration is used with other laws.
+/// A new version number. No two lists of laws share one, not even on different bodies or in different worlds, so that
+/// no cached acceleration is used with other laws.
 fn next_version() -> u64 {
     static VERSIONS: AtomicU64 = AtomicU64::new(1);
     VERSIONS.fetch_add(1, Ordering::Relaxed)

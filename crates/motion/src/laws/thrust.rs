@@ -18,8 +18,8 @@ pub enum Curve {
         /// Phase at t = 0, rad.
         phase: Scalar,
     },
-    /// A table of strictly ascending times, s, and forces, N: linear between them, constant before the first and after the
-    /// last.
+    /// A table of strictly ascending times, s, and forces, N: linear between them, constant before the first and after
+    /// the last.
     Table(Vec<(Scalar, Vector)>),
 }
 
@@ -49,7 +49,8 @@ impl Curve {
     }
 }
 
-/// An engine: a force that follows a curve while the engine is on. The acceleration is the force times the inverse mass.
+/// An engine: a force that follows a curve while the engine is on. The acceleration is the force times the inverse
+/// mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrust {
     curve: Curve,
@@ -59,8 +60,8 @@ pub struct Thrust {
 }
 
 impl Thrust {
-    /// Makes an engine that follows `curve` from `from`, s, until `until`, s; both may be infinite. The curve is a function
-    /// of the time since the start of the scene, not since `from`.
+    /// Makes an engine that follows `curve` from `from`, s, until `until`, s; both may be infinite. The curve is a
+    /// function of the time since the start of the scene, not since `from`.
     #[must_use]
     pub fn new(curve: Curve, from: Scalar, until: Scalar) -> Self {
         let mut discontinuities = vec![from, until];

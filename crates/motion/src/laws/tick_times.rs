@@ -73,7 +73,8 @@ impl TickTimes {
         T::of(self.part())
     }
 
-    /// The rest of the tick from `time`, s, in as many substeps as the whole: the first tick of a body that is born then.
+    /// The rest of the tick from `time`, s, in as many substeps as the whole: the first tick of a body that is born
+    /// then.
     pub fn since(self, time: Scalar) -> Self {
         Self { start: time, tick: self.end - time, ..self }
     }

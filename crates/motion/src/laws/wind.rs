@@ -5,10 +5,10 @@ use crate::units::{Scalar, Vector};
 
 /// Motion of the air. [`Drag`](crate::Drag) acts on the velocity of a body relative to it.
 ///
-/// The velocity at position x and time t is `V + g (e sin p + up/2 sin 2p)`, with `p = 2 pi f (t - x·n / |V|)`: gusts of
-/// wavelength |V| / f across the mean wind V = |V| n, which carries them along unchanged (Taylor 1938). `e` is horizontal
-/// and perpendicular to V, `up` is perpendicular to both. In vertical wind e is the x axis. In still air (|V| up to
-/// 1e-6 m/s) p is `2 pi f t`.
+/// The velocity at position x and time t is `V + g (e sin p + up/2 sin 2p)`, with `p = 2 pi f (t - x·n / |V|)`: gusts
+/// of wavelength |V| / f across the mean wind V = |V| n, which carries them along unchanged (Taylor 1938). `e` is
+/// horizontal and perpendicular to V, `up` is perpendicular to both. In vertical wind e is the x axis. In still air
+/// (|V| up to 1e-6 m/s) p is `2 pi f t`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wind {
     /// Mean velocity V, m/s.

@@ -10,14 +10,15 @@ use crate::real::Real as _;
 /// Explicit Euler (Euler 1768): `x += v h; v += a(x, v) h`, both from the state at the start of the step. Order 1. The
 /// energy grows in every oscillation.
 ///
-/// With `exact` damping the velocity under a constant acceleration is exact at every step size; the position has an error
-/// of a h T / 2 after the time T, as without damping.
+/// With `exact` damping the velocity under a constant acceleration is exact at every step size; the position has an
+/// error of a h T / 2 after the time T, as without damping.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct ExplicitEuler;
 
-/// Semi-implicit Euler (de Vogelaere 1956; Hairer, Lubich, Wanner 2003, "symplectic Euler"): `v += a(x, v) h; x += v h`, the
-/// velocity first, then the position with the new velocity. Order 1; conserves an energy near the true one.
+/// Semi-implicit Euler (de Vogelaere 1956; Hairer, Lubich, Wanner 2003, "symplectic Euler"):
+/// `v += a(x, v) h; x += v h`, the velocity first, then the position with the new velocity. Order 1; conserves an
+/// energy near the true one.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct SemiImplicitEuler;
@@ -26,8 +27,8 @@ pub struct SemiImplicitEuler;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Kick;
 
-/// The position half of an Euler step, the tutorial's `IntegrateVelocity`: `x += v h`, with damping, speed limit and locks
-/// before it or damping after it.
+/// The position half of an Euler step, the tutorial's `IntegrateVelocity`: `x += v h`, with damping, speed limit and
+/// locks before it or damping after it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Drift;
 

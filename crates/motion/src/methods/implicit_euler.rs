@@ -7,9 +7,9 @@ use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
 
-/// Implicit Euler: `v1 = v + a(x1, v1) h; x1 = x + v1 h` (Curtiss, Hirschfelder 1952). Order 1, stable at every step size.
-/// The acceleration is that at the end of the step, so that each step solves an equation. Oscillations are damped with a
-/// damping ratio of w h / 2.
+/// Implicit Euler: `v1 = v + a(x1, v1) h; x1 = x + v1 h` (Curtiss, Hirschfelder 1952). Order 1, stable at every step
+/// size. The acceleration is that at the end of the step, so that each step solves an equation. Oscillations are damped
+/// with a damping ratio of w h / 2.
 ///
 /// With constant forces and linear drag c the step has a closed form, `v1 = v + a(v) h / (1 + c h)`. Otherwise Newton's
 /// method with the Jacobians of the laws finds v1 to [`ImplicitEuler::tolerance`]. A step that does not converge in
@@ -36,8 +36,8 @@ pub struct Newton {
 
 impl ImplicitEuler {
     /// Tolerance of the solve: a step has converged when the correction of v1, relative to `|v1| + |a| h`, is below it.
-    /// Newton's iteration converges quadratically: after a correction slightly below the square root of the unit roundoff
-    /// the next one would be rounding error.
+    /// Newton's iteration converges quadratically: after a correction slightly below the square root of the unit
+    /// roundoff the next one would be rounding error.
     ///
     /// A correction that moves the body by less than the rounding of its position also counts as converged: a body at
     /// rest, whose forces cancel, would otherwise never converge.

@@ -7,14 +7,14 @@ use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
 
-/// Runge-Kutta 2, midpoint (Runge 1895): explicit Euler to the middle of the step, whose slopes then serve the whole step.
-/// Order 2. An oscillation gains z^4 / 4 of its energy per step, z = w h.
+/// Runge-Kutta 2, midpoint (Runge 1895): explicit Euler to the middle of the step, whose slopes then serve the whole
+/// step. Order 2. An oscillation gains z^4 / 4 of its energy per step, z = w h.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct RungeKutta2Midpoint;
 
-/// Runge-Kutta 2, Heun (Heun 1900): the mean of the slopes at the start and at the end of an explicit Euler step. Order 2.
-/// Energy grows as with the midpoint rule.
+/// Runge-Kutta 2, Heun (Heun 1900): the mean of the slopes at the start and at the end of an explicit Euler step. Order
+/// 2. Energy grows as with the midpoint rule.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod)]
 pub struct RungeKutta2Heun;

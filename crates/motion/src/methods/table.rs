@@ -51,8 +51,8 @@ pub struct Claims {
     pub start_up_evaluations: u32,
     /// Largest stable w h of `x'' = -w² x`: 0 if never stable, infinite if always.
     pub stability_limit: Scalar,
-    /// Whether the method preserves areas in phase space, and with them an energy near the true one for exponentially long
-    /// times.
+    /// Whether the method preserves areas in phase space, and with them an energy near the true one for exponentially
+    /// long times.
     pub symplectic: bool,
     /// Whether a step with reversed velocities returns to the start, under laws of position.
     pub reversible: bool,

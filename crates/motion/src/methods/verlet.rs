@@ -8,22 +8,23 @@ use crate::methods::table::Method;
 use crate::real::Real;
 use crate::state::method_state::LastStep;
 
-/// Position Verlet (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in the increment form `d1 = d + a h²; x1 = x + d1`,
-/// which has no cancellation. Order 2 in the position.
+/// Position Verlet (Stormer 1907; Verlet 1967): `x1 = 2 x - x0 + a h²`, in the increment form
+/// `d1 = d + a h²; x1 = x + d1`, which has no cancellation. Order 2 in the position.
 ///
-/// The velocity of a body is d / h, the mean velocity of the last step. It is half a step behind the position and of order
-/// 1. A law that depends on the velocity makes the position order 1 too.
+/// The velocity of a body is d / h, the mean velocity of the last step. It is half a step behind the position and of
+/// order 1. A law that depends on the velocity makes the position order 1 too.
 ///
 /// A step of length h after one of a different length p takes `a h (h + p) / 2` in place of `a h²`. A start has p = 0,
 /// which gives a h² / 2, the Taylor value. Reversed velocities have p = -h: the body returns along its path.
 ///
-/// Applied forces are constant over the tick and are solved exactly: `F w h²/2` for the position, `F w h` for the velocity.
+/// Applied forces are constant over the tick and are solved exactly: `F w h²/2` for the position, `F w h` for the
+/// velocity.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(OwnMethod, LastStep)]
 pub struct PositionVerlet;
 
-/// Velocity Verlet (Swope et al. 1982): kick, drift, kick. Order 2; conserves an energy near the true one. One evaluation
-/// per step, because the last evaluation of a step is the first of the next.
+/// Velocity Verlet (Swope et al. 1982): kick, drift, kick. Order 2; conserves an energy near the true one. One
+/// evaluation per step, because the last evaluation of a step is the first of the next.
 ///
 /// Laws that depend on the velocity are evaluated at the end with the predicted velocity `v + a h` (Groot, Warren 1997,
 /// lambda = 1), which keeps order 2 and takes two evaluations per step.
@@ -101,7 +102,8 @@ pub(super) fn kick_drift_kick<F: Field>(
     (x, v + (a + (b + applied)) * half)
 }
 
-/// Advances the velocity of position Verlet by half a step to the time of the position, so that another method can start.
+/// Advances the velocity of position Verlet by half a step to the time of the position, so that another method can
+/// start.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Synchronize;
 

@@ -8,8 +8,9 @@ use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
 
-/// Yoshida 4 (Yoshida 1990, eq. 2.11): three steps of velocity Verlet, the middle one backward, whose errors of third order
-/// cancel. Order 4; conserves an energy near the true one. Stages lie outside the step, at up to 1.35 h and -0.35 h.
+/// Yoshida 4 (Yoshida 1990, eq. 2.11): three steps of velocity Verlet, the middle one backward, whose errors of third
+/// order cancel. Order 4; conserves an energy near the true one. Stages lie outside the step, at up to 1.35 h and -0.35
+/// h.
 ///
 /// Under laws that depend on the velocity the inner steps are not reversible and order 3 remains. The backward step
 /// amplifies what drag damps, so that linear drag c is stable only below c h = 0.89.

@@ -22,8 +22,8 @@ use crate::units::{Scalar, Vector};
 pub enum ForceCause {
     /// Applied forces, which are constant over a tick: pushes, held keys, your own systems.
     Push,
-    /// The law with that [name](Law::name); mutual gravity and damping are among them. Drag on a point of a sheet is its
-    /// share of the drag on triangles, with wind.
+    /// The law with that [name](Law::name); mutual gravity and damping are among them. Drag on a point of a sheet is
+    /// its share of the drag on triangles, with wind.
     Law(&'static str),
     /// The spring to that body.
     Spring(Entity),
@@ -41,12 +41,13 @@ impl ForceCause {
     }
 }
 
-/// Computes the forces on `body` in its current state by cause, N, as the next step evaluates them at its start. Their sum
-/// is mass times acceleration.
+/// Computes the forces on `body` in its current state by cause, N, as the next step evaluates them at its start. Their
+/// sum is mass times acceleration.
 ///
-/// Damping is `-m c v` under every model, which is the limit of `tutorial` and `clamped` for short steps. Speed limits are
-/// not forces and are left out. No force acts along a locked axis. Under position Verlet laws see the velocity of half a
-/// step before, as in a step. The result is empty if the body is immovable, quarantined, not born, or has no physics.
+/// Damping is `-m c v` under every model, which is the limit of `tutorial` and `clamped` for short steps. Speed limits
+/// are not forces and are left out. No force acts along a locked axis. Under position Verlet laws see the velocity of
+/// half a step before, as in a step. The result is empty if the body is immovable, quarantined, not born, or has no
+/// physics.
 #[must_use]
 pub fn forces_on(world: &mut World, body: Entity) -> Vec<(ForceCause, Vector)> {
     let pushes: Vec<_> = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending).collect();
@@ -55,8 +56,8 @@ pub fn forces_on(world: &mut World, body: Entity) -> Vec<(ForceCause, Vector)> {
     forces
 }
 
-/// Computes the forces of [`forces_on`] for many bodies in one pass over the springs, and calls `each` with the index of
-/// the body in `bodies`, the cause and the force, N. Takes `pushes` instead of those that wait for the next tick.
+/// Computes the forces of [`forces_on`] for many bodies in one pass over the springs, and calls `each` with the index
+/// of the body in `bodies`, the cause and the force, N. Takes `pushes` instead of those that wait for the next tick.
 pub fn each_force(
     world: &mut World,
     pushes: &[Push],

@@ -44,7 +44,8 @@ pub enum LimitingPart {
 pub struct Cure {
     /// Smallest stable number of substeps of the same method, if there is one up to [`Substeps::MOST`].
     pub substeps: Option<u32>,
-    /// A method that is stable at the same step: the first of the table whose order is not lower, or else implicit Euler.
+    /// A method that is stable at the same step: the first of the table whose order is not lower, or else implicit
+    /// Euler.
     pub method: Option<Method>,
 }
 
@@ -59,15 +60,15 @@ pub struct Margin {
     pub method: Method,
     /// Substeps per tick.
     pub substeps: u32,
-    /// w h of springs and wells, or c h of damping, of the fastest mode in the current state for a step of h seconds. This
-    /// is a lower bound: a mode that is predicted to grow does grow.
+    /// w h of springs and wells, or c h of damping, of the fastest mode in the current state for a step of h seconds.
+    /// This is a lower bound: a mode that is predicted to grow does grow.
     pub value: Scalar,
-    /// Upper bound of the value. It is within 1 % of the value, except for groups of more than some 30,000 bodies without
-    /// a regular structure.
+    /// Upper bound of the value. It is within 1 % of the value, except for groups of more than some 30,000 bodies
+    /// without a regular structure.
     pub at_most: Scalar,
-    /// The value above which the mode grows: the next such limit above the current value if that is stable. 0 if no step is
-    /// stable, or if the limit is below 5e-3 for one mode or 0.05 for several; infinite if every step is stable. Yoshida 4
-    /// with damping is stable again at some longer steps.
+    /// The value above which the mode grows: the next such limit above the current value if that is stable. 0 if no
+    /// step is stable, or if the limit is below 5e-3 for one mode or 0.05 for several; infinite if every step is
+    /// stable. Yoshida 4 with damping is stable again at some longer steps.
     pub limit: Scalar,
     /// Whether the mode grows in the current state.
     pub is_unstable: bool,
@@ -96,8 +97,8 @@ impl Margin {
 pub struct SpringMargin {
     /// The bodies that the spring joins.
     pub ends: [Entity; 2],
-    /// The [ratio](Margin::ratio) of its group times the spring's share in it, which is 1 for the spring with the largest
-    /// bound.
+    /// The [ratio](Margin::ratio) of its group times the spring's share in it, which is 1 for the spring with the
+    /// largest bound.
     pub ratio: Scalar,
 }
 
@@ -105,9 +106,9 @@ pub struct SpringMargin {
 /// linearized, drag is taken at the current velocities and wells at the current distances.
 ///
 /// The method itself steps the linear system, so that a tick is a matrix. The system is stable if no eigenvalue of the
-/// matrix exceeds 1 in magnitude. The system of a group is reduced to its fastest modes, by stiffness and damping together,
-/// which Lanczos's iteration finds. The single fastest mode suffices without damping, or with the same damping everywhere.
-/// Groups of up to four bodies are not reduced.
+/// matrix exceeds 1 in magnitude. The system of a group is reduced to its fastest modes, by stiffness and damping
+/// together, which Lanczos's iteration finds. The single fastest mode suffices without damping, or with the same
+/// damping everywhere. Groups of up to four bodies are not reduced.
 ///
 /// The forecast ignores mutual gravity, and wells and own laws of bodies in groups together with their springs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -117,8 +118,8 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// Computes the forecast of `world`, where `method` is that of bodies without their own. Compiles the groups again if
-    /// they changed.
+    /// Computes the forecast of `world`, where `method` is that of bodies without their own. Compiles the groups again
+    /// if they changed.
     #[must_use]
     pub fn of(world: &mut World, method: Method) -> Self {
         Self::compute(world, method, false)

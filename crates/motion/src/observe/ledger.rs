@@ -38,17 +38,17 @@ const SAMPLES_PER_SECOND: Scalar = 128.0;
 /// The ledger measures the change and computes every line but the last. The *residual* is the rest: energy or momentum
 /// that the method created, or lost if negative. The lines of a tick of h seconds are computed as follows:
 ///
-/// - Pushes: a push F is constant over the tick. Its impulse is F h and its work is `F (x1 - x0)`. The three Eulers change
-///   velocity and position one after the other, so that their work is, in each step, the impulse times the mean of the
-///   velocities before and after the kick.
-/// - Laws: the work of a law [with a potential](crate::Law::has_potential) is the change of its potential, which is part of
-///   the energy and no line. The work of all other laws is the integral of their power, and the impulse of all laws the
-///   integral of their force. Both are integrated by Simpson's rule along the cubic through position and velocity at both
-///   ends of the tick (Hermite 1878), split where a law jumps. They are of order 4, like the best methods, in the length of
-///   the *tick*: substeps do not make them more accurate.
+/// - Pushes: a push F is constant over the tick. Its impulse is F h and its work is `F (x1 - x0)`. The three Eulers
+///   change velocity and position one after the other, so that their work is, in each step, the impulse times the mean
+///   of the velocities before and after the kick.
+/// - Laws: the work of a law [with a potential](crate::Law::has_potential) is the change of its potential, which is
+///   part of the energy and no line. The work of all other laws is the integral of their power, and the impulse of all
+///   laws the integral of their force. Both are integrated by Simpson's rule along the cubic through position and
+///   velocity at both ends of the tick (Hermite 1878), split where a law jumps. They are of order 4, like the best
+///   methods, in the length of the *tick*: substeps do not make them more accurate.
 /// - Damping and limits: the kernels record the velocities before and after them in every substep. Exact damping in
-///   explicit and semi-implicit Euler follows the exponential between the velocities of a step; in all other methods it is
-///   integrated like a law.
+///   explicit and semi-implicit Euler follows the exponential between the velocities of a step; in all other methods it
+///   is integrated like a law.
 /// - Anchors: the force of springs and mutual gravity on immovable bodies, integrated like a law.
 /// - Interventions: the change between the end of a tick and the start of the next.
 ///
@@ -232,8 +232,9 @@ impl Ledger {
         if seconds > 0.0 { self.since_opening.energy.residual / seconds } else { 0.0 }
     }
 
-    /// Magnitude of the residual of energy since the ledger was opened, relative to the larger of two scales: the magnitude
-    /// of the energy at the opening and the largest kinetic energy since. NaN if both are 0 and the residual is too.
+    /// Magnitude of the residual of energy since the ledger was opened, relative to the larger of two scales: the
+    /// magnitude of the energy at the opening and the largest kinetic energy since. NaN if both are 0 and the residual
+    /// is too.
     #[must_use]
     pub fn relative_residual(&self) -> Scalar {
         let scale = self.at_opening.energies.total().abs().max(self.peak_kinetic);

@@ -14,8 +14,8 @@ use crate::units::{Scalar, Vector};
 pub struct Totals {
     /// Sum of `m v² / 2`, J.
     pub kinetic_energy: Scalar,
-    /// Sum of the potential energies of all laws with a potential, J. That of gravity is zero at the origin, that of wells
-    /// and mutual gravity at infinity, that of springs at rest length.
+    /// Sum of the potential energies of all laws with a potential, J. That of gravity is zero at the origin, that of
+    /// wells and mutual gravity at infinity, that of springs at rest length.
     pub potential_energy: Scalar,
     /// Sum of `m v`, kg m/s.
     pub momentum: Vector,
@@ -23,8 +23,8 @@ pub struct Totals {
     pub angular_momentum: Vector,
 }
 
-/// Computes the totals of all movable bodies of `world`. Sums are in stable-id order, so that the order of tables changes
-/// no bit; bodies without an id come last, in table order.
+/// Computes the totals of all movable bodies of `world`. Sums are in stable-id order, so that the order of tables
+/// changes no bit; bodies without an id come last, in table order.
 pub fn totals(world: &mut World) -> Totals {
     compile_groups(world);
     type Body = (

@@ -25,8 +25,8 @@ impl Transform {
 
 /// Velocity and inverse mass w of a moving body (Newton's second law as `a = F w`).
 ///
-/// The step multiplies by the inverse mass; 0 stands for an infinite mass, which no force, law or NaN moves. Only values
-/// above 0 are movable.
+/// The step multiplies by the inverse mass; 0 stands for an infinite mass, which no force, law or NaN moves. Only
+/// values above 0 are movable.
 ///
 /// Aligned to its size, so that no row crosses a cache line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -103,8 +103,8 @@ pub struct Orientation(pub Rotation);
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StableId(pub u32);
 
-/// Largest speed of a body, m/s. A faster velocity is scaled down after damping and before the move; its direction stays
-/// the same (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a limit.
+/// Largest speed of a body, m/s. A faster velocity is scaled down after damping and before the move; its direction
+/// stays the same (PhysX, `DyBodyCoreIntegrator.h`). Present only on bodies with a limit.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLimit(pub Scalar);
 
@@ -132,7 +132,7 @@ impl AxisLocks {
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GravityOff;
 
-/// Marks a quarantined body, which would have become non-finite or left the [`Range`](crate::Range). It stays in its last
-/// valid state and every system skips it. [`Quarantine`](crate::Quarantine) says when and why.
+/// Marks a quarantined body, which would have become non-finite or left the [`Range`](crate::Range). It stays in its
+/// last valid state and every system skips it. [`Quarantine`](crate::Quarantine) says when and why.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quarantined;

@@ -14,8 +14,8 @@ const FREE: u64 = u64::MAX;
 
 /// Emits particles at a fixed rate from a pool of bodies. The emitter is an entity separate from its particles.
 ///
-/// Particle number k, counted from 0, is born `k / rate` seconds after the start of the scene and lives for `life`. It is
-/// body `k % n` of a pool of n; if that body still lives, it is reborn. Births that were due before the emitter was
+/// Particle number k, counted from 0, is born `k / rate` seconds after the start of the scene and lives for `life`. It
+/// is body `k % n` of a pool of n; if that body still lives, it is reborn. Births that were due before the emitter was
 /// spawned, or while it was off, are skipped.
 ///
 /// A particle that is born within a tick is integrated over the rest of that tick, in as many substeps as a whole one.

@@ -56,8 +56,9 @@ pub(crate) fn sum_by_body(pushes: impl Iterator<Item = Push>) -> EntityHashMap<V
 
 /// The pushes for the next tick.
 ///
-/// An edge push (a click) waits here for the next tick and acts in that tick only: it is neither lost in a frame without
-/// a tick nor doubled in a frame with two. A sustained push (a held key) acts in every tick that begins while it is here.
+/// An edge push (a click) waits here for the next tick and acts in that tick only: it is neither lost in a frame
+/// without a tick nor doubled in a frame with two. A sustained push (a held key) acts in every tick that begins while
+/// it is here.
 #[derive(Resource, Debug, Default)]
 pub struct PushQueue {
     edges: Vec<Push>,

@@ -5,13 +5,13 @@ use bevy_ecs::prelude::*;
 use crate::real::Real;
 use crate::units::Scalar;
 
-/// The range in which the bodies of a scene have to stay. A body that would leave it is quarantined, like one that would
-/// become non-finite. Without this resource every finite number is in range.
+/// The range in which the bodies of a scene have to stay. A body that would leave it is quarantined, like one that
+/// would become non-finite. Without this resource every finite number is in range.
 ///
 /// The bounds hold for each coordinate, not for the length of a vector. They are checked at the end of a tick; substeps
 /// and stages may exceed them. [`integrate_acceleration`](crate::systems::integrate_acceleration) and
-/// [`integrate_velocity`](crate::systems::integrate_velocity) check separately, so that a schedule with a range runs both in one
-/// pass.
+/// [`integrate_velocity`](crate::systems::integrate_velocity) check separately, so that a schedule with a range runs
+/// both in one pass.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Range {
     /// Largest magnitude of a coordinate of a position, m, above 0.

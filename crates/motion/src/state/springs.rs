@@ -43,8 +43,8 @@ pub struct Link {
     pub elastic: Elastic<Scalar>,
 }
 
-/// A body of points and springs. Its points are bodies like all others; the soft body is a separate entity. The component
-/// is immutable: insert another one to change it.
+/// A body of points and springs. Its points are bodies like all others; the soft body is a separate entity. The
+/// component is immutable: insert another one to change it.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct SoftBody {

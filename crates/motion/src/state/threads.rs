@@ -2,8 +2,8 @@
 
 use bevy_ecs::prelude::*;
 
-/// The threads that share the bodies of a tick. A world without this resource uses one thread. The state is the same, bit
-/// for bit, with any number of threads.
+/// The threads that share the bodies of a tick. A world without this resource uses one thread. The state is the same,
+/// bit for bit, with any number of threads.
 #[derive(Resource, Debug)]
 pub struct Threads {
     /// The other threads: the one that runs the tick is not in the pool.

@@ -45,8 +45,8 @@ impl LinearSystem {
         self.parts.iter().map(|modes| modes.growth(stepping)).fold(0.0, Scalar::max)
     }
 
-    /// The value at which the system becomes unstable, where `value` is that of the current tick; 0 if no tick is stable,
-    /// infinite if every tick is.
+    /// The value at which the system becomes unstable, where `value` is that of the current tick; 0 if no tick is
+    /// stable, infinite if every tick is.
     pub fn limit(&self, stepping: Stepping, value: Scalar) -> Scalar {
         if value <= 0.0 {
             return Scalar::INFINITY;
@@ -132,8 +132,8 @@ impl LinearSystem {
     }
 }
 
-/// Finds a stable value and an unstable one, a factor of `by` apart, starting from `start`. The second is infinite if no
-/// value is unstable; `None` if no value is stable.
+/// Finds a stable value and an unstable one, a factor of `by` apart, starting from `start`. The second is infinite if
+/// no value is unstable; `None` if no value is stable.
 fn bracket(stable: &dyn Fn(Scalar) -> bool, by: Scalar, start: Scalar) -> Option<[Scalar; 2]> {
     let mut here = start;
     if stable(here) {

@@ -54,8 +54,8 @@ pub(super) fn margin(
     Some(margin)
 }
 
-/// The margin of a group at steps of `h` seconds. `bounds` are those of stiffness and damping; `short` is a step at which
-/// the group is at or near the limit of stability.
+/// The margin of a group at steps of `h` seconds. `bounds` are those of stiffness and damping; `short` is a step at
+/// which the group is at or near the limit of stability.
 fn group_margin(
     world: &World,
     group: &LinearGroup<'_>,
@@ -110,17 +110,17 @@ fn infinite_margin(
 /// stable only with damping.
 const MOST_UNDAMPED: usize = 4;
 
-/// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h rate = 4`. The
-/// limits of other methods differ by a factor of about 1 and are computed.
+/// Step of `h` seconds over the longest stable step of semi-implicit Euler, which is at `h² stiffness + 2 h rate = 4`.
+/// The limits of other methods differ by a factor of about 1 and are computed.
 fn times_over([stiffness, rate]: [Scalar; 2], h: Scalar) -> Scalar {
     // 1 / t of t² p + 2 t q = 4.
     let (p, q) = (h * h * stiffness, h * rate);
     (q + (q * q + 4.0 * p).sqrt()) / 4.0
 }
 
-/// Whether implicit Euler's solver converges, where `stiffest` is the largest of `h² w² + h c`. Conjugate gradients need at
-/// most as many iterations as the condition number demands (Luenberger 1973), or as there are numbers, times a factor for
-/// rounding. Beyond a condition number of 1 / epsilon the inertia is below rounding.
+/// Whether implicit Euler's solver converges, where `stiffest` is the largest of `h² w² + h c`. Conjugate gradients
+/// need at most as many iterations as the condition number demands (Luenberger 1973), or as there are numbers, times a
+/// factor for rounding. Beyond a condition number of 1 / epsilon the inertia is below rounding.
 fn converges(solver: Solver, group: &LinearGroup<'_>, stiffest: Scalar) -> bool {
     let condition = 1.0 + stiffest;
     let by_condition = 0.5 * condition.sqrt() * libm::log(2.0 / solver.tolerance);
@@ -147,8 +147,8 @@ struct LimitingMode {
     excess: Scalar,
 }
 
-/// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or, for a
-/// method that is stable only with damping, at steps of `undamped_step` seconds, the one with too little damping.
+/// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or,
+/// for a method that is stable only with damping, at steps of `undamped_step` seconds, the one with too little damping.
 /// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping.
 ///
 /// Modes are Ritz vectors, which are never faster than the fastest mode: a stable group never appears unstable.

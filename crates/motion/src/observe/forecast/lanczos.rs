@@ -13,8 +13,8 @@ const LEAST_VECTORS: usize = 8;
 const MOST_PRODUCTS: usize = 400;
 const MOST_WORK: usize = 100_000_000;
 
-/// Relative distance between the bounds of the largest eigenvalue at which the iteration stops; its root is then known to
-/// half of that. The second one holds after [`ENOUGH_WORK`].
+/// Relative distance between the bounds of the largest eigenvalue at which the iteration stops; its root is then known
+/// to half of that. The second one holds after [`ENOUGH_WORK`].
 const TOLERANCES: [f64; 2] = [1e-3, 0.02];
 const ENOUGH_WORK: usize = 5_000_000;
 
@@ -30,9 +30,9 @@ pub(crate) struct Largest {
     pub at_most: f64,
 }
 
-/// Finds up to `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric, positive semidefinite,
-/// and has no eigenvalue above `bound` (Lanczos 1950, restarted with the best half of the basis: Wu, Simon 2000). Finds
-/// fewer if memory for `n` numbers limits the basis.
+/// Finds up to `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric, positive
+/// semidefinite, and has no eigenvalue above `bound` (Lanczos 1950, restarted with the best half of the basis: Wu,
+/// Simon 2000). Finds fewer if `n` or the memory limits the basis.
 pub(crate) fn largest(
     n: usize,
     count: usize,
@@ -121,8 +121,8 @@ fn missed(n: usize, products: usize) -> f64 {
     least * least
 }
 
-/// Replaces the basis by the Ritz vectors `best`, whose shares of the basis are given. It does so number by number, because
-/// a second basis would be the largest part of the memory of the forecast.
+/// Replaces the basis by the Ritz vectors `best`, whose shares of the basis are given. It does so number by number,
+/// because a second basis would be the largest part of the memory of the forecast.
 fn replace_basis(basis: &mut Vec<Vec<f64>>, best: &[Pair]) {
     let mut row = vec![0.0; basis.len()];
     for i in 0..basis.first().map_or(0, Vec::len) {
@@ -158,13 +158,14 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Subtracts from a vector its projection on an orthonormal basis (Gram-Schmidt) and returns the shares. The newest vector
-/// comes first because a product has its largest share there: in the other order rounding errors would grow several times
-/// with each step.
+/// Subtracts from a vector its projection on an orthonormal basis (Gram-Schmidt) and returns the shares. The newest
+/// vector comes first because a product has its largest share there: in the other order rounding errors would grow
+/// several times with each step.
 pub(super) fn orthogonalize(vector: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let mut shares = vec![0.0; basis.len()];
     let mut before = dot(vector, vector);
-    // Twice if the projection was nearly all of the vector: the rounding error of the first pass would dominate the rest.
+    // Twice if the projection was nearly all of the vector: the rounding error of the first pass would dominate the
+    // rest.
     for _ in 0..2 {
         for (other, sum) in basis.iter().zip(&mut shares).rev() {
             let share = dot(other, vector);

@@ -7,8 +7,8 @@ pub(crate) struct Matrix {
     entries: Vec<f64>,
 }
 
-/// Number of squarings for the spectral radius: after 2^32 steps a factor of 1e6 between the largest entry and the radius
-/// is an error of 3e-9.
+/// Number of squarings for the spectral radius: after 2^32 steps a factor of 1e6 between the largest entry and the
+/// radius is an error of 3e-9.
 const SQUARINGS: u32 = 32;
 
 impl Matrix {
@@ -90,8 +90,8 @@ impl Matrix {
         self.entries.iter().map(|entry| entry.abs()).fold(0.0, f64::max)
     }
 
-    /// Spectral radius, the largest magnitude of an eigenvalue: by formula for two rows, else from the size of a high power
-    /// (Gelfand 1941). Infinite if an entry is not finite.
+    /// Spectral radius, the largest magnitude of an eigenvalue: by formula for two rows, else from the size of a high
+    /// power (Gelfand 1941). Infinite if an entry is not finite.
     pub fn radius(&self) -> f64 {
         if !self.entries.iter().all(|entry| entry.is_finite()) {
             return f64::INFINITY;

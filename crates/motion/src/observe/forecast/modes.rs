@@ -27,7 +27,8 @@ pub(crate) struct Modes {
     pub stiffness: Matrix,
     /// C of laws, 1/s.
     pub damping: Matrix,
-    /// The scene's damping by rate, each with the projection on the coordinates with that rate; the projections sum to 1.
+    /// The scene's damping by rate, each with the projection on the coordinates with that rate; the projections sum to
+    /// 1.
     pub decays: Vec<(Damping, Matrix)>,
 }
 

@@ -29,8 +29,8 @@ pub struct LedgerLines<T> {
     /// Amount added by immovable bodies at the other end of springs and mutual gravity. They add energy only while they
     /// move.
     pub anchors: T,
-    /// Amount added by changes between two ticks: requests, births and deaths of particles, bodies removed or quarantined,
-    /// effects switched.
+    /// Amount added by changes between two ticks: requests, births and deaths of particles, bodies removed or
+    /// quarantined, effects switched.
     pub interventions: T,
     /// The rest of the change, which no cause explains: the amount that the method created, or lost if negative.
     pub residual: T,
