@@ -1,13 +1,13 @@
-//! Methods on blocks of rows: the arithmetic of a tick, checked before it is committed.
+//! Kernels: methods on blocks of rows, whose new states are checked before they are stored.
 //!
-//! A row of a body is four lanes, (velocity, inverse mass), and every update is written on four lanes whose
-//! constants leave the last one alone, so that one body is one register. The whole tick of a block, every
-//! substep and stage, is computed before the next block is looked at; a row that would turn non-finite is left
-//! as it was and refused. There is no fused multiply-add: it would change the bits.
+//! The row of a body is four lanes, (velocity, inverse mass), so that one body is one register; constants leave the
+//! last lane unchanged. The whole tick of a block, with all substeps and stages, is computed before the next block. A
+//! row that would turn non-finite keeps its state and is refused. No fused multiply-add is used: it would change the
+//! bits.
 //!
-//! Two kernels do it. The affine one knows gravity, linear drag, damping and applied forces, and is compiled
-//! for the vector instructions of the machine, chosen at run time, with the same bits on all of them. The
-//! calling one knows everything: laws that are called and what single bodies ask for.
+//! There are two kernels. The affine kernel handles gravity, linear drag, damping and applied forces; it uses the
+//! vector instructions of the machine, chosen at run time, with the same bits on all machines. The calling kernel
+//! handles everything: laws that are called, and the options of single bodies.
 
 mod affine;
 mod calling;
@@ -41,37 +41,36 @@ pub(crate) use field::restrain;
 pub(crate) use method_state::MethodStateRows;
 pub(crate) use options::{BodyOptions, RowOptions};
 
-/// Rows that are computed before the first of them is stored.
+/// Rows of a block, computed together before the first of them is stored.
 pub(crate) const BLOCK: usize = 4;
 
 type Row<T> = [T; 4];
 
-/// What acts on every body of a table in a tick.
+/// The numbers of an environment that a kernel needs for a tick of one method.
 #[derive(Clone, Copy)]
 pub(crate) struct Terms<'a, T: Real> {
     /// Acceleration by the constant laws, m/s².
     pub gravity: T::Vector,
-    /// Rate of linear drag by the laws, 1/s.
+    /// Rate of linear drag of the laws, 1/s.
     pub drag: T,
-    /// Rate of linear drag altogether, 1/s: exact damping is in it where the method has damping around its ticks.
+    /// Total rate of linear drag, 1/s: includes exact damping where the method has damping around its ticks.
     pub rate: T,
-    /// Damping, for steps of other lengths.
+    /// Damping, for segments of other lengths.
     pub damping: Option<Damping>,
-    /// What damping does in a step or, around it, in a tick.
+    /// The factors of damping: of a substep if the method damps inside its steps, otherwise of the tick.
     pub decay: Decay<T>,
-    /// Laws that have to be called.
+    /// Laws that are called.
     pub laws: &'a [&'a dyn Law<T>],
-    /// Changes whenever one of these laws does.
+    /// Changes whenever one of these laws changes.
     pub epoch: u64,
     /// The times of the tick.
     pub times: TickTimes,
-    /// What the state that is stored may be at most.
+    /// Bounds of the states that are stored.
     pub bounds: Bounds<T>,
 }
 
 impl<'a, T: Real> Terms<'a, T> {
-    /// What is taken from the drag and damping that are in force: for a method that has damping inside its steps
-    /// or around its ticks.
+    /// The terms of a tick of `M`, without bounds.
     pub fn new<M: Integrator>(
         affine: Affine<T>,
         damping: Option<Damping>,
@@ -86,14 +85,14 @@ impl<'a, T: Real> Terms<'a, T> {
         terms.damped::<M>(damping)
     }
 
-    /// The same for states that stay within `bounds`.
+    /// The same terms with `bounds`.
     #[must_use]
     pub const fn within(mut self, bounds: Bounds<T>) -> Self {
         self.bounds = bounds;
         self
     }
 
-    /// The same with other damping.
+    /// The same terms with other damping.
     #[must_use]
     pub fn damped<M: Integrator>(mut self, damping: Option<Damping>) -> Self {
         self.damping = damping;
@@ -112,13 +111,13 @@ impl<'a, T: Real> Terms<'a, T> {
         self
     }
 
-    /// The same for a body that is born at `time`, s: what is left of the tick is a tick.
+    /// The same terms for a body that is born at `time`, s: its tick is the rest of the tick.
     #[must_use]
     pub fn since<M: Integrator>(&self, time: Scalar) -> Self {
         Self { times: self.times.since(time), ..*self }.damped::<M>(self.damping)
     }
 
-    /// Accelerations of a body in a tick of `M` in which no law is called.
+    /// Evaluations per body in a tick of `M` in which no law is called.
     pub fn evaluations<M: Integrator>(&self) -> u64 {
         let claims = M::METHOD.claims();
         let of_a_step = match self.rate == T::ZERO {
@@ -128,7 +127,7 @@ impl<'a, T: Real> Terms<'a, T> {
         if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
     }
 
-    /// What damping does in a segment; around a tick it is the same in every segment.
+    /// The factors of damping in a segment; those around a tick are the same in every segment.
     fn decay_in<M: Integrator>(&self, segment: Segment<T>) -> Decay<T> {
         if !M::DAMPS_INSIDE || segment.length == self.times.substep() {
             return self.decay;
@@ -136,7 +135,7 @@ impl<'a, T: Real> Terms<'a, T> {
         self.damping.map_or(Decay::none(segment.length), |damping| damping.factors(segment.length))
     }
 
-    /// The segments of the tick for a body with laws of its own.
+    /// The segments of the tick for a body with these own laws.
     fn segments(&self, own: &[Box<dyn Law<T>>]) -> Segments {
         let discontinuities = self.laws.iter().flat_map(|law| law.discontinuities());
         self.times.segments(&mut discontinuities.chain(own.iter().flat_map(|law| law.discontinuities())))
@@ -148,10 +147,10 @@ impl<'a, T: Real> Terms<'a, T> {
     }
 }
 
-/// A count a name.
+/// Counts by name.
 pub(crate) type Counts = SmallVec<[(&'static str, u64); 8]>;
 
-/// Adds `more` to the count of that name, which is first heard of when it is not 0.
+/// Adds `more` to the count of `name`, which is listed once it is not 0.
 pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
     match counts.iter_mut().find(|(known, _)| *known == name) {
         Some((_, count)) => *count += more,
@@ -160,12 +159,12 @@ pub(crate) fn count(counts: &mut Counts, name: &'static str, more: u64) {
     }
 }
 
-/// What a tick took: counted where laws are called, so that it is exact.
+/// What a tick took, counted exactly where laws are called.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct StepStatistics {
-    /// Accelerations of one body, by all laws together.
+    /// Evaluations of the acceleration of one body by all laws.
     pub accelerations: u64,
-    /// Evaluations of the laws of all bodies, one number a law of [`Terms::laws`].
+    /// Evaluations of each law in [`Terms::laws`].
     pub calls: SmallVec<[u64; 8]>,
     /// Evaluations of the laws of single bodies, by name.
     pub own: Counts,
@@ -175,7 +174,7 @@ pub(crate) struct StepStatistics {
     pub unconverged: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
-    /// What is written down of every row, if it is.
+    /// Records of every row, if a ledger wants them.
     pub record: Option<Recorder>,
 }
 
@@ -184,7 +183,7 @@ impl StepStatistics {
         count(&mut self.own, name, rows);
     }
 
-    /// Takes the counts of another account into this one.
+    /// Adds the counts of `other`.
     pub fn add(&mut self, other: &Self) {
         self.accelerations += other.accelerations;
         self.calls.resize(self.calls.len().max(other.calls.len()), 0);
@@ -197,15 +196,15 @@ impl StepStatistics {
     }
 }
 
-/// Bodies that are integrated together: rows of a table or of plain arrays, or a single one.
+/// Bodies that are integrated together: the rows of a table or of plain arrays, or a single body.
 pub(crate) struct Batch<'a, T: Real> {
     /// x, y, z of every body.
     pub positions: &'a mut [[T; 3]],
     /// (velocity, inverse mass) of every body.
     pub bodies: &'a mut [Row<T>],
-    /// Their forces, if any of them is pushed.
+    /// The applied forces, if any body is pushed.
     pub applied: Option<Applied<'a, T>>,
-    /// What the method keeps of them.
+    /// What the method keeps of every body.
     pub method_state: MethodStateRows<'a, T>,
 }
 
@@ -244,26 +243,26 @@ impl<'a, T: Real> Batch<'a, T> {
     }
 }
 
-/// The forces of a table, or a part of it, and the rows that have one; all other rows are zero and are not looked
-/// at.
+/// The applied forces of a batch and the rows that are pushed; the forces of all other rows are zero and are not
+/// read.
 #[derive(Clone, Copy)]
 pub(crate) struct Applied<'a, T> {
-    /// Of every body of the part.
+    /// The force on every body, N.
     pub forces: &'a [[T; 3]],
-    /// Table and row of the bodies of this part that were pushed, rows ascending.
+    /// Table and row of the pushed bodies, rows ascending.
     pub rows: &'a [(usize, usize)],
-    /// The row of the table at which the part begins.
+    /// The row of the table at which the batch begins.
     pub offset: usize,
 }
 
 impl<T> Applied<'_, T> {
-    /// A part of this part.
+    /// The forces of some rows.
     pub fn part(&self, rows: Range<usize>) -> Self {
         let before = |pushed: &[(usize, usize)], row: usize| {
             pushed.partition_point(|(_, pushed)| *pushed < self.offset + row)
         };
         let pushed = &self.rows[before(self.rows, rows.start)..];
-        // No more of them than rows: the second search is a short one.
+        // There are no more than rows: this makes the second search short.
         let pushed = &pushed[..pushed.len().min(rows.len())];
         Self {
             forces: &self.forces[rows.clone()],
@@ -273,7 +272,7 @@ impl<T> Applied<'_, T> {
     }
 }
 
-/// What to tell about a row that was not updated, and why it was not.
+/// Called with a row that was refused, and why.
 pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 
 /// Integrates a tick of some rows of a batch, one by one where they have options.
@@ -302,14 +301,14 @@ pub(crate) fn integrate_batch<T: Real, M: Integrator>(
         calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, statistics, refuse);
         return;
     }
-    // Factors of a tick, between whose substeps the affine kernel does not know the first from the last.
+    // The affine kernel does not know the first and the last substep, where factors around a tick act.
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && times.substeps > 1 && factors;
     let in_registers = !around && sums.are_plain() && statistics.record.is_none();
     let start = rows.start;
     let refuse_part = &mut |row, breach| refuse(start + row, breach);
     if !in_registers || !affine::run::<T, M>(terms, &mut batch.part(rows.clone()), refuse_part) {
-        // The same bits; what it would count is known without it.
+        // To the same bits. Its counts are dropped: evaluations without called laws are counted elsewhere.
         let mut uncounted = StepStatistics { record: statistics.record.take(), ..StepStatistics::default() };
         calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, &mut uncounted, refuse);
         statistics.record = uncounted.record;

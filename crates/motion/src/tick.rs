@@ -1,5 +1,4 @@
-//! A tick: the systems that integrate single bodies over the tables of the world, and the quarantine of bodies that
-//! fail.
+//! A tick of single bodies: the systems that integrate the tables of a world, and the quarantine of bodies that fail.
 
 pub(crate) mod columns;
 pub(crate) mod diagnosis;

@@ -13,18 +13,16 @@ use crate::methods::{Integrator, MethodState, StepState};
 use crate::real::{Lanes as _, Real};
 use crate::state::range::{Bounds, Breach};
 
-/// What the machine offers; asking costs more than stepping one body.
+/// The instruction set of the machine; detecting it costs more than a step of one body.
 pub(crate) static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
 
-/// The positions of a block and one number beyond: each row is loaded as four lanes, and nobody looks at the
-/// last.
+/// The positions of a block and one number beyond: each row is loaded as four lanes, of which the last is not used.
 type Triples<T> = [T; 3 * BLOCK + 1];
 
-/// Rows that go through all substeps before the next ones: they stay in the first-level cache.
+/// Rows that take all substeps before the next rows: they stay in the first-level cache.
 const STAY: usize = 32 * BLOCK;
 
-/// Integrates a tick, if the machine has registers that hold a row of `T`; `false`: it has not, and nothing was
-/// done.
+/// Integrates a tick; returns `false`, with nothing done, if the machine has no registers that hold a row of `T`.
 #[must_use]
 pub(super) fn run<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
@@ -35,9 +33,9 @@ pub(super) fn run<T: Real, M: Integrator>(
     if substeps == 1 {
         return step_all::<T, M>(terms, batch, 0..rows, refuse);
     }
-    // Nothing here looks at the time, so that every substep is the same step. A row that one of them refuses
-    // stays as it is, and the others refuse it as well; it goes back to where it was before the tick. Of a range only
-    // the end of the tick is asked.
+    // Nothing here depends on time, so every substep is the same step. A row that one substep refuses keeps its
+    // state, so the next ones refuse it as well; it is restored to its state before the tick. The range is checked
+    // only at the end of the tick.
     let inner = terms.within(Bounds::FINITE);
     let mut refused: Vec<(usize, Breach)> = Vec::new();
     let mut before = ([[T::ZERO; 3]; STAY], [[T::ZERO; 4]; STAY]);
@@ -71,7 +69,8 @@ pub(super) fn run<T: Real, M: Integrator>(
     true
 }
 
-/// Refuses each row for the first reason that it has. Apart from [`run`], so that a sort is not compiled for every method.
+/// Refuses each row for its first reason. Separate from [`run`], so that the sort is compiled once and not for every
+/// method.
 #[cold]
 fn refuse_once(mut refused: Vec<(usize, Breach)>, refuse: Refuse<'_>) {
     // A stable sort keeps the first reason first.
@@ -95,7 +94,7 @@ fn step_all<T: Real, M: Integrator>(
     if !step::<T, M>(terms, &mut whole, &mut |row, breach| refuse(rows.start + row, breach)) {
         return false;
     }
-    // A block is loaded one number beyond its last row: the last block is copied, with a row beyond.
+    // A block is loaded one number beyond its last row, so the last block is copied, with a row beyond it.
     let rest = (rows.len() - 1) % BLOCK + 1;
     let last = rows.end - rest..rows.end;
     let zero = [T::ZERO; 3];
@@ -112,7 +111,7 @@ fn step_all<T: Real, M: Integrator>(
     }
     let mut method_state = MethodStateRows::None;
     if let MethodStateRows::LastStep(all) = &batch.method_state {
-        // Rows that fill the block up are like its first: the block stays one of equal steps.
+        // Rows that fill up the block are like its first row, so that its steps stay equal.
         steps = [all[last.start]; BLOCK + 1];
         steps[..rest].copy_from_slice(&all[last.clone()]);
         method_state = MethodStateRows::LastStep(&mut steps);
@@ -130,7 +129,8 @@ fn step_all<T: Real, M: Integrator>(
 
 /// A step of every whole block that has a row beyond it.
 ///
-/// Every set of instructions is a copy of every method, so there is one: on x86 AVX2 for f64 and SSE4.2 for f32.
+/// Every instruction set is a copy of every method, so there is one per precision: on x86 AVX2 for f64, SSE4.2 for
+/// f32.
 #[must_use]
 fn step<T: Real, M: Integrator>(terms: &Terms<'_, T>, batch: &mut Batch<'_, T>, refuse: Refuse<'_>) -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -164,7 +164,7 @@ fn step_with<T: Real, M: Integrator, S: Simd>(
     use parts::{AFTER, BEFORE, DRAG, KEEP};
     let rows = AffineKernel { simd, terms, batch, refuse };
     if !M::DAMPS_INSIDE {
-        // The methods that save an evaluation where nothing varies have a kernel for that.
+        // Methods that save an evaluation under constant accelerations have a kernel for that.
         let constant = M::STATE == MethodState::LastAcceleration && terms.rate == T::ZERO;
         return if constant { rows.run::<M, 0>() } else { rows.run::<M, DRAG>() };
     }
@@ -207,7 +207,7 @@ impl<T: Real, S: Simd> AffineKernel<'_, '_, '_, T, S> {
             let start = number * BLOCK;
             let x: &mut Triples<T> = positions.first_chunk_mut().expect("a whole block and a number");
             let steps = last.as_mut().and_then(Iterator::next);
-            // A force that nobody applied is worth a kernel without one: adding it would lengthen every stage.
+            // A kernel without forces pays: adding zeros would lengthen every stage.
             let new = if pushed.touches(start) {
                 step.block::<M, PARTS, true>(simd, x, block, Some(&pushed.block(start)), steps)
             } else {
@@ -234,7 +234,7 @@ struct StepOf<'a, 't, T: Real, S: Simd> {
 type Block<T, S> = (Rows<T, S, BLOCK>, Rows<T, S, BLOCK>);
 
 impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
-    /// The new positions and rows; nothing is stored or checked.
+    /// The new positions and rows, neither checked nor stored.
     #[inline(always)]
     fn block<M: Integrator, const PARTS: u8, const PUSHED: bool>(
         &self,
@@ -264,7 +264,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         self.run::<M, PARTS, PUSHED, BLOCK>(field, x, v, last)
     }
 
-    /// A block of bodies whose last steps differ, because some of them are new.
+    /// A step of a block whose bodies have different last steps, because some are new.
     #[inline(always)]
     fn one_by_one<M: Integrator, const PARTS: u8>(
         &self,
@@ -286,7 +286,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
             let mut step = [last[k]];
             let (x, v) = self.run::<M, PARTS, true, 1>(field, x, v, Some(&mut step));
             (new_x.0[k], new_v.0[k]) = (x.0[0], v.0[0]);
-            // One that was not a number stays: it tells why its row was refused.
+            // A last step that is not finite stays: it is the evidence of why its row was refused.
             if last[k].is_finite() {
                 last[k] = step[0];
             }
@@ -325,7 +325,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
     }
 }
 
-/// Finds the blocks that were pushed while the rows go by.
+/// Finds the pushed blocks in one pass over the rows.
 struct Pushed<'a, T> {
     numbers: &'a [T],
     rows: &'a [(usize, usize)],
@@ -341,7 +341,7 @@ impl<'a, T: Real> Pushed<'a, T> {
         Self { numbers: forces.as_flattened(), rows: pushed, offset, next: first_row(pushed, offset) }
     }
 
-    /// Whether a row of the block at `start` was pushed. Blocks are asked for in order.
+    /// Whether a row of the block at `start` is pushed. Called for blocks in order.
     #[inline(always)]
     fn touches(&mut self, start: usize) -> bool {
         if self.next >= start + BLOCK {
@@ -379,30 +379,30 @@ fn load_triples<T: Real, S: Simd>(simd: S, numbers: &Triples<T>) -> Rows<T, S, B
     rows
 }
 
-/// What new rows may be at most.
+/// The check of new rows.
 struct Limit<T> {
     bounds: Bounds<T>,
-    /// Whether rows may be stored if every number of them is finite.
+    /// Whether it is enough that every number is finite.
     is_of_numbers: bool,
 }
 
 impl<T: Real> Limit<T> {
     fn of<M: Integrator>(terms: &Terms<'_, T>) -> Self {
-        // A factor after the move may enlarge a velocity that the position has not seen.
+        // A factor after the move may enlarge the velocity after it entered the position.
         let grows = terms.decay.after_move.is_some_and(|factor| !factor.whole.abs().is_at_most(T::ONE));
         let is_of_numbers = terms.bounds == Bounds::FINITE && !(M::MOVES_WITH_NEW_VELOCITY && grows);
         Self { bounds: terms.bounds, is_of_numbers }
     }
 }
 
-/// `true` proves that every number is finite: what is not finite leaves no sum finite. Sums of numbers near the largest
-/// one may deny it.
-#[expect(clippy::eq_op, reason = "+0 of a number, NaN of what is none")]
+/// Whether the sum of all numbers is finite, which proves that each is. `false` proves nothing: a sum of large
+/// numbers may overflow.
+#[expect(clippy::eq_op, reason = "x - x is 0 if x is finite and NaN otherwise")]
 #[inline(always)]
 fn is_finite<T: Real, M: Integrator, S: Simd>((x, v): &Block<T, S>) -> bool {
     let [a, b, c, d] = x.0;
     let mut sum = (a + b) + (c + d);
-    // A step that moves with its own new velocity has a finite position only if that is finite as well.
+    // If a step moves with its new velocity, a finite position proves a finite velocity.
     if !M::MOVES_WITH_NEW_VELOCITY {
         let [a, b, c, d] = v.0;
         sum += (a + b) + (c + d);
@@ -430,7 +430,7 @@ fn store<T: Real, M: Integrator, S: Simd>(
     });
 }
 
-/// Row by row.
+/// Checks and stores row by row.
 #[cold]
 fn commit_each<T: Real>(
     bounds: &Bounds<T>,
@@ -454,14 +454,13 @@ fn commit_each<T: Real>(
     }
 }
 
-/// Whether a row, (velocity, inverse mass), can be accelerated.
+/// Whether the body of this row, (velocity, inverse mass), can be accelerated.
 pub(super) fn is_movable<T: Real>(row: &Row<T>) -> bool {
     row[3] > T::ZERO
 }
 
-/// Whether a row at `x` that is not updated has to be told of. Not one that is immovable and at rest, which an update
-/// would spoil (damping that is not a number): it is left alone. So are the rows that fill the last block up and
-/// belong to nobody.
+/// Whether a row at `x` that was not stored is refused. A body that is immovable and at rest just stays as it is; so
+/// do the rows that fill up the last block.
 pub(super) fn is_missed<T: Real>(bounds: &Bounds<T>, x: &[T], row: &Row<T>) -> bool {
     *row != [T::ZERO; 4] || x.iter().any(|part| !part.is_finite() || part.abs() > bounds.position)
 }

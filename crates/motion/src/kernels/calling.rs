@@ -1,7 +1,7 @@
-//! The kernel of everything: laws that are called, and what single bodies ask for.
+//! The calling kernel: handles everything, with laws that are called and the options of single bodies.
 //!
-//! Bodies are copied into a block and back, and the instructions are the least that every machine has: what a
-//! called law costs is more than either.
+//! Bodies are copied into a block and back, and only baseline instructions are used: calling a law costs more than
+//! either.
 
 use std::ops::Range;
 
@@ -20,17 +20,17 @@ use crate::real::Real;
 use crate::state::components::AxisLocks;
 use crate::state::method_state::CachedAcceleration;
 
-/// How rows are summed up.
+/// How increments are added to the state: plainly or compensated.
 pub(crate) trait Sums<T: Real> {
-    /// Whether there is nothing beside rows, so that they may go the shorter way through registers.
+    /// Whether there is nothing besides rows, so that the affine kernel may be used.
     fn are_plain(&self) -> bool {
         false
     }
 
-    /// What a tick of a block leaves beside its rows.
+    /// What a tick of a block leaves besides its rows.
     type Left<const N: usize>;
 
-    /// The rows of a block at the end of a tick; it begins with the row `rows.start`.
+    /// Integrates a tick of a block, the rows `rows` of the batch.
     fn tick<M: Integrator, const N: usize>(
         &self,
         kernel: &CallingKernel<'_, '_, T>,
@@ -40,11 +40,11 @@ pub(crate) trait Sums<T: Real> {
         statistics: &mut StepStatistics,
     ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>);
 
-    /// Keeps what was left of row `k` of a block, which is that row of the batch.
+    /// Stores what is left of row `k` of a block, which is row `row` of the batch.
     fn commit<const N: usize>(&mut self, row: usize, k: usize, left: &Self::Left<N>);
 }
 
-/// Plain sums: what rounding leaves out of them is lost.
+/// Plain sums: rounding errors are lost.
 pub(crate) struct Plain;
 
 /// Integrates a tick of some rows.
@@ -76,7 +76,7 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
 ) {
     statistics.calls.resize(terms.laws.len(), 0);
     let segments = terms.segments(options.laws);
-    // A limit sees the kick along locked axes, if it comes after it.
+    // A limit after the kick sees the velocity along locked axes.
     let closed = options.locks.filter(|_| !(options.speed_limit.is_some() && M::LIMITS_AFTER_KICK));
     let kernel = CallingKernel { terms, options, closed, segments };
     let (mut start, end) = (rows.start, rows.end);
@@ -85,7 +85,7 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
         if let MethodStateRows::LastStep(steps) = &batch.method_state
             && steps[rows.clone()].iter().any(|step| *step != steps[start])
         {
-            // Some are new to the method: one by one.
+            // Some bodies are new to the method: one by one.
             rows.end = start + 1;
         }
         let mut block = Block::<T, N>::default();
@@ -126,7 +126,7 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     }
 }
 
-/// A block of bodies in memory; those of inverse mass 0 fill it up.
+/// A block of bodies in memory, filled up with bodies of inverse mass 0.
 pub(crate) struct Block<T, const N: usize> {
     x: [Row<T>; N],
     bodies: [Row<T>; N],
@@ -147,7 +147,7 @@ impl<T: Real, const N: usize> Block<T, N> {
     }
 }
 
-/// A tick as it is for every block of a batch.
+/// What is the same for every block of a batch in a tick.
 pub(crate) struct CallingKernel<'a, 't, T: Real> {
     pub terms: &'a Terms<'t, T>,
     options: &'a BodyOptions<'a, T>,
@@ -157,7 +157,7 @@ pub(crate) struct CallingKernel<'a, 't, T: Real> {
 }
 
 impl<T: Real> CallingKernel<'_, '_, T> {
-    /// What acts on a block.
+    /// The field of a block.
     pub fn field<'a, const N: usize>(
         &'a self,
         block: &Block<T, N>,
@@ -174,7 +174,7 @@ impl<T: Real> CallingKernel<'_, '_, T> {
         BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))
     }
 
-    /// The state after the tick of a block of which these rows are kept, and what its last step leaves.
+    /// Integrates a tick of a block; returns its new state and what its last step leaves for the next.
     pub fn drive<M: Integrator, F: TickField<Real = T>>(
         &self,
         field: &mut F,
@@ -188,7 +188,7 @@ impl<T: Real> CallingKernel<'_, '_, T> {
         (x, v, step_state)
     }
 
-    /// Notes what the next tick begins with: the accelerations `called` if they serve for it.
+    /// Stores what the next tick starts from: the accelerations `called`, if it can use them.
     pub fn note<const N: usize>(
         &self,
         method_state: &mut MethodStateRows<'_, T>,
@@ -215,7 +215,7 @@ impl<T: Real> CallingKernel<'_, '_, T> {
         }
     }
 
-    /// The acceleration that the last tick left for this one.
+    /// The cached acceleration, if this tick starts where the last one ended.
     pub fn recall<M: Integrator, const N: usize>(
         &self,
         block: &Block<T, N>,
@@ -233,7 +233,7 @@ impl<T: Real> CallingKernel<'_, '_, T> {
             cached.time == T::of(self.terms.times.start)
                 && cached.at == [x, y, z, block.bodies[k][3]]
                 && cached.laws == (self.terms.epoch, self.options.laws_version)
-                // It only saves an evaluation: one that somebody spoiled is evaluated again.
+                // The cache only saves an evaluation: a value that is not finite is evaluated again.
                 && cached.acceleration.iter().all(|part| part.is_finite())
         };
         cached.iter().enumerate().all(fits).then(|| {
@@ -255,7 +255,7 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
         (x, v)
     }
 
-    /// As the affine kernel, of which each step may be the last, so that subnormal numbers are the same as well.
+    /// As the affine kernel after each of its steps, so that subnormal numbers are the same.
     fn after_step<M: Integrator>(
         &mut self,
         x: Self::Space,

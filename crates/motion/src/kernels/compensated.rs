@@ -1,4 +1,4 @@
-//! Compensated sums: what rounding leaves out of the state is kept beside it and added with the next increment.
+//! Compensated sums: the rounding error of the state is stored beside it and added with the next increment.
 
 use std::ops::{Add, Mul, Range, Sub};
 
@@ -15,7 +15,7 @@ use crate::laws::tick_times::Segment;
 use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity};
 use crate::real::Real;
 
-/// `a + b`, and exactly what its rounding left out (Knuth 1969, section 4.2.2).
+/// `a + b` and its exact rounding error (Knuth 1969, section 4.2.2).
 #[inline(always)]
 fn two_sum<X: Copy + Add<Output = X> + Sub<Output = X>>(a: X, b: X) -> (X, X) {
     let sum = a + b;
@@ -36,7 +36,7 @@ pub(crate) fn add_compensated<X: Copy + Add<Output = X> + Sub<Output = X>>(
     (total, residue - (total - sum))
 }
 
-/// What rounding left out of positions, m, and velocities, m/s.
+/// The rounding errors of positions, m, and velocities, m/s.
 pub(crate) struct Residues<'a, T> {
     pub x: &'a mut [[T; 3]],
     pub v: &'a mut [[T; 3]],
@@ -58,7 +58,7 @@ impl<T: Real, const N: usize> Compensated<T, N> {
 impl<T: Real, const N: usize> Add for Compensated<T, N> {
     type Output = Self;
 
-    // Not in line: every method would hold many copies of it.
+    // Not inlined: every method would contain many copies.
     #[inline(never)]
     fn add(self, other: Self) -> Self {
         let (sum, residue) = add_compensated((self.sum, self.residue), (other.sum, other.residue));
@@ -82,15 +82,15 @@ impl<T: Real, const N: usize> Mul<T> for Compensated<T, N> {
     }
 }
 
-/// Everything that acts on a block, for states that are compensated sums; laws see the sums.
+/// The field of a block whose states are compensated sums; laws see the sums.
 pub(super) struct CompensatedField<'a, T: Real, const N: usize> {
     pub inner: BlockField<'a, T, Fallback, N, CALLS, true>,
     pub decay: Decay<T>,
 }
 
 impl<T: Real, const N: usize> CompensatedField<'_, T, N> {
-    /// `v` times a factor, given as the factor minus 1: the factor itself, rounded, would be another one in every
-    /// step alike.
+    /// `v` times a factor, given as the factor minus 1: rounding the factor itself would add the same error in every
+    /// step.
     fn changed(&self, v: Compensated<T, N>, change: Option<T>) -> Compensated<T, N> {
         let Some(change) = change else { return v };
         // The last lane is the inverse mass.
@@ -105,7 +105,7 @@ impl<T: Real, const N: usize> CompensatedField<'_, T, N> {
         Compensated { sum: constants.snap(v.sum), residue: constants.snap(v.residue) }
     }
 
-    /// A limit of the speed, and axes along which nothing moves.
+    /// Applies speed limits and axis locks.
     fn restrain(&self, v: Compensated<T, N>) -> Compensated<T, N> {
         let sum = self.inner.restrain(v.sum).rows();
         let (before, mut residue) = (v.sum.rows(), v.residue.rows());

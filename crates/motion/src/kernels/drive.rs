@@ -1,19 +1,19 @@
-//! The tick of a method: its segments one after the other, with damping inside its steps or around them all.
+//! The driver of a tick: segment by segment, with damping inside the steps or around them all.
 
 use super::Terms;
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::{Segment, Segments};
 use crate::methods::{Field, Integrator, StepState};
 
-/// A field that a tick goes through segment by segment.
+/// A field that is driven through a tick segment by segment.
 pub(crate) trait TickField: Field + Sized {
-    /// Goes on to the next segment of the tick, in which the damping of all bodies is `decay`.
+    /// Enters the next segment of the tick, in which the damping of all bodies is `decay`.
     fn enter<M: Integrator>(&mut self, segment: Segment<Self::Real>, decay: Decay<Self::Real>);
 
-    /// The state after what stands before the tick of a method with damping around it.
+    /// Applies what stands before the tick of a method with damping around its ticks.
     fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
 
-    /// The state from which the next step starts.
+    /// Ends a step; returns the state from which the next one starts.
     fn after_step<M: Integrator>(
         &mut self,
         x: Self::Space,
@@ -21,11 +21,11 @@ pub(crate) trait TickField: Field + Sized {
         step_state: &mut StepState<Self>,
     ) -> (Self::Space, Self::Space);
 
-    /// The state after what stands after the tick of a method with damping around it.
+    /// Applies what stands after the tick of a method with damping around its ticks.
     fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
 }
 
-/// The state a tick of `M` after (`x`, `v`).
+/// Integrates a tick of `M` from the state (`x`, `v`).
 pub(crate) fn drive<M: Integrator, F: TickField>(
     field: &mut F,
     terms: &Terms<'_, F::Real>,

@@ -1,4 +1,4 @@
-//! How often laws were evaluated, and what solvers did.
+//! Counts of evaluations of laws and of iterations of solvers.
 
 use bevy_ecs::prelude::*;
 
@@ -6,7 +6,7 @@ use crate::kernels::{Counts, StepStatistics, count};
 use crate::laws::Law;
 use crate::units::Scalar;
 
-/// Evaluations since the world was made, counted in the run.
+/// Evaluations since the world was made, as counted by the run.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct Evaluations {
     accelerations: u64,
@@ -16,7 +16,7 @@ pub struct Evaluations {
     unconverged_steps: u64,
 }
 
-/// Counts of iterations, and of steps in which they did not converge.
+/// Counts of iterations, and of steps that did not converge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Iterations {
     /// Newton iterations of implicit steps.
@@ -28,7 +28,7 @@ pub struct Iterations {
 }
 
 impl Evaluations {
-    /// Counts to go on from: accelerations, evaluations by law, and iterations.
+    /// Counts to continue from: accelerations, evaluations by law, and iterations.
     #[must_use]
     pub fn going_on(
         accelerations: u64,
@@ -44,13 +44,13 @@ impl Evaluations {
         }
     }
 
-    /// Accelerations of one body by all laws together, evaluated once.
+    /// Evaluations of the acceleration of one body by all laws together.
     #[must_use]
     pub const fn accelerations(&self) -> u64 {
         self.accelerations
     }
 
-    /// The same for each law that acted, by name.
+    /// Evaluations of each law that acted, by name.
     #[must_use]
     pub fn laws(&self) -> &[(&'static str, u64)] {
         &self.laws
@@ -68,18 +68,18 @@ impl Evaluations {
         self.cg_iterations
     }
 
-    /// Implicit steps of a body, or a group, that did not converge: their state is that of the last iteration.
+    /// Implicit steps of a body or a group that did not converge; their state is that of the last iteration.
     #[must_use]
     pub const fn unconverged_steps(&self) -> u64 {
         self.unconverged_steps
     }
 
-    /// Counts evaluations of a law, which is first heard of when there is one.
+    /// Counts evaluations of a law, which is listed once there is one.
     pub(crate) fn count(&mut self, law: &'static str, evaluations: u64) {
         count(&mut self.laws, law, evaluations);
     }
 
-    /// Counts accelerations by laws that are summed up before the tick, all of which are in `laws`.
+    /// Counts evaluations of the laws that are summed before the tick, named by `laws`.
     pub(crate) fn count_accelerations(
         &mut self,
         accelerations: u64,
@@ -89,7 +89,7 @@ impl Evaluations {
         laws.for_each(|law| self.count(law, accelerations));
     }
 
-    /// Takes an account of a table in which `called` were called and `affine` were not.
+    /// Adds the statistics of a table in which the laws `called` were called and `affine` were not.
     pub(crate) fn add(
         &mut self,
         statistics: &StepStatistics,

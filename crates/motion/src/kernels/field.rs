@@ -1,4 +1,4 @@
-//! What acts on a block of bodies, in registers.
+//! The field of a block of bodies, in registers.
 
 use fearless_simd::{Simd, prelude::*};
 
@@ -12,7 +12,7 @@ use crate::methods::{Field, Newton, NewtonField, newton_velocity};
 use crate::real::{Lanes as _, Real, RealMatrix as _, RealVector as _};
 use crate::state::components::AxisLocks;
 
-/// Parts of the arithmetic that a kernel is compiled with; the others cost it nothing.
+/// Parts of the arithmetic that a kernel is compiled with; parts that are left out cost nothing.
 pub(crate) mod parts {
     /// Exact damping inside the kick.
     pub const KEEP: u8 = 1;
@@ -28,8 +28,8 @@ pub(crate) mod parts {
 
 use parts::{AFTER, BEFORE, CALLS, DRAG, KEEP};
 
-/// Numbers that are the same for every body of a table, in registers: loaded once, because stores of rows might
-/// change them in memory.
+/// Numbers that are the same for every body of a batch, in registers: loaded once, because the compiler must assume
+/// that stores of rows change memory.
 pub(crate) struct Constants<T: Real, S: Simd> {
     simd: S,
     gravity: T::Lanes<S>,
@@ -41,7 +41,7 @@ pub(crate) struct Constants<T: Real, S: Simd> {
     least: T::Lanes<S>,
     gain: T,
     h: T,
-    /// Which of `KEEP`, `BEFORE`, `AFTER` and `DRAG` there is.
+    /// Which of `KEEP`, `BEFORE`, `AFTER` and `DRAG` act.
     slows: u8,
 }
 
@@ -61,13 +61,13 @@ impl<T: Real, S: Simd> Constants<T, S> {
         let [x, y, z] = terms.gravity.to_array();
         let mut constants = Self {
             simd,
-            // Adding 0 turns -0 into 0: a row comes out the same whether its block has a force or not.
+            // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
             gravity: T::Lanes::of(simd, [x + T::ZERO, y + T::ZERO, z + T::ZERO, T::ZERO]),
             rate: three(terms.rate, T::ZERO),
             keep: three(T::ONE, T::ONE),
             before: three(T::ONE, T::ONE),
             after: three(T::ONE, T::ONE),
-            // No inverse mass is above infinity: the last lane, the inverse mass itself, is never accelerated.
+            // No inverse mass is above infinity, so the last lane, the inverse mass itself, is never accelerated.
             immovable: three(T::ZERO, T::INFINITY),
             least: three(T::ZERO, T::ZERO),
             slows: if terms.rate > T::ZERO { DRAG } else { 0 },
@@ -91,16 +91,16 @@ impl<T: Real, S: Simd> Constants<T, S> {
         for (part, factor) in [(KEEP, keep), (BEFORE, before_move), (AFTER, after_move)] {
             self.slows = if factor.is_some() { self.slows | part } else { self.slows & !part };
         }
-        // No inverse mass is below 0: the last lane is never snapped. Neither is what does not decay.
+        // No inverse mass is below 0, so the last lane is never snapped; neither are velocities that do not decay.
         let least = if self.slows == 0 { T::ZERO } else { T::SNAP };
         self.least = T::Lanes::of(self.simd, [least, least, least, T::ZERO]);
     }
 
-    /// Snaps velocities that decayed to next to nothing.
+    /// Sets velocities that decayed below [`Real::SNAP`] to 0.
     #[inline(always)]
     pub fn snap<const N: usize>(&self, mut v: Rows<T, S, N>) -> Rows<T, S, N> {
         each_row!(k in N {
-            // Not "where it is at least": NaN is not, and has to stay to be found.
+            // Not "unless it is at least": NaN must stay, to be found.
             v.0[k] = v.0[k].except(v.0[k].abs().simd_lt(self.least));
         });
         v
@@ -117,25 +117,25 @@ impl<T: Real, S: Simd> Constants<T, S> {
 
 /// The options of a body, and the laws that are called.
 pub(crate) struct Calls<'a, T: Real> {
-    /// Laws of every body, beside gravity and linear drag.
+    /// Laws of every body, besides gravity and linear drag.
     pub laws: &'a [&'a dyn Law<T>],
-    /// Laws of this body alone.
+    /// The body's own laws.
     pub own: &'a [Box<dyn Law<T>>],
     pub limit: Option<T>,
     pub locks: Option<AxisLocks>,
-    /// Axes along which nothing accelerates it.
+    /// Axes along which nothing accelerates the body.
     pub closed: Option<AxisLocks>,
     pub statistics: &'a mut StepStatistics,
-    /// Bodies of the block that count.
+    /// Movable bodies of the block, which are counted.
     pub rows: u64,
 }
 
-/// A limit of the speed of a row, and axes along which it does not move.
+/// Applies a speed limit and axis locks to a row.
 pub(crate) fn restrain<T: Real>([x, y, z, _]: &mut [T; 4], limit: Option<T>, locks: Option<AxisLocks>) {
     if let Some(limit) = limit {
-        // Not by the sum of squares: it overflows for speeds that are still finite.
+        // Not by the sum of squares, which overflows for speeds that are still finite.
         let speed = x.hypot(*y).hypot(*z);
-        // Not "above it": a limit that is not a number is to be found, not passed over.
+        // Not "if above": a limit of NaN must be found, not skipped.
         if !speed.is_at_most(limit) {
             let factor = limit / speed;
             (*x, *y, *z) = (*x * factor, *y * factor, *z * factor);
@@ -150,7 +150,7 @@ pub(crate) fn restrain<T: Real>([x, y, z, _]: &mut [T; 4], limit: Option<T>, loc
     }
 }
 
-/// Everything that acts on the `N` bodies of a block.
+/// The field of the `N` bodies of a block.
 pub(crate) struct BlockField<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> {
     pub constants: Constants<T, S>,
     movable: [<T::Lanes<S> as SimdBase<S>>::Mask; N],
@@ -159,14 +159,14 @@ pub(crate) struct BlockField<'a, T: Real, S: Simd, const N: usize, const PARTS: 
     linear: Option<T>,
     calls: Option<Calls<'a, T>>,
     segment: Option<Segment<T>>,
-    /// Sum of the called laws in their last evaluation.
+    /// Sum of the called laws in the last evaluation.
     pub called: Rows<T, S, N>,
 }
 
 impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     BlockField<'a, T, S, N, PARTS, PUSHED>
 {
-    /// The field of `bodies`, (velocity, inverse mass) each, and of `forces` if they were pushed.
+    /// The field of `bodies`, (velocity, inverse mass) each, with `forces` if they are pushed.
     #[inline(always)]
     pub fn new(
         mut constants: Constants<T, S>,
@@ -181,16 +181,16 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         if PARTS & CALLS != 0
             && let Some(Calls { closed: Some(AxisLocks { x, y, z }), .. }) = calls
         {
-            // Along a closed axis, too, nothing is above infinity.
+            // Along a closed axis nothing is accelerated: no inverse mass is above infinity.
             let zero_or_infinity = |locked: bool| if locked { T::INFINITY } else { T::ZERO };
             let [x, y, z] = [x, y, z].map(zero_or_infinity);
             least = T::Lanes::of(simd, [x, y, z, T::INFINITY]);
         }
-        // A selection, not a factor: NaN and infinity are deselected as well.
+        // A selection, not a factor: NaN times 0 would be NaN.
         let mut movable = [least.simd_gt(least); N];
         let mut applied = zero;
         each_row!(k in N {
-            // From memory, where it stands unchanged: broadcasting it from a register takes shuffles.
+            // From memory: broadcasting a lane of a register takes shuffles.
             let w = T::Lanes::splat(simd, bodies[k][3]);
             movable[k] = w.simd_gt(least);
             if PUSHED && let Some(forces) = forces {
@@ -203,27 +203,27 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         {
             let called = terms.calls_with_velocity(calls.own);
             depends_on_velocity = terms.rate != T::ZERO || called;
-            // Snapping follows from it in every segment that is entered.
+            // Makes every segment snap.
             constants.slows |= if called { DRAG } else { 0 };
             linear = (terms.laws.is_empty() && calls.own.is_empty()).then_some(terms.rate);
         }
         Self { constants, movable, applied, depends_on_velocity, linear, calls, segment: None, called: zero }
     }
 
-    /// Whether velocities decay in that way. Kernels with calls are asked as they run, because bodies differ.
+    /// Whether velocities decay in this way. Known at compile time except in kernels with calls, where bodies differ.
     #[inline(always)]
     const fn decays(&self, part: u8) -> bool {
         (if PARTS & CALLS == 0 { PARTS } else { self.constants.slows }) & part != 0
     }
 
-    /// Goes on to the next segment of the tick. Only kernels with calls know of segments.
+    /// Enters a segment of the tick. Only kernels with calls have segments.
     pub fn set_segment(&mut self, segment: Segment<T>, decay: Decay<T>) {
         self.constants.h = segment.length;
         self.constants.set_decay(decay);
         self.segment = Some(segment);
     }
 
-    /// The accelerations by gravity and linear drag.
+    /// Acceleration by gravity and linear drag.
     #[inline(always)]
     fn affine(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let mut a = Rows::splat(self.constants.gravity);
@@ -243,13 +243,13 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         a
     }
 
-    /// The accelerations by all laws, from the called ones' sum.
+    /// Acceleration by all laws, from the sum of the called ones.
     #[inline(always)]
     pub fn laws_from(&self, called: Rows<T, S, N>, v: Rows<T, S, N>) -> Rows<T, S, N> {
         self.movable(self.affine(v) + called)
     }
 
-    /// Calls the laws at `at`.
+    /// Sums the called laws at the time `at`.
     fn call(&mut self, at: EvaluationTime<T>, x: Rows<T, S, N>, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let mut sum = [[T::ZERO; 4]; N];
         if let Some(Calls { laws, own, statistics, rows, .. }) = &mut self.calls {
@@ -267,7 +267,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         Rows::of(self.constants.simd, &sum)
     }
 
-    /// A limit of the speed, and axes along which nothing moves.
+    /// Applies speed limit and axis locks.
     pub fn restrain(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let Some(Calls { limit, locks, .. }) = &self.calls else { return v };
         let mut rows = v.rows();
@@ -275,14 +275,14 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         Rows::of(self.constants.simd, &rows)
     }
 
-    /// The same, written down.
+    /// Applies and records speed limit and axis locks.
     pub fn limited(&mut self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let limited = self.restrain(v);
         self.write_down(v, limited, &|record, _, from, to| record.limits.turn(from, to));
         limited
     }
 
-    /// Writes down what became of the velocities `from`, where anything is. Only kernels with calls do.
+    /// Records a change of velocities, if a ledger wants it. Only kernels with calls do.
     #[inline(always)]
     pub fn write_down(&mut self, from: Rows<T, S, N>, to: Rows<T, S, N>, note: Note<'_>) {
         if PARTS & CALLS != 0
@@ -293,7 +293,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         }
     }
 
-    /// Writes a kick down.
+    /// Records a kick.
     #[inline(always)]
     fn write_kick_down(&mut self, v: Rows<T, S, N>, a: Rows<T, S, N>, kicked: Rows<T, S, N>) {
         if PARTS & CALLS == 0 {
@@ -312,19 +312,19 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         }
     }
 
-    /// The factor before the move.
+    /// Applies the factor before the move.
     #[inline(always)]
     pub fn decay_before(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         self.constants.times(v, self.constants.before)
     }
 
-    /// The factor after the move.
+    /// Applies the factor after the move.
     #[inline(always)]
     pub fn decay_after(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         self.constants.times(v, self.constants.after)
     }
 
-    /// Snaps velocities that drag has slowed down to next to nothing.
+    /// Snaps velocities if there is drag.
     #[inline(always)]
     pub fn snap_drag(&self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         if self.constants.slows & DRAG == 0 { v } else { self.constants.snap(v) }
@@ -458,7 +458,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
             let columns = [0, 1, 2].map(|axis| {
                 let column = slope.times(T::Vector::from_array(unit(axis))).to_array();
                 let unit = unit(axis);
-                // Along a closed axis nothing depends on anything.
+                // Nothing accelerates along a closed axis, so no derivative is left there.
                 let entry = |row: usize| if open[row] { unit[row] - column[row] } else { unit[row] };
                 T::Vector::from_array([0, 1, 2].map(entry))
             });
@@ -474,7 +474,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
         let mut size = T::ZERO;
         for [x, y, z, _] in v.rows() {
             for part in [x, y, z] {
-                // NaN stays: nothing is larger.
+                // NaN stays.
                 if !part.abs().is_at_most(size) && size.is_at_most(size) {
                     size = part.abs();
                 }
@@ -484,7 +484,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
     }
 
     fn report(&mut self, Newton { iterations, converged }: Newton) {
-        // One body is solved at a time: none that counts is an immovable one.
+        // One body is solved at a time: an immovable one counts as no row.
         if let Some(Calls { statistics, rows, .. }) = &mut self.calls {
             statistics.newton_iterations += u64::from(iterations) * *rows;
             statistics.unconverged += u64::from(!converged) * *rows;

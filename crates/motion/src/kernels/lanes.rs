@@ -1,7 +1,7 @@
-//! Blocks of rows in registers, as something that a method can reckon with.
+//! Blocks of rows in registers, as a space for methods.
 //!
-//! Loops, and no closures: a closure that the compiler does not put in line is compiled without the vector
-//! instructions of the code around it, and passes registers through memory.
+//! Loops and no closures: a closure that is not inlined is compiled without the vector instructions of its
+//! surroundings, and passes registers through memory.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -9,8 +9,8 @@ use fearless_simd::{Simd, prelude::*};
 
 use crate::real::{Lanes as _, Real};
 
-/// Repeats a block for each row of a block of at most four. Not a loop: it would be unrolled, but after the
-/// compiler has decided to keep the rows in memory, where it could index them.
+/// Repeats code for each row of a block of at most four. Not a loop: a loop is unrolled only after the compiler has
+/// decided to keep the rows in memory.
 macro_rules! each_row {
     ($k:ident in $n:tt $(- $less:literal)? $body:block) => {
         $crate::kernels::lanes::each_row!(@at 0, $k in $n $(- $less)?, $body);

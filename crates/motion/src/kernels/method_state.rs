@@ -1,20 +1,20 @@
-//! What methods keep of the rows of a table from tick to tick.
+//! What methods keep of the rows of a batch from tick to tick.
 
 use crate::real::Real;
 use crate::state::method_state::CachedAcceleration;
 
-/// The column of what a method keeps.
+/// The column of a method's state.
 pub(crate) enum MethodStateRows<'a, T> {
     /// It keeps nothing.
     None,
     /// Length of the last step, s.
     LastStep(&'a mut [T]),
-    /// The last acceleration.
+    /// The cached acceleration.
     LastAcceleration(&'a mut [CachedAcceleration<T>]),
 }
 
 impl<T: Real> MethodStateRows<'_, T> {
-    /// Length of the last step of the first row, s; 0 where none is kept.
+    /// Length of the last step of the first row, s; 0 without such a column.
     pub fn last_step(&self) -> T {
         match self {
             Self::LastStep(steps) => steps.first().copied().unwrap_or(T::ZERO),
@@ -22,7 +22,7 @@ impl<T: Real> MethodStateRows<'_, T> {
         }
     }
 
-    /// The same rows, borrowed for a part of them.
+    /// Some of the rows.
     pub fn part(&mut self, rows: std::ops::Range<usize>) -> MethodStateRows<'_, T> {
         match self {
             Self::None => MethodStateRows::None,

@@ -1,4 +1,4 @@
-//! What single bodies have of their own.
+//! The options of single bodies.
 
 use crate::laws::Law;
 use crate::laws::damping::Damping;
@@ -6,7 +6,7 @@ use crate::real::Real;
 use crate::state::components::AxisLocks;
 use crate::units::Scalar;
 
-/// What a body has beside, or in place of, what acts on all bodies.
+/// What a body has in addition to, or in place of, what acts on all bodies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyOptions<'a, T: Real> {
     pub gravity_off: bool,
@@ -24,7 +24,7 @@ pub(crate) struct BodyOptions<'a, T: Real> {
 }
 
 impl<T: Real> BodyOptions<'_, T> {
-    /// A body like all others.
+    /// The options of a body that has none.
     pub const NONE: Self = Self {
         gravity_off: false,
         damping_rate: None,
@@ -35,17 +35,17 @@ impl<T: Real> BodyOptions<'_, T> {
         substeps: None,
     };
 
-    /// Its damping where that of all bodies is `shared`.
+    /// The damping of the body where that of all bodies is `shared`.
     pub fn damping(&self, shared: Option<Damping>) -> Option<Damping> {
         shared.map(|shared| Damping { rate: self.damping_rate.unwrap_or(shared.rate), ..shared })
     }
 
-    /// Whether it changes how a row of a group is accelerated or damped, its own laws aside.
+    /// Whether anything but own laws and substeps is set: a row of a group is then in a class of its own.
     pub const fn changes_row(&self) -> bool {
         self.gravity_off || self.damping_rate.is_some() || self.speed_limit.is_some() || self.locks.is_some()
     }
 
-    /// The same without its laws, in another precision.
+    /// The same options without laws, in another precision.
     pub const fn without_laws<U: Real>(&self) -> BodyOptions<'static, U> {
         let Self { gravity_off, damping_rate, speed_limit, locks, substeps, .. } = *self;
         let none = BodyOptions::NONE;

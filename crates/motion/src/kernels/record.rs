@@ -1,4 +1,4 @@
-//! What a tick did to each body beside forces and laws: written down by the kernels for a ledger, and for nothing else.
+//! Records of what a tick did to each body besides forces and laws. Kernels write them only for a ledger.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// A velocity became another one.
+    /// Adds the change of a velocity.
     pub fn turn(&mut self, from: Vector, to: Vector) {
         let change = to - from;
         self.velocity += change;
@@ -29,27 +29,28 @@ impl Change {
     }
 }
 
-/// The tick of a body.
+/// The record of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct TickRecord {
-    /// By damping, except where it is a law.
+    /// Change by damping, except where damping is a law.
     pub damping: Change,
-    /// By speed limit and axis locks.
+    /// Change by speed limit and axis locks.
     pub limits: Change,
-    /// Sum over the kicks of their length times the mean of the velocities around them, m: what a constant force does
-    /// work along. `None` where velocity and position do not change one after the other.
+    /// Sum over the kicks of their length times the mean of the velocities before and after, m: the path along which
+    /// a constant force does work. `None` for methods that do not change velocity and position one after the other.
     pub kicked: Option<Vector>,
-    /// Velocities after what stands before the tick and before what stands after it, m/s; `None` where nothing does.
+    /// Velocities with which the method began and ended, m/s, between what stands before and after the tick; `None`
+    /// where nothing stands there.
     pub between: Option<[Vector; 2]>,
 }
 
 impl TickRecord {
-    /// A kick of `h` seconds.
+    /// Adds a kick of `h` seconds.
     pub fn kick(&mut self, h: Scalar, from: Vector, to: Vector) {
         *self.kicked.get_or_insert_default() += (from + to) * (0.5 * h);
     }
 
-    /// A kick with the acceleration `a` by forces and laws, in which exact damping takes the fraction `1 - e^-q`.
+    /// Adds a kick by the acceleration `a`, in which exact damping takes the fraction `1 - e^-q` of the velocity.
     pub fn damped_kick(&mut self, h: Scalar, q: Scalar, a: Vector, from: Vector, to: Vector) {
         let way = (from + (to - from) * mean(q)) * h;
         *self.kicked.get_or_insert_default() += way;
@@ -79,8 +80,8 @@ impl TickRecord {
     }
 }
 
-/// Mean over s from 0 to 1 of `(1 - e^(-q s)) / (1 - e^-q)`: where between its ends the mean of a velocity lies that
-/// follows `v' = a - c v` for h seconds, with q = c h.
+/// Mean over s from 0 to 1 of `(1 - e^(-q s)) / (1 - e^-q)`: the mean of a velocity that follows `v' = a - c v` for h
+/// seconds, as a fraction of the way from its start to its end, with q = c h.
 fn mean(q: Scalar) -> Scalar {
     // The closed form loses more to cancellation than the series leaves out.
     if q < 0.1 {
@@ -90,15 +91,14 @@ fn mean(q: Scalar) -> Scalar {
     -1.0 / Real::exp_m1(-q) - 1.0 / q
 }
 
-/// Notes into a record, for a row of that number, that its velocity became another one: compiled once and called by every
-/// method.
+/// Adds the change of a velocity to the record of a row; compiled once and called by every method.
 pub(crate) type Note<'a> = &'a dyn Fn(&mut TickRecord, usize, Vector, Vector);
 
 /// The records of the rows that a kernel integrates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Recorder {
     rows: Vec<TickRecord>,
-    /// The row that is the kernel's first.
+    /// The row that is the first of the batch.
     pub first: usize,
     block: Range<usize>,
 }
@@ -108,24 +108,24 @@ impl Recorder {
         Self { rows: vec![TickRecord::default(); rows], first: 0, block: 0..rows }
     }
 
-    /// Goes on to these rows of the kernel's.
+    /// Enters these rows of the batch.
     pub fn enter(&mut self, rows: &Range<usize>) {
         self.block = self.first + rows.start..self.first + rows.end;
     }
 
-    /// Notes what became of the velocities `from` of the rows at hand; `note` is told the number of the row among them.
+    /// Records the change of the velocities of the current rows; `note` gets the number of each row among them.
     #[cold]
     pub fn note<T: Real>(&mut self, from: &[[T; 4]], to: &[[T; 4]], note: Note<'_>) {
         let rows = self.rows[self.block.clone()].iter_mut().zip(from.iter().zip(to)).enumerate();
         rows.for_each(|(k, (row, (from, to)))| note(row, k, vector(from), vector(to)));
     }
 
-    /// The rows of another one after its own.
+    /// Appends the records of another part.
     pub fn append(&mut self, other: Self) {
         self.rows.extend(other.rows);
     }
 
-    /// Takes the records of `of` over as those of the rows `rows`.
+    /// Sets the records of `rows` to those of `of`.
     pub fn take_over(&mut self, rows: &[usize], of: &Self) {
         rows.iter().zip(&of.rows).for_each(|(row, record)| self.rows[*row] = *record);
     }
@@ -136,17 +136,17 @@ pub(crate) fn vector<T: Real>([x, y, z, _]: &[T; 4]) -> Vector {
     Vector::new(x.to_f64(), y.to_f64(), z.to_f64())
 }
 
-/// The records of the running tick; `None` while no ledger is kept.
+/// The records of the running tick; `None` without a ledger.
 #[derive(Resource, Debug, Default)]
 pub(crate) struct TickRecords(pub Option<EntityHashMap<TickRecord>>);
 
 impl TickRecords {
-    /// For that many rows, if records are wanted.
+    /// A recorder of that many rows, if a ledger wants records.
     pub fn recorder(&self, rows: usize) -> Option<Recorder> {
         self.0.is_some().then(|| Recorder::of(rows))
     }
 
-    /// Adds what a system did to `bodies`: some ticks of a body are two systems.
+    /// Adds what a system did to `bodies`. The two halves of an Euler step may be two systems.
     pub fn add(&mut self, bodies: &[Entity], recorder: Option<Recorder>) {
         let (Some(records), Some(recorder)) = (&mut self.0, recorder) else { return };
         for (body, record) in bodies.iter().zip(&recorder.rows) {

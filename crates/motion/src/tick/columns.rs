@@ -11,7 +11,7 @@ use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::substeps::OwnSubsteps;
 use crate::units::Scalar;
 
-/// What a body may have of its own; most have nothing.
+/// The columns of a body's options. Most bodies have none of them.
 #[derive(QueryData)]
 #[query_data(contiguous(all))]
 pub struct OptionColumns {
@@ -23,7 +23,7 @@ pub struct OptionColumns {
     substeps: Option<&'static OwnSubsteps>,
 }
 
-/// What a tick may need of a body.
+/// The columns of a body that a tick may need.
 #[derive(QueryData)]
 #[query_data(mutable, contiguous(mutable))]
 pub struct BodyColumns {
@@ -52,12 +52,12 @@ impl<'w> OptionColumnsItem<'w, '_> {
 }
 
 impl OptionColumnsContiguousItem<'_, '_> {
-    /// Whether gravity passes the bodies of the table by.
+    /// Whether gravity does not act on the bodies of the table.
     pub(super) const fn gravity_off(&self) -> bool {
         self.gravity_off
     }
 
-    /// Whether there is more to look up than that.
+    /// Whether the table has a column of any other option.
     pub(super) const fn is_more(&self) -> bool {
         self.damping_rate.is_some()
             || self.speed_limit.is_some()

@@ -1,5 +1,5 @@
-//! Why a body was refused. All of this runs after the fact: what a body had is looked at, and what acts on it is
-//! evaluated once more.
+//! Finds out why a body was refused: after the fact, the state of the body is inspected and what acts on it is
+//! evaluated again.
 
 use crate::laws::{BodyState, Declared, Drag, EvaluationTime, Law, Well};
 use crate::state::components::PhysicsBody;
@@ -8,10 +8,10 @@ use crate::tick::environment::Environment;
 use crate::tick::quarantine::{Cause, Fault, place};
 use crate::units::{Scalar, Vector};
 
-/// What is at fault, and how.
+/// The component or resource at fault, and its fault.
 pub(crate) type Evidence = (&'static str, Fault);
 
-/// What a refused body had when the system looked.
+/// The components of a refused body when the system looked.
 pub(crate) struct Suspect<'a> {
     pub position: Vector,
     pub body: PhysicsBody,
@@ -22,18 +22,18 @@ pub(crate) struct Suspect<'a> {
     pub laws: &'a [Box<dyn Law<Scalar>>],
 }
 
-/// What of the resources acted on a refused body.
+/// Which resources acted on a refused body.
 #[derive(Clone, Copy)]
 pub(crate) struct Exposure {
-    /// Forces and laws, as far as velocities were updated at all.
+    /// Whether its velocity was updated, by forces and laws.
     pub kicks: bool,
     pub gravity_off: bool,
-    /// Whether its own rate of damping stood in for that of the world.
+    /// Whether it has its own damping rate in place of the world's.
     pub own_rate: bool,
 }
 
 impl Suspect<'_> {
-    /// Which of its components was not finite.
+    /// The first component that is not finite.
     pub fn found(&self) -> Option<Evidence> {
         let Self { position, body, force, damping_rate, limit, last_step, .. } = self;
         let broken = |number: &Option<Scalar>| number.is_some_and(|number| !number.is_finite());
@@ -43,14 +43,14 @@ impl Suspect<'_> {
             (!body.inverse_mass.is_finite(), place::INVERSE_MASS),
             (!force.is_finite(), place::FORCE),
             (broken(damping_rate), place::DAMPING_RATE),
-            // An infinite one limits nothing.
+            // An infinite limit is valid: it limits nothing.
             (limit.is_some_and(Scalar::is_nan), place::SPEED_LIMIT),
             (broken(last_step), place::LAST_STEP),
         ];
         places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| (place, Fault::Found))
     }
 
-    /// Which of its own laws gives no number, at one of the times.
+    /// The first of its own laws whose acceleration is not finite at one of the times.
     pub fn own_law(&self, times: [Scalar; 2]) -> Option<Evidence> {
         guilty(self.laws.iter().map(|law| &**law), self.state(), times)
             .map(|name| (place::OWN_LAWS, Fault::Law(name)))
@@ -62,7 +62,7 @@ impl Suspect<'_> {
     }
 }
 
-/// The first of the laws that gives no number.
+/// The first law whose acceleration is not finite.
 fn guilty<'a>(
     mut laws: impl Iterator<Item = &'a dyn Law<Scalar>>,
     state: BodyState<Scalar>,
@@ -77,7 +77,7 @@ fn guilty<'a>(
 }
 
 impl Environment<'_> {
-    /// Which of the resources that act on a body is not finite.
+    /// The first resource acting on a body that is not finite.
     pub(crate) fn found(&self, exposure: Exposure) -> Option<Evidence> {
         let Exposure { kicks, gravity_off, own_rate } = exposure;
         let falls = kicks && !gravity_off;
@@ -92,7 +92,7 @@ impl Environment<'_> {
         places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| (place, Fault::Found))
     }
 
-    /// Which law of every body gives no number for this one.
+    /// The first law of all bodies whose acceleration of this body is not finite.
     pub(crate) fn law_at_fault(&self, state: BodyState<Scalar>) -> Option<Evidence> {
         let Declared { drag, wells, more } = self.laws;
         let drag = drag.map(|drag| drag as &dyn Law<Scalar>);
@@ -105,7 +105,7 @@ impl Environment<'_> {
             .or_else(|| name(&mut more.iter().map(|law| &**law)).map(|name| at(place::LAWS, name)))
     }
 
-    /// The cause, from what is known.
+    /// The cause of a refusal: the evidence, or else the bound that was exceeded.
     pub(crate) fn cause(&self, system: &'static str, breach: Breach, evidence: Option<Evidence>) -> Cause {
         let component = match breach.of {
             Quantity::Position => place::POSITION,
@@ -136,6 +136,6 @@ fn is_no_drag(drag: &Drag) -> bool {
 }
 
 fn is_no_well(well: &Well) -> bool {
-    // An infinite softening leaves no pull.
+    // An infinite softening is valid: it leaves no pull.
     !well.position.is_finite() || !well.strength.is_finite() || well.softening.is_nan()
 }

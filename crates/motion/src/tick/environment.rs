@@ -26,8 +26,8 @@ use crate::state::threads::Threads;
 use crate::tick::quarantine::Quarantine;
 use crate::units::Scalar;
 
-/// Everything that acts on all bodies of a world in a tick, borrowed from where it is declared: a world, the parameters of
-/// a system, plain arrays. What single bodies have of their own is beside it.
+/// Everything that acts on all bodies in a tick, borrowed from a world, the parameters of a system, or plain arrays.
+/// The options of single bodies are beside it ([`BodyOptions`](crate::kernels::BodyOptions)).
 #[derive(Clone, Copy)]
 pub(crate) struct Environment<'a, T: Real = Scalar> {
     /// Gravity, if it is on.
@@ -44,8 +44,8 @@ pub(crate) struct Environment<'a, T: Real = Scalar> {
 }
 
 impl<'a> Environment<'a> {
-    /// That of `world` in a tick of `tick` seconds that begins at the time of `clock`, for looking at single bodies: no
-    /// tick of a kernel recalls accelerations with its epoch.
+    /// The environment of `world` in a tick of `tick` seconds that begins at the time of `clock`. For observers: its
+    /// epoch is not that of cached accelerations.
     pub fn of(world: &'a World, clock: StepClock, tick: Scalar) -> Self {
         Self {
             gravity: world.get_resource::<Gravity>().filter(|gravity| gravity.on),
@@ -58,7 +58,7 @@ impl<'a> Environment<'a> {
         }
     }
 
-    /// The laws that act on a body with these `own` laws; drag acts on the triangles of a body in a sheet and not on it.
+    /// The laws that act on a body with these `own` laws. Drag acts on the triangles of a sheet, not on its bodies.
     pub fn on_body(
         &self,
         gravity_off: bool,
@@ -68,7 +68,7 @@ impl<'a> Environment<'a> {
         self.laws.on_body(self.gravity.filter(|_| !gravity_off), in_sheet, own)
     }
 
-    /// Names of the laws that are summed up before a tick.
+    /// Names of the laws that are summed before a tick.
     pub fn summed(&self, gravity_off: bool) -> impl Iterator<Item = &'static str> {
         let gravity = self.gravity.filter(|_| !gravity_off).map(|_| "gravity");
         let exact = self.damping.is_some_and(|damping| damping.is_exact()).then_some("damping");
@@ -77,20 +77,20 @@ impl<'a> Environment<'a> {
 }
 
 impl<'a, T: Real> Environment<'a, T> {
-    /// The laws that have to be called for every body.
+    /// The laws that are called for every body: those that are not affine.
     pub fn called(&self) -> Called<'a, T> {
         let mut called = Called::new();
         called.extend(self.laws.called());
         called
     }
 
-    /// The numbers of a tick of `M` for bodies that gravity passes by; `called` are the laws that have to be called.
+    /// The terms of a tick of `M`, without gravity; `called` are the [called laws](Self::called).
     pub fn terms<'c, M: Integrator>(&self, called: &'c [&'c dyn Law<T>]) -> Terms<'c, T> {
         Terms::new::<M>(Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.times)
             .within(self.bounds())
     }
 
-    /// Acceleration by gravity, m/s².
+    /// Acceleration of free fall, m/s²; zero where gravity is off.
     pub fn free_fall(&self) -> T::Vector {
         self.gravity.and_then(Law::<T>::affine).map_or(T::Vector::ZERO, |law| law.constant)
     }
@@ -101,10 +101,10 @@ impl<'a, T: Real> Environment<'a, T> {
     }
 }
 
-/// Laws that are called for every body, in a list that allocates nothing.
+/// A list of called laws that allocates nothing.
 pub(crate) type Called<'a, T = Scalar> = SmallVec<[&'a dyn Law<T>; 8]>;
 
-/// The environment as a parameter of a system, with the places of bodies that are pushed or born.
+/// The environment as a parameter of a system, with the rows of bodies that are pushed or born in the tick.
 #[derive(SystemParam)]
 pub struct EnvironmentParam<'w, 's> {
     step: Res<'w, TimeStep>,
@@ -119,26 +119,26 @@ pub struct EnvironmentParam<'w, 's> {
     pub(super) threads: Option<Res<'w, Threads>>,
     pushed: Res<'w, PushedBodies>,
     entities: &'w Entities,
-    /// Table and row of the pushed bodies, ascending; kept, so that a tick allocates nothing.
+    /// Table and row of the pushed bodies, ascending; reused, so that a tick allocates nothing.
     rows: Local<'s, Vec<(usize, usize)>>,
     emissions: Option<Res<'w, Emissions>>,
-    /// Those of the bodies that are born in the tick, ascending.
+    /// The births of the tick, by table and row.
     births: Local<'s, Vec<Birth>>,
     laws_epoch: ResMut<'w, Epoch>,
-    /// That of the running tick.
+    /// The epoch of the laws in this tick.
     epoch: Local<'s, u64>,
 }
 
-/// A body that is born in the tick.
+/// The birth of a particle in the tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Birth {
-    /// Its table and row.
+    /// Table and row of the particle.
     pub place: (usize, usize),
-    /// s since the scene's start.
+    /// Time since the scene's start, s.
     pub time: Scalar,
 }
 
-/// What the systems of a tick write beside the bodies: evaluations, refused bodies, records for a ledger.
+/// What the systems of a tick write besides the bodies: counts of evaluations, refused bodies, records for a ledger.
 #[derive(SystemParam)]
 pub struct TickOutput<'w> {
     pub(crate) quarantine: ResMut<'w, Quarantine>,
@@ -147,7 +147,7 @@ pub struct TickOutput<'w> {
 }
 
 impl EnvironmentParam<'_, '_> {
-    /// Looks up where the pushed and the newborn bodies are, and whether laws have changed.
+    /// Looks up the rows of pushed bodies and births, and whether laws have changed.
     pub(crate) fn prepare(&mut self) {
         let changed = [
             self.drag.as_ref().map(DetectChanges::last_changed),
@@ -175,7 +175,7 @@ impl EnvironmentParam<'_, '_> {
         }
     }
 
-    /// What acts on every body; mutual gravity is the groups' to add.
+    /// The environment of this tick, without mutual gravity, which groups add.
     pub(crate) fn environment(&self) -> Environment<'_> {
         let TimeStep(tick) = *self.step;
         let clock = self.clock.as_deref().copied().unwrap_or_default();
@@ -202,14 +202,14 @@ impl EnvironmentParam<'_, '_> {
         self.place_of(body).map(|(table, _)| table)
     }
 
-    /// What was pushed of those rows of a table.
+    /// The pushed rows of a table that lie in `rows`.
     pub(crate) fn pushed_in(&self, table: usize, rows: Range<usize>) -> &[(usize, usize)] {
         let start = self.rows.partition_point(|place| *place < (table, rows.start));
         let end = self.rows.partition_point(|place| *place < (table, rows.end));
         &self.rows[start..end]
     }
 
-    /// What was pushed of the table that holds `body`.
+    /// The pushed rows of the table that holds `body`.
     pub(super) fn pushed_of(&self, body: Entity) -> &[(usize, usize)] {
         if self.rows.is_empty() {
             return &[];

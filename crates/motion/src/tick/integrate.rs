@@ -1,4 +1,4 @@
-//! The systems that integrate bodies, over the tables of the world.
+//! The systems that integrate single bodies, table by table.
 
 use std::ops::Range;
 
@@ -28,10 +28,10 @@ use crate::tick::environment::{Birth, Environment, EnvironmentParam, TickOutput}
 use crate::tick::quarantine::Refused;
 use crate::units::{Scalar, Vector};
 
-/// Bodies that are integrated with the world's method.
+/// The filter of bodies that use the world's method.
 pub type Unmarked = Without<OwnMethod>;
 
-/// The bodies of a system.
+/// The bodies of a system that moves single bodies.
 pub type Bodies<'w, 's, Who> = Query<
     'w,
     's,
@@ -39,16 +39,16 @@ pub type Bodies<'w, 's, Who> = Query<
     (Who, Without<Quarantined>, Without<Static>, Without<Dormant>, Without<Grouped>),
 >;
 
-/// A table in a tick, without what changes.
+/// What is read of a table in a tick.
 struct TableTick<'a> {
     entities: &'a [Entity],
     forces: &'a [Force],
-    /// Those of its bodies, if they have some.
+    /// The options of its bodies, if they have any.
     options: Option<&'a (dyn RowOptions<Scalar> + Sync)>,
     terms: &'a Terms<'a, Scalar>,
-    /// The births in it, by row.
+    /// The births in the table, by row.
     births: &'a [Birth],
-    /// Tells whether the tick is written down.
+    /// Tells whether the tick is recorded for a ledger.
     records: &'a TickRecords,
 }
 
@@ -56,24 +56,24 @@ struct TableTick<'a> {
 #[derive(Clone, Copy)]
 struct TablePart<'a> {
     table: &'a TableTick<'a>,
-    /// The first of them.
+    /// The first of these rows.
     start: usize,
 }
 
-/// A row that was not updated.
+/// A row that was refused.
 struct Missed {
     body: Entity,
-    /// The state to freeze it at.
+    /// The state in which it is quarantined.
     transform: Transform,
     state: PhysicsBody,
     system: &'static str,
     breach: Breach,
-    /// What is at fault, if it is of this body alone.
+    /// The component at fault, if it is one of the body.
     evidence: Option<Evidence>,
     own_rate: bool,
 }
 
-/// What became of the rows of a part.
+/// The result of a part.
 #[derive(Default)]
 struct Done {
     statistics: StepStatistics,
@@ -105,7 +105,7 @@ impl TablePart<'_> {
         done
     }
 
-    /// The same for some of the rows, all of which have the same tick.
+    /// Integrates some of the rows, all of which have the same tick.
     fn integrate_rows<M: Integrator>(
         self,
         rows: Range<usize>,
@@ -133,9 +133,9 @@ impl TablePart<'_> {
         }
     }
 
-    /// What went wrong in a row. Of a step that no number comes out of the first of the two updates of Euler stands if
-    /// it can, as it does where the two are systems of their own; in a tick of several steps, and at the border of a
-    /// range, none does.
+    /// Finds which system refused a row, and why. If the step of an explicit Euler became non-finite in its second
+    /// half, the first half is stored, as it is where the halves are systems of their own; not in a tick of several
+    /// steps, nor at the border of a range.
     #[cold]
     fn diagnose<M: Integrator>(
         self,
@@ -199,7 +199,7 @@ impl TablePart<'_> {
 }
 
 impl Environment<'_> {
-    /// Names the cause, from what was found in the row and what acts on every body.
+    /// Names the cause, from the evidence of the row or from the environment.
     #[cold]
     fn judge(&self, missed: Missed, kicks: bool, gravity_off: bool) -> Refused {
         let Missed { body, transform, state, system, breach, evidence, own_rate } = missed;
@@ -212,7 +212,7 @@ impl Environment<'_> {
     }
 }
 
-/// Integrates a table on all threads.
+/// Integrates a table on all threads, to the same bits.
 fn shared<M: Integrator>(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_, Scalar>) -> Done {
     let share = batch.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
     let mut parts: Vec<(Done, Option<Batch<'_, Scalar>>, TablePart<'_>)> = Vec::new();
@@ -243,7 +243,7 @@ fn shared<M: Integrator>(threads: &Threads, table: &TableTick<'_>, batch: Batch<
     sum
 }
 
-/// One system's share of a tick: `M` over all bodies.
+/// Integrates a tick of `M` for all bodies of a system.
 fn advance<M: Integrator, Who: ArchetypeFilter>(
     mut param: EnvironmentParam,
     mut output: TickOutput,
@@ -267,7 +267,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
         } = columns;
         let gravity_off = options.gravity_off();
         let (pushed, births) = (param.pushed_of(entities[0]), param.births_of(entities[0]));
-        // A kick moves nothing, so nothing is marked as moved.
+        // A kick moves nothing, so no position is marked as changed.
         let transforms = if M::MOVES { &mut *transforms } else { transforms.bypass_change_detection() };
         let method_state = match (&mut last_step, &mut last_acceleration) {
             (Some(steps), _) => {
@@ -309,21 +309,20 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
 
 /// `v += (F w + g) h`: forces and laws become acceleration, acceleration becomes velocity.
 ///
-/// A body of inverse mass 0 is passed by whatever acts on it. With
-/// [`DampingModel::Exact`](crate::DampingModel::Exact) the decay is part of this update. Laws of the position or
-/// the velocity are not for this system and [`integrate_velocity`], but for [`integrate_in_one_pass`], which
-/// reads them before either half.
+/// A body of inverse mass 0 is not accelerated. With [`DampingModel::Exact`](crate::DampingModel::Exact) the decay is
+/// part of this update. Laws of position or velocity need [`integrate_in_one_pass`], which evaluates them before
+/// either half of the step.
 pub fn integrate_acceleration(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
     advance::<Kick, _>(param, output, bodies);
 }
 
-/// `x += v h`, with the damping, speed limit and axis locks that have their place around the move.
+/// `x += v h`, with the damping, speed limit and axis locks that stand before and after the move.
 pub fn integrate_velocity(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
     advance::<Drift, _>(param, output, bodies);
 }
 
-/// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory: the same bits as
-/// [`integrate_acceleration`] and [`integrate_velocity`] one after the other, in that order or the other.
+/// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory: to the same bits as
+/// [`integrate_acceleration`] and [`integrate_velocity`] in the order of `M`.
 pub fn integrate_in_one_pass<M: Integrator>(
     param: EnvironmentParam,
     output: TickOutput,
@@ -332,7 +331,7 @@ pub fn integrate_in_one_pass<M: Integrator>(
     advance::<M, _>(param, output, bodies);
 }
 
-/// A tick of `M` for the bodies `Who`.
+/// Integrates a tick of `M` for the bodies that the filter `Who` selects.
 pub fn integrate<M: Integrator, Who: ArchetypeFilter>(
     param: EnvironmentParam,
     output: TickOutput,

@@ -1,4 +1,5 @@
-//! Bodies that would turn non-finite or leave the range: frozen at their last finite state, marked, and named.
+//! The quarantine of bodies that would turn non-finite or leave the range: each stays in its last finite state, is
+//! marked, and is recorded with the cause.
 
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
@@ -10,36 +11,36 @@ use crate::state::method_state::LastStep;
 use crate::state::previous_position::PreviousPosition;
 use crate::units::{Scalar, Vector};
 
-/// Why a body was frozen: where it was noticed, what it was, and what had happened to it.
+/// Why a body was quarantined: which system noticed, which component or resource was at fault, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cause {
-    /// The system that noticed. Of a step that runs as one pass it is the half that went wrong.
+    /// The system that noticed. For an Euler step in one pass, the half that failed.
     pub system: &'static str,
-    /// The component, with its field where it has several, or the resource to which `fault` happened.
+    /// The component or resource at fault, with its field where it has several.
     pub component: &'static str,
-    /// What had happened.
+    /// What happened to it.
     pub fault: Fault,
 }
 
 /// What happened to a component or a resource.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// It was not finite when the system looked: something else wrote that.
+    /// It was not finite before the tick: something else wrote it.
     Found,
-    /// This law of it gave an acceleration that is not finite, for a state that is.
+    /// This law gave a non-finite acceleration for a finite state.
     Law(&'static str),
-    /// The spring to that body pulled with a force that is not finite, between states that are.
+    /// The spring to this body pulled with a non-finite force between finite states.
     Spring(Entity),
-    /// It would have turned non-finite by finite numbers: they grew out of the largest one.
+    /// It would have overflowed: finite numbers grew beyond the largest one.
     Overflow,
-    /// It would have left the stated range, whose bound is this, m or m/s.
+    /// It would have left the range, whose bound is this, m or m/s.
     Range(Scalar),
-    /// An experiment asked for a value of it that is not finite, or for an inverse mass below 0.
+    /// A request set it to a value that is not finite, or to an inverse mass below 0.
     Request,
 }
 
 impl Fault {
-    /// A word for it: `found`, `law`, `spring`, `overflow`, `range` or `request`.
+    /// Its name: `found`, `law`, `spring`, `overflow`, `range` or `request`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -56,7 +57,7 @@ impl Fault {
 impl Cause {
     pub(crate) const REQUESTS: &'static str = "requests";
 
-    /// Every system and every component that a cause may name.
+    /// Every system, component and resource that a cause may name.
     pub const NAMES: [&'static str; 22] = [
         "integrate_acceleration",
         "integrate_velocity",
@@ -82,7 +83,7 @@ impl Cause {
         place::RANGE,
     ];
 
-    /// What happened, as a sentence for summaries and panels.
+    /// The cause as a sentence, for summaries and panels.
     #[must_use]
     pub fn what(self) -> String {
         let Self { system, component, fault } = self;
@@ -103,7 +104,7 @@ impl Cause {
     }
 }
 
-/// Names of what may be at fault.
+/// Names of the components and resources that may be at fault.
 pub(crate) mod place {
     pub const POSITION: &str = "Transform.position";
     pub const VELOCITY: &str = "PhysicsBody.velocity";
@@ -124,22 +125,22 @@ pub(crate) mod place {
     pub const RANGE: &str = "Range";
 }
 
-/// One body that was frozen.
+/// The record of a body that was quarantined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuarantineRecord {
     /// The body.
     pub body: Entity,
-    /// Its stable id, if it had one: it names the body also when that is gone.
+    /// Its stable id, if it had one: it still names the body when the entity is gone.
     pub id: Option<StableId>,
-    /// The stable id of the other end of the spring that was at fault, if one was and that end had one.
+    /// The stable id of the other end of the spring at fault, if there is one.
     pub other_end: Option<StableId>,
-    /// Number of the tick that it did not survive, counted from 1.
+    /// The tick in which it failed, counted from 1.
     pub tick: u64,
-    /// Why.
+    /// The cause.
     pub cause: Cause,
 }
 
-/// A body refused in the running tick, with the state to freeze it at.
+/// A body refused in the running tick, with the state in which it is quarantined.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refused {
     pub body: Entity,
@@ -148,7 +149,7 @@ pub(crate) struct Refused {
     pub cause: Cause,
 }
 
-/// Every body that was frozen so far, tick by tick, those of a tick by stable id.
+/// All bodies that were quarantined so far, in the order of ticks, and of stable ids within a tick.
 #[derive(Resource, Debug, Default)]
 pub struct Quarantine {
     refused: Vec<Refused>,
@@ -156,29 +157,29 @@ pub struct Quarantine {
 }
 
 impl Quarantine {
-    /// The records of bodies that were frozen before, to go on from.
+    /// A quarantine that continues from these records.
     #[must_use]
     pub const fn going_on(records: Vec<QuarantineRecord>) -> Self {
         Self { refused: Vec::new(), records }
     }
 
-    /// The bodies that were frozen, in the order of events.
+    /// The records of all quarantined bodies, in order.
     #[must_use]
     pub fn records(&self) -> &[QuarantineRecord] {
         &self.records
     }
 
-    /// A kernel did not commit a row: what it holds is what it stays at.
+    /// Notes a row that a kernel refused; it is quarantined at the end of the tick.
     #[cold]
     pub(crate) fn refuse(&mut self, refused: Refused) {
         self.refused.push(refused);
     }
 }
 
-/// Freezes the bodies that the tick refused and marks them [`Quarantined`].
+/// Quarantines the bodies that the tick refused and marks them [`Quarantined`].
 ///
-/// A state that was overwritten by something non-finite is frozen at what the world still knows: at its
-/// [`PreviousPosition`], or at the origin where there is none; at rest; immovable.
+/// Where something else has written a non-finite state, the body stays at its [`PreviousPosition`], or at the origin
+/// without one; at rest; immovable.
 pub fn quarantine_bodies(
     mut commands: Commands,
     mut quarantine: ResMut<Quarantine>,
@@ -199,18 +200,18 @@ pub fn quarantine_bodies(
     let mut seen = EntityHashSet::default();
     let before = records.len();
     for Refused { body, transform, state, cause } in refused.drain(..) {
-        // The first refusal of a tick has the state before the tick went wrong; a later one has not.
+        // The first refusal of a tick has the state before the failure; a later one has not.
         if !seen.insert(body) {
             continue;
         }
         let (previous, last) = kept.get(body).unwrap_or_default();
         let previous = previous.map(|previous| previous.0);
         let mut entity = commands.entity(body);
-        // The rest of the tick may have moved the row on: the state before is put back with the mark.
+        // Later systems of the tick may have moved the row: the state is restored with the mark.
         let (transform, state) = (sound_place(transform, previous), sound_motion(state));
         entity.try_insert((transform, state, Quarantined));
         if previous.is_some_and(|previous| !previous.is_finite()) {
-            // Nothing is drawn between.
+            // Nothing is interpolated.
             entity.try_insert(PreviousPosition(transform.position));
         }
         if last.is_some_and(|last| !last.0.is_finite()) {
@@ -220,11 +221,11 @@ pub fn quarantine_bodies(
         let other_end = if let Fault::Spring(end) = cause.fault { id(end) } else { None };
         records.push(QuarantineRecord { body, id: id(body), other_end, tick, cause });
     }
-    // Systems come upon them in the order of tables, which is another one in a world that was restored.
+    // Systems refuse bodies in the order of tables, which differs in a restored world.
     records[before..].sort_by_key(|record| record.id.map_or(u32::MAX, |id| id.0));
 }
 
-/// [`quarantine_bodies`] between two ticks.
+/// Runs [`quarantine_bodies`] between two ticks.
 pub(crate) fn quarantine_refused(world: &mut World) {
     world.run_system_cached(quarantine_bodies).expect("its resources are inserted with the step's");
 }
