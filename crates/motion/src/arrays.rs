@@ -42,18 +42,18 @@ pub use state::BareState;
 /// assert!((ball.positions[0][1] - (10.0 - 4.9)).abs() < 1e-5);
 /// ```
 ///
-/// [`Bare::of_world`] takes in a whole world, with what single bodies ask for and what acts between them.
+/// [`Bare::of_world`] copies a whole world, with the options of single bodies and everything that acts between them.
 #[derive(Debug)]
 pub struct Bare<T: Real> {
     /// Position of every body, m.
     pub positions: Vec<[T; 3]>,
-    /// Velocity, m/s, and inverse mass, 1/kg, of every body. Of a world, a tick passes by what is immovable and at rest:
-    /// velocities are set by [`Bare::set_velocity`].
+    /// Velocity, m/s, and inverse mass, 1/kg, of every body. Bodies of a world that are immovable and at rest are not
+    /// integrated: set velocities by [`Bare::set_velocity`].
     pub bodies: Vec<[T; 4]>,
     /// Ids of the bodies of a world, ascending.
     ids: Vec<StableId>,
     forces: Vec<[T; 3]>,
-    /// Rows that were pushed, in the form that the kernels take.
+    /// Rows that were pushed, in the form that kernels take.
     pushed: Vec<(usize, usize)>,
     method: Method,
     /// Length of a tick, s.
@@ -73,7 +73,7 @@ pub struct Bare<T: Real> {
     has_failed: bool,
 }
 
-/// What rounding left out of the state.
+/// The rounding errors of the state.
 #[derive(Clone, Debug)]
 struct Residues<T> {
     /// Of positions, m.
@@ -83,7 +83,7 @@ struct Residues<T> {
 }
 
 impl<T: Real> Bare<T> {
-    /// No bodies yet, to be integrated by `method` in ticks of `step` seconds.
+    /// Makes arrays without bodies, to be integrated by `method` in ticks of `step` seconds.
     #[must_use]
     pub fn new(method: Method, step: T) -> Self {
         Self {
@@ -110,37 +110,37 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// With a law that acts on every body.
+    /// Adds a law that acts on every body.
     #[must_use]
     pub fn with_law(mut self, law: impl Law<T>) -> Self {
         self.resources.laws.push(Box::new(law));
         self
     }
 
-    /// With damping.
+    /// Sets damping.
     #[must_use]
     pub const fn with_damping(mut self, damping: Damping) -> Self {
         self.resources.damping = Some(damping);
         self
     }
 
-    /// With a range that bodies have to stay in: the row of one that would leave it is refused. In f32 no bound is above
-    /// the largest number of f32.
+    /// Sets the range of states: a row that would leave it is refused. In f32 no bound is above the largest number of
+    /// f32.
     #[must_use]
     pub const fn with_range(mut self, range: Range) -> Self {
         self.resources.range = Some(range);
         self
     }
 
-    /// With ticks divided into `substeps`, at least 1; bodies with a number of their own keep it.
+    /// Sets the number of substeps per tick, at least 1; bodies with their own number keep it.
     #[must_use]
     pub fn with_substeps(mut self, substeps: u32) -> Self {
         self.substeps = substeps.max(1);
         self
     }
 
-    /// Adds a body at `position`, m, moving at `velocity`, m/s; an `inverse_mass`, 1/kg, of 0 is immovable. Gives
-    /// its row.
+    /// Adds a body at `position`, m, moving at `velocity`, m/s; returns its row. An `inverse_mass`, 1/kg, of 0 is
+    /// immovable.
     pub fn add(&mut self, position: [T; 3], velocity: [T; 3], inverse_mass: T) -> usize {
         let [x, y, z] = velocity;
         self.positions.push(position);
@@ -153,7 +153,7 @@ impl<T: Real> Bare<T> {
         self.bodies.len() - 1
     }
 
-    /// Pushes a body for the next tick with `newtons`; pushes of a tick add up.
+    /// Pushes a body with `newtons` during the next tick; pushes of a tick add up.
     pub fn push(&mut self, body: usize, newtons: [T; 3]) {
         self.forces.resize(self.bodies.len(), [T::ZERO; 3]);
         self.forces[body].iter_mut().zip(newtons).for_each(|(sum, newtons)| *sum += newtons);
@@ -162,14 +162,14 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// The row of the body of a world with that id.
+    /// The row of the body with this id, for bodies of a world.
     #[must_use]
     pub fn row_of(&self, id: StableId) -> Option<usize> {
         self.ids.binary_search(&id).ok()
     }
 
-    /// Id, position, m, and velocity, m/s, of every body of a world, immovable ones too, in the order of the ids.
-    /// What has no id comes last, as [`u32::MAX`].
+    /// Id, position, m, and velocity, m/s, of every body of a world, immovable ones included, in the order of ids.
+    /// Bodies without an id come last, as [`u32::MAX`].
     pub fn states(&self) -> impl Iterator<Item = (StableId, Vector, Vector)> + '_ {
         let rows = self.positions.iter().zip(&self.bodies);
         self.ids.iter().zip(rows).map(|(id, (x, [a, b, c, _]))| {
@@ -177,7 +177,7 @@ impl<T: Real> Bare<T> {
         })
     }
 
-    /// Sets the velocity of a body, m/s, that of this moment: position Verlet starts anew with it.
+    /// Sets the present velocity of a body, m/s. Restarts position Verlet.
     pub fn set_velocity(&mut self, body: usize, velocity: [T; 3]) {
         self.bodies[body][..3].copy_from_slice(&velocity);
         if let Some(last) = self.last_steps.get_mut(body) {
@@ -189,7 +189,7 @@ impl<T: Real> Bare<T> {
         self.individuals.outdated = true;
     }
 
-    /// Gives a body an impulse J, N s: `v += J w`.
+    /// Applies an impulse J, N s, to a body: `v += J w`.
     pub fn give_impulse(&mut self, body: usize, impulse: [T; 3]) {
         let w = self.bodies[body][3];
         for (axis, impulse) in impulse.into_iter().enumerate().filter(|_| w > T::ZERO) {
@@ -204,7 +204,7 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// Turns every velocity round.
+    /// Reverses every velocity.
     pub fn reverse_velocities(&mut self) {
         for body in &mut self.bodies {
             body[..3].iter_mut().for_each(|v| *v = T::ZERO - *v);
@@ -215,7 +215,7 @@ impl<T: Real> Bare<T> {
         self.last_steps.iter_mut().for_each(|step| *step = -*step);
     }
 
-    /// Changes the length of a tick, s.
+    /// Sets the length of a tick, s.
     pub fn set_step(&mut self, step: T) {
         self.step = step.to_f64();
     }
@@ -238,22 +238,22 @@ impl<T: Real> Bare<T> {
         self.resources.damping
     }
 
-    /// Simulated time, s: since the scene began, for that of a world. Reckoned in f64 and rounded once, as all
-    /// times are that laws see.
+    /// Simulated time, s; for a world, since the scene began. Computed in f64 and rounded once, as are all times that
+    /// laws see.
     #[must_use]
     pub fn time(&self) -> T {
         T::of(self.clock.scene_seconds())
     }
 
-    /// Accelerations of one body by all laws together, evaluated so far, as [`Evaluations`](crate::Evaluations)
-    /// counts them.
+    /// Evaluations of the acceleration of one body by all laws so far, as [`Evaluations`](crate::Evaluations) counts
+    /// them.
     #[must_use]
     pub const fn evaluations(&self) -> u64 {
         self.statistics.accelerations
     }
 
-    /// Newton iterations of implicit steps of single bodies so far, and steps of a body or group that did not
-    /// converge.
+    /// Newton iterations of implicit steps of single bodies so far, and number of steps of a body or group that did
+    /// not converge.
     #[must_use]
     pub const fn newton(&self) -> (u64, u64) {
         (self.statistics.newton_iterations, self.statistics.unconverged)
@@ -265,21 +265,21 @@ impl<T: Real> Bare<T> {
         self.statistics.cg_iterations
     }
 
-    /// Rows that were left as they were in the last tick, because they would have turned non-finite or left the range. Of a group
-    /// it is the row that was first, and all of it stays as it was.
+    /// Rows that were refused in the last tick, because they would have turned non-finite or left the range: they
+    /// keep their state. For a group this is the row that failed first; the whole group keeps its state.
     #[must_use]
     pub fn refused(&self) -> &[usize] {
         &self.refused
     }
 
-    /// Whether a row was refused in any tick. There is no quarantine here: what comes after is no result.
+    /// Whether a row was refused in any tick. There is no quarantine here: states after that are meaningless.
     #[must_use]
     pub const fn has_failed(&self) -> bool {
         self.has_failed
     }
 
-    /// Bytes of the state of a body that a tick reads and writes: position, velocity and inverse mass, and what
-    /// methods keep of it. What it asks for, springs and the arrays of stages are not counted.
+    /// Bytes per body that a tick reads and writes: position, velocity, inverse mass and method state. Options,
+    /// springs and arrays of stages are not counted.
     #[must_use]
     pub const fn bytes_per_body(&self) -> usize {
         let mut bytes = size_of::<[T; 3]>() + size_of::<[T; 4]>();

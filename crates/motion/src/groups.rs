@@ -1,8 +1,8 @@
 //! Groups: bodies that act on each other, integrated together.
 //!
-//! A group is a connected part of the graph that springs and mutual gravity make of the bodies that can move;
-//! what cannot move connects nothing, it only holds. A group has one method and one number of substeps: those of
-//! its member with the lowest id. Its rows are copied out of the tables, integrated, and copied back, all or none.
+//! A group is a connected component of the graph that springs and mutual gravity make of the movable bodies;
+//! immovable bodies are anchors and connect nothing. A group has one method and one number of substeps: those of its
+//! member with the lowest id. Its rows are copied out of the tables, integrated, and copied back, all or none.
 
 mod combination;
 mod compile;
@@ -37,22 +37,22 @@ use crate::laws::MutualGravity;
 use crate::state::components::{PhysicsBody, Transform};
 use crate::units::Scalar;
 
-/// The groups of a world, compiled from its springs, soft bodies and mutual gravity; absent where there are none.
+/// The groups of a world, compiled from its springs, soft bodies and mutual gravity; absent in a world without them.
 #[derive(Resource, Debug, Default)]
 pub struct Groups {
-    /// Whether there were springs, and mutual gravity, when it was looked last.
+    /// Whether there were springs, and mutual gravity, at the last check.
     reasons: (bool, bool),
     list: Vec<Group>,
-    /// Where the rows of the groups lie in the tables, by table and row.
+    /// The places of the rows of groups in the tables, by table and row.
     runs: Vec<TableRun>,
     /// The rows of all groups, one group after the other.
     x: RowArray<Scalar>,
     v: RowArray<Scalar>,
     w: Vec<Scalar>,
     last: Vec<Scalar>,
-    /// Rows of each group that the running system has seen.
+    /// Rows of each group that the running system has found.
     seen: Vec<usize>,
-    /// Group, row and newtons of what was pushed.
+    /// Group, row and force, N, of every pushed row.
     pushes: Vec<(usize, usize, Row<Scalar>)>,
     scratch: Scratch<Scalar>,
 }
@@ -63,17 +63,17 @@ struct Group {
     /// Its first row among the rows of all groups.
     first: usize,
     coupling: Coupling<Scalar>,
-    /// Its bodies, those that move first, each kind in the order of the stable id.
+    /// Its bodies, movable ones first, then anchors, each in the order of stable ids.
     bodies: Vec<Entity>,
     /// Rows whose options change them.
     with_options: Vec<u32>,
-    /// Rows with laws of their own.
+    /// Rows with own laws.
     with_laws: Vec<u32>,
     substeps: Option<u32>,
     cache: GroupCache<Scalar>,
 }
 
-/// Rows of a table that are consecutive rows of a group.
+/// Consecutive rows of a table that are consecutive rows of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct TableRun {
     table: usize,
@@ -96,13 +96,13 @@ impl Groups {
         self.list.is_empty()
     }
 
-    /// Springs of all groups; inert ones are not among them.
+    /// The number of springs in all groups, without inert ones.
     #[must_use]
     pub fn springs(&self) -> usize {
         self.list.iter().map(|group| group.coupling.springs.len()).sum()
     }
 
-    /// Bodies that move in groups.
+    /// The number of bodies that move in groups.
     #[must_use]
     pub fn bodies(&self) -> usize {
         self.list.iter().map(|group| group.coupling.movable).sum()
@@ -114,7 +114,7 @@ impl Groups {
         self.list.iter().any(|group| group.coupling.springs.damped())
     }
 
-    /// Bytes of the lists of springs and of the arrays that they are integrated in, as they are allocated.
+    /// Allocated bytes of the lists of springs and of the arrays of rows.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let lists: usize = self.list.iter().map(|group| group.coupling.bytes()).sum();
@@ -125,8 +125,7 @@ impl Groups {
             + self.scratch.bytes()
     }
 
-    /// Bodies, number of those that move, and what is kept of each group of `world`; nothing where they are to be
-    /// compiled again.
+    /// Bodies, number of movable ones, and cache of each group of `world`; nothing if the groups are outdated.
     pub(crate) fn caches(world: &World) -> impl Iterator<Item = (&[Entity], usize, &GroupCache<Scalar>)> {
         let groups = world.get_resource::<Self>().filter(|_| !is_outdated(world));
         groups
@@ -135,12 +134,12 @@ impl Groups {
             .map(|group| (&group.bodies[..], group.coupling.movable, &group.cache))
     }
 
-    /// Lets a group keep that.
+    /// Sets the cache of a group.
     pub(crate) fn set_cache(&mut self, number: usize, cache: GroupCache<Scalar>) {
         self.list[number].cache = cache;
     }
 
-    /// What acts in every group, its bodies, those that move first, and its number of substeps, if it has its own.
+    /// The coupling of every group, its bodies, movable ones first, and its own number of substeps, if it has one.
     pub(crate) fn parts(&self) -> impl Iterator<Item = (&Coupling<Scalar>, &[Entity], Option<u32>)> {
         self.list.iter().map(|group| (&group.coupling, &group.bodies[..], group.substeps))
     }
@@ -156,7 +155,7 @@ impl Groups {
                 break;
             }
             let members = &bodies[..coupling.movable];
-            // All of them are looked at: none is left among those that are alone.
+            // Counted, not `any`: every member must be removed from `alone`.
             if members.iter().filter(|member| alone.remove(*member)).count() > 0 {
                 all.extend(members);
             }
@@ -165,12 +164,13 @@ impl Groups {
         all
     }
 
-    /// What acts between the bodies of each group, and the bodies by row.
+    /// The coupling of each group, and its bodies by row.
     pub(crate) fn couplings(&self) -> impl Iterator<Item = (&Coupling<Scalar>, &[Entity])> {
         self.list.iter().map(|group| (&group.coupling, &*group.bodies))
     }
 
-    /// Potential energy of springs and mutual gravity, J, from the state of `world` that they were compiled for.
+    /// Potential energy of springs and mutual gravity, J, in the state of `world`, for which the groups were
+    /// compiled.
     pub(crate) fn potential_energy(&self, world: &World) -> Scalar {
         let gravity = world.get_resource::<MutualGravity>();
         let state = |body: &Entity| {

@@ -1,4 +1,4 @@
-//! The options of single bodies, and which rows are integrated alike.
+//! The options of single bodies, and runs of rows that are integrated alike.
 
 use std::ops::Range;
 
@@ -13,13 +13,13 @@ use crate::units::Scalar;
 pub(super) struct Kind {
     /// Its own method.
     pub method: Option<Method>,
-    /// Gravity passes it by.
+    /// Whether gravity does not act on it.
     pub gravity_off: bool,
-    /// Its place among the bodies with other options.
+    /// Its index among the bodies with other options.
     pub own: Option<usize>,
-    /// It is in a group, frozen or dormant: not integrated on its own.
+    /// Whether it is in a group, quarantined or dormant: not integrated on its own.
     pub apart: bool,
-    /// When it is born, s since the scene's start, if it is in the coming tick.
+    /// Time of its birth in the coming tick, s since the scene's start, if it is born then.
     pub born: Option<Scalar>,
 }
 
@@ -37,28 +37,28 @@ impl<T: Real> Own<T> {
     }
 }
 
-/// Rows that are integrated one after the other in the same way.
+/// A run of consecutive rows that are integrated alike.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Run {
     pub rows: Range<usize>,
     pub method: Option<Method>,
     pub gravity_off: bool,
-    /// The place of the first of them among those with options.
+    /// The index of its first row among the bodies with other options.
     pub own: Option<usize>,
-    /// How many of them can move.
+    /// The number of movable rows.
     pub movable: u64,
-    /// When the only one of them is born, s since the scene's start, if it is in the coming tick.
+    /// Time of birth of its only row in the coming tick, s since the scene's start, if it is born then.
     pub born: Option<Scalar>,
 }
 
-/// The rows by their options.
+/// How all rows are integrated.
 #[derive(Debug)]
 pub(super) struct Individuals<T: Real> {
-    /// Of every row of a world; none where all bodies are alike.
+    /// The kind of every row of a world; empty if all bodies are alike.
     pub kinds: Vec<Kind>,
     pub owns: Vec<Own<T>>,
     pub runs: Vec<Run>,
-    /// A row may have come to rest, or to move.
+    /// Whether the runs must be found again: a row may have come to rest, or started to move.
     pub outdated: bool,
 }
 
@@ -69,7 +69,7 @@ impl<T: Real> Default for Individuals<T> {
 }
 
 impl<T: Real> Individuals<T> {
-    /// Another body without options.
+    /// Adds a body without options.
     pub fn add(&mut self) {
         if !self.kinds.is_empty() {
             self.kinds.push(Kind::default());
@@ -77,7 +77,7 @@ impl<T: Real> Individuals<T> {
         self.outdated = true;
     }
 
-    /// Finds what is integrated alike. Of a world, what is immovable and at rest is passed by.
+    /// Finds the runs. Skips bodies of a world that are immovable and at rest.
     pub fn plan(&mut self, bodies: &[[T; 4]]) {
         if self.kinds.is_empty() {
             if self.runs.first().is_none_or(|run| run.rows.len() != bodies.len()) {
@@ -113,7 +113,7 @@ impl<T: Real> Individuals<T> {
         }
     }
 
-    /// What was born in the tick goes on like all others.
+    /// Makes the births of the tick ordinary rows.
     pub fn grow_up(&mut self) {
         for run in self.runs.iter().filter(|run| run.born.is_some()) {
             self.kinds[run.rows.start].born = None;

@@ -17,12 +17,12 @@ pub(super) struct Source {
     emitter: Emitter,
     pub emission: Emission,
     is_on: bool,
-    /// Of every slot; `None`: its body was removed or quarantined.
+    /// The row of every slot; `None` if its body was removed or quarantined.
     rows: Vec<Option<usize>>,
 }
 
 impl<T: Real> Bare<T> {
-    /// Takes in the emitters of a world, bodies of which have these `rows`.
+    /// Copies the emitters of a world, whose bodies have these `rows`.
     pub(super) fn add_sources(&mut self, world: &mut World, rows: &EntityHashMap<usize>) {
         let mut emitters = world.query::<(Option<&Emitter>, Option<&Off<Emitter>>, &Emission)>();
         let world = &*world;
@@ -37,7 +37,7 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// Births and deaths of the coming tick.
+    /// Applies the births and deaths of the coming tick.
     pub(super) fn emit(&mut self) {
         let tick = Tick::next(self.clock, self.step);
         let Self { sources, individuals, positions, bodies, last_steps, cached, residues, .. } = self;
@@ -48,7 +48,7 @@ impl<T: Real> Bare<T> {
                 let [x, y, z] = numbers(born.map_or(Vector::ZERO, |_| emitter.launches[slot]));
                 positions[row] = numbers(emitter.position);
                 bodies[row] = [x, y, z, T::of(emitter.inverse_mass)];
-                // Nothing of another life.
+                // Nothing is left of an earlier life.
                 last_steps.get_mut(row).into_iter().for_each(|step| *step = T::ZERO);
                 cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());
                 if let Some(residues) = residues {
@@ -61,7 +61,7 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// Lets live what lives in the emissions.
+    /// Takes from the emissions which particles are alive.
     pub(super) fn look_who_lives(&mut self) {
         for Source { emission, rows, .. } in &self.sources {
             for (slot, row) in rows.iter().enumerate() {

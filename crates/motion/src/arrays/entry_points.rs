@@ -1,4 +1,4 @@
-//! What runs kernels: not generic, so that they are compiled here, optimised as this crate is.
+//! The methods that run kernels: not generic, so that kernels are compiled in this crate, with its optimization.
 
 use bevy_ecs::prelude::*;
 
@@ -13,20 +13,21 @@ use crate::methods::{Synchronize, with_method};
 macro_rules! entry_points {
     ($($t:ty)*) => {$(
         impl Bare<$t> {
-            /// Takes every body of `world` in, with its method, `method` for those that have none of their own, its
-            /// substeps, laws, damping, speed limit and locks, and everything that acts on them and between them,
-            /// in ticks of its [`TimeStep`](crate::TimeStep) from its clock's time on. Groups are made anew in the
-            /// world if it is time to; otherwise it stays as it is. Rows are in the order of [`StableId`](crate::StableId).
+            /// Copies every body of `world`, with its method (`method` for those without their own), its options, and
+            /// everything that acts on and between bodies, for ticks of its [`TimeStep`](crate::TimeStep) from its
+            /// clock's time on. Outdated groups of the world are compiled again; otherwise it does not change. Rows
+            /// are in the order of [`StableId`](crate::StableId).
             ///
-            /// Boxed laws are of one precision: `laws` gives those of a body that has [`OwnLaws`](crate::OwnLaws),
-            /// in their order, and `shared` are those of [`Laws`](crate::Laws). Emitters go on as they were: on or off.
+            /// Boxed laws have one precision: `laws` returns those of a body with [`OwnLaws`](crate::OwnLaws), in
+            /// their order, and `shared` are those of [`Laws`](crate::Laws). Emitters continue as they are, on or
+            /// off.
             ///
-            /// A body that a tick of the world would find half a step behind, because it was integrated by position
-            /// Verlet, goes on with whatever method it has here as [`Bare::set_method`] says. In f64 the ticks
-            /// are those of [`Stepper`](crate::Stepper) to the last bit.
+            /// A body whose velocity is half a step behind, because position Verlet integrated it, is synchronized if
+            /// it has another method here, as by [`Bare::set_method`]. In f64 the ticks are those of
+            /// [`Stepper`](crate::Stepper) to the last bit.
             ///
             /// # Errors
-            /// Where there is no time step.
+            /// If the world has no time step.
             pub fn of_world(
                 world: &mut World,
                 method: Method,
@@ -38,7 +39,7 @@ macro_rules! entry_points {
                 Ok(bare)
             }
 
-            /// Integrates a tick. A tick of no length is none.
+            /// Integrates a tick. Does nothing if the tick has no length.
             pub fn tick(&mut self) {
                 if !self.begin_tick() {
                     return;
@@ -52,21 +53,19 @@ macro_rules! entry_points {
                 self.end_tick();
             }
 
-            /// Forgets what the methods keep, with velocities that any other can start from: those of the
-            /// positions' own time.
+            /// Drops the method state and synchronizes velocities with positions, so that any method can continue.
             pub fn leave(&mut self) {
                 self.leave_those(|_| true);
                 self.last_steps.clear();
                 self.forget_accelerations();
             }
 
-            /// Gives velocities that are half a step behind their time to bodies of other methods than position
-            /// Verlet.
+            /// Synchronizes velocities that are half a step behind for bodies of other methods than position Verlet.
             fn leave_foreign_methods(&mut self) {
                 self.leave_those(|method| method != Method::PositionVerlet);
             }
 
-            /// Brings the velocities of those of some methods to the time of their positions.
+            /// Synchronizes velocities with positions for bodies of some methods.
             fn leave_those(&mut self, which: impl Fn(Method) -> bool) {
                 self.individuals.plan(&self.bodies);
                 for group in 0..self.groups.len() {
@@ -82,27 +81,26 @@ macro_rules! entry_points {
                 self.has_failed |= !self.refused.is_empty();
             }
 
-            /// Changes the method of every body that has none of its own: what the old one kept is turned into
-            /// what the new one starts from.
+            /// Sets the method of every body without its own. Restarts the methods, from synchronized velocities.
             pub fn set_method(&mut self, method: Method) {
                 self.leave();
                 self.method = method;
             }
 
-            /// Replaces the laws of every body that have no resource of their own in a world.
+            /// Replaces the laws of every body that are [`Laws`](crate::Laws) in a world. Restarts the methods.
             pub fn set_laws(&mut self, laws: Vec<Box<dyn Law<$t>>>) {
-                // What was kept was kept under the old ones.
+                // The method state belongs to the old laws.
                 self.leave();
                 self.resources.laws = laws;
             }
 
-            /// Changes gravity, switches it on or off, or takes it away; bodies of position Verlet start anew.
+            /// Sets or removes gravity. Restarts the methods.
             pub fn set_gravity(&mut self, gravity: Option<Gravity>) {
                 self.leave();
                 self.resources.gravity = gravity;
             }
 
-            /// Changes damping or takes it away; bodies of position Verlet start anew.
+            /// Sets or removes damping. Restarts the methods.
             pub fn set_damping(&mut self, damping: Option<Damping>) {
                 self.leave();
                 self.resources.damping = damping;
@@ -120,8 +118,8 @@ impl Bare<f64> {
 }
 
 impl Bare<f32> {
-    /// With compensated sums: every body's position and velocity has a residue, what rounding left out of it, which is
-    /// added with the next increment (Kahan 1965). What acts is evaluated at the sums, in single precision.
+    /// Switches to compensated sums: the rounding errors of positions and velocities are stored and added with the
+    /// next increment (Kahan 1965). Laws are evaluated at the sums, in single precision.
     #[must_use]
     pub fn compensated(mut self) -> Self {
         let zero = vec![[0.0; 3]; self.bodies.len()];

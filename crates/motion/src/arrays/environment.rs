@@ -1,4 +1,4 @@
-//! What acts on bodies in plain arrays: in a world, resources.
+//! What acts on bodies in plain arrays.
 
 use crate::groups::Solver;
 use crate::laws::damping::Damping;
@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::state::range::Range;
 use crate::tick::environment::Environment;
 
-/// What an [`Environment`] borrows of arrays.
+/// The owner of what an [`Environment`] of arrays borrows; resources in a world.
 #[derive(Debug)]
 pub(super) struct Resources<T: Real> {
     pub gravity: Option<Gravity>,
@@ -37,7 +37,7 @@ impl<T: Real> Default for Resources<T> {
 }
 
 impl<T: Real> Resources<T> {
-    /// What acts in a tick of those times.
+    /// The environment of a tick of these times.
     pub fn environment(&self, times: TickTimes) -> Environment<'_, T> {
         Environment {
             gravity: self.gravity.as_ref().filter(|gravity| gravity.on),
@@ -46,7 +46,7 @@ impl<T: Real> Resources<T> {
             damping: self.damping,
             range: self.range.as_ref(),
             times,
-            // Laws change only where everything that was kept is forgotten.
+            // Laws change only where all cached accelerations are dropped.
             epoch: 0,
         }
     }

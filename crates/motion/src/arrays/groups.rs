@@ -10,30 +10,30 @@ use crate::methods::table::Method;
 use crate::methods::{Integrator, MethodState};
 use crate::real::Real;
 
-/// One group.
+/// A group of bodies in plain arrays.
 #[derive(Debug, Default)]
 pub(super) struct ArrayGroup<T: Real> {
     pub coupling: Coupling<T>,
-    /// The rows of its bodies among all, those that move first.
+    /// The rows of its bodies, movable ones first.
     pub rows: Vec<usize>,
     /// Its own rows whose options change them, ascending.
     pub with_options: Vec<u32>,
-    /// Its own rows with laws of their own, ascending.
+    /// Its own rows with own laws, ascending.
     pub with_laws: Vec<u32>,
     pub substeps: Option<u32>,
-    /// The method that its bodies ask for.
+    /// The method of its bodies, if they have their own.
     pub method: Option<Method>,
     pub cache: GroupCache<T>,
     pub x: RowArray<T>,
     pub v: RowArray<T>,
-    /// Of both, where sums are compensated.
+    /// Rounding errors of both, where sums are compensated.
     pub residues: [RowArray<T>; 2],
     pub w: Vec<T>,
     pub last: Vec<T>,
 }
 
 impl<T: Real> ArrayGroup<T> {
-    /// The rows of the bodies that move.
+    /// The rows of the movable bodies.
     pub fn members(&self) -> impl Iterator<Item = usize> {
         self.rows[..self.coupling.movable].iter().copied()
     }
@@ -48,7 +48,7 @@ impl<T: Real> Bare<T> {
         self.groups[group].method.unwrap_or(self.method)
     }
 
-    /// A tick of `M` for a group; if a row of it turns non-finite, all of them stay.
+    /// Integrates a tick of `M` for a group; if a row fails, all rows keep their state.
     pub(super) fn tick_group<M: Integrator>(&mut self, number: usize) {
         let mut group = std::mem::take(&mut self.groups[number]);
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -80,7 +80,7 @@ impl<T: Real> Bare<T> {
         self.groups[number] = group;
     }
 
-    /// The rows of a group after a tick, which no body has yet.
+    /// Computes the rows of a group after a tick, without storing them in the bodies.
     fn work_out<M: Integrator>(
         &self,
         watch: Watch,
@@ -131,7 +131,7 @@ impl<T: Real> Bare<T> {
         last.extend(rows.iter().map(|row| self.last_steps.get(*row).copied().unwrap_or(T::ZERO)));
     }
 
-    /// What was pushed of a group, by its own rows.
+    /// Collects the pushes on a group, by its own rows.
     fn gather_pushes(&self, members: &[usize], pushes: &mut Vec<(usize, Row<T>)>) {
         pushes.clear();
         if self.pushed.is_empty() {

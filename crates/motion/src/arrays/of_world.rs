@@ -1,4 +1,4 @@
-//! Plain arrays of a world.
+//! Plain arrays copied from a world.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ use crate::state::substeps::Substeps;
 use crate::tick::columns::OptionColumns;
 use crate::units::Vector;
 
-/// Why a world cannot go on in plain arrays.
+/// Why a world cannot be copied into plain arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotForArrays {
     /// There is no [`TimeStep`].
@@ -58,8 +58,8 @@ struct Columns {
 pub type LawsOf<'a, T> = &'a dyn Fn(Entity) -> Vec<Box<dyn Law<T>>>;
 
 impl<T: Real> Bare<T> {
-    /// The bodies, what they ask for and what acts on them; `last_steps` are as the world has them, whatever method
-    /// their bodies have.
+    /// Copies the bodies, their options and what acts on them; `last_steps` are those of the world, whatever the
+    /// methods are.
     pub(super) fn gathered(
         world: &mut World,
         method: Method,
@@ -89,7 +89,7 @@ impl<T: Real> Bare<T> {
         Ok(bare)
     }
 
-    /// Adds every body with physics; gives their rows.
+    /// Adds every body; returns their rows.
     fn add_bodies(&mut self, world: &mut World, laws: LawsOf<'_, T>) -> EntityHashMap<usize> {
         let mut bodies = world.query::<Columns>();
         let world = &*world;

@@ -1,11 +1,11 @@
-//! States of arrays, to go back to.
+//! Saved states of arrays.
 
 use super::{Bare, Residues};
 use crate::real::Real;
 use crate::state::clock::StepClock;
 use crate::state::emitter::Emission;
 
-/// The state of a [`Bare`], to go back to.
+/// A saved state of a [`Bare`].
 #[derive(Clone, Debug)]
 pub struct BareState<T> {
     positions: Vec<[T; 3]>,
@@ -17,7 +17,7 @@ pub struct BareState<T> {
 }
 
 impl<T: Real> Bare<T> {
-    /// The state, to go back to.
+    /// Saves the state.
     #[must_use]
     pub fn save(&self) -> BareState<T> {
         let Self { positions, bodies, last_steps, residues, sources, clock, .. } = self;
@@ -31,11 +31,10 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// Goes back to a state of these bodies. Counts stay as they are, and a method that starts with the
-    /// acceleration that the last tick left evaluates it again.
+    /// Restores a saved state of these bodies. Counts stay as they are, and cached accelerations are evaluated again.
     ///
     /// # Panics
-    /// When bodies were added since.
+    /// If bodies were added since.
     pub fn restore(&mut self, state: &BareState<T>) {
         self.positions.copy_from_slice(&state.positions);
         self.bodies.copy_from_slice(&state.bodies);

@@ -12,11 +12,11 @@ use crate::real::Real;
 use crate::state::method_state::CachedAcceleration;
 
 impl<T: Real> Bare<T> {
-    /// Integrates a tick of every body by another method than those of the table, such as one of one's own. A
-    /// tick of no length is none.
+    /// Integrates a tick of every body by any method, such as one of your own. Does nothing if the tick has no
+    /// length.
     ///
     /// # Panics
-    /// When bodies act on each other or sums are compensated: that is for the methods of the table only.
+    /// If bodies act on each other or sums are compensated: that is for the methods of the table only.
     pub fn tick_with<M: Integrator>(&mut self) {
         let plain = self.groups.is_empty() && self.residues.is_none();
         assert!(plain, "groups and compensated sums are for the methods of the table only");
@@ -28,7 +28,7 @@ impl<T: Real> Bare<T> {
         }
     }
 
-    /// Whether there is a tick at all.
+    /// Prepares a tick; `false` if it has no length.
     pub(super) fn begin_tick(&mut self) -> bool {
         self.refused.clear();
         if self.step != 0.0 {
@@ -52,7 +52,7 @@ impl<T: Real> Bare<T> {
         self.individuals.runs[run].method.unwrap_or(self.method)
     }
 
-    /// Whether the velocity of one of those rows is that of half a step ago.
+    /// Whether the velocity of one of these rows is half a step behind.
     pub(super) fn is_half_a_step_behind(&self, rows: impl IntoIterator<Item = usize>) -> bool {
         rows.into_iter().any(|row| self.last_steps.get(row).is_some_and(|step| *step != T::ZERO))
     }
@@ -61,7 +61,7 @@ impl<T: Real> Bare<T> {
         TickTimes::new(self.clock, self.step, substeps)
     }
 
-    /// A tick of `M` for the rows of a run, summed up the one way or the other.
+    /// Integrates a tick of `M` for the rows of a run.
     pub(super) fn tick_rows<M: Integrator, W: Way>(&mut self, run: usize) {
         let mut times = self.times(self.substeps);
         let Self {
@@ -105,14 +105,14 @@ impl<T: Real> Bare<T> {
         let all = 0..rows.len();
         kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, &mut sums, &mut counted, refuse);
         if options.is_none() && counted.accelerations == 0 {
-            // Where no law is called nothing is counted on the way.
+            // Kernels count only called laws.
             counted.accelerations = terms.evaluations::<M>() * movable;
         }
         statistics.add(&counted);
     }
 }
 
-/// What `M` keeps of all rows; `calls` tells whether laws are called.
+/// The state of `M` of all rows; `calls` tells whether laws are called.
 fn method_state<'a, T: Real, M: Integrator>(
     last_steps: &'a mut Vec<T>,
     cached: &'a mut Vec<CachedAcceleration<T>>,
@@ -132,18 +132,18 @@ fn method_state<'a, T: Real, M: Integrator>(
     }
 }
 
-/// How the rows of single bodies are summed up: a type, so that kernels are compiled only for those that are used.
+/// How increments are added to the rows of single bodies. A type, so that only used kernels are compiled.
 pub(super) trait Way {
     type Sums<'a, T: Real>: Sums<T>;
 
-    /// Those of some rows.
+    /// The sums of some rows.
     fn sums<T: Real>(residues: &mut Option<Residues<T>>, rows: Range<usize>) -> Self::Sums<'_, T>;
 }
 
 /// Without residues.
 pub(super) struct Plainly;
 
-/// With residues, which there have to be.
+/// With residues, which must be present.
 pub(super) struct Compensating;
 
 impl Way for Plainly {

@@ -1,4 +1,4 @@
-//! From springs, soft bodies and mutual gravity to groups.
+//! The compiler of groups, from springs, soft bodies and mutual gravity.
 
 use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
 use bevy_ecs::prelude::*;
@@ -18,21 +18,21 @@ use crate::state::substeps::OwnSubsteps;
 use crate::state::switched_off::SpringsOff;
 use crate::units::Scalar;
 
-/// Makes the groups anew if what acts between bodies has changed: a spring came or went, a body was removed,
-/// quarantined or became immovable. Forces are summed up in an order that follows from stable ids and not from
-/// the order in which things were spawned.
+/// Compiles the groups again if the coupling has changed: a spring was added or removed, a body was removed,
+/// quarantined or became immovable. The order in which forces are summed follows from stable ids, not from the order
+/// of spawning.
 ///
-/// Members that ask for another method or number of substeps than the one with the lowest id are given its.
+/// All members get the method and the number of substeps of the member with the lowest id.
 pub fn compile_groups(world: &mut World) {
     update_groups(world, false);
 }
 
-/// Whether what acts between bodies has changed since groups were made.
+/// Whether the coupling has changed since the groups were compiled.
 pub(crate) fn is_outdated(world: &World) -> bool {
     world.get_resource::<CouplingChanged>().is_some_and(|changed| changed.0)
 }
 
-/// [`compile_groups`], which `may_be_new` tells to look whether there is a reason for groups at all.
+/// [`compile_groups`]; with `may_be_new`, also checks whether a world without groups needs them.
 pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
     if may_be_new {
         let springs = may_exist::<Spring>(world) || may_exist::<SoftBody>(world);
@@ -60,15 +60,15 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
     }
 }
 
-/// What acts between the bodies of each group.
+/// The couplings of all groups.
 pub(crate) enum Couplings {
-    /// As the groups of the world have it.
+    /// Those of the world's groups.
     Made,
-    /// As outdated groups will have it.
+    /// Those that outdated groups will have.
     Coming(Vec<(Coupling<Scalar>, Vec<Entity>)>),
 }
 
-/// What acts between bodies now: groups that are outdated stay so, so that looking changes nothing.
+/// The couplings now. Leaves outdated groups as they are, so that observing changes nothing.
 pub(crate) fn couplings_now(world: &mut World) -> Couplings {
     let members = world.get_resource::<Groups>().into_iter().flat_map(Groups::couplings);
     let gone = members.flat_map(|(_, bodies)| bodies).any(|body| world.get_entity(*body).is_err());
@@ -81,7 +81,7 @@ pub(crate) fn couplings_now(world: &mut World) -> Couplings {
 }
 
 impl Couplings {
-    /// Those of `world`, with their bodies by row.
+    /// The couplings of `world`, with their bodies by row.
     pub fn iter<'a>(
         &'a self,
         world: &'a World,
@@ -95,25 +95,25 @@ impl Couplings {
     }
 }
 
-/// A body that something may act on.
+/// A body that may be part of a group.
 #[derive(Clone, Copy)]
 struct Node {
     entity: Entity,
     inverse_mass: Scalar,
-    /// Mass as a source of gravity, where it cannot move.
+    /// Mass as a source of gravity, kg, of an immovable body.
     source: Scalar,
 }
 
-/// Everything that acts between bodies, by nodes.
+/// The graph of everything that acts between bodies.
 #[derive(Default)]
 struct Graph {
     nodes: Vec<Node>,
     springs: Springs<Scalar>,
-    /// Triangles in air; their masses follow from what is left of them.
+    /// Triangles in air; their masses are computed later, from those that are left.
     sheets: Vec<SheetRow<Scalar>>,
 }
 
-/// Makes the groups anew.
+/// Compiles the groups.
 fn compile(world: &mut World) {
     let graph = Graph::of(world);
     let attracts = world.contains_resource::<MutualGravity>();
@@ -136,7 +136,7 @@ fn compile(world: &mut World) {
     groups.last.resize(first, 0.0);
     groups.seen.resize(list.len(), 0);
     groups.list = list;
-    // Found in the tables when they are looked for there.
+    // The next tick looks them up.
     groups.runs.clear();
     world.resource_mut::<CouplingChanged>().0 = false;
 }
@@ -191,7 +191,7 @@ impl Graph {
                 (points, soft)
             })
             .collect();
-        // What is equal in all of this is interchangeable, as single springs are.
+        // Soft bodies that are equal in all of this are interchangeable, as single springs are.
         let pulls = |link: &Link| {
             let Elastic { stiffness, damping, rest_length } = link.elastic;
             (link.ends, stiffness.to_bits(), damping.to_bits(), rest_length.to_bits())
@@ -236,10 +236,10 @@ impl Graph {
         self.sheets.extend(blown.map(|corners| SheetRow { corners, mass: 0.0 }));
     }
 
-    /// The connected parts, each with its bodies.
+    /// The connected components, each with its bodies.
     fn groups(self, attracts: bool) -> Vec<(Coupling<Scalar>, Vec<Entity>)> {
         let Self { nodes, mut springs, sheets } = self;
-        // One that is not a number attracts as well, so that it is found.
+        // NaN counts as attracting, so that it is found.
         let pulls = |source: Scalar| source > 0.0 || source.is_nan();
         let joined = |node: usize, used: &[bool]| used[node] || attracts && pulls(nodes[node].source);
         let mut used = vec![attracts; nodes.len()];
@@ -276,7 +276,7 @@ impl Graph {
     }
 }
 
-/// Marks the bodies that move in groups, and no others.
+/// Marks exactly the bodies that move in groups.
 fn mark(world: &mut World, list: &[(Coupling<Scalar>, Vec<Entity>)]) {
     let members = |(coupling, bodies): &(Coupling<Scalar>, Vec<Entity>)| bodies[..coupling.movable].to_vec();
     let now: EntityHashSet = list.iter().flat_map(members).collect();
@@ -285,7 +285,7 @@ fn mark(world: &mut World, list: &[(Coupling<Scalar>, Vec<Entity>)]) {
     for body in before.difference(&now) {
         world.entity_mut(*body).remove::<Grouped>();
     }
-    // In the order of the rows: what is one after the other in a group is so in a table.
+    // In the order of rows, so that consecutive rows of a group are consecutive in a table.
     let new: Vec<_> = list
         .iter()
         .flat_map(members)
@@ -304,7 +304,7 @@ fn agree(world: &mut World, list: &mut [Group]) {
         let substeps = world.get::<OwnSubsteps>(first).copied();
         for body in &group.bodies[1..group.coupling.movable] {
             if own_method(world.entity(*body)) != method {
-                // New to the group: what its old method keeps of it is of no use to the new one.
+                // The state of its old method is of no use to the new one.
                 let mut body = world.entity_mut(*body);
                 body.remove::<(LastStep, LastAcceleration)>();
                 mark_method(&mut body, method);

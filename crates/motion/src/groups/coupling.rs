@@ -1,4 +1,4 @@
-//! The coupled laws on the rows of a group: springs, air against sheets, mutual gravity.
+//! The coupling of a group: springs, air on sheets, mutual gravity.
 
 use super::pull::{SpringRow, Springs};
 use super::rows::Row;
@@ -13,24 +13,24 @@ pub(crate) struct SheetRow<T> {
     pub mass: T,
 }
 
-/// What acts between the rows of a group. Rows up to `movable` can move, those after it are what they hang on.
+/// What acts between the rows of a group: first the movable rows, then the anchors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Coupling<T> {
-    /// Rows, of both kinds.
+    /// The number of rows, anchors included.
     pub rows: usize,
-    /// Rows that move, all of them before those that do not.
+    /// The number of movable rows, which come first.
     pub movable: usize,
     /// Springs.
     pub springs: Springs<T>,
     /// Triangles that air acts on.
     pub sheets: Vec<SheetRow<T>>,
-    /// Masses of the movable rows, kg, where there are triangles to share them.
+    /// Masses of the movable rows, kg, if there are triangles.
     pub masses: Vec<T>,
-    /// Rows of triangles, ascending: no other drag acts on them.
+    /// Rows in triangles, ascending: no other drag acts on them.
     pub in_sheets: Vec<u32>,
-    /// Whether all attract each other.
+    /// Whether all rows attract each other.
     pub attracts: bool,
-    /// Mass of the rows after the movable ones as sources of gravity, kg; 0 is none.
+    /// Masses of the anchors as sources of gravity, kg; 0 for none.
     pub sources: Vec<T>,
 }
 
@@ -52,8 +52,8 @@ pub(super) fn add<T: Real>(row: &mut Row<T>, v: T::Vector) {
     row[2] += z;
 }
 
-/// `c + k |u| + k (u·n)² / |u|`, 1/s: what air that a triangle with normal n moves through with u takes of another
-/// velocity along n.
+/// `c + k |u| + k (u·n)² / |u|`, 1/s: the derivative of the drag on a triangle with normal n by its velocity u along
+/// n.
 pub(super) fn rate_along<T: Real>(drag: &Drag, u: T::Vector, n: T::Vector) -> T {
     // The limit of (u·n)² / |u| in still air is 0.
     let (across, speed) = (u.dot(n), u.dot(u).sqrt());
@@ -61,7 +61,7 @@ pub(super) fn rate_along<T: Real>(drag: &Drag, u: T::Vector, n: T::Vector) -> T 
     drag.rate::<T>(u) + T::of(drag.quadratic) * across
 }
 
-/// Of a triangle in air: velocity against the air, m/s, and unit normal; `None` where it has no area.
+/// Velocity of a triangle relative to the air, m/s, and its unit normal; `None` if it has no area.
 pub(super) fn in_air<T: Real>(
     air: Option<&Air<T>>,
     corners: [u32; 3],
@@ -88,8 +88,8 @@ pub(super) fn in_air<T: Real>(
 }
 
 impl<T: Real> Coupling<T> {
-    /// Adds the forces of air on sheets, N: drag of a point of the same mass, of which only the part along the
-    /// normal is left, a third to each corner.
+    /// Adds the forces of air on sheets, N: the drag on a point of the same mass, its part along the normal, a third
+    /// to each corner.
     pub fn blow(&self, drag: &Drag, time: T, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
         let air = drag.wind.map(|wind| wind.air(time));
         for SheetRow { corners, mass } in &self.sheets {
@@ -114,7 +114,7 @@ impl<T: Real> Coupling<T> {
         }
     }
 
-    /// Force of mutual gravity on the first of two masses, N; `None` at one place.
+    /// Force of mutual gravity on the first of two masses, N; `None` at the same position.
     #[inline(always)]
     pub fn attraction(
         &self,
@@ -126,7 +126,7 @@ impl<T: Real> Coupling<T> {
         Some(r * (T::of(law.constant) * mass * other * inverse * inverse * inverse))
     }
 
-    /// r from one body to another and `(r² + s²)^(-1/2)`; `None` at one place.
+    /// The vector r from one body to another and `(r² + s²)^(-1/2)`; `None` at the same position.
     fn reach(&self, law: &MutualGravity, from: T::Vector, to: T::Vector) -> Option<(T::Vector, T)> {
         let (r, s) = (to - from, T::of(law.softening));
         let squared = r.dot(r);
@@ -172,7 +172,7 @@ impl<T: Real> Coupling<T> {
         sum
     }
 
-    /// The same in another precision.
+    /// The same coupling in another precision.
     pub fn at<U: Real>(&self) -> Coupling<U> {
         let numbers = |numbers: &[T]| numbers.iter().map(|number| U::of(number.to_f64())).collect();
         let Self { rows, movable, springs, sheets, masses, in_sheets, attracts, sources } = self;
@@ -199,7 +199,7 @@ impl<T: Real> Coupling<T> {
             + numbers * size_of::<T>()
     }
 
-    /// Whether what acts between the rows depends on velocities, `drag` being in force or not.
+    /// Whether the coupling depends on velocities; `drag` tells whether there is drag.
     pub fn depends_on_velocity(&self, drag: bool) -> bool {
         self.springs.damped() || drag && !self.sheets.is_empty()
     }

@@ -1,4 +1,4 @@
-//! Everything that acts on the rows of a group, for the methods.
+//! The field of a group: everything that acts on its rows.
 
 mod arrays;
 mod cached;
@@ -27,18 +27,18 @@ use crate::tick::environment::Environment;
 /// The environment of groups.
 #[derive(Clone, Copy)]
 pub(crate) struct GroupEnvironment<'a, T: Real> {
-    /// That of every body.
+    /// The environment of every body.
     pub shared: Environment<'a, T>,
-    /// Its numbers, without gravity and drag: neither acts on all rows alike.
+    /// Its terms without gravity and drag, which do not act on all rows.
     pub terms: Terms<'a, T>,
     /// How implicit steps are solved.
     pub solver: Solver,
-    /// Names of the laws that are summed up before a tick, exact damping among them; without gravity.
+    /// Names of the laws that are summed before a tick, with exact damping, without gravity.
     pub summed: &'a [&'static str],
 }
 
 impl<'a, T: Real> GroupEnvironment<'a, T> {
-    /// The environment of ticks of `M`; `called` are the laws that have to be called, drag among them.
+    /// The environment of ticks of `M`; `called` are all called laws, drag included.
     pub fn new<M: Integrator>(
         shared: Environment<'a, T>,
         called: &'a [&'a dyn Law<T>],
@@ -50,32 +50,32 @@ impl<'a, T: Real> GroupEnvironment<'a, T> {
     }
 }
 
-/// The rows of a group and what is known of them.
+/// The rows of a group.
 pub(crate) struct GroupRows<'a, T> {
     /// Positions, m; after the tick, those of its end.
     pub x: &'a mut [Row<T>],
     /// Velocities, m/s.
     pub v: &'a mut [Row<T>],
-    /// What rounding left out of both, m and m/s, where sums are compensated.
+    /// Rounding errors of both, m and m/s, where sums are compensated.
     pub residues: Option<[&'a mut [Row<T>]; 2]>,
     /// Inverse masses, 1/kg.
     pub w: &'a [T],
     /// Rows whose options change them, ascending.
     pub with_options: &'a [u32],
-    /// Rows with laws of their own, ascending.
+    /// Rows with own laws, ascending.
     pub with_laws: &'a [u32],
 }
 
-/// Arrays of a step, kept from one group and tick to the next.
+/// Arrays of a step, reused for all groups and ticks.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch<T: Real> {
     slots: [RowArray<T>; SLOTS],
     stage: [RowArray<T>; 2],
     classes: Vec<Class<T>>,
-    /// Of every row, where there is more than one kind.
+    /// The class of every row, if there is more than one class.
     class_of: Vec<u32>,
     workspace: Workspace<T>,
-    /// Forces applied to rows, N, and the rows.
+    /// Pushed rows and their forces, N.
     pub pushes: Vec<(usize, Row<T>)>,
 }
 
@@ -100,30 +100,30 @@ pub(crate) struct GroupField<'a, T: Real> {
     pushed: bool,
     /// Number of rows that gravity acts on.
     heavy: u64,
-    /// Whether what they hang on is at rest: the velocities of all rows may then be multiplied alike.
+    /// Whether the anchors are at rest: then all velocities may be multiplied by the same factor.
     anchors_rest: bool,
-    /// As the method has it.
+    /// [`Integrator::LIMITS_AFTER_KICK`] of the method.
     limits_after_kick: bool,
     watch: Watch,
-    /// The rows that turned non-finite first, ascending; none while there are none or nobody looks.
+    /// The rows that turned non-finite first, ascending, if they are searched for.
     found: Vec<usize>,
 }
 
-/// Whether to look for the rows that turn non-finite first.
+/// Whether to search for the rows that turn non-finite first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watch {
-    /// No: the end of the tick tells that there are some.
+    /// No: the end of the tick tells whether there are any.
     Off,
     /// Yes.
     On,
 }
 
-/// What a tick of a group came to.
+/// The outcome of a tick of a group.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// Every row is finite and in range.
     Finite,
-    /// Some are not; the rows that were first, ascending, if they were looked for.
+    /// Some rows are not; holds those that were first, ascending, if they were searched for.
     Broken(Vec<usize>),
 }
 
@@ -196,11 +196,11 @@ impl<'a, T: Real> GroupField<'a, T> {
         let within = |row: &Row<T>, bound: T| {
             row[0].abs().is_at_most(bound) & row[1].abs().is_at_most(bound) & row[2].abs().is_at_most(bound)
         };
-        // A mass that is not a number spoils nothing: it is not above 0, so that nothing would act.
+        // An inverse mass of NaN is not above 0, so nothing would act on the row: it is checked here.
         let holds = |x: &Row<T>, v: &Row<T>, w: T| {
             within(x, position) & within(v, speed) & w.abs().is_at_most(T::MAX)
         };
-        // Not "any": without a way out of the loop it is done in registers.
+        // Not `any`: a loop without an exit is vectorized.
         let mut all = true;
         let GroupRows { x, v, w, .. } = &self.rows;
         for ((x, v), w) in x[..movable].iter().zip(&v[..movable]).zip(&w[..movable]) {
@@ -216,19 +216,19 @@ impl<'a, T: Real> GroupField<'a, T> {
         })
     }
 
-    /// Whether rows that are not finite are looked for, and none was found so far.
+    /// Whether non-finite rows are searched for, and none is found yet.
     pub(super) fn looks(&self) -> bool {
         self.watch == Watch::On && self.found.is_empty()
     }
 
-    /// Notes the rows that are not finite, if they are looked for.
+    /// Notes the non-finite rows, if they are searched for.
     pub(super) fn look(&mut self, rows: impl FnOnce(&Self) -> Vec<usize>) {
         if self.looks() {
             self.found = rows(self);
         }
     }
 
-    /// The rows that can move which are not finite.
+    /// The movable rows that are not finite.
     pub(super) fn broken<'r>(&self, rows: &'r [Row<T>]) -> impl Iterator<Item = usize> + use<'r, T> {
         let movable = rows[..self.coupling.movable].iter().enumerate();
         movable.filter(|(_, row)| !row[..3].iter().all(|part| part.is_finite())).map(|(row, _)| row)
@@ -241,7 +241,7 @@ fn start<T: Real>() -> (Combination<T>, Combination<T>) {
 }
 
 impl<T: Real> TickField for GroupField<'_, T> {
-    /// By class: damping may be a body's own.
+    /// By class, because bodies may have their own damping.
     fn enter<M: Integrator>(&mut self, segment: Segment<T>, _: Decay<T>) {
         self.segment = segment;
         if M::DAMPS_INSIDE {
@@ -305,7 +305,7 @@ impl<T: Real> Field for GroupField<'_, T> {
                 self.times(v, decay.keep) + a * decay.gain
             }
             _ => {
-                // Both by class: the gain of one with damping of its own is another one.
+                // Both by class: own damping also changes the gain.
                 let kept = self.each_velocity(v, |class| class.decay.keep);
                 let gained = self.each_row(a, |class| Some(class.decay.gain));
                 kept + gained

@@ -1,4 +1,4 @@
-//! A group as a linear system: its springs and dampers where they are now.
+//! A group as a linear system, linearized in its present state.
 
 mod step;
 
@@ -16,7 +16,7 @@ use crate::units::Scalar;
 
 pub(super) use step::LinearStep;
 
-/// A spring as it is now.
+/// A linearized spring.
 #[derive(Clone, Copy, Debug)]
 struct Stiff {
     ends: [usize; 2],
@@ -29,9 +29,9 @@ struct Stiff {
     damping: Scalar,
 }
 
-/// The bodies of a group that move, as `y'' = -A y - C y'` with `y = W^-½ x`: three numbers a row.
+/// The movable bodies of a group as `y'' = -A y - C y'` with `y = W^-½ x`: three numbers per row.
 ///
-/// Springs are linearized whenever they are needed: a list of all of them would be the largest part of a large world.
+/// Springs are linearized on the fly: a list of them would take more memory than the rest of a large world.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearGroup<'a> {
     coupling: &'a Coupling<Scalar>,
@@ -39,17 +39,17 @@ pub(crate) struct LinearGroup<'a> {
     at: Vec<DVec3>,
     /// Square roots of inverse masses by row and axis, 0 where it cannot move.
     root: Vec<DVec3>,
-    /// Of triangles in air: corners, normal and `m (c + k |u| + k (u·n)² / |u|) / 9`, kg/s.
+    /// Triangles in air: corners, normal and `m (c + k |u| + k (u·n)² / |u|) / 9`, kg/s.
     sheets: Vec<([usize; 3], DVec3, Scalar)>,
-    /// Drag of single rows, 1/s, where there is any: what it takes by velocity.
+    /// Negative derivative of drag by velocity of every row, 1/s; empty without drag.
     drag: Vec<DMat3>,
-    /// Rates of the scene's damping by row, 1/s, where it has damping.
+    /// Rates of the scene's damping by row, 1/s; empty without damping.
     rates: Vec<Scalar>,
-    /// How much longer the steps are that it acts on than those of laws.
+    /// Length of the steps that damping acts on, in steps of the laws.
     decays: Scalar,
 }
 
-/// What a mode is held by most.
+/// What contributes most to a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Holder {
     Spring([usize; 2]),
@@ -59,7 +59,7 @@ pub(crate) enum Holder {
 }
 
 impl<'a> LinearGroup<'a> {
-    /// Of the bodies by row.
+    /// The linear system of a group, whose `bodies` are given by row.
     pub fn of(world: &World, coupling: &'a Coupling<Scalar>, bodies: &[Entity]) -> Self {
         let state = |body: &Entity| {
             let at = world.get::<Transform>(*body).copied().unwrap_or_default().position;
@@ -117,12 +117,12 @@ impl<'a> LinearGroup<'a> {
         self.drag = states[..coupling.movable].iter().enumerate().map(single).collect();
     }
 
-    /// How many bodies move in it.
+    /// The number of movable bodies.
     pub const fn movable(&self) -> usize {
         self.root.len()
     }
 
-    /// Numbers of its state: three a row.
+    /// The number of coordinates: three per row.
     pub fn coordinates(&self) -> usize {
         3 * self.root.len()
     }
@@ -136,13 +136,13 @@ impl<'a> LinearGroup<'a> {
         self.coupling.springs.iter().map(|spring| spring.ends.map(|end| end as usize))
     }
 
-    /// The same where the scene's damping acts on steps that are so many times as long.
+    /// The same system where the scene's damping acts on steps `times` as long.
     pub const fn with_longer_decays(mut self, times: Scalar) -> Self {
         self.decays = times;
         self
     }
 
-    /// Rates of the scene's damping by row, 1/s; none where it has no damping.
+    /// Rates of the scene's damping by row, 1/s; empty without damping.
     pub fn rates(&self) -> &[Scalar] {
         &self.rates
     }
@@ -162,9 +162,9 @@ impl<'a> LinearGroup<'a> {
         self.rates.iter().all(|rate| Some(*rate) == first).then_some(first)
     }
 
-    /// `out = stiffness A y + rate C y`, the scene's damping counted in C where `decays`.
+    /// Computes `out = stiffness A y + rate C y`; with `decays`, C includes the scene's damping.
     pub fn apply(&self, [stiffness, rate]: [Scalar; 2], decays: bool, y: &[Scalar], out: &mut [Scalar]) {
-        // Once a row: a row has many springs.
+        // Once per row, because a row has many springs.
         let each = self.root.iter().zip(y.as_chunks().0);
         let mut scaled: Vec<DVec3> = each.map(|(root, y)| *root * DVec3::from_array(*y)).collect();
         scaled.resize(self.at.len(), DVec3::ZERO);
@@ -204,7 +204,7 @@ impl<'a> LinearGroup<'a> {
         }
     }
 
-    /// `out = out + rate C y`, where C is the scene's damping alone.
+    /// Adds `rate C y` to `out`, where C is the scene's damping alone.
     pub fn damp(&self, rate: Scalar, y: &[Scalar], out: &mut [Scalar]) {
         for (row, own) in self.rates.iter().enumerate() {
             let own = rate * self.decays * own;
@@ -277,7 +277,7 @@ impl<'a> LinearGroup<'a> {
         air + self.decays * self.rates.iter().copied().fold(0.0, larger)
     }
 
-    /// The row with the largest drag or damping of its own.
+    /// The row with the largest drag or damping.
     pub fn fastest_drag(&self) -> usize {
         let rate = |row: usize| {
             let damping = self.decays * self.rates.get(row).copied().unwrap_or_default();
@@ -286,7 +286,7 @@ impl<'a> LinearGroup<'a> {
         (0..self.root.len()).max_by(|a, b| rate(*a).total_cmp(&rate(*b))).unwrap_or_default()
     }
 
-    /// What gives most to `stiffness y·A y + rate y·C y`.
+    /// What contributes most to `stiffness y·A y + rate y·C y`.
     pub fn holder(&self, [stiffness, rate]: [Scalar; 2], y: &[Scalar]) -> Option<Holder> {
         let of = |row: usize| match self.root.get(row) {
             Some(root) => *root * DVec3::from_slice(&y[3 * row..]),
@@ -340,7 +340,7 @@ fn largest_of_three(diagonal: DVec3, beside: DVec3, most: Scalar) -> Scalar {
     let mean = diagonal.element_sum() / 3.0;
     let from_mean = diagonal - DVec3::splat(mean);
     let spread = ((from_mean.length_squared() + 2.0 * beside.length_squared()) / 6.0).sqrt();
-    // Also where it is no number.
+    // Also if it is NaN.
     if mean + 2.0 * spread <= most {
         return most;
     }
@@ -351,7 +351,7 @@ fn largest_of_three(diagonal: DVec3, beside: DVec3, most: Scalar) -> Scalar {
     larger(most, mean + 2.0 * spread * libm::cos(turn))
 }
 
-/// A bound of what drag takes of any velocity, 1/s.
+/// A bound of the norm of a derivative of drag, 1/s.
 fn size(drag: &DMat3) -> Scalar {
     drag.to_cols_array_2d()
         .map(|column| DVec3::from(column).abs().element_sum())
@@ -359,7 +359,7 @@ fn size(drag: &DMat3) -> Scalar {
         .fold(0.0, larger)
 }
 
-/// The larger one, infinite where one of them is no number.
+/// The larger of two numbers; infinite if one of them is NaN.
 pub(crate) fn larger(a: Scalar, b: Scalar) -> Scalar {
     if a.is_nan() || b.is_nan() { Scalar::INFINITY } else { a.max(b) }
 }

@@ -1,4 +1,4 @@
-//! The bodies of groups in the tables of a world, and their options by row.
+//! Queries of the bodies of groups, and their options by row.
 
 use bevy_ecs::prelude::*;
 

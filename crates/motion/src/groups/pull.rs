@@ -7,8 +7,7 @@ use crate::kernels::LEVEL;
 use crate::real::{Lanes as _, Real, RealVector as _};
 use crate::state::springs::Elastic;
 
-/// Springs that are reckoned with at once: what takes longest is the square root and the division, and four of
-/// each take hardly longer than one.
+/// Springs that are computed at once: four square roots and divisions take hardly longer than one.
 const AT_ONCE: usize = 4;
 
 /// A spring between two rows.
@@ -19,7 +18,7 @@ pub(crate) struct SpringRow<T> {
 }
 
 impl<T: Real> SpringRow<T> {
-    /// Force on its first end, N, the ends being at `x` with velocities `v`: what [`Springs::pull`] adds for it.
+    /// Force on the first end, N, for ends at `x` with velocities `v`: to the same bits as [`Springs::pull`].
     pub fn force(&self, x: [Row<T>; 2], v: [Row<T>; 2]) -> Row<T> {
         let mut one = Springs::default();
         one.push(Self { ends: [0, 1], ..*self });
@@ -29,7 +28,7 @@ impl<T: Real> SpringRow<T> {
     }
 }
 
-/// Four springs; those that fill the last block up pull row 0 to itself with nothing.
+/// Four springs. Those that fill up the last block join row 0 to itself, without stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Block<T> {
     ends: [[u32; AT_ONCE]; 2],
@@ -51,7 +50,7 @@ pub(super) fn axis<T: Real>(d: T::Vector, rest_length: T) -> (T::Vector, T) {
     }
 }
 
-/// Springs, in the order in which their forces are summed up.
+/// Springs, in the order in which their forces are summed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Springs<T> {
     blocks: Vec<Block<T>>,
@@ -60,12 +59,12 @@ pub(crate) struct Springs<T> {
 }
 
 impl<T: Real> Springs<T> {
-    /// None, with room for so many.
+    /// No springs, with capacity for `count`.
     pub fn with_room(springs: usize) -> Self {
         Self { blocks: Vec::with_capacity(springs.div_ceil(AT_ONCE)), len: 0, damped: false }
     }
 
-    /// Gives every end another number.
+    /// Renumbers all ends.
     pub fn renumber(&mut self, mut row: impl FnMut(u32) -> u32) {
         for i in 0..self.len {
             for ends in &mut self.blocks[i / AT_ONCE].ends {
@@ -91,7 +90,7 @@ impl<T: Real> Springs<T> {
         self.len += 1;
     }
 
-    /// The same in another precision.
+    /// The same springs in another precision.
     pub fn at<U: Real>(&self) -> Springs<U> {
         let mut springs = Springs::default();
         let number = |number: T| U::of(number.to_f64());
@@ -110,12 +109,12 @@ impl<T: Real> Springs<T> {
         self.len == 0
     }
 
-    /// Bytes that they take.
+    /// Allocated bytes.
     pub const fn bytes(&self) -> usize {
         self.blocks.capacity() * size_of::<Block<T>>()
     }
 
-    /// Whether one of them has damping.
+    /// Whether a spring has damping.
     pub const fn damped(&self) -> bool {
         self.damped
     }
@@ -135,8 +134,7 @@ impl<T: Real> Springs<T> {
         self.blocks.iter().flat_map(of_block).take(self.len)
     }
 
-    /// Adds their forces in the state (`x`, `v`) to `forces`, N. Velocities are read only where springs have
-    /// damping.
+    /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
     pub fn pull(&self, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = LEVEL.as_avx2() {
@@ -171,7 +169,7 @@ impl<T: Real> Block<T> {
         let d = self.differences(simd, x);
         let [dx, dy, dz] = columns(d);
         let squared = dx * dx + dy * dy + dz * dz;
-        // No direction, no force: the products below are then 0, not the 0 times infinity of a plain reciprocal.
+        // A spring without a length has no direction and no force: a plain reciprocal would give 0 times infinity.
         let pulls = squared.simd_gt(T::Lanes::splat(simd, T::ZERO));
         let inverse = (T::Lanes::splat(simd, T::ONE) / squared.sqrt()).only(pulls);
         let of = |numbers: [T; AT_ONCE]| T::Lanes::of(simd, numbers);

@@ -1,4 +1,4 @@
-//! What becomes of a group in which a row turns non-finite or leaves the range.
+//! The rescue of a group in which a row turns non-finite or leaves the range.
 
 use bevy_ecs::entity::Entity;
 
@@ -19,7 +19,7 @@ use crate::tick::environment::TickOutput;
 use crate::tick::quarantine::{Cause, Refused};
 use crate::units::{Scalar, Vector};
 
-/// Redoes the tick of a group in which a row broke, without it.
+/// Repeats the tick of a group without the rows that failed.
 pub(super) struct Rescue<'a, 'w, 's, 'n> {
     pub environment: &'a GroupEnvironment<'a, Scalar>,
     pub options: &'a MemberOptions<'w, 's>,
@@ -39,9 +39,9 @@ impl RowOptions<Scalar> for OfPart<'_, '_, '_> {
 }
 
 impl Rescue<'_, '_, '_, '_> {
-    /// Finds who was first, leaves him as he was before the tick, and lets the others go on as if he had been
-    /// gone then; as often as it takes. Several that have nothing to do with each other go at once: of a net that breaks
-    /// as a whole, one after the other would take a tick for every row.
+    /// Finds the rows that failed first, leaves them as they were before the tick, and repeats the tick of the others
+    /// as if these rows had been removed before; as often as it takes. Rows that do not act on each other are removed
+    /// together: in a net that fails as a whole, one at a time would take a tick per row.
     #[cold]
     pub fn run<M: Integrator>(
         &mut self,
@@ -55,7 +55,7 @@ impl Rescue<'_, '_, '_, '_> {
         let rows = first..first + coupling.rows;
         let pushes: Vec<_> =
             pushes.iter().filter(|push| push.0 == number).map(|push| (push.1, push.2)).collect();
-        // What was held has not been changed; what moved is still in the tables.
+        // Anchors have not changed; the state of movable rows is still in the tables.
         let mut before = Before {
             x: x[rows.clone()].to_vec(),
             v: v[rows.clone()].to_vec(),
@@ -80,7 +80,7 @@ impl Rescue<'_, '_, '_, '_> {
             before: &before,
         };
         let mut dead = vec![false; coupling.rows];
-        // Whoever is lost whatever the others do goes at once: one after the other would take a tick of the group for
+        // Rows that fail whatever the others do are removed at once: one at a time would take a tick of the group for
         // each.
         for (row, dead) in dead.iter_mut().enumerate() {
             if let Some(cause) = suspects.lost(row) {
@@ -114,8 +114,7 @@ impl Rescue<'_, '_, '_, '_> {
         last[rows].copy_from_slice(&after.last);
     }
 
-    /// A tick of a part; gives the rows that were first to break, no two of which act on each other, and what was wrong
-    /// with them.
+    /// Integrates a tick of a part; returns the rows that failed first, of which no two act on each other, and why.
     fn part<M: Integrator>(
         &self,
         group: &Group,
@@ -135,7 +134,7 @@ impl Rescue<'_, '_, '_, '_> {
         let (coupling, movable) = (&part.coupling, part.coupling.movable);
         let mut state = (pick(&before.x), pick(&before.v), numbers(&before.last));
         if coupling.springs.is_empty() && coupling.sheets.is_empty() && !coupling.attracts {
-            // Alone, it is integrated like any other body.
+            // A row without coupling is integrated as a single body.
             let row = part.rows[0];
             let force =
                 pushes.iter().fold([0.0; 3], |sum, (_, [x, y, z, _])| [sum[0] + x, sum[1] + y, sum[2] + z]);
@@ -186,7 +185,7 @@ impl Rescue<'_, '_, '_, '_> {
                         let breach = |row: usize| {
                             let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
                             let breach = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
-                            // One that broke inside the tick may be out of the way at its end.
+                            // A row that failed within the tick may be finite at its end.
                             breach.unwrap_or(Breach { of: Quantity::Velocity, finite: false })
                         };
                         let apart = coupling.apart(&first).into_iter();
@@ -202,7 +201,7 @@ impl Rescue<'_, '_, '_, '_> {
         Vec::new()
     }
 
-    /// A tick of a body whose springs are gone.
+    /// Integrates a tick of a body without coupling.
     fn alone<M: Integrator>(
         &self,
         options: BodyOptions<'_, Scalar>,
@@ -236,7 +235,7 @@ impl Rescue<'_, '_, '_, '_> {
     }
 }
 
-/// A row that is left as it was before the tick.
+/// A refused row, in its state before the tick.
 fn refused(group: &Group, before: &Before, row: usize, cause: Cause) -> Refused {
     let ([x, y, z, _], [a, b, c, _]) = (before.x[row], before.v[row]);
     let state = PhysicsBody { velocity: Vector::new(a, b, c), inverse_mass: before.w[row] };

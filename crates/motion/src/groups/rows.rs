@@ -1,4 +1,4 @@
-//! Arrays of rows that begin on a cache line.
+//! Arrays of rows aligned to cache lines.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
@@ -15,7 +15,7 @@ pub(crate) type Row<T> = [T; 4];
 #[repr(C, align(64))]
 struct Line([u8; 64]);
 
-/// Rows of which none lies across two cache lines: loads and stores of such rows take twice as long.
+/// An array of rows of which none crosses a cache line: loads and stores of those take twice as long.
 pub(crate) struct RowArray<T> {
     lines: Vec<Line>,
     rows: usize,
@@ -23,7 +23,7 @@ pub(crate) struct RowArray<T> {
 }
 
 impl<T: Real> RowArray<T> {
-    /// Makes it `rows` long; new rows are whatever is left of others. Memory is not given back.
+    /// Sets the length to `rows`; new rows have arbitrary content. Never frees memory.
     pub fn resize(&mut self, rows: usize) {
         let lines = (rows * size_of::<Row<T>>()).div_ceil(size_of::<Line>());
         if lines > self.lines.len() {
@@ -32,7 +32,7 @@ impl<T: Real> RowArray<T> {
         self.rows = rows;
     }
 
-    /// Makes it equal to `rows`.
+    /// Copies `rows`.
     pub fn copy(&mut self, rows: &[Row<T>]) {
         self.resize(rows.len());
         self.copy_from_slice(rows);

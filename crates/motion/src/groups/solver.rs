@@ -1,4 +1,4 @@
-//! Conjugate gradients over plain rows, and how exactly implicit steps of groups are solved by them.
+//! Conjugate gradients over plain rows, and their settings.
 
 use bevy_ecs::prelude::*;
 
@@ -11,39 +11,39 @@ use crate::real::Real;
 /// and a row of inverse mass 0 solves itself.
 ///
 /// Gravity is a kick before it. A spring that is shorter than at rest has no stiffness across its axis, which would
-/// be negative (Choi, Ko 2002). Of laws of single bodies the derivatives are taken in where they pull together;
-/// where they push apart, and of mutual gravity, the law acts as at the start of the step. There is no other
-/// preconditioner than the masses, because none other keeps momentum when the iteration is stopped early.
+/// be negative (Choi, Ko 2002). Derivatives of laws of single bodies are included where they are attractive; where
+/// they are repulsive, and for mutual gravity, the law acts as at the start of the step. The masses are the only
+/// preconditioner, because no other one keeps momentum when the iteration is stopped early.
 ///
 /// One linear solve is not stable for every stiffness: a chain of twenty links of 1e8 N/m and 1 kg that cracks like a
-/// whip at 60 Hz takes in energy, and does not with five Newton iterations (`tests/groups/implicit.rs`).
+/// whip at 60 Hz gains energy, and with five Newton iterations it does not (`tests/groups/implicit.rs`).
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
-    /// Size of the residual, relative to that of the right side, at which the iteration stops.
+    /// Norm of the residual, relative to that of the right side, at which the iteration stops.
     pub tolerance: f64,
     /// Iterations after which a step is taken as it is, and counted as not converged; at least 1.
     pub most_iterations: u32,
-    /// Newton iterations after the linearised step, towards the solution of the step that is not linearised.
+    /// Newton iterations after the linearized step, towards the solution of the nonlinear step.
     pub newton_iterations: u32,
 }
 
 impl Default for Solver {
-    /// Linearised, to 1e-8, in at most 500 iterations. In single precision the tolerance is at least 1e-5.
+    /// Linearized, to 1e-8, in at most 500 iterations. In single precision the tolerance is at least 1e-5.
     fn default() -> Self {
         Self { tolerance: 1e-8, most_iterations: 500, newton_iterations: 0 }
     }
 }
 
-/// Arrays of an iteration for `A y = r`, kept for the next one.
+/// Arrays of an iteration for `A y = r`, reused for the next one.
 #[derive(Debug, Default)]
 pub(super) struct Gradients<T: Real> {
     /// The solution.
     pub y: RowArray<T>,
-    /// The right side, and then what is left of it.
+    /// The right side, then the residual.
     pub r: RowArray<T>,
     /// The direction.
     p: RowArray<T>,
-    /// The product with the direction; between two solves anyone's.
+    /// The product with the direction; scratch space between two solves.
     pub q: RowArray<T>,
 }
 
@@ -52,12 +52,12 @@ pub(super) struct Gradients<T: Real> {
 pub(super) struct Solved {
     pub iterations: u32,
     pub converged: bool,
-    /// Whether the right side was a number; if not, the solution is 0.
+    /// Whether the right side was finite; if not, the solution is 0.
     pub is_finite: bool,
 }
 
 impl<T: Real> Gradients<T> {
-    /// Makes room for so many rows, all of them 0.
+    /// Resizes the arrays to `rows`, all 0.
     pub fn fit(&mut self, rows: usize) {
         for array in [&mut self.y, &mut self.r, &mut self.p, &mut self.q] {
             array.resize(rows);
@@ -84,7 +84,7 @@ impl<T: Real> Gradients<T> {
         while !converged && iterations < solver.most_iterations.max(1) {
             multiply(&self.p, &mut self.q);
             let curvature = dot(&self.p[..movable], &self.q[..movable]);
-            // Not finite, or rounding has eaten it up.
+            // Not finite, or lost to rounding.
             if !(curvature > T::ZERO && curvature.is_finite()) {
                 break;
             }
@@ -100,13 +100,13 @@ impl<T: Real> Gradients<T> {
             }
             squared = left;
         }
-        // What is next to nothing has a square that is nothing: there is no tolerance to get below.
+        // The square of a tiny number is 0: no tolerance is below that.
         Solved { iterations, converged: converged || squared < T::SNAP, is_finite }
     }
 }
 
 fn dot<T: Real>(a: &[Row<T>], b: &[Row<T>]) -> T {
-    // In four sums, one a lane, always in the same order.
+    // Four sums, one per lane, always in the same order.
     let mut sums = [T::ZERO; 4];
     for (a, b) in a.iter().zip(b) {
         (0..4).for_each(|lane| sums[lane] += a[lane] * b[lane]);

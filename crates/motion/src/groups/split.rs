@@ -1,4 +1,4 @@
-//! Connected parts of what acts between bodies.
+//! Connected components of couplings.
 
 use std::collections::HashMap;
 
@@ -6,20 +6,20 @@ use super::coupling::{Coupling, SheetRow};
 use super::pull::SpringRow;
 use crate::real::Real;
 
-/// Numbers in sets that are joined two by two (Galler, Fischer 1964): what act on each other are in one.
+/// Disjoint sets of numbers that are joined two by two (Galler, Fischer 1964).
 #[derive(Clone, Debug)]
 pub struct Sets {
     parents: Vec<usize>,
 }
 
 impl Sets {
-    /// Those below `count`, each in a set of its own.
+    /// The numbers below `count`, each in a set of its own.
     #[must_use]
     pub fn new(count: usize) -> Self {
         Self { parents: (0..count).collect() }
     }
 
-    /// The member that stands for the set of `member`: its lowest one.
+    /// The representative of the set of `member`: its lowest number.
     ///
     /// # Panics
     /// When it is not below the count; [`Sets::join`] too.
@@ -38,19 +38,19 @@ impl Sets {
     }
 }
 
-/// A connected part of a coupling.
+/// A connected component of a coupling.
 #[derive(Default)]
 pub(crate) struct Part<T> {
     pub coupling: Coupling<T>,
     /// Its rows, as rows of the whole.
     pub rows: Vec<usize>,
-    /// The part's numbers of the rows that do not move.
+    /// The part's row numbers of anchors.
     held: HashMap<usize, usize>,
 }
 
 impl<T: Real> Coupling<T> {
-    /// The connected parts, in the order of their lowest rows. The springs of one part alone stay where they are: they are
-    /// most of what a large world is made of.
+    /// The connected components, in the order of their lowest rows. If there is only one, its springs are moved and
+    /// not copied: they are most of the memory of a large world.
     pub(super) fn into_parts(mut self) -> Vec<Part<T>> {
         let none = vec![false; self.rows];
         let mut sets = self.sets(&none);
@@ -77,7 +77,7 @@ impl<T: Real> Coupling<T> {
         vec![part]
     }
 
-    /// Movable rows by what joins them, without the rows `dead`.
+    /// The sets of movable rows that act on each other, without the rows `dead`.
     fn sets(&self, dead: &[bool]) -> Sets {
         let moves = |row: u32| (row as usize) < self.movable;
         let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
@@ -97,15 +97,15 @@ impl<T: Real> Coupling<T> {
         sets
     }
 
-    /// The connected parts that are left without the rows `dead`, in the order of their lowest rows. Springs and
-    /// triangles go with their ends. A row that nothing joins any more is a part of its own.
+    /// The connected components without the rows `dead`, in the order of their lowest rows. Springs and triangles are
+    /// removed with their ends. A row that is left alone is a part of its own.
     pub(super) fn parts(&self, dead: &[bool]) -> Vec<Part<T>> {
         let moves = |row: u32| (row as usize) < self.movable;
         let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
         let mut sets = self.sets(dead);
         let mut parts: Vec<Part<T>> = Vec::new();
         let mut part_of = vec![usize::MAX; self.movable];
-        // The part's numbers of rows.
+        // Row numbers of the part by rows of the whole.
         let mut numbers = vec![0; self.movable];
         for row in (0..self.movable).filter(|row| !dead[*row]) {
             let first = sets.of(row);
@@ -146,8 +146,7 @@ impl<T: Real> Coupling<T> {
 }
 
 impl<T: Real> Coupling<T> {
-    /// Those of some rows, ascending, of which no two act on each other: from the lowest on, each that none before acts
-    /// on.
+    /// A subset of `rows`, ascending, of which no two act on each other, chosen greedily from the lowest.
     pub(super) fn apart(&self, rows: &[usize]) -> Vec<usize> {
         if self.attracts {
             return rows.first().copied().into_iter().collect();
@@ -174,7 +173,7 @@ impl<T: Real> Coupling<T> {
 }
 
 impl<T: Real> Part<T> {
-    /// Takes in a row that does not move; those that move are there before.
+    /// Adds an anchor; the movable rows must have been added before.
     fn hold(&mut self, whole: &Coupling<T>, row: usize) {
         self.coupling.sources.push(whole.sources[row - whole.movable]);
         self.held.insert(row, self.rows.len());
@@ -205,8 +204,8 @@ impl<T: Real> Part<T> {
 }
 
 impl<T: Real> Coupling<T> {
-    /// Works out what follows from triangles: a point's mass is shared by those that it has. A corner that is held
-    /// counts as the movable ones do.
+    /// Computes the masses of triangles: the mass of a point is shared by its triangles. An anchor counts as much as
+    /// the movable corners.
     pub(super) fn finish(&mut self) {
         let Self { sheets, masses, in_sheets, movable, .. } = self;
         let mut triangles = vec![0_u32; *movable];

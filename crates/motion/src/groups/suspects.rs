@@ -1,4 +1,4 @@
-//! Why a member of a group was left behind.
+//! Finds out why a row of a group failed.
 
 use super::coupling::{Coupling, vector};
 use super::field::GroupEnvironment;
@@ -38,7 +38,7 @@ impl SpringsByRow {
     }
 }
 
-/// The rows of a group before the tick, with everything that acts on them.
+/// The rows of a group before the tick, and everything that acts on them.
 pub(super) struct Suspects<'a, 'w, 's> {
     pub springs: &'a SpringsByRow,
     pub environment: &'a GroupEnvironment<'a, Scalar>,
@@ -55,8 +55,8 @@ impl Groups {
 }
 
 impl Suspects<'_, '_, '_> {
-    /// Why a row cannot take part in a tick, whatever the other rows do: its state is none, or it is given something
-    /// that leaves no state finite.
+    /// Why a row fails in a tick whatever the other rows do, if it does: its state is not finite, or something that
+    /// acts on it is not.
     pub fn lost(&self, row: usize) -> Option<Cause> {
         let Before { x, v, w, .. } = self.before;
         let Group { coupling, .. } = self.group;
@@ -77,20 +77,20 @@ impl Suspects<'_, '_, '_> {
             return Some(self.environment.shared.cause(Groups::SYSTEM, breach, no_range));
         }
         let BodyOptions { gravity_off, damping_rate, locks, .. } = self.whole.row(row);
-        // What is locked may be passed by.
+        // A locked row may not be affected.
         if row >= coupling.movable || locks.is_some() {
             return None;
         }
         if coupling.rows > 1 && self.attracts_by_no_number() {
             return cause((place::MUTUAL_GRAVITY, Fault::Found));
         }
-        // Damping without end leaves some methods at rest.
+        // Infinite damping is valid for some methods: it stops the body.
         let stops = self.environment.terms.damping.is_some_and(|damping| damping.rate.is_infinite());
         let own_rate = damping_rate.is_some() || stops;
         self.environment.shared.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
     }
 
-    /// Why a row broke in a tick without those that are `dead`.
+    /// Why a row failed in a tick without the rows `dead`.
     pub fn cause(&self, row: usize, breach: Breach, dead: &[bool]) -> Cause {
         let BodyOptions { gravity_off, damping_rate, speed_limit, laws, .. } = self.whole.row(row);
         let own_rate = damping_rate.is_some();
@@ -121,7 +121,7 @@ impl Suspects<'_, '_, '_> {
         Suspect { position, body, force, damping_rate: None, limit: None, last_step: None, laws: &[] }
     }
 
-    /// The first spring of a row that is not finite, or pulls with a force that is not.
+    /// The first spring of a row that is not finite or pulls with a non-finite force.
     fn spring_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
         let Group { bodies, .. } = self.group;
         let springs = self.springs.0[row].iter().filter(|(other, _)| !dead[*other]);
@@ -146,7 +146,7 @@ impl Suspects<'_, '_, '_> {
         self.group.coupling.attracts && self.environment.shared.attraction.is_some_and(is_no_attraction)
     }
 
-    /// Whether mutual gravity pulls a row with a force that is not finite.
+    /// Whether mutual gravity pulls a row with a non-finite force.
     fn attraction_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
         let (Group { coupling, .. }, Before { x, w, .. }) = (self.group, self.before);
         let law = self.environment.shared.attraction.filter(|_| coupling.attracts)?;

@@ -1,4 +1,4 @@
-//! The system that integrates groups: out of the tables, a tick, and back.
+//! The system that integrates groups: gathers their rows from the tables, integrates a tick, and scatters them.
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
@@ -18,10 +18,10 @@ use crate::state::range::Bounds;
 use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
 use crate::units::{Scalar, Vector};
 
-/// What groups hang on.
+/// The anchors of groups.
 type Anchors<'w, 's> = Query<'w, 's, (&'static Transform, &'static PhysicsBody), Without<Grouped>>;
 
-/// A tick of `M` for the groups of the bodies `Who`.
+/// Integrates a tick of `M` for the groups of the bodies that the filter `Who` selects.
 #[expect(clippy::too_many_arguments, reason = "system parameters")]
 pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
     mut param: EnvironmentParam,
@@ -65,7 +65,7 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
             output.evaluations.add(&statistics, &[], std::iter::empty());
             output.records.add(&groups.list[number].bodies, statistics.record);
         } else {
-            // A tick that broke may have spoilt what the group hangs on as well.
+            // A tick that failed may have overwritten the anchors as well.
             let _ = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
             let mut rescue = Rescue { environment: &environment, options: &options, output: &mut output };
             rescue.run::<M>(groups, number, &mut |body| {
@@ -79,7 +79,7 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
 }
 
 impl Groups {
-    /// Copies the rows of the system's groups out of the tables; `false` if they are not where they were.
+    /// Copies the rows of the system's groups from the tables; `false` if they are not where they were.
     fn gather<Who: ArchetypeFilter>(&mut self, param: &EnvironmentParam, members: &mut Members<Who>) -> bool {
         self.seen.fill(0);
         self.pushes.clear();
@@ -126,19 +126,19 @@ impl Groups {
         true
     }
 
-    /// Apart from [`Groups::gather`], so that a sort is not compiled for every method.
+    /// Separate from [`Groups::gather`], so that the sort is compiled once and not for every method.
     fn sort_pushes(&mut self) {
         self.pushes.sort_unstable_by_key(|(group, row, _)| (*group, *row));
     }
 
-    /// What was pushed of a group.
+    /// The pushes on rows of a group.
     fn pushes_of(&self, number: usize) -> &[(usize, usize, Row<Scalar>)] {
         let start = self.pushes.partition_point(|(group, ..)| *group < number);
         let end = self.pushes.partition_point(|(group, ..)| *group <= number);
         &self.pushes[start..end]
     }
 
-    /// Finds the rows of all groups in the tables, and those with something to look up.
+    /// Finds the rows of all groups in the tables, and the rows with options.
     #[cold]
     fn find(&mut self, param: &EnvironmentParam, options: &MemberOptions) {
         self.runs.clear();
@@ -174,7 +174,7 @@ impl Groups {
         self.runs.sort_unstable();
     }
 
-    /// Looks at where the group hangs; `false`: some of that is no state to hang on.
+    /// Copies the state of the anchors; `false` if one of them is not finite or out of range.
     #[must_use]
     fn hold(
         &mut self,
@@ -226,7 +226,7 @@ impl Groups {
             .tick::<M>(Watch::Off, last, Some(&mut group.cache))
     }
 
-    /// Copies the rows of the system's groups back.
+    /// Copies the rows of the system's groups back to the tables.
     fn scatter<Who: ArchetypeFilter>(&self, param: &EnvironmentParam, members: &mut Members<Who>) {
         for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
             let (entities, mut transforms, mut bodies, _, mut last) = chunk;

@@ -1,4 +1,4 @@
-//! Arrays of a step: claimed, worked out, finished.
+//! The arrays of a step: claimed, computed, stored.
 
 use super::classes::{Class, class_at};
 use super::{GroupField, Scratch};
@@ -24,12 +24,12 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    /// Works a combination out into `out`.
+    /// Computes a combination into `out`.
     pub(super) fn work_out(&self, sum: &Combination<T>, out: &mut RowArray<T>) {
         out.resize(self.coupling.rows);
         let mut parts: [(&[Row<T>], T); SLOTS] = [(&[], T::ZERO); SLOTS];
         let mut count = 0;
-        // The state is the last to be added to: its increments are small against it.
+        // The state comes last: its increments are small, and are summed first.
         for slot in (0..SLOTS).rev() {
             if sum.factors[slot] != T::ZERO {
                 parts[count] = (self.array(slot), sum.factors[slot]);
@@ -39,7 +39,7 @@ impl<T: Real> GroupField<'_, T> {
         add_up(&parts[..count], out);
     }
 
-    /// An array of its own for a combination.
+    /// Computes a combination into a new array.
     pub(crate) fn own_array(&mut self, sum: &Combination<T>) -> usize {
         let slot = self.claim();
         let mut out = std::mem::take(&mut self.scratch.slots[slot]);
@@ -48,9 +48,9 @@ impl<T: Real> GroupField<'_, T> {
         slot
     }
 
-    /// Works the state at the end of a step out, as the start of the next one.
+    /// Stores the state at the end of a step, as the start of the next one.
     pub(super) fn finish(&mut self, x: Combination<T>, v: Combination<T>) {
-        // Not a number where a factor of the step is infinite: 0 times that.
+        // NaN if a factor of the step is infinite.
         let of_position = v.factors[POSITION];
         debug_assert!(
             of_position == T::ZERO || !of_position.is_finite(),
@@ -76,7 +76,7 @@ impl<T: Real> GroupField<'_, T> {
         self.next = FIRST;
     }
 
-    /// The same, where a velocity may not have changed at all.
+    /// [`Self::finish`], unless the velocity has not changed.
     pub(super) fn finish_if_changed(&mut self, x: Combination<T>, v: Combination<T>) {
         if v != Combination::of(VELOCITY) {
             self.finish(x, v);
@@ -84,7 +84,7 @@ impl<T: Real> GroupField<'_, T> {
         self.next = FIRST;
     }
 
-    /// Keeps an acceleration over the end of a step.
+    /// Caches an acceleration for the next step.
     pub(super) fn keep(&mut self, a: Combination<T>) -> Option<Combination<T>> {
         let slot = a.slot()?;
         self.scratch.slots.swap(slot, CACHED);
@@ -100,7 +100,7 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    /// A velocity with every row that can move multiplied by the factor of its class, if it has one.
+    /// A velocity with every movable row multiplied by the factor of its class, if there is one.
     pub(super) fn each_velocity(
         &mut self,
         v: Combination<T>,
@@ -112,13 +112,13 @@ impl<T: Real> GroupField<'_, T> {
         let zero = Some(T::ZERO);
         let change = self.each_row(v, |class| factor(class).map_or(zero, |factor| Some(factor.change)));
         if let Some(slot) = change.slot() {
-            // What does not move is not multiplied.
+            // Anchors are not multiplied.
             self.scratch.slots[slot][self.coupling.movable..].fill([T::ZERO; 4]);
         }
         v + change
     }
 
-    /// A velocity or acceleration with every row that can move multiplied by the factor of its class, if it has one.
+    /// A velocity or acceleration with every movable row multiplied by the factor of its class, if there is one.
     pub(super) fn each_row(
         &mut self,
         v: Combination<T>,
@@ -156,7 +156,7 @@ impl<T: Real> GroupField<'_, T> {
         self.decayed(v, |decay| decay.after_move)
     }
 
-    /// Speed limits, and axes along which rows do not move.
+    /// Applies speed limits and axis locks.
     pub(super) fn restrain(&mut self, v: Combination<T>) -> Combination<T> {
         if self.scratch.classes.iter().all(|class| class.limit.is_none() && class.locks.is_none()) {
             return v;
@@ -164,7 +164,7 @@ impl<T: Real> GroupField<'_, T> {
         let slot = self.own_array(&v);
         let compensated = self.rows.residues.is_some();
         if compensated {
-            // Only the change is of use.
+            // Only the change is needed.
             std::mem::swap(&mut self.scratch.slots[slot], &mut self.scratch.stage[1]);
             self.scratch.slots[slot].resize(self.coupling.rows);
             self.scratch.slots[slot].fill([T::ZERO; 4]);
@@ -184,7 +184,7 @@ impl<T: Real> GroupField<'_, T> {
         if compensated { v + Combination::of(slot) } else { Combination::of(slot) }
     }
 
-    /// Snaps velocities that decayed to next to nothing.
+    /// Sets velocities that decayed below [`Real::SNAP`] to 0.
     pub(super) fn snap(&mut self) {
         if self.decays() {
             for row in &mut self.rows.v[..self.coupling.movable] {
@@ -195,7 +195,7 @@ impl<T: Real> GroupField<'_, T> {
                 }
             }
             if let Some([_, residues]) = &mut self.rows.residues {
-                // Below a rounding of what was snapped.
+                // These are smaller still.
                 for part in residues[..self.coupling.movable].as_flattened_mut() {
                     if part.abs() < T::SNAP {
                         *part = T::ZERO;
@@ -281,8 +281,7 @@ fn advance<T: Real>(x: &mut [Row<T>], v: &mut [Row<T>], own: [T; 3], parts: &[(&
     }
 }
 
-/// The same in compensated sums with those `residues`; `change` are the factors of the old velocity as an increment of
-/// both.
+/// [`advance`] in compensated sums; `change` are the factors of the old velocity as an increment of both.
 fn advance_compensated<T: Real>(
     [x, v]: [&mut [Row<T>]; 2],
     [rx, rv]: [&mut [Row<T>]; 2],

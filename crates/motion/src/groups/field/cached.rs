@@ -1,4 +1,4 @@
-//! What groups keep from tick to tick.
+//! The cached accelerations of a group.
 
 use super::GroupField;
 use super::classes::Class;
@@ -10,7 +10,7 @@ use crate::methods::Field as _;
 use crate::real::Real;
 use crate::units::Scalar;
 
-/// The acceleration at the end of a tick, which is the next one's first if nothing has changed.
+/// The accelerations at the end of a tick, which the next tick starts with if nothing has changed.
 #[derive(Debug, Default)]
 pub(crate) struct GroupCache<T: Real> {
     x: RowArray<T>,
@@ -22,12 +22,12 @@ pub(crate) struct GroupCache<T: Real> {
     attraction: Option<MutualGravity>,
     classes: Vec<Class<T>>,
     class_of: Vec<u32>,
-    /// In place of the kinds of rows, where it comes from another world.
+    /// A hash in place of the classes of rows, if the cache comes from another world.
     kinds: Option<u64>,
 }
 
 impl<T: Real> GroupCache<T> {
-    /// What is kept of rows at `x` of inverse masses `w`.
+    /// The cache of rows at `x` of inverse masses `w`.
     pub fn of(x: &[Row<T>], w: Vec<T>, a: &[Row<T>], time: Scalar, kinds: u64) -> Self {
         let mut cache = Self { w, time: Some(time), kinds: Some(kinds), ..Self::default() };
         cache.x.copy(x);
@@ -35,27 +35,27 @@ impl<T: Real> GroupCache<T> {
         cache
     }
 
-    /// One number for the versions of the laws of single rows.
+    /// A hash of the versions of own laws.
     pub fn versions(laws: impl Iterator<Item = u64>) -> u64 {
         laws.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3))
     }
 
-    /// Lets it be of those laws, of every body and of single rows.
+    /// Sets the laws that it was computed with.
     pub fn under(&mut self, epoch: u64, own: u64, attraction: Option<MutualGravity>) {
         (self.epoch, self.own, self.attraction) = (epoch, own, attraction);
     }
 
-    /// Whether it is of those laws.
+    /// Whether it was computed with these laws.
     pub fn is_under(&self, epoch: u64, own: u64, attraction: Option<&MutualGravity>) -> bool {
         (self.epoch, self.own) == (epoch, own) && self.attraction.as_ref() == attraction
     }
 
-    /// Whether it is of rows at `x` of inverse masses `w`.
+    /// Whether it was computed at the positions `x` and inverse masses `w`.
     pub fn is_of(&self, x: &[Row<T>], w: &[T]) -> bool {
         self.w == w && *self.x == *x
     }
 
-    /// Time that the accelerations are of, s; `None`: nothing is kept.
+    /// Time of the accelerations, s; `None` if nothing is cached.
     pub const fn time(&self) -> Option<Scalar> {
         self.time
     }
@@ -65,13 +65,13 @@ impl<T: Real> GroupCache<T> {
         &self.a
     }
 
-    /// A number for the kinds of rows, the same in every world.
+    /// A hash of the classes of rows, the same in every world.
     pub fn kinds(&self) -> u64 {
         self.kinds.unwrap_or_else(|| kinds(&self.classes, &self.class_of))
     }
 }
 
-/// A number that differs, but for a chance of 2^-64, where kinds of rows do: FNV-1a of how they are written.
+/// An FNV-1a hash of the classes of rows, of their debug text.
 fn kinds<T: Real>(classes: &[Class<T>], class_of: &[u32]) -> u64 {
     struct Fnv(u64);
     impl std::fmt::Write for Fnv {
@@ -83,14 +83,14 @@ fn kinds<T: Real>(classes: &[Class<T>], class_of: &[u32]) -> u64 {
         }
     }
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
-    // Every finite number is written so that no other one is.
+    // Different finite numbers have different texts.
     let _ = std::fmt::write(&mut hash, format_args!("{classes:?}{class_of:?}"));
     hash.0
 }
 
 impl<T: Real> GroupField<'_, T> {
-    /// The length of the last step of all rows. Rows that differ, because a velocity was set or a body is new,
-    /// are brought to the velocities of their positions' own time, as if they all started there.
+    /// The length of the last step of all rows. If rows differ, because a velocity was set or a body is new, all
+    /// velocities are synchronized with their positions, and all rows start anew with a step of length 0.
     pub(super) fn common_last_step(&mut self, last: &mut [T]) -> T {
         let Some(first) = last.first().copied() else { return T::ZERO };
         if last.iter().all(|step| *step == first) {
@@ -115,7 +115,7 @@ impl<T: Real> GroupField<'_, T> {
         T::ZERO
     }
 
-    /// A number that is another one whenever laws of single rows are.
+    /// A hash that changes whenever own laws of rows change.
     pub(super) fn versions(&self) -> u64 {
         GroupCache::<T>::versions(
             self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version),

@@ -1,4 +1,4 @@
-//! Kinds of rows by their options: most groups have one kind.
+//! Classes of rows by their options: most groups have one class.
 
 use super::{GroupEnvironment, GroupField, Scratch};
 use crate::kernels::BodyOptions;
@@ -9,7 +9,7 @@ use crate::methods::Integrator;
 use crate::real::{Real, RealVector as _};
 use crate::state::components::AxisLocks;
 
-/// What happens to a kind of rows in a step beside forces; most groups have one kind.
+/// What acts on a class of rows besides forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Class<T: Real> {
     /// Constant acceleration, m/s².
@@ -17,7 +17,7 @@ pub(crate) struct Class<T: Real> {
     /// Rate of linear drag, 1/s.
     pub rate: T,
     pub(super) damping: Option<Damping>,
-    /// What damping does around a tick, or in the segment that is taken.
+    /// The factors of damping around a tick, or in the current segment.
     pub(super) decay: Decay<T>,
     pub(super) limit: Option<T>,
     pub locks: Option<AxisLocks>,
@@ -25,7 +25,7 @@ pub(crate) struct Class<T: Real> {
 }
 
 impl<T: Real> Class<T> {
-    /// Axes along which nothing accelerates the rows: those that are locked, unless a limit has to see the kick first.
+    /// Axes along which nothing accelerates the rows: locked axes, unless a speed limit acts after the kick.
     pub(super) fn closed(&self, limits_after_kick: bool) -> Option<AxisLocks> {
         self.locks.filter(|_| !(limits_after_kick && self.limit.is_some()))
     }
@@ -41,7 +41,7 @@ impl<T: Real> GroupField<'_, T> {
         classes.clear();
         class_of.clear();
         let sheets: &[u32] = if drag.is_some() { &self.coupling.in_sheets } else { &[] };
-        // What of it acts on a row: nothing is taken off again, which would leave a rounding.
+        // Only what acts is added: adding and subtracting again would leave a rounding error.
         let class = |in_sheet: bool, options: &BodyOptions<'_, T>| {
             let air = if in_sheet { none } else { air };
             let gravity = if options.gravity_off { T::Vector::ZERO } else { gravity };
@@ -73,7 +73,7 @@ impl<T: Real> GroupField<'_, T> {
             without_gravity += u64::from(options.gravity_off);
             let class_of = &mut class_of[*row as usize];
             let class = class(*class_of == 1 && !sheets.is_empty(), &options);
-            // Neighbours often ask for the same.
+            // Neighbors often have the same options.
             if classes.last() != Some(&class) {
                 classes.push(class);
             }
@@ -85,7 +85,7 @@ impl<T: Real> GroupField<'_, T> {
         self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [T::ZERO; 3]);
     }
 
-    /// The only kind of rows, if there is but one.
+    /// The class of all rows, if there is only one.
     pub(super) fn uniform(&self) -> Option<Class<T>> {
         match &self.scratch.classes[..] {
             [class] => Some(*class),
@@ -118,7 +118,7 @@ impl<T: Real> GroupField<'_, T> {
     }
 }
 
-/// The number of a row's class, of which no list is kept where there is but one.
+/// The class of a row; the list is empty if there is only one class.
 pub(super) fn class_at(class_of: &[u32], row: usize) -> usize {
     class_of.get(row).map_or(0, |class| *class as usize)
 }

@@ -1,4 +1,4 @@
-//! Forces and laws of a state, as accelerations.
+//! The accelerations of a group in a state.
 
 use super::classes::{Class, class_at};
 use super::{GroupField, Scratch};
@@ -30,7 +30,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    /// The accelerations by all laws in a state that is worked out, into an array of their own.
+    /// Computes the accelerations by all laws in a state into a new array.
     pub(super) fn accelerate(
         &mut self,
         at: EvaluationTime<T>,
@@ -83,7 +83,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         out
     }
 
-    /// The coupled laws, as forces.
+    /// The forces of the coupling, N.
     pub(crate) fn push_and_pull(&self, time: T, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
         sum.fill([T::ZERO; 4]);
         self.coupling.springs.pull(x, v, sum);
@@ -95,7 +95,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    /// Makes accelerations of forces, and adds gravity and linear drag.
+    /// Turns forces into accelerations, and adds gravity and linear drag.
     pub(super) fn add_constants(&self, v: &[Row<T>], sum: &mut [Row<T>]) {
         let movable = self.coupling.movable;
         let Scratch { classes, class_of, .. } = &*self.scratch;
@@ -121,7 +121,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         sum[movable..].fill([T::ZERO; 4]);
     }
 
-    /// Rows that a called law passes over, because air acts on triangles instead of them.
+    /// Rows on which a called law does not act, because air acts on their triangles instead.
     pub(super) fn in_sheets(&self, law: &dyn Law<T>) -> &'a [u32] {
         match self.environment.shared.laws.drag {
             Some(drag) if std::ptr::addr_eq(std::ptr::from_ref(law), std::ptr::from_ref(drag)) => {
@@ -131,13 +131,13 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    /// Adds the accelerations of the laws that have to be called; inverse masses are put beside the velocities.
+    /// Adds the accelerations of the called laws; stores inverse masses beside the velocities.
     pub(super) fn call(&self, at: EvaluationTime<T>, x: &[Row<T>], v: &mut [Row<T>], sum: &mut [Row<T>]) {
         let movable = self.coupling.movable;
         v.iter_mut().zip(self.rows.w).for_each(|(row, w)| row[3] = *w);
         for law in self.environment.terms.laws {
             let in_sheets = self.in_sheets(*law);
-            // A row of inverse mass 0 is passed over.
+            // Laws skip rows of inverse mass 0.
             in_sheets.iter().for_each(|row| v[*row as usize][3] = T::ZERO);
             law.accelerate(at, &x[..movable], &v[..movable], &mut sum[..movable]);
             in_sheets.iter().for_each(|row| v[*row as usize][3] = self.rows.w[*row as usize]);
@@ -158,7 +158,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    /// Counts an evaluation of everything.
+    /// Counts an evaluation of all laws.
     pub(super) fn count(&mut self) {
         let Self { coupling, environment, rows, options, heavy, statistics, .. } = self;
         let (movable, terms) = (coupling.movable as u64, &environment.terms);
@@ -180,10 +180,10 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 }
 
-/// `F w + g` for a row that can move.
+/// Replaces a force F by `F w + g`, or by 0 for an immovable row.
 #[inline(always)]
 pub(super) fn fall<T: Real>(row: &mut Row<T>, w: T, g: [T; 3]) {
-    // By selection: 0 times an infinite force would be NaN.
+    // A selection, not a factor: 0 times an infinite force would be NaN.
     let moves = w > T::ZERO;
     for axis in 0..3 {
         let a = row[axis] * w + g[axis];

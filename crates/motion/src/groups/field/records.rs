@@ -1,4 +1,4 @@
-//! What a tick of a group did to its rows, written down for a ledger.
+//! Records of a tick of a group for a ledger.
 
 use super::GroupField;
 use super::classes::Class;
@@ -8,7 +8,7 @@ use crate::kernels::record::{Note, vector};
 use crate::real::Real;
 
 impl<T: Real> GroupField<'_, T> {
-    /// Writes down what became of the velocities `from`, where anything is.
+    /// Records a change of velocities, if a ledger wants it.
     pub(super) fn write_down(&mut self, from: Combination<T>, to: Combination<T>, note: Note<'_>) {
         if self.statistics.record.is_some() {
             let [from, to] = [from, to].map(|v| self.rows_of(&v));
@@ -16,7 +16,7 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    /// Writes a kick down.
+    /// Records a kick.
     pub(super) fn write_kick_down(&mut self, v: Combination<T>, a: Combination<T>, kicked: Combination<T>) {
         if self.statistics.record.is_some() {
             let h = self.length().to_f64();
@@ -33,7 +33,7 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    /// Speed limits and locks, written down.
+    /// Applies and records speed limits and axis locks.
     pub(super) fn limited(&mut self, v: Combination<T>) -> Combination<T> {
         let limited = self.restrain(v);
         self.write_down(v, limited, &|record, _, from, to| record.limits.turn(from, to));

@@ -11,13 +11,13 @@ use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::Field as _;
 use crate::real::{Real, RealMatrix as _, RealVector as _};
 
-/// Arrays of a solve, kept for the next one.
+/// Arrays of a solve, reused for the next one.
 #[derive(Debug, Default)]
 pub(super) struct Workspace<T: Real> {
     linear: LinearStep<T>,
     gradients: Gradients<T>,
     x: RowArray<T>,
-    /// Velocities before the step, with the kicks that come before it.
+    /// Velocities before the solve, with the kicks that precede it.
     before: RowArray<T>,
 }
 
@@ -43,12 +43,12 @@ impl<T: Real> GroupField<'_, T> {
         self.scratch.classes.iter().any(|class| class.locks.is_some())
     }
 
-    /// Whether there are laws to be called.
+    /// Whether any law is called.
     pub(super) fn calls(&self) -> bool {
         !self.environment.terms.laws.is_empty() || !self.rows.with_laws.is_empty()
     }
 
-    /// Every law that is called, for every row that it acts on.
+    /// Calls `each` for every called law and every row that it acts on.
     fn each_call(&self, mut each: impl FnMut(usize, &dyn Law<T>)) {
         for law in self.environment.terms.laws {
             for row in 0..self.coupling.movable {
@@ -62,8 +62,7 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    /// Adds the accelerations of the laws that are called, at the end of the step, and counts an evaluation of
-    /// all laws.
+    /// Adds the accelerations of the called laws at the end of the step, and counts an evaluation of all laws.
     fn call_at_end(&mut self, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
         if self.calls() {
             let mut stage = std::mem::take(&mut self.scratch.stage[1]);
@@ -74,7 +73,7 @@ impl<T: Real> GroupField<'_, T> {
         self.count();
     }
 
-    /// The velocity after an implicit step from the positions at its start and the velocity `v`, as an array.
+    /// The velocity after an implicit step from the velocity `v`, as an array.
     pub(super) fn solve(&mut self, v: Combination<T>) -> Combination<T> {
         let v = v + self.applied() * self.length();
         let (before, start) = (v, self.own_array(&v));
@@ -107,7 +106,7 @@ impl<T: Real> GroupField<'_, T> {
         }
         self.scratch.slots[start] = v;
         self.scratch.workspace = work;
-        // One: the solution of a system has something of all of its rows.
+        // Any one: the solution of a system depends on all of its rows.
         self.look(|field| field.broken(field.array(start)).take(1).collect());
         match gained.zip(gain) {
             None => Combination::of(start),
@@ -118,7 +117,7 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    /// Adds `g h` to the velocities of what can move.
+    /// Adds `g h` to the velocities of movable rows.
     fn kick_by_constants(&self, v: &mut [Row<T>]) {
         let h = self.length();
         for (row, v) in v[..self.coupling.movable].iter_mut().enumerate() {
@@ -141,7 +140,7 @@ impl<T: Real> Workspace<T> {
         self.linear.fit(field.rows(), &field.rows.w[..field.coupling.movable]);
     }
 
-    /// Derivatives of everything at the positions of this workspace and the velocities `v`.
+    /// Linearizes all laws at the positions of this workspace and the velocities `v`.
     fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
         let Self { linear, x, .. } = self;
         let step = (field.end(), field.length());
@@ -156,7 +155,7 @@ impl<T: Real> Workspace<T> {
         }
     }
 
-    /// Forces of what is coupled, N.
+    /// The forces of the coupling, N.
     fn force(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
         field.push_and_pull(field.end().time, &self.x, v, &mut self.linear.forces);
     }
