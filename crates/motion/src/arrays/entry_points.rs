@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 
 use super::of_world::{LawsOf, NotForArrays};
-use super::tick::{Compensating, Plainly};
 use super::{Bare, Residues};
+use crate::kernels::{self, Plain};
 use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
@@ -75,7 +75,7 @@ macro_rules! entry_points {
                 }
                 for run in 0..self.individuals.runs.len() {
                     if which(self.method_of_run(run)) && self.is_half_a_step_behind(self.individuals.runs[run].rows.clone()) {
-                        self.tick_rows::<Synchronize, Plainly>(run);
+                        self.tick_rows::<Synchronize>(run, &mut Plain);
                     }
                 }
                 self.has_failed |= !self.refused.is_empty();
@@ -113,7 +113,7 @@ entry_points!(f64 f32);
 
 impl Bare<f64> {
     fn tick_run(&mut self, run: usize) {
-        with_method!(self.method_of_run(run), M => self.tick_rows::<M, Plainly>(run));
+        with_method!(self.method_of_run(run), M => self.tick_rows::<M>(run, &mut Plain));
     }
 }
 
@@ -128,10 +128,13 @@ impl Bare<f32> {
     }
 
     fn tick_run(&mut self, run: usize) {
-        if self.residues.is_some() {
-            with_method!(self.method_of_run(run), M => self.tick_rows::<M, Compensating>(run));
-        } else {
-            with_method!(self.method_of_run(run), M => self.tick_rows::<M, Plainly>(run));
-        }
+        let method = self.method_of_run(run);
+        let Some(mut residues) = self.residues.take() else {
+            return with_method!(method, M => self.tick_rows::<M>(run, &mut Plain));
+        };
+        let rows = self.individuals.runs[run].rows.clone();
+        let mut sums = kernels::Residues { x: &mut residues.x[rows.clone()], v: &mut residues.v[rows] };
+        with_method!(method, M => self.tick_rows::<M>(run, &mut sums));
+        self.residues = Some(residues);
     }
 }

@@ -9,7 +9,7 @@ use crate::state::range::Range;
 use crate::tick::environment::Environment;
 
 /// The owner of what an [`Environment`] of arrays borrows; resources in a world.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Resources<T: Real> {
     pub gravity: Option<Gravity>,
     pub drag: Option<Drag>,
@@ -19,21 +19,6 @@ pub(super) struct Resources<T: Real> {
     pub damping: Option<Damping>,
     pub solver: Solver,
     pub range: Option<Range>,
-}
-
-impl<T: Real> Default for Resources<T> {
-    fn default() -> Self {
-        Self {
-            gravity: None,
-            drag: None,
-            wells: None,
-            laws: Vec::new(),
-            attraction: None,
-            damping: None,
-            solver: Solver::default(),
-            range: None,
-        }
-    }
 }
 
 impl<T: Real> Resources<T> {

@@ -1,10 +1,8 @@
 //! A tick of bodies in plain arrays.
 
-use std::ops::Range;
-
+use super::Bare;
 use super::bodies::{OfRun, Run};
-use super::{Bare, Residues};
-use crate::kernels::{self, Applied, Batch, MethodStateRows, RowOptions, StepStatistics, Sums};
+use crate::kernels::{self, Applied, Batch, MethodStateRows, Plain, RowOptions, StepStatistics, Sums};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, MethodState};
@@ -22,7 +20,7 @@ impl<T: Real> Bare<T> {
         assert!(plain, "groups and compensated sums are for the methods of the table only");
         if self.begin_tick() {
             for run in 0..self.individuals.runs.len() {
-                self.tick_rows::<M, Plainly>(run);
+                self.tick_rows::<M>(run, &mut Plain);
             }
             self.end_tick();
         }
@@ -61,21 +59,11 @@ impl<T: Real> Bare<T> {
         TickTimes::new(self.clock, self.step, substeps)
     }
 
-    /// Integrates a tick of `M` for the rows of a run.
-    pub(super) fn tick_rows<M: Integrator, W: Way>(&mut self, run: usize) {
+    /// Integrates a tick of `M` for the rows of a run; `sums` are those of these rows.
+    pub(super) fn tick_rows<M: Integrator>(&mut self, run: usize, sums: &mut impl Sums<T>) {
         let mut times = self.times(self.substeps);
-        let Self {
-            positions,
-            bodies,
-            residues,
-            forces,
-            pushed,
-            resources,
-            individuals,
-            statistics,
-            refused,
-            ..
-        } = self;
+        let Self { positions, bodies, forces, pushed, resources, individuals, statistics, refused, .. } =
+            self;
         let Run { rows, gravity_off, own, movable, born, .. } = individuals.runs[run].clone();
         if let Some(time) = born {
             times = times.since(time);
@@ -99,11 +87,10 @@ impl<T: Real> Bare<T> {
         };
         let options = own.map(|first| OfRun(&individuals.owns[first..]));
         let options = options.as_ref().map(|options| options as &dyn RowOptions<T>);
-        let mut sums = W::sums(residues, rows.clone());
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
-        kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, &mut sums, &mut counted, refuse);
+        kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, sums, &mut counted, refuse);
         if options.is_none() && counted.accelerations == 0 {
             // Kernels count only called laws.
             counted.accelerations = terms.evaluations::<M>() * movable;
@@ -129,37 +116,5 @@ fn method_state<'a, T: Real, M: Integrator>(
             MethodStateRows::LastAcceleration(cached)
         }
         MethodState::LastAcceleration | MethodState::None => MethodStateRows::None,
-    }
-}
-
-/// How increments are added to the rows of single bodies. A type, so that only used kernels are compiled.
-pub(super) trait Way {
-    type Sums<'a, T: Real>: Sums<T>;
-
-    /// The sums of some rows.
-    fn sums<T: Real>(residues: &mut Option<Residues<T>>, rows: Range<usize>) -> Self::Sums<'_, T>;
-}
-
-/// Without residues.
-pub(super) struct Plainly;
-
-/// With residues, which must be present.
-pub(super) struct Compensating;
-
-impl Way for Plainly {
-    type Sums<'a, T: Real> = kernels::Plain;
-
-    fn sums<T: Real>(_: &mut Option<Residues<T>>, _: Range<usize>) -> kernels::Plain {
-        kernels::Plain
-    }
-}
-
-impl Way for Compensating {
-    type Sums<'a, T: Real> = kernels::Residues<'a, T>;
-
-    fn sums<T: Real>(residues: &mut Option<Residues<T>>, rows: Range<usize>) -> kernels::Residues<'_, T> {
-        let none = Residues { x: Vec::new(), v: Vec::new() };
-        let Residues { x, v } = residues.get_or_insert(none);
-        kernels::Residues { x: &mut x[rows.clone()], v: &mut v[rows] }
     }
 }

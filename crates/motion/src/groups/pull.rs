@@ -59,7 +59,7 @@ pub(crate) struct Springs<T> {
 }
 
 impl<T: Real> Springs<T> {
-    /// No springs, with capacity for `count`.
+    /// No springs, with capacity for `springs`.
     pub fn with_room(springs: usize) -> Self {
         Self { blocks: Vec::with_capacity(springs.div_ceil(AT_ONCE)), len: 0, damped: false }
     }

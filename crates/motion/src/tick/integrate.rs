@@ -10,7 +10,6 @@ use crate::kernels::record::TickRecords;
 use crate::kernels::{
     self, Applied, Batch, BodyOptions, MethodStateRows, Plain, RowOptions, StepStatistics, Terms,
 };
-use crate::laws::BodyState;
 use crate::methods::Integrator;
 use crate::methods::euler::{Drift, Kick};
 use crate::methods::markers::OwnMethod;
@@ -23,7 +22,7 @@ use crate::state::range::Breach;
 use crate::state::static_bodies::Static;
 use crate::state::threads::Threads;
 use crate::tick::columns::{BodyColumns, BodyColumnsContiguousItem};
-use crate::tick::diagnosis::{Evidence, Exposure, Suspect};
+use crate::tick::diagnosis::{Exposure, Suspect};
 use crate::tick::environment::{Birth, Environment, EnvironmentParam, TickOutput};
 use crate::tick::quarantine::Refused;
 use crate::units::{Scalar, Vector};
@@ -45,6 +44,8 @@ struct TableTick<'a> {
     forces: &'a [Force],
     /// The options of its bodies, if they have any.
     options: Option<&'a (dyn RowOptions<Scalar> + Sync)>,
+    gravity_off: bool,
+    environment: &'a Environment<'a>,
     terms: &'a Terms<'a, Scalar>,
     /// The births in the table, by row.
     births: &'a [Birth],
@@ -60,24 +61,11 @@ struct TablePart<'a> {
     start: usize,
 }
 
-/// A row that was refused.
-struct Missed {
-    body: Entity,
-    /// The state in which it is quarantined.
-    transform: Transform,
-    state: PhysicsBody,
-    system: &'static str,
-    breach: Breach,
-    /// The component at fault, if it is one of the body.
-    evidence: Option<Evidence>,
-    own_rate: bool,
-}
-
 /// The result of a part.
 #[derive(Default)]
 struct Done {
     statistics: StepStatistics,
-    missed: Vec<Missed>,
+    refused: Vec<Refused>,
 }
 
 impl RowOptions<Scalar> for TablePart<'_> {
@@ -129,7 +117,7 @@ impl TablePart<'_> {
             refuse,
         );
         for (row, breach) in refused {
-            done.missed.push(self.diagnose::<M>(terms, batch, row, breach));
+            done.refused.push(self.diagnose::<M>(terms, batch, row, breach));
         }
     }
 
@@ -143,7 +131,7 @@ impl TablePart<'_> {
         batch: &mut Batch<'_, Scalar>,
         row: usize,
         breach: Breach,
-    ) -> Missed {
+    ) -> Refused {
         const KICK: &str = "integrate_acceleration";
         const DRIFT: &str = "integrate_velocity";
         let options = self.row(row);
@@ -173,7 +161,7 @@ impl TablePart<'_> {
         let transform = Transform::at(Vector::from_array(batch.positions[row]));
         let state: PhysicsBody = bytemuck::cast(batch.bodies[row]);
         let damping_rate = options.damping_rate.filter(|_| terms.damping.is_some());
-        let TableTick { entities, forces, .. } = self.table;
+        let TableTick { entities, forces, environment, gravity_off, .. } = *self.table;
         let suspect = Suspect {
             position: transform.position,
             body: state,
@@ -186,29 +174,14 @@ impl TablePart<'_> {
             },
             laws: if M::KICKS { options.laws } else { &[] },
         };
-        Missed {
-            body: entities[self.start + row],
-            transform,
-            state,
-            system,
-            breach,
-            evidence: suspect.found().or_else(|| suspect.own_law(terms.times.ends())),
-            own_rate: damping_rate.is_some(),
-        }
-    }
-}
-
-impl Environment<'_> {
-    /// Names the cause, from the evidence of the row or from the environment.
-    #[cold]
-    fn judge(&self, missed: Missed, kicks: bool, gravity_off: bool) -> Refused {
-        let Missed { body, transform, state, system, breach, evidence, own_rate } = missed;
-        let PhysicsBody { velocity, inverse_mass } = state;
-        let at = BodyState { position: transform.position, velocity, inverse_mass };
-        let evidence = evidence
-            .or_else(|| self.found(Exposure { kicks, gravity_off, own_rate }))
-            .or_else(|| if kicks { self.law_at_fault(at) } else { None });
-        Refused { body, transform, state, cause: self.cause(system, breach, evidence) }
+        let own_rate = damping_rate.is_some();
+        let evidence = suspect
+            .found()
+            .or_else(|| suspect.own_law(terms.times.ends()))
+            .or_else(|| environment.found(Exposure { kicks: M::KICKS, gravity_off, own_rate }))
+            .or_else(|| if M::KICKS { environment.law_at_fault(suspect.state()) } else { None });
+        let cause = environment.cause(system, breach, evidence);
+        Refused { body: entities[self.start + row], transform, state, cause }
     }
 }
 
@@ -238,7 +211,7 @@ fn shared<M: Integrator>(threads: &Threads, table: &TableTick<'_>, batch: Batch<
         if let Some(record) = done.statistics.record {
             sum.statistics.record.get_or_insert_default().append(record);
         }
-        sum.missed.extend(done.missed);
+        sum.refused.extend(done.refused);
     }
     sum
 }
@@ -289,6 +262,8 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             entities,
             forces,
             options: options.is_more().then_some(&options as _),
+            gravity_off,
+            environment: &environment,
             terms: if gravity_off { &without_gravity } else { &with_gravity },
             births,
             records: &output.records,
@@ -301,9 +276,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
         };
         output.evaluations.add(&done.statistics, &called, environment.summed(gravity_off));
         output.records.add(entities, done.statistics.record);
-        for missed in done.missed {
-            output.quarantine.refuse(environment.judge(missed, M::KICKS, gravity_off));
-        }
+        done.refused.into_iter().for_each(|refused| output.quarantine.refuse(refused));
     }
 }
 
