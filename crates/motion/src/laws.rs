@@ -27,7 +27,6 @@ pub use wells::{Well, Wells};
 pub(crate) use wind::Air;
 pub use wind::Wind;
 
-use crate::laws::own::OwnLaws;
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Scalar;
 
@@ -196,7 +195,7 @@ pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
 /// but no law that was [switched](crate::effects::switch()) off.
 pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law<Scalar>> {
     let gravity = world.get_resource::<Gravity>();
-    Declared::of(world).on_body(gravity, false, None)
+    Declared::of(world).on_body(gravity, false, &[])
 }
 
 /// The laws of every body except gravity, in the order in which they are summed.
@@ -220,11 +219,11 @@ impl<'a> Declared<'a> {
         self,
         gravity: Option<&'a Gravity>,
         in_sheet: bool,
-        own: Option<&'a OwnLaws>,
+        own: &'a [Box<dyn Law<Scalar>>],
     ) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
         let gravity = gravity.map(|gravity| gravity as &dyn Law<Scalar>);
         let drag = self.drag.filter(|_| !in_sheet);
-        let own = own.into_iter().flat_map(OwnLaws::laws).map(|law| &**law);
+        let own = own.iter().map(|law| &**law);
         gravity.into_iter().chain(Self { drag, ..self }.all()).chain(own)
     }
 }

@@ -76,8 +76,7 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
 ) {
     statistics.calls.resize(terms.laws.len(), 0);
     let segments = terms.segments(options.laws);
-    // A limit after the kick sees the velocity along locked axes.
-    let closed = options.locks.filter(|_| !(options.speed_limit.is_some() && M::LIMITS_AFTER_KICK));
+    let closed = options.closed_axes(M::LIMITS_AFTER_KICK);
     let kernel = CallingKernel { terms, options, closed, segments };
     let (mut start, end) = (rows.start, rows.end);
     while start < end {

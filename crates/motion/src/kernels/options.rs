@@ -40,6 +40,11 @@ impl<T: Real> BodyOptions<'_, T> {
         shared.map(|shared| Damping { rate: self.damping_rate.unwrap_or(shared.rate), ..shared })
     }
 
+    /// Axes along which nothing accelerates it: locked axes, unless a limit after the kick sees the velocity along them.
+    pub fn closed_axes(&self, limits_after_kick: bool) -> Option<AxisLocks> {
+        self.locks.filter(|_| !(limits_after_kick && self.speed_limit.is_some()))
+    }
+
     /// Whether anything but own laws and substeps is set: a row of a group is then in a class of its own.
     pub const fn changes_row(&self) -> bool {
         self.gravity_off || self.damping_rate.is_some() || self.speed_limit.is_some() || self.locks.is_some()

@@ -5,15 +5,14 @@ use bevy_ecs::prelude::*;
 
 use crate::groups::{Coupling, Row, couplings_now};
 use crate::kernels::record::vector;
-use crate::laws::damping::DampingRate;
-use crate::laws::own::OwnLaws;
+use crate::laws::damping::Damping;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{BodyState, Law};
 use crate::state::clock::{StepClock, TimeStep};
-use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, Transform};
+use crate::state::components::{AxisLocks, Force, PhysicsBody, Quarantined, Transform};
 use crate::state::emitter::Dormant;
 use crate::state::forces::{Push, PushQueue, sum_by_body};
-use crate::state::substeps::OwnSubsteps;
+use crate::tick::columns::options_of;
 use crate::tick::environment::Environment;
 use crate::units::{Scalar, Vector};
 
@@ -84,10 +83,10 @@ pub fn each_force(
         let index = |body: &Entity| indices.get(body).copied();
         let wanted: Vec<_> = members[..coupling.movable].iter().map(index).collect();
         if wanted.iter().any(Option::is_some) {
-            let group = GroupRows::of(world, coupling, members, wanted);
+            let group = ObservedGroup::of(world, coupling, members, wanted);
             forces.between(&group, |row, cause, newtons| {
                 if let Some(index) = group.wanted.get(row).copied().flatten() {
-                    each(index, cause, open(world.get::<AxisLocks>(members[row]), newtons));
+                    each(index, cause, open(world.get(members[row]).copied(), newtons));
                 }
             });
         }
@@ -95,7 +94,7 @@ pub fn each_force(
 }
 
 /// Returns a force without its components along locked axes.
-fn open(locks: Option<&AxisLocks>, newtons: Vector) -> Vector {
+fn open(locks: Option<AxisLocks>, newtons: Vector) -> Vector {
     locks.map_or(newtons, |locks| locks.open(newtons))
 }
 
@@ -118,16 +117,16 @@ impl<'w> BodyForces<'w> {
     fn on_body(&self, body: Entity, in_sheet: bool, mut each: impl FnMut(ForceCause, Vector)) {
         let Some(state) = moving(self.world, body) else { return };
         let Ok(entity) = self.world.get_entity(body) else { return };
-        let (mass, locks) = (1.0 / state.inverse_mass, entity.get::<AxisLocks>());
+        let options = options_of(entity);
+        let (mass, locks) = (1.0 / state.inverse_mass, options.locks);
         let applied = entity.get::<Force>().map_or(Vector::ZERO, Force::newtons);
         let queued = self.pushes.get(&body).copied();
         if queued.is_some() || applied != Vector::ZERO {
             each(ForceCause::Push, open(locks, applied + queued.unwrap_or_default()));
         }
         let Environment { times, damping, .. } = self.environment;
-        let gravity_off = entity.contains::<GravityOff>();
-        let laws = || self.environment.on_body(gravity_off, in_sheet, entity.get::<OwnLaws>());
-        let substeps = entity.get::<OwnSubsteps>().map_or(times.substeps, |own| own.0.max(1));
+        let laws = || self.environment.on_body(&options, in_sheet);
+        let substeps = options.substeps.unwrap_or(times.substeps);
         let times = TickTimes { substeps, ..times };
         // A law that jumps in the next step is evaluated on the side of the jump on which the step begins.
         let first = times.segments(&mut laws().flat_map(Law::discontinuities)).iter::<Scalar>().next();
@@ -135,15 +134,14 @@ impl<'w> BodyForces<'w> {
         for law in laws() {
             each(ForceCause::Law(law.name()), open(locks, law.acceleration(at, state) * mass));
         }
-        if let Some(damping) = damping {
-            let rate = entity.get::<DampingRate>().map_or(damping.rate, DampingRate::rate);
+        if let Some(Damping { rate, .. }) = options.damping(damping) {
             each(ForceCause::Law("damping"), open(locks, state.velocity * (-rate * mass)));
         }
     }
 
     /// Forces between the rows of a group, on those that are wanted.
-    fn between(&self, group: &GroupRows<'_>, mut each: impl FnMut(usize, ForceCause, Vector)) {
-        let GroupRows { coupling, members, wanted, x, v, w } = group;
+    fn between(&self, group: &ObservedGroup<'_>, mut each: impl FnMut(usize, ForceCause, Vector)) {
+        let ObservedGroup { coupling, members, wanted, x, v, w } = group;
         let is_wanted = |row: usize| wanted.get(row).is_some_and(Option::is_some);
         for spring in coupling.springs.iter() {
             let [a, b] = spring.ends.map(|end| end as usize);
@@ -183,7 +181,7 @@ fn moving(world: &World, body: Entity) -> Option<BodyState<Scalar>> {
 }
 
 /// The states of a group's bodies, by row.
-struct GroupRows<'a> {
+struct ObservedGroup<'a> {
     coupling: &'a Coupling<Scalar>,
     members: &'a [Entity],
     /// Index of each movable row among the bodies whose forces are wanted.
@@ -193,7 +191,7 @@ struct GroupRows<'a> {
     w: Vec<Scalar>,
 }
 
-impl<'a> GroupRows<'a> {
+impl<'a> ObservedGroup<'a> {
     fn of(
         world: &World,
         coupling: &'a Coupling<Scalar>,

@@ -56,7 +56,7 @@ pub fn totals(world: &mut World) -> Totals {
         sum.momentum += momentum;
         sum.angular_momentum += position.cross(momentum);
         let state = BodyState { position, velocity: body.velocity, inverse_mass: body.inverse_mass };
-        let laws = declared.on_body(gravity.filter(|_| !gravity_off), false, own);
+        let laws = declared.on_body(gravity.filter(|_| !gravity_off), false, own.map_or(&[], OwnLaws::laws));
         for law in laws.filter(|law| law.has_potential()) {
             sum.potential_energy += law.potential_energy(state);
         }

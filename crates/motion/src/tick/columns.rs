@@ -37,6 +37,19 @@ pub struct BodyColumns {
     pub(super) last_acceleration: Option<&'static mut LastAcceleration>,
 }
 
+/// The options of one body.
+pub(crate) fn options_of(body: EntityRef<'_>) -> BodyOptions<'_, Scalar> {
+    let columns = OptionColumnsItem {
+        gravity_off: body.contains::<GravityOff>(),
+        damping_rate: body.get(),
+        speed_limit: body.get(),
+        locks: body.get(),
+        laws: body.get(),
+        substeps: body.get(),
+    };
+    columns.options()
+}
+
 impl<'w> OptionColumnsItem<'w, '_> {
     pub(crate) fn options(&self) -> BodyOptions<'w, Scalar> {
         BodyOptions {

@@ -7,12 +7,11 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 use smallvec::SmallVec;
 
-use crate::kernels::Terms;
 use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
+use crate::kernels::{BodyOptions, Terms};
 use crate::laws::damping::Damping;
 use crate::laws::epoch::Epoch;
-use crate::laws::own::OwnLaws;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, MutualGravity, Wells};
 use crate::methods::Integrator;
@@ -58,14 +57,13 @@ impl<'a> Environment<'a> {
         }
     }
 
-    /// The laws that act on a body with these `own` laws. Drag acts on the triangles of a sheet, not on its bodies.
+    /// The laws that act on a body with these options. Drag acts on the triangles of a sheet, not on its bodies.
     pub fn on_body(
         &self,
-        gravity_off: bool,
+        options: &BodyOptions<'a, Scalar>,
         in_sheet: bool,
-        own: Option<&'a OwnLaws>,
     ) -> impl Iterator<Item = &'a dyn Law<Scalar>> + use<'a> {
-        self.laws.on_body(self.gravity.filter(|_| !gravity_off), in_sheet, own)
+        self.laws.on_body(self.gravity.filter(|_| !options.gravity_off), in_sheet, options.laws)
     }
 
     /// Names of the laws that are summed before a tick.

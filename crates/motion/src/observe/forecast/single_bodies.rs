@@ -1,36 +1,34 @@
 //! The forecast of single bodies: damping, drag, wells and your own laws.
 
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::QueryData;
 use glam::{DMat3, DVec3};
 
 use super::cure::LinearSystem;
 use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
 use super::{Forecast, LimitingPart};
-use crate::laws::damping::{Damping, DampingRate};
-use crate::laws::own::OwnLaws;
+use crate::laws::damping::Damping;
 use crate::laws::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Law, Laws, Wells};
 use crate::methods::markers::{OwnMethod, own_method};
 use crate::methods::table::Method;
 use crate::state::clock::StepClock;
-use crate::state::components::{GravityOff, PhysicsBody, Quarantined, Transform};
+use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
-use crate::state::substeps::OwnSubsteps;
+use crate::tick::columns::OptionColumns;
 use crate::units::Scalar;
 
-type ForecastQuery = (
-    Entity,
-    &'static Transform,
-    &'static PhysicsBody,
-    Option<&'static DampingRate>,
-    Option<&'static OwnSubsteps>,
-    Option<&'static OwnLaws>,
-    Has<OwnMethod>,
-    Has<Grouped>,
-    Has<Dormant>,
-    Has<GravityOff>,
-);
+#[derive(QueryData)]
+struct ForecastColumns {
+    entity: Entity,
+    transform: &'static Transform,
+    body: &'static PhysicsBody,
+    options: OptionColumns,
+    marked: Has<OwnMethod>,
+    grouped: Has<Grouped>,
+    dormant: Has<Dormant>,
+}
 
 /// One body as an oscillator.
 #[derive(Clone, Copy, Debug)]
@@ -68,21 +66,21 @@ impl Forecast {
         let gravity = gravity.is_some_and(|acceleration| acceleration != DVec3::ZERO);
         let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
         let wells = wells.unwrap_or_default().0;
-        let mut query = world.query_filtered::<ForecastQuery, Without<Quarantined>>();
+        let mut query = world.query_filtered::<ForecastColumns, Without<Quarantined>>();
         let world = &*world;
         let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
         let at = EvaluationTime { time, within_step: time };
         let mut classes: Vec<StepClass> = Vec::new();
-        for (entity, transform, body, rate, substeps, own, marked, grouped, dormant, gravity_off) in
-            query.iter(world)
-        {
+        for row in query.iter(world) {
+            let ForecastColumnsItem { entity, transform, body, marked, grouped, dormant, .. } = row;
             if body.inverse_mass <= 0.0 {
                 continue;
             }
+            let options = row.options.options();
             let method = if marked { own_method(world.entity(entity)) } else { None };
             let stepping = Stepping {
                 method: method.unwrap_or(scenes.method),
-                substeps: substeps.map_or(scenes.substeps, |substeps| substeps.0.max(1)),
+                substeps: options.substeps.unwrap_or(scenes.substeps),
                 ..scenes
             };
             let state = BodyState::<Scalar> {
@@ -93,14 +91,14 @@ impl Forecast {
             };
             // Without a driving force, k |u| u reverses and grows from k |u| h = 2 on. A falling body approaches its
             // terminal speed, where the slope is twice as steep.
-            let slope = if gravity && !gravity_off { 2.0 } else { 1.0 };
+            let slope = if gravity && !options.gravity_off { 2.0 } else { 1.0 };
             let of_drag =
                 |drag: &Drag| drag.linear + slope * drag.quadratic * drag.against(time, state).length();
             let oscillator = Oscillator {
                 body: entity,
                 stiffness: 0.0,
                 drag: drag.as_ref().map_or(0.0, of_drag),
-                damping: damping.map_or(0.0, |scenes| rate.map_or(scenes.rate, DampingRate::rate)),
+                damping: options.damping(damping).map_or(0.0, |damping| damping.rate),
             };
             let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
                 classes.push(StepClass {
@@ -126,7 +124,7 @@ impl Forecast {
                     Oscillator { stiffness: well.squared_frequency(transform.position), ..oscillator };
                 keep_faster(fastest, oscillator, |oscillator| oscillator.stiffness);
             }
-            for law in more.iter().chain(own.into_iter().flat_map(OwnLaws::laws)) {
+            for law in more.iter().chain(options.laws) {
                 classes[class].add_law(&**law, at, state, oscillator);
             }
         }

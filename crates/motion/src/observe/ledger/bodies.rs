@@ -2,19 +2,18 @@
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::QueryData;
 
+use crate::kernels::BodyOptions;
 use crate::laws::BodyState;
-use crate::laws::damping::DampingRate;
-use crate::laws::own::OwnLaws;
 use crate::methods::markers::{OwnMethod, own_method};
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::state::clock::StepClock;
-use crate::state::components::{
-    AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
-};
+use crate::state::components::{AxisLocks, Force, PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::{PushQueue, sum_by_body};
+use crate::tick::columns::OptionColumns;
 use crate::units::{Scalar, Vector};
 
 /// A point of phase space: position, m, and velocity, m/s.
@@ -89,14 +88,11 @@ pub(super) struct BodyTick<'w> {
     /// Applied force, N.
     pub push: Vector,
     pub quarantined: bool,
-    pub gravity_off: bool,
-    /// Its own damping rate, 1/s.
-    pub rate: Option<Scalar>,
+    pub options: BodyOptions<'w, Scalar>,
     /// Locked axes, unless the speed limit sees the velocity along them first.
     pub locks: Option<AxisLocks>,
     /// Its own method.
     pub method: Option<Method>,
-    pub laws: Option<&'w OwnLaws>,
     /// Whether drag acts on the triangles of its sheet instead of on it.
     pub in_sheet: bool,
 }
@@ -127,22 +123,20 @@ impl BodyTick<'_> {
     }
 }
 
-type Columns = (
-    Entity,
-    Option<&'static StableId>,
-    &'static Transform,
-    &'static PhysicsBody,
-    Has<Quarantined>,
-    Has<GravityOff>,
-    Option<&'static DampingRate>,
-    Option<&'static SpeedLimit>,
-    Option<&'static AxisLocks>,
-    Has<OwnMethod>,
-    Option<&'static OwnLaws>,
-);
+/// The columns of a body that a ledger reads.
+#[derive(QueryData)]
+pub(super) struct LedgerColumns {
+    entity: Entity,
+    id: Option<&'static StableId>,
+    transform: &'static Transform,
+    body: &'static PhysicsBody,
+    options: OptionColumns,
+    quarantined: Has<Quarantined>,
+    marked: Has<OwnMethod>,
+}
 
 /// The query of all bodies.
-pub(super) type LedgerQuery = QueryState<Columns, Without<Dormant>>;
+pub(super) type LedgerQuery = QueryState<LedgerColumns, Without<Dormant>>;
 
 /// Every body that exists at the end of a tick, in stable-id order. For a body that did not exist at the start, or is
 /// quarantined, the start equals the end: its change is an intervention and not work.
@@ -154,11 +148,12 @@ pub(super) fn bodies<'w>(
 ) -> Vec<BodyTick<'w>> {
     let mut rows: Vec<_> = query
         .iter(world)
-        .map(|(entity, id, transform, body, quarantined, gravity_off, rate, limit, locks, marked, laws)| {
+        .map(|row| {
+            let LedgerColumnsItem { entity, id, transform, body, quarantined, marked, .. } = row;
+            let options = row.options.options();
             let end = PhasePoint::of(transform, body);
             let method = if marked { world.get_entity(entity).ok().and_then(own_method) } else { None };
             let limits_after_kick = with_method!(method.unwrap_or(world_method), M => M::LIMITS_AFTER_KICK);
-            let locks = locks.copied().filter(|_| !(limit.is_some() && limits_after_kick));
             let body = BodyTick {
                 entity,
                 ends: [end; 2],
@@ -166,11 +161,9 @@ pub(super) fn bodies<'w>(
                 inverse_mass: body.inverse_mass,
                 push: Vector::ZERO,
                 quarantined,
-                gravity_off,
-                rate: rate.map(DampingRate::rate),
-                locks,
+                options,
+                locks: options.closed_axes(limits_after_kick),
                 method,
-                laws,
                 in_sheet: false,
             };
             (key(id, entity), body)

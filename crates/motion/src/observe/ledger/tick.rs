@@ -30,7 +30,7 @@ impl<'w> LedgerTick<'w> {
 
     /// The laws that act on a body.
     fn laws<'a>(&'a self, body: &'a BodyTick<'_>) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
-        self.environment.on_body(body.gravity_off, body.in_sheet, body.laws)
+        self.environment.on_body(&body.options, body.in_sheet)
     }
 
     /// Adds the energies of the bodies at the start (0) or end (1) of the tick.
@@ -48,7 +48,7 @@ impl<'w> LedgerTick<'w> {
     fn damping_rate(&self, body: &BodyTick<'_>) -> Scalar {
         let damps_inside = with_method!(self.method_of(body), M => M::DAMPS_INSIDE);
         let damping = self.environment.damping.filter(|damping| damping.is_exact() && !damps_inside);
-        damping.map_or(0.0, |damping| body.rate.unwrap_or(damping.rate))
+        damping.map_or(0.0, |damping| body.options.damping_rate.unwrap_or(damping.rate))
     }
 
     fn times_of(&self, body: &BodyTick<'_>) -> TickTimes {
