@@ -4,7 +4,7 @@ mod interventions;
 mod shipped;
 
 use bevy_ecs::prelude::*;
-use motion::{Evaluations, Method, Quarantine, StableId, Stepper, TimeStep};
+use motion::{Evaluations, Iterations, Method, Quarantine, StableId, Stepper, TimeStep};
 use scene::{Scene, Snapshot};
 
 /// A world of a scene on its way.
@@ -57,12 +57,20 @@ impl Run {
 fn sorted(evaluations: &Evaluations) -> Evaluations {
     let mut laws = evaluations.laws().to_vec();
     laws.sort_unstable();
-    let iterations = motion::Iterations {
+    Evaluations::going_on(evaluations.accelerations(), laws, iterations(evaluations))
+}
+
+fn iterations(evaluations: &Evaluations) -> Iterations {
+    Iterations {
         newton: evaluations.newton_iterations(),
         cg: evaluations.cg_iterations(),
         unconverged_steps: evaluations.unconverged_steps(),
-    };
-    Evaluations::going_on(evaluations.accelerations(), laws, iterations)
+    }
+}
+
+/// Whether `method` caches accelerations: a snapshot has none of them, so that a restored run evaluates them once more.
+pub fn caches(method: Method) -> bool {
+    matches!(method, Method::VelocityVerlet | Method::Yoshida4)
 }
 
 #[test]
@@ -92,4 +100,27 @@ pub struct Outcome {
     pub method: Method,
     pub evaluations: Evaluations,
     pub frozen: Vec<(Option<StableId>, u64, String)>,
+}
+
+impl Outcome {
+    /// Asserts that this is the outcome of `whole` but for at most `again` more evaluations, of what was cached when the
+    /// run was restored.
+    pub fn assert_restored(&self, whole: &Self, again: u64, what: &str) {
+        let (counted, expected) = (&self.evaluations, &whole.evaluations);
+        let all = |evaluations: &Evaluations| {
+            let laws = evaluations.laws().iter().copied();
+            laws.chain([("accelerations", evaluations.accelerations())]).collect::<Vec<_>>()
+        };
+        let (counts, counts_expected) = (all(counted), all(expected));
+        assert_eq!(counts.len(), counts_expected.len(), "{what}: {counts:?} {counts_expected:?}");
+        for ((law, count), (law_expected, expected)) in counts.into_iter().zip(counts_expected) {
+            assert_eq!(law, law_expected, "{what}");
+            // The engines of a body are counted one by one; it has two at most.
+            let again = if law == "thrusts" { 2 * again } else { again };
+            assert!((expected..=expected + again).contains(&count), "{what}: {law} {count}, {expected}");
+        }
+        let laws = expected.laws().iter().copied();
+        let evaluations = Evaluations::going_on(expected.accelerations(), laws, iterations(counted));
+        assert_eq!(Self { evaluations, ..self.clone() }, *whole, "{what}");
+    }
 }

@@ -7,7 +7,7 @@ use sandbox::Simulated;
 use sandbox::input::Input;
 
 use super::going_back::{go, push, recording};
-use super::recording::{outcome_at, recorded};
+use super::recording::{assert_outcome_at, outcome_at, recorded};
 use crate::drive::{Drive, tap};
 use crate::ghosts::mixed;
 use crate::snapshot::Run;
@@ -135,12 +135,12 @@ fn the_second_of_two_long_ways_to_the_same_place_is_short() {
     let long = way(&sparse, to);
     assert!(long > 100, "{long}: nothing was thinned out");
     let before = sparse.bytes();
-    assert_eq!(outcome_at(&mut sparse, &run, to), outcomes[usize::try_from(to).unwrap()]);
+    assert_outcome_at(&mut sparse, &run, to, &outcomes);
     assert!(sparse.bytes() <= cap);
     assert!(sparse.bytes() > before, "it takes what it is counted for");
     for back in (to - 32..to).rev() {
         assert!(way(&sparse, back) <= 32);
-        assert_eq!(outcome_at(&mut sparse, &run, back), outcomes[usize::try_from(back).unwrap()], "{back}");
+        assert_outcome_at(&mut sparse, &run, back, &outcomes);
     }
     // Where snapshots are dense anyway there is none more.
     let before = thin.bytes();

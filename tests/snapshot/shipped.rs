@@ -1,18 +1,18 @@
 //! Every shipped scene by every method.
 
-use motion::Method;
+use motion::{Evaluations, Method};
 use sandbox::report::state_hash;
 use sandbox::{Options, Session};
 use scene::unsolvable;
 
-use super::Run;
+use super::{Run, caches};
 
 /// Ticks of a run that is interrupted, and when: at the start, while methods have just begun, and later.
 const TICKS: u64 = 20;
 const INTERRUPTED_AT: [u64; 4] = [0, 1, 2, 13];
 
 #[test]
-fn every_scene_by_every_method_goes_on_bit_for_bit_and_evaluation_for_evaluation() {
+fn every_scene_by_every_method_goes_on_bit_for_bit_and_evaluates_only_once_more_what_was_cached() {
     for shipped in scene::shipped() {
         let scene = shipped.load().unwrap();
         // Some seconds for a large one.
@@ -23,19 +23,28 @@ fn every_scene_by_every_method_goes_on_bit_for_bit_and_evaluation_for_evaluation
                 continue;
             }
             scene.method = method;
+            let caching =
+                scene.bodies.iter().filter(|body| caches(body.method.unwrap_or(method))).count() as u64;
+            let evaluated = |run: &Run| run.world.resource::<Evaluations>().accelerations();
             let mut whole = Run::of(scene);
             let mut restored = Vec::new();
+            let mut evaluations = Vec::new();
             for tick in 0..ticks {
                 if INTERRUPTED_AT.contains(&tick) {
                     restored.push(whole.restored());
                 }
                 whole.ticks(1);
+                evaluations.push(evaluated(&whole));
             }
             let expected = whole.outcome();
             for (mut run, tick) in restored.into_iter().zip(INTERRUPTED_AT) {
-                run.ticks(ticks - tick);
                 let what = format!("{} by {} from tick {tick}", shipped.name, method.name());
-                assert_eq!(run.outcome(), expected, "{what}");
+                run.ticks(1);
+                let again = evaluated(&run) - evaluations[usize::try_from(tick).unwrap()];
+                assert!(again <= if tick == 0 { 0 } else { caching }, "{what}: {again} evaluations more");
+                run.ticks(ticks - tick - 1);
+                assert_eq!(evaluated(&run) - evaluated(&whole), again, "{what}");
+                run.outcome().assert_restored(&expected, again, &what);
             }
         }
     }

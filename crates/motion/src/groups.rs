@@ -125,20 +125,6 @@ impl Groups {
             + self.scratch.bytes()
     }
 
-    /// Bodies, number of movable ones, and cache of each group of `world`; nothing if the groups are outdated.
-    pub(crate) fn caches(world: &World) -> impl Iterator<Item = (&[Entity], usize, &GroupCache<Scalar>)> {
-        let groups = world.get_resource::<Self>().filter(|_| !is_outdated(world));
-        groups
-            .into_iter()
-            .flat_map(|groups| &groups.list)
-            .map(|group| (&group.bodies[..], group.coupling.movable, &group.cache))
-    }
-
-    /// Sets the cache of a group.
-    pub(crate) fn set_cache(&mut self, number: usize, cache: GroupCache<Scalar>) {
-        self.list[number].cache = cache;
-    }
-
     /// The coupling of every group, its bodies, movable ones first, and its own number of substeps, if it has one.
     pub(crate) fn parts(&self) -> impl Iterator<Item = (&Coupling<Scalar>, &[Entity], Option<u32>)> {
         self.list.iter().map(|group| (&group.coupling, &group.bodies[..], group.substeps))

@@ -108,9 +108,6 @@ pub mod ledger {
 
 /// The state that a copy of a world needs in addition to the components and resources at the root of this crate.
 pub mod snapshot {
-    pub use crate::observe::cached_accelerations::{
-        CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations,
-    };
     pub use crate::state::emitter::EmissionState;
     pub use crate::state::method_state::{LastAcceleration, LastStep};
     pub use crate::state::switched_off::{Off, OffResource, SpringsOff};

@@ -1,6 +1,5 @@
 //! Observation: the ledger, the forecast, totals and forces by cause. They read a world and change nothing in it.
 
-pub(crate) mod cached_accelerations;
 pub(crate) mod forces_on;
 pub(crate) mod forecast;
 pub(crate) mod law_texts;

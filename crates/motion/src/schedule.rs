@@ -10,3 +10,6 @@ pub(crate) mod requests;
 pub(crate) mod restart;
 pub(crate) mod stepper;
 pub(crate) mod systems;
+
+#[cfg(test)]
+mod tests;

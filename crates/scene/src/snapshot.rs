@@ -1,7 +1,8 @@
 //! The whole dynamic state of a running world as plain data, by stable id: taken out between two ticks, put into a
 //! new world of the same scene, and written into files.
 //!
-//! What is in it decides every later bit and every later count of evaluations. What the scene says is not in it.
+//! What is in it decides every later bit. What the scene says is not in it, nor are cached accelerations: velocity Verlet
+//! and Yoshida 4 evaluate them again.
 
 mod entries;
 mod hash;
@@ -17,9 +18,7 @@ pub use restore::BadSnapshot;
 pub use take::EffectsState;
 
 pub(crate) use entries::RequestEntry;
-use entries::{
-    ClockEntry, CountsEntry, EmissionEntry, KeptEntry, KeptGroupEntry, PushEntry, RecordEntry, SavedFault,
-};
+use entries::{ClockEntry, CountsEntry, EmissionEntry, PushEntry, RecordEntry, SavedFault};
 pub(crate) use words::Name;
 
 use crate::scene::Scene;
@@ -57,8 +56,6 @@ pub struct Snapshot {
     pub(crate) own_substeps: Vec<(u32, u32)>,
     /// Lengths of the last steps of position Verlet, s.
     pub(crate) last_steps: Vec<(u32, f64)>,
-    pub(crate) kept: Vec<(u32, Option<KeptEntry>)>,
-    pub(crate) kept_groups: Vec<KeptGroupEntry>,
     pub(crate) records: Vec<RecordEntry>,
     /// What each emitter has thrown out so far, by its place in the scene file.
     pub(crate) emissions: Vec<(u32, EmissionEntry)>,
@@ -108,15 +105,12 @@ impl Snapshot {
             own_methods,
             own_substeps,
             last_steps,
-            kept,
-            kept_groups,
             records,
             emissions,
             pushes,
             sustained,
             requests,
         } = self;
-        let groups = kept_groups.iter().map(KeptGroupEntry::bytes);
         let slots = emissions.iter().map(|(_, emission)| list_bytes(&emission.0.slots));
         size_of::<Self>()
             + effects.list_bytes()
@@ -129,9 +123,6 @@ impl Snapshot {
             + list_bytes(own_methods)
             + list_bytes(own_substeps)
             + list_bytes(last_steps)
-            + list_bytes(kept)
-            + list_bytes(kept_groups)
-            + groups.sum::<usize>()
             + list_bytes(records)
             + list_bytes(emissions)
             + slots.sum::<usize>()
@@ -148,14 +139,11 @@ impl Snapshot {
         self
     }
 
-    /// Takes off what was counted and noted so far: evaluations, quarantined bodies' records, accelerations that are
-    /// kept.
+    /// Takes off what was counted and noted so far: evaluations and quarantined bodies' records.
     #[must_use]
     pub fn without_history(mut self) -> Self {
         self.counts = CountsEntry::default();
         self.records.clear();
-        self.kept.clear();
-        self.kept_groups.clear();
         self
     }
 

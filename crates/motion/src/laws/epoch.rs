@@ -2,10 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use bevy_ecs::change_detection::{DetectChanges, Tick};
+use bevy_ecs::change_detection::Tick;
 use bevy_ecs::prelude::*;
-
-use crate::laws::{Drag, Laws, Wells};
 
 /// Ticks of the last change of drag, wells and your own laws; `None` for one that does not exist.
 pub(crate) type Changed = [Option<Tick>; 3];
@@ -27,14 +25,5 @@ impl Epoch {
             *self = Self { number: EPOCHS.fetch_add(1, Ordering::Relaxed), changed };
         }
         self.number
-    }
-
-    /// The version of the laws of `world`.
-    pub fn of(world: &mut World) -> u64 {
-        fn changed<R: Resource>(world: &World) -> Option<Tick> {
-            world.get_resource_ref::<R>().map(|law| law.last_changed())
-        }
-        let changed = [changed::<Drag>(world), changed::<Wells>(world), changed::<Laws>(world)];
-        world.get_resource_or_init::<Self>().look(changed)
     }
 }

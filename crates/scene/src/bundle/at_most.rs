@@ -1,4 +1,4 @@
-//! Data of another's making, read into no more memory than is allowed: three bytes of a file can be ninety in memory.
+//! Data of another's making, read into no more memory than is allowed: three bytes of a file can be seventy in memory.
 
 use std::cell::Cell;
 use std::fmt;

@@ -7,7 +7,7 @@ use motion::units::{Scalar, Vector};
 use motion::{Damping, DampingModel, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Name, list_bytes};
+use super::Name;
 
 /// A push: stable id and newtons.
 pub(crate) type PushEntry = (u32, [f64; 3]);
@@ -48,31 +48,6 @@ impl CountsEntry {
         let Self { accelerations, laws, newton_iterations, cg_iterations, unconverged_steps } = self;
         let all = [accelerations, newton_iterations, cg_iterations, unconverged_steps].into_iter();
         all.chain(laws.iter().map(|(_, count)| count)).copied().max().unwrap_or(0)
-    }
-}
-
-/// The acceleration that is kept of a single body.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct KeptEntry {
-    pub at: [f64; 4],
-    pub time_s: f64,
-    pub called: [f64; 4],
-}
-
-/// The accelerations that are kept of a group.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct KeptGroupEntry {
-    pub bodies: Vec<u32>,
-    pub accelerations: Vec<[f64; 4]>,
-    pub time_s: f64,
-    pub kinds: u64,
-}
-
-impl KeptGroupEntry {
-    /// Bytes of its lists.
-    pub fn bytes(&self) -> usize {
-        let Self { bodies, accelerations, time_s: _, kinds: _ } = self;
-        list_bytes(bodies) + list_bytes(accelerations)
     }
 }
 

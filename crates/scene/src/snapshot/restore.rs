@@ -5,7 +5,7 @@ use std::fmt;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::effects::Effect;
-use motion::snapshot::{CachedAccelerations, CachedBodyAcceleration, CachedGroupAccelerations, LastStep};
+use motion::snapshot::LastStep;
 use motion::units::Vector;
 use motion::{
     Cause, Dormant, Emission, Evaluations, Fault, Iterations, OwnSubsteps, PhysicsBody, PreviousPosition,
@@ -13,7 +13,7 @@ use motion::{
     TimeStep, Transform, mark_method, own_method,
 };
 
-use super::{EmissionEntry, KeptEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
+use super::{EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
 use crate::resolve_springs::unsolvable;
 use crate::scene::Scene;
 use crate::spawn::FileIndex;
@@ -43,9 +43,9 @@ fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
 struct Moved;
 
 impl Snapshot {
-    /// A new world of `scene` in this state, its stepper, and its bodies by stable id. It goes on, bit for bit and
-    /// evaluation for evaluation, as the one that the snapshot was taken of. `scene` is what that one was spawned
-    /// from, options that change scenes included.
+    /// A new world of `scene` in this state, its stepper, and its bodies by stable id. It goes on, bit for bit, as the one
+    /// that the snapshot was taken of; its first tick evaluates accelerations again that were cached there. `scene` is
+    /// what that one was spawned from, options that change scenes included.
     ///
     /// # Errors
     /// A snapshot that cannot have been taken of a world of that scene.
@@ -63,7 +63,6 @@ impl Snapshot {
         let mut stepper = Stepper::new(&mut world, self.method.0, TimeStep(self.step_s));
         self.put_counts(&mut world);
         self.put_records(&mut world, &bodies);
-        self.put_kept(&mut world, &bodies);
         put_in_order(&mut world, &ids);
         self.put_inputs(&mut world, &bodies);
         stepper.recompile(&mut world);
@@ -189,30 +188,6 @@ impl Snapshot {
             QuarantineRecord { body, id: Some(id), other_end, tick: record.tick, cause }
         });
         world.insert_resource(Quarantine::going_on(records.collect()));
-    }
-
-    fn put_kept(&self, world: &mut World, bodies: &[Entity]) {
-        let entity = |id: u32| bodies.get(id as usize).copied();
-        let with_physics = |body: &Entity| world.get::<PhysicsBody>(*body).is_some();
-        let kept = |KeptEntry { at, time_s, called }| CachedBodyAcceleration {
-            at,
-            time: time_s,
-            acceleration: called,
-        };
-        let of_bodies = self
-            .kept
-            .iter()
-            .filter_map(|(id, entry)| Some((entity(*id).filter(with_physics)?, entry.map(kept))));
-        let of_groups = self.kept_groups.iter().filter_map(|group| {
-            Some(CachedGroupAccelerations {
-                bodies: group.bodies.iter().map(|id| entity(*id)).collect::<Option<_>>()?,
-                accelerations: group.accelerations.clone(),
-                time: group.time_s,
-                kinds: group.kinds,
-            })
-        });
-        let kept = CachedAccelerations { bodies: of_bodies.collect(), groups: of_groups.collect() };
-        kept.restore(world);
     }
 
     fn put_inputs(&self, world: &mut World, bodies: &[Entity]) {

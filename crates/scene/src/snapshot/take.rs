@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::effects::{Effect, EffectState};
-use motion::snapshot::{CachedAccelerations, CachedBodyAcceleration, LastStep, OffResource};
+use motion::snapshot::{LastStep, OffResource};
 use motion::units::Vector;
 use motion::{
     Cause, Damping, DampingModel, Dormant, Emission, Evaluations, Fault, Gravity, Method, OwnMethod,
@@ -13,8 +13,8 @@ use motion::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ClockEntry, CountsEntry, EmissionEntry, KeptEntry, KeptGroupEntry, Name, PushEntry, RecordEntry,
-    RequestEntry, SavedFault, Snapshot, list_bytes,
+    ClockEntry, CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, RequestEntry, SavedFault, Snapshot,
+    list_bytes,
 };
 use crate::spawn::FileIndex;
 
@@ -75,7 +75,6 @@ impl Snapshot {
     /// # Panics
     /// In a world that no stepper has prepared.
     pub fn of(world: &mut World, method: Method) -> Self {
-        let kept = CachedAccelerations::of(world);
         let mut snapshot = Self {
             clock: ClockEntry((*world.resource::<StepClock>()).into()),
             step_s: world.resource::<TimeStep>().0,
@@ -87,7 +86,6 @@ impl Snapshot {
         };
         snapshot.take_bodies(world);
         snapshot.take_emissions(world);
-        snapshot.take_kept(world, kept);
         snapshot.take_inputs(world);
         snapshot
     }
@@ -134,22 +132,6 @@ impl Snapshot {
             .iter(world)
             .map(|(index, emission)| (index.0, EmissionEntry(emission.state())))
             .collect();
-    }
-
-    fn take_kept(&mut self, world: &World, kept: CachedAccelerations) {
-        let entry = |CachedBodyAcceleration { at, time, acceleration: called }| KeptEntry {
-            at,
-            time_s: time,
-            called,
-        };
-        let bodies = kept.bodies.into_iter();
-        self.kept = bodies.filter_map(|(body, kept)| Some((id(world, body)?, kept.map(entry)))).collect();
-        let groups = kept.groups.into_iter().filter_map(|group| {
-            let bodies = group.bodies.iter().map(|body| id(world, *body)).collect::<Option<_>>()?;
-            let (accelerations, time_s, kinds) = (group.accelerations, group.time, group.kinds);
-            Some(KeptGroupEntry { bodies, accelerations, time_s, kinds })
-        });
-        self.kept_groups = groups.collect();
     }
 
     fn take_inputs(&mut self, world: &World) {

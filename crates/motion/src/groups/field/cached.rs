@@ -3,7 +3,7 @@
 use super::GroupField;
 use super::classes::Class;
 use crate::groups::combination::{CACHED, Combination, FIRST, POSITION, VELOCITY};
-use crate::groups::rows::{Row, RowArray};
+use crate::groups::rows::RowArray;
 use crate::kernels::add_compensated;
 use crate::laws::MutualGravity;
 use crate::methods::Field as _;
@@ -22,70 +22,6 @@ pub(crate) struct GroupCache<T: Real> {
     attraction: Option<MutualGravity>,
     classes: Vec<Class<T>>,
     class_of: Vec<u32>,
-    /// A hash in place of the classes of rows, if the cache comes from another world.
-    kinds: Option<u64>,
-}
-
-impl<T: Real> GroupCache<T> {
-    /// The cache of rows at `x` of inverse masses `w`.
-    pub fn of(x: &[Row<T>], w: Vec<T>, a: &[Row<T>], time: Scalar, kinds: u64) -> Self {
-        let mut cache = Self { w, time: Some(time), kinds: Some(kinds), ..Self::default() };
-        cache.x.copy(x);
-        cache.a.copy(a);
-        cache
-    }
-
-    /// A hash of the versions of own laws.
-    pub fn versions(laws: impl Iterator<Item = u64>) -> u64 {
-        laws.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3))
-    }
-
-    /// Sets the laws that it was computed with.
-    pub fn under(&mut self, epoch: u64, own: u64, attraction: Option<MutualGravity>) {
-        (self.epoch, self.own, self.attraction) = (epoch, own, attraction);
-    }
-
-    /// Whether it was computed with these laws.
-    pub fn is_under(&self, epoch: u64, own: u64, attraction: Option<&MutualGravity>) -> bool {
-        (self.epoch, self.own) == (epoch, own) && self.attraction.as_ref() == attraction
-    }
-
-    /// Whether it was computed at the positions `x` and inverse masses `w`.
-    pub fn is_of(&self, x: &[Row<T>], w: &[T]) -> bool {
-        self.w == w && *self.x == *x
-    }
-
-    /// Time of the accelerations, s; `None` if nothing is cached.
-    pub const fn time(&self) -> Option<Scalar> {
-        self.time
-    }
-
-    /// The accelerations, m/s².
-    pub fn accelerations(&self) -> &[Row<T>] {
-        &self.a
-    }
-
-    /// A hash of the classes of rows, the same in every world.
-    pub fn kinds(&self) -> u64 {
-        self.kinds.unwrap_or_else(|| kinds(&self.classes, &self.class_of))
-    }
-}
-
-/// An FNV-1a hash of the classes of rows, of their debug text.
-fn kinds<T: Real>(classes: &[Class<T>], class_of: &[u32]) -> u64 {
-    struct Fnv(u64);
-    impl std::fmt::Write for Fnv {
-        fn write_str(&mut self, text: &str) -> std::fmt::Result {
-            for byte in text.bytes() {
-                self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-            }
-            Ok(())
-        }
-    }
-    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
-    // Different finite numbers have different texts.
-    let _ = std::fmt::write(&mut hash, format_args!("{classes:?}{class_of:?}"));
-    hash.0
 }
 
 impl<T: Real> GroupField<'_, T> {
@@ -117,9 +53,8 @@ impl<T: Real> GroupField<'_, T> {
 
     /// A hash that changes whenever own laws of rows change.
     pub(super) fn versions(&self) -> u64 {
-        GroupCache::<T>::versions(
-            self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version),
-        )
+        let own = self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version);
+        own.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3))
     }
 
     pub(super) fn recall(&mut self, cache: &GroupCache<T>, own: u64) -> Option<Combination<T>> {
@@ -127,10 +62,8 @@ impl<T: Real> GroupField<'_, T> {
         let fits = cache.time == Some(terms.times.start)
             && (cache.epoch, cache.own) == (terms.epoch, own)
             && cache.attraction.as_ref() == self.environment.shared.attraction
-            && match cache.kinds {
-                None => cache.classes == self.scratch.classes && cache.class_of == self.scratch.class_of,
-                Some(given) => given == kinds(&self.scratch.classes, &self.scratch.class_of),
-            }
+            && cache.classes == self.scratch.classes
+            && cache.class_of == self.scratch.class_of
             && cache.w == self.rows.w
             && *cache.x == *self.rows.x;
         fits.then(|| {
@@ -143,7 +76,6 @@ impl<T: Real> GroupField<'_, T> {
         let terms = &self.environment.terms;
         cache.time = is_cached.then_some(terms.times.end);
         if is_cached {
-            cache.kinds = None;
             (cache.epoch, cache.own) = (terms.epoch, own);
             cache.attraction = self.environment.shared.attraction.copied();
             cache.classes.clone_from(&self.scratch.classes);
