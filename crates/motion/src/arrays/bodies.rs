@@ -114,7 +114,7 @@ impl<T: Real> Individuals<T> {
     }
 
     /// Makes the births of the tick ordinary rows.
-    pub fn grow_up(&mut self) {
+    pub fn end_births(&mut self) {
         for run in self.runs.iter().filter(|run| run.born.is_some()) {
             self.kinds[run.rows.start].born = None;
             self.outdated = true;

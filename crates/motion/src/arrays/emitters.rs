@@ -62,7 +62,7 @@ impl<T: Real> Bare<T> {
     }
 
     /// Takes from the emissions which particles are alive.
-    pub(super) fn look_who_lives(&mut self) {
+    pub(super) fn update_living(&mut self) {
         for Source { emission, rows, .. } in &self.sources {
             for (slot, row) in rows.iter().enumerate() {
                 if let Some(row) = row {

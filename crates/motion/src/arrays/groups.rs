@@ -59,7 +59,7 @@ impl<T: Real> Bare<T> {
         for watch in [Watch::Off, Watch::On] {
             self.gather(&rows, &mut group);
             self.gather_pushes(members, &mut scratch.pushes);
-            outcome = self.work_out::<M>(watch, &rows, &mut group, &mut scratch, &mut statistics);
+            outcome = self.compute::<M>(watch, &rows, &mut group, &mut scratch, &mut statistics);
             if outcome == Outcome::Finite {
                 break;
             }
@@ -81,7 +81,7 @@ impl<T: Real> Bare<T> {
     }
 
     /// Computes the rows of a group after a tick, without storing them in the bodies.
-    fn work_out<M: Integrator>(
+    fn compute<M: Integrator>(
         &self,
         watch: Watch,
         rows: &[usize],

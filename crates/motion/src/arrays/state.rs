@@ -42,7 +42,7 @@ impl<T: Real> Bare<T> {
         self.residues.clone_from(&state.residues);
         let sources = self.sources.iter_mut().zip(&state.emissions);
         sources.for_each(|(source, emission)| source.emission.clone_from(emission));
-        self.look_who_lives();
+        self.update_living();
         self.clock = state.clock;
         self.has_failed = false;
         self.forget_accelerations();

@@ -39,7 +39,7 @@ impl<T: Real> Bare<T> {
 
     pub(super) fn end_tick(&mut self) {
         self.clock.count(self.step);
-        self.individuals.grow_up();
+        self.individuals.end_births();
         for (_, row) in self.pushed.drain(..) {
             self.forces[row] = [T::ZERO; 3];
         }

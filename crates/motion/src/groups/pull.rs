@@ -37,9 +37,9 @@ struct Block<T> {
     rest_length: [T; AT_ONCE],
 }
 
-/// The direction of a spring whose second end is `d` from the first, and the share of its stiffness that it has across
-/// that. One that is shorter than at rest has none, see [`Solver`](super::Solver); one without a length pulls to all sides
-/// alike if that is how it rests, and is passed by if not.
+/// The direction of a spring whose second end is at `d` from the first, and its stiffness across that direction as a
+/// fraction of its stiffness. A spring shorter than at rest has none, see [`Solver`](super::Solver). A spring without
+/// a length pulls alike in all directions if its rest length is 0, and is skipped if not.
 pub(super) fn axis<T: Real>(d: T::Vector, rest_length: T) -> (T::Vector, T) {
     let length = d.dot(d).sqrt();
     if length > T::ZERO {

@@ -25,7 +25,7 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// Computes a combination into `out`.
-    pub(super) fn work_out(&self, sum: &Combination<T>, out: &mut RowArray<T>) {
+    pub(super) fn compute(&self, sum: &Combination<T>, out: &mut RowArray<T>) {
         out.resize(self.coupling.rows);
         let mut parts: [(&[Row<T>], T); SLOTS] = [(&[], T::ZERO); SLOTS];
         let mut count = 0;
@@ -43,7 +43,7 @@ impl<T: Real> GroupField<'_, T> {
     pub(crate) fn own_array(&mut self, sum: &Combination<T>) -> usize {
         let slot = self.claim();
         let mut out = std::mem::take(&mut self.scratch.slots[slot]);
-        self.work_out(sum, &mut out);
+        self.compute(sum, &mut out);
         self.scratch.slots[slot] = out;
         slot
     }

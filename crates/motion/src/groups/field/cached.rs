@@ -26,7 +26,7 @@ pub(crate) struct GroupCache<T: Real> {
 
 impl<T: Real> GroupField<'_, T> {
     /// The length of the last step of all rows. If rows differ, because a velocity was set or a body is new, all
-    /// velocities are synchronized with their positions, and all rows start anew with a step of length 0.
+    /// velocities are synchronized with their positions, and the method restarts.
     pub(super) fn common_last_step(&mut self, last: &mut [T]) -> T {
         let Some(first) = last.first().copied() else { return T::ZERO };
         if last.iter().all(|step| *step == first) {

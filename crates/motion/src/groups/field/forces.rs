@@ -47,14 +47,14 @@ impl<'a, T: Real> GroupField<'a, T> {
             let x = match x.slot() {
                 Some(slot) => self.array(slot),
                 None => {
-                    self.work_out(&x, &mut stage_x);
+                    self.compute(&x, &mut stage_x);
                     &stage_x
                 }
             };
             let v: &[Row<T>] = match v.slot() {
                 Some(slot) if !calls => self.array(slot),
                 _ if looks => {
-                    self.work_out(&v, &mut stage_v);
+                    self.compute(&v, &mut stage_v);
                     &stage_v
                 }
                 // Not read.

@@ -42,7 +42,7 @@ impl<T: Real> GroupField<'_, T> {
 
     fn rows_of(&self, sum: &Combination<T>) -> RowArray<T> {
         let mut rows = RowArray::default();
-        self.work_out(sum, &mut rows);
+        self.compute(sum, &mut rows);
         rows
     }
 }
