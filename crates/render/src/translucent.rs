@@ -1,4 +1,6 @@
 //! How translucent bodies are drawn: their pipelines, and the buffers that each frame fills anew.
+//!
+//! They write no depth, and count as a little farther away than they are, so that a solid body at the same place hides them.
 
 use wgpu::{BindGroupLayout, BlendState, CompareFunction, Device, Face, RenderPass, RenderPipeline};
 

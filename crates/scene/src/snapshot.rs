@@ -3,6 +3,7 @@
 //!
 //! What is in it decides every later bit. What the scene says is not in it, nor are cached accelerations: velocity Verlet
 //! and Yoshida 4 evaluate them again.
+//! A world is copied in no other way: twins, going back and bundles all restore a snapshot.
 
 mod entries;
 mod hash;

@@ -1,4 +1,7 @@
 //! A study on its way: runs one after the other, a little at a time.
+//!
+//! A study is a list of jobs, done a little at a time: one tick of a run, or one timing. The command line gives it all the
+//! time there is and the window a tenth of each frame; both get the same numbers, because no job looks at who waits.
 
 use std::collections::VecDeque;
 

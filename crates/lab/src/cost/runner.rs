@@ -1,4 +1,6 @@
 //! Things that run a subject: its world of entities, or plain arrays.
+//!
+//! Tests put runs of their own behind the same trait: a slow one and a broken one.
 
 use std::borrow::Cow;
 

@@ -3,6 +3,9 @@
 //! A run is cut into blocks of about a millisecond: long against the clock, short against the time slices of a
 //! machine that does other things too. It is run several times, and the least time of each block counts; what
 //! disturbs one of them does not disturb the same block of all. Other settings run between two runs of one.
+//!
+//! Whole runs are timed, because ticks of one run differ: conjugate gradients take few iterations on a flag at rest and
+//! hundreds on one in the wind.
 
 use std::hint::black_box;
 

@@ -1,4 +1,7 @@
 //! A script that a session plays.
+//!
+//! Its keys and pointer act at the start of a frame, as a person's do. Its other steps act between two ticks, so that they
+//! act in the same tick whatever the frames are.
 
 use bevy_ecs::prelude::*;
 use motion::TimeStep;

@@ -1,4 +1,8 @@
 //! The last minute of a session: going back in it, and what happens when something goes wrong.
+//!
+//! Going back simulates the ticks from a snapshot on, over as many frames as that takes. Until it is there, the present is
+//! shown, and doing something to the present gives it up. Without a window, a quarantine that is ahead after going back
+//! still decides the exit code.
 
 use std::ops::{ControlFlow, RangeInclusive};
 
