@@ -29,7 +29,8 @@ fn a_nan_in_a_cached_acceleration_harms_no_body() {
             let mut stepper = Stepper::new(&mut world, method, TimeStep(0.01));
             (0..3).for_each(|_| stepper.tick(&mut world));
             for body in bodies.iter().filter(|_| spoils) {
-                world.get_mut::<LastAcceleration>(*body).unwrap().0.acceleration = [f64::NAN; 4];
+                world.get_mut::<LastAcceleration>(*body).expect("it caches accelerations").0.acceleration =
+                    [f64::NAN; 4];
             }
             (0..3).for_each(|_| stepper.tick(&mut world));
             assert!(world.resource::<Quarantine>().records().is_empty());
