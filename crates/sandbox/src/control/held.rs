@@ -16,18 +16,31 @@ pub(crate) struct Tapped {
     pub between_ticks: Vec<Key>,
 }
 
+/// The taps of a span of time.
+#[derive(Clone, Debug, Default)]
+struct Taps {
+    /// Keys that went down in it.
+    pressed: Vec<Key>,
+    /// Those of them that came up in it, too.
+    tapped: Vec<Key>,
+}
+
+impl Taps {
+    fn release(&mut self, same: impl Fn(&Key) -> bool) {
+        if let Some(at) = self.pressed.iter().position(same) {
+            self.tapped.push(self.pressed.remove(at));
+        }
+    }
+}
+
 /// Keys that act as long as they are held.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Held {
     keys: Vec<Key>,
-    /// Those that went down in this frame.
-    pressed: Vec<Key>,
-    /// Those of them that came up in it, too.
-    tapped: Vec<Key>,
-    /// Those that went down since the last tick.
-    unticked: Vec<Key>,
-    /// Those of them that came up before the next one.
-    missed: Vec<Key>,
+    /// Those of this frame.
+    in_frame: Taps,
+    /// Those since the last tick.
+    between_ticks: Taps,
     /// How long shift has moved the camera since it went down, s.
     shifted_s: f64,
 }
@@ -43,20 +56,16 @@ impl Held {
                 self.shifted_s = 0.0;
             }
             self.keys.push(key.clone());
-            self.pressed.push(key.clone());
-            self.unticked.push(key.clone());
+            self.in_frame.pressed.push(key.clone());
+            self.between_ticks.pressed.push(key.clone());
         }
     }
 
     pub fn release(&mut self, key: &Key) {
         // By name: the control or the shift key may have gone down or up since the key did.
         let same = |other: &Key| other.name() == key.name();
-        if let Some(at) = self.pressed.iter().position(same) {
-            self.tapped.push(self.pressed.remove(at));
-        }
-        if let Some(at) = self.unticked.iter().position(same) {
-            self.missed.push(self.unticked.remove(at));
-        }
+        self.in_frame.release(same);
+        self.between_ticks.release(same);
         self.keys.retain(|held| !same(held));
     }
 
@@ -70,20 +79,23 @@ impl Held {
             return 0.0;
         }
         self.keys.retain(|key| !is_shift(key));
-        self.pressed.retain(|key| !is_shift(key));
-        self.unticked.retain(|key| !is_shift(key));
+        self.in_frame.pressed.retain(|key| !is_shift(key));
+        self.between_ticks.pressed.retain(|key| !is_shift(key));
         std::mem::take(&mut self.shifted_s)
     }
 
     /// Ends the input of a frame. Returns the keys that were only tapped in it: each acts once.
     pub fn end_input(&mut self) -> Tapped {
-        self.pressed.clear();
-        Tapped { in_frame: std::mem::take(&mut self.tapped), between_ticks: std::mem::take(&mut self.missed) }
+        self.in_frame.pressed.clear();
+        Tapped {
+            in_frame: std::mem::take(&mut self.in_frame.tapped),
+            between_ticks: std::mem::take(&mut self.between_ticks.tapped),
+        }
     }
 
     /// A tick begins: it sees the keys that are held now.
     pub fn begin_tick(&mut self) {
-        self.unticked.clear();
+        self.between_ticks.pressed.clear();
     }
 
     /// Where the camera flies in a frame of `seconds`: right, up and forward, each -1, 0 or 1.
