@@ -292,3 +292,17 @@ fn pictures_without_an_adapter_are_exit_code_4_that_says_what_to_install() {
     assert_eq!(output.status.code(), Some(4), "{message}");
     assert!(message.contains("mesa-vulkan-drivers"), "{message}");
 }
+
+#[test]
+fn the_film_of_a_run_has_all_of_its_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = folder.path().join("film.png");
+    let mut program = Command::new(program());
+    program.args("run orbits_race --seconds 0.2 --fps 20 --size 320x180 --film".split(' ')).arg(&film);
+    let output = output(&mut program);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let bytes = std::fs::read(&film).unwrap();
+    let chunks = |name: &[u8]| bytes.windows(4).filter(|bytes| *bytes == name).count();
+    assert_eq!([b"acTL", b"fcTL", b"IDAT", b"fdAT"].map(|name| chunks(name)), [1, 5, 1, 4]);
+    assert_eq!(Image::read_png(&film).unwrap().size_px, [320, 180]);
+}

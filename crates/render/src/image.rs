@@ -48,17 +48,26 @@ impl Image {
     /// A keyword that cannot be one.
     pub fn png(&self, text: &[(&str, &str)]) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.size_px[0], self.size_px[1]);
+        let mut writer = Self::encoder(&mut bytes, self.size_px, text)?.write_header()?;
+        writer.write_image_data(&self.rgba)?;
+        writer.finish()?;
+        Ok(bytes)
+    }
+
+    /// Begins a PNG of pictures of that size.
+    pub(crate) fn encoder<'a>(
+        bytes: &'a mut Vec<u8>,
+        size_px: [u32; 2],
+        text: &[(&str, &str)],
+    ) -> io::Result<png::Encoder<'static, &'a mut Vec<u8>>> {
+        let mut encoder = png::Encoder::new(bytes, size_px[0], size_px[1]);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         for (keyword, value) in text {
             encoder.add_itxt_chunk((*keyword).to_owned(), (*value).to_owned())?;
         }
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&self.rgba)?;
-        writer.finish()?;
-        Ok(bytes)
+        Ok(encoder)
     }
 
     /// Reads a PNG of 8-bit gray, RGB or RGBA, or what decodes to one.

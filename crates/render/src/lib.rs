@@ -8,6 +8,7 @@
 
 mod buffers;
 mod error;
+mod film;
 mod frame;
 mod gpu;
 mod image;
@@ -25,6 +26,7 @@ mod target;
 mod translucent;
 
 pub use error::RenderError;
+pub use film::Film;
 pub use frame::{CHECKER, Camera, Frame, Instance, Light, OUTLINED, Panels, Particle, Translucent};
 pub use gpu::{AdapterSummary, Gpu};
 pub use image::Image;

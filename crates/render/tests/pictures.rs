@@ -4,7 +4,7 @@
 
 use glam::{Quat, Vec3, Vec4};
 use render::{
-    CHECKER, Frame, Gpu, Image, Instance, Light, Line, OFFSCREEN_FORMAT, OUTLINED, Offscreen, Panels,
+    CHECKER, Film, Frame, Gpu, Image, Instance, Light, Line, OFFSCREEN_FORMAT, OUTLINED, Offscreen, Panels,
     Particle, Quality, RenderError, Renderer, wgpu,
 };
 
@@ -358,6 +358,44 @@ fn png_files_keep_every_byte_and_their_text() {
     let read = Image::read_png_text(&path).unwrap();
     assert_eq!(read, text.map(|(keyword, value)| (keyword.to_owned(), value.to_owned())));
     assert!(image.png(&[("", "no keyword")]).is_err());
+}
+
+#[test]
+fn a_film_shows_every_picture_for_its_time() {
+    let shades: [[u8; 6]; 5] =
+        [[9, 9, 9, 9, 9, 9], [9, 9, 9, 9, 50, 9], [9, 9, 9, 9, 50, 9], [9, 80, 9, 9, 9, 9], [7; 6]];
+    let picture = |shades: [u8; 6]| Image {
+        size_px: [3, 2],
+        rgba: shades.iter().flat_map(|shade| [*shade, 1, 2, 255]).collect(),
+    };
+    let mut film = Film::default();
+    assert!(film.png(&[]).is_err(), "no picture is no film");
+    for (shades, at_s) in shades.into_iter().zip([0.0, 0.1, 0.2, 0.3, 0.35]) {
+        film.add(picture(shades), at_s).unwrap();
+    }
+    assert!(film.add(Image { size_px: [2, 3], rgba: vec![255; 24] }, 0.4).is_err());
+
+    let bytes = film.png(&[("Scene", "orbit")]).unwrap();
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    assert_eq!(reader.info().animation_control().unwrap().num_plays, 0);
+    let mut shown = picture([0; 6]);
+    // The third picture is the second one, which stays for both.
+    for (expected, milliseconds) in [(shades[0], 100), (shades[1], 200), (shades[3], 50), (shades[4], 50)] {
+        let mut drawn = [0; 24];
+        let used = reader.next_frame(&mut drawn).unwrap().buffer_size();
+        let control = *reader.info().frame_control().unwrap();
+        assert_eq!((control.delay_num, control.delay_den), (milliseconds, 1000));
+        for (i, pixel) in drawn[..used].chunks_exact(4).enumerate() {
+            let i = u32::try_from(i).unwrap();
+            let (x, y) = (control.x_offset + i % control.width, control.y_offset + i / control.width);
+            let at = 4 * (y * 3 + x) as usize;
+            if pixel[3] == 255 {
+                shown.rgba[at..at + 4].copy_from_slice(pixel);
+            }
+        }
+        assert_eq!(shown, picture(expected));
+    }
+    assert!(reader.next_frame(&mut [0; 24]).is_err());
 }
 
 #[test]

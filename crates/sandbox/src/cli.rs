@@ -249,6 +249,9 @@ pub(crate) struct RunArgs {
     /// Frames between two pictures
     #[arg(long, value_name = "K", default_value_t = 1, requires = "frames", allow_negative_numbers = true, value_parser = above_0)]
     pub frame_every: u64,
+    /// Write all frames as one animated PNG; --fps says how many per second
+    #[arg(long, value_name = "FILE.png")]
+    pub film: Option<PathBuf>,
     /// Size of the pictures, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],

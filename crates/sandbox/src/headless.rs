@@ -7,6 +7,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use lab::AttractionTick;
 use motion::clock::{FrameClock, FrameTime};
+use render::Film;
 use scene::{Action, Recording, Scene, Script, Source};
 
 use crate::actions::{self, Action as Key};
@@ -137,7 +138,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     overrides.apply(&mut scene);
     let takes_pictures =
         |script: &Script| script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)));
-    let wants_pictures = args.frames.is_some() || script.as_ref().is_some_and(takes_pictures);
+    let wants_pictures =
+        args.frames.is_some() || args.film.is_some() || script.as_ref().is_some_and(takes_pictures);
     // Frames between two ticks are for who looks at them, or acts in them.
     let unwatched = script.is_none() && !wants_pictures && !follows_frames(&scene);
     let fps = args.fps.unwrap_or(DEFAULT_FPS);
@@ -183,6 +185,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let state = args.state.as_deref().map(state_file).transpose()?;
     let summary_file = args.summary.as_deref().map(output_file).transpose()?;
     let box_file = args.black_box.as_deref().map(output_file).transpose()?;
+    let film_file = args.film.as_deref().map(output_file).transpose()?;
+    let mut film = film_file.map(|file| (Film::default(), file));
     if let Some(camera) = &camera {
         eprintln!("drawing with {}", camera.gpu.info);
     }
@@ -221,9 +225,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         if let Some(camera) = &mut camera {
             let every = args.frames.is_some() && frame_number.is_multiple_of(args.frame_every);
             let shots = orders.iter().any(|order| matches!(order, Order::Screenshot(_)));
-            if every || shots {
+            if every || shots || film.is_some() {
                 let frame = session.picture();
                 camera.draw(&frame)?;
+            }
+            if let Some((film, _)) = &mut film {
+                let added = film.add(camera.read()?, time.total());
+                added.map_err(|error| Failure::Usage(format!("--film: {error}")))?;
             }
             if every {
                 camera.write(&format!("frame_{frame_number:06}.png"), &session)?;
@@ -281,7 +289,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         }
     }
     progress.finish_and_clear();
-    let outputs = Outputs { args, watch, camera, summary: summary_file, black_box: box_file };
+    let outputs = Outputs { args, watch, camera, film, summary: summary_file, black_box: box_file };
     outputs.finish(session, start, refused)
 }
 

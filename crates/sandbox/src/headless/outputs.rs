@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use motion::Totals;
 use motion::ledger::Ledger;
-use render::{Gpu, Image, Offscreen, Quality, Renderer};
+use render::{Film, Gpu, Image, Offscreen, Quality, Renderer};
 
 use crate::black_box;
 use crate::cli::{RunArgs, show};
@@ -20,6 +20,7 @@ pub(super) struct Outputs<'a> {
     pub args: &'a RunArgs,
     pub watch: Watch,
     pub camera: Option<Camera>,
+    pub film: Option<(Film, Output)>,
     pub summary: Option<Output>,
     pub black_box: Option<Output>,
 }
@@ -33,7 +34,7 @@ impl Outputs<'_> {
         start: Totals,
         refused: Result<(), Failure>,
     ) -> Result<(), Failure> {
-        let Self { args, mut watch, camera, summary: summary_file, black_box: box_file } = self;
+        let Self { args, mut watch, camera, film, summary: summary_file, black_box: box_file } = self;
         if let Err(failure) = watch.finish(&session, args.state.as_deref()) {
             if session.fault().is_none() && session.all_quarantined().is_empty() {
                 return Err(failure);
@@ -58,6 +59,11 @@ impl Outputs<'_> {
             );
         }
         let mut written = shown;
+        if let (Some(path), Some((film, file))) = (&args.film, film) {
+            let finished =
+                with_settings(&session, |text| film.png(text)).and_then(|png| file.finish_with(&png));
+            written = written.and(finished.map_err(|error| Failure::file("write", path, &error)));
+        }
         if let (Some(path), Some(file)) = (&args.summary, summary_file) {
             let summary = file.finish_with(summary.to_json().as_bytes());
             written = written.and(summary.map_err(|error| Failure::file("write", path, &error)));
@@ -132,6 +138,7 @@ pub(super) fn refuse_same_files(args: &RunArgs) -> Result<(), Failure> {
         ("--state", args.state.as_deref()),
         ("--summary", args.summary.as_deref()),
         ("--black-box", args.black_box.as_deref()),
+        ("--film", args.film.as_deref()),
     ];
     let files: Vec<_> = files.into_iter().filter_map(|(name, path)| Some((name, place(path?)))).collect();
     for (number, (flag, path)) in files.iter().enumerate() {
@@ -193,11 +200,16 @@ impl Camera {
     /// The present picture of `session`.
     pub fn picture(&mut self, session: &mut Session) -> Result<Image, Failure> {
         self.draw(&session.picture())?;
+        self.read()
+    }
+
+    /// What was drawn last.
+    pub fn read(&self) -> Result<Image, Failure> {
         Ok(self.target.read(&self.gpu)?)
     }
 
     pub fn write(&mut self, name: &str, session: &Session) -> Result<(), Failure> {
-        let image = self.target.read(&self.gpu)?;
+        let image = self.read()?;
         let path = self.folder.join(name);
         write_picture(&image, &path, session)?;
         self.pictures += 1;
@@ -212,6 +224,12 @@ pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Re
 
 /// A picture as a PNG with the settings that made it.
 pub(crate) fn png(image: &Image, session: &Session) -> Vec<u8> {
+    let png = with_settings(session, |text| image.png(text));
+    png.expect("the keywords are those below, and memory takes every byte")
+}
+
+/// What `png` makes of the settings and the state of a session, as keyword and value pairs.
+fn with_settings<T>(session: &Session, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
     let text = [
         ("Software", crate::PROGRAM.to_owned()),
         ("Scene", session.scene().name.clone()),
@@ -220,7 +238,7 @@ pub(crate) fn png(image: &Image, session: &Session) -> Vec<u8> {
         ("StateHash", format!("{:016x}", report::state_hash(session))),
     ];
     let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();
-    image.png(&text).expect("the keywords are those above, and memory takes every byte")
+    png(&text)
 }
 
 /// A picture of the present state, by `camera` if there is one already.
