@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use fixture::{fall, oscillator, report, rest};
 use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Report, Study, Truth};
-use lab::report::{CELLS_HEADER, files, json, table, words};
 use motion::Method;
+use report::{CELLS_HEADER, files, json, table, words};
 
 /// All files before the pictures, which take their time.
 fn texts(report: &Report) -> BTreeMap<String, String> {

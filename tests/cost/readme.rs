@@ -13,8 +13,8 @@ fn the_readme_says_what_the_report_says() {
     let readme = read("README.md");
     let between = readme.split_once("<!-- cost: begin").unwrap().1.split_once("<!-- cost: end").unwrap().0;
     let text = between.split_once("-->\n").unwrap().1;
-    assert_eq!(text, lab::report::brief(study, &report.machine), "run scripts/readme-cost");
-    let everything = format!("## kepler\n\n{}", lab::report::markdown(study, &report.machine));
+    assert_eq!(text, report::brief(study, &report.machine), "run scripts/readme-cost");
+    let everything = format!("## kepler\n\n{}", report::markdown(study, &report.machine));
     assert_eq!(read("docs/cost/summary.md"), everything, "run scripts/readme-cost");
 
     let figure = readme

@@ -165,10 +165,10 @@ fn what_is_cheapest_by_time_is_told_at_the_size_that_was_named() {
     // Four evaluations at a price of four.
     let ratio = price(&many, RungeKutta4) / price(&many, SemiImplicitEuler);
     assert!((ratio / 4.0 - 1.0).abs() < 0.06, "{ratio}");
-    let words = lab::report::words(&many).join(" ");
+    let words = report::words(&many).join(" ");
     assert!(words.contains("Cheapest by time with 100,000 bodies"), "{words}");
     assert!(words.contains("semi-implicit Euler is faster than velocity Verlet from "), "{words}");
-    let table = lab::report::brief(&many, &Computer::here());
+    let table = report::brief(&many, &Computer::here());
     for row in ["| 1 = | explicit Euler |", "| 1 = | semi-implicit Euler |", "| 4 | Runge-Kutta 4 |"] {
         assert!(table.contains(row), "{row} is not in {table}");
     }

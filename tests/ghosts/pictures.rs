@@ -30,14 +30,14 @@ fn each_ghost_has_a_line_to_the_reference_in_its_color() {
     let mut film = haunted(scene::load("third_law").unwrap(), 4);
     let frame = film.session.picture();
     let wide = |line: &&Line| line.start_width_px == 1.5 && line.start_color[3] == 0.9;
-    for ink in lab::INKS {
+    for ink in report::INKS {
         let lines = frame.lines.iter().filter(wide).filter(|line| has_color(line.start_color, ink.srgb));
         assert_eq!(lines.count(), 5, "{}", ink.short);
     }
     let reference = frame.translucent.spheres.iter().filter(|ball| has_color(ball.color, [255; 3]));
     let reference: Vec<_> = reference.map(|ball| ball.position).collect();
     assert_eq!(reference.len(), 5);
-    let inked = |line: &&Line| lab::INKS.iter().any(|ink| has_color(line.start_color, ink.srgb));
+    let inked = |line: &&Line| report::INKS.iter().any(|ink| has_color(line.start_color, ink.srgb));
     let mut lines = frame.lines.iter().filter(wide).filter(inked);
     assert!(lines.all(|line| reference.contains(&line.end)), "lines end at it");
     // Eight ghosts beside the solid method, and the reference.

@@ -43,7 +43,7 @@ fn a_row_and_two_columns_alone_are_those_of_the_whole() {
     for text in [&svg, &page] {
         assert!(text.contains(">explodes</text>") && text.contains("hitch: in fixed ticks"));
     }
-    assert_eq!(read("matrix.md"), lab::report::stability::markdown(&found));
+    assert_eq!(read("matrix.md"), report::stability::markdown(&found));
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 5);
 }
 

@@ -9,7 +9,7 @@ fn the_readme_has_the_committed_matrix() {
     let between =
         readme.split_once("<!-- stability: begin").unwrap().1.split_once("<!-- stability: end").unwrap().0;
     let text = between.split_once("-->\n").unwrap().1;
-    assert_eq!(text, lab::report::stability::markdown(&committed()), "run scripts/readme-stability");
+    assert_eq!(text, report::stability::markdown(&committed()), "run scripts/readme-stability");
 }
 
 #[test]

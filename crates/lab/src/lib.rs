@@ -11,10 +11,8 @@ pub mod cost;
 mod distances;
 mod input;
 pub mod limits;
-mod palette;
 mod receipt;
 pub mod recommend;
-pub mod report;
 mod run;
 pub mod stability;
 mod timeline;
@@ -24,7 +22,6 @@ pub use ablation::{Ablation, Absence, ablate};
 pub use attraction::{AttractionTick, attraction_tick};
 pub use distances::{Bodies, Distances};
 pub use input::{Input, asked, give, pending};
-pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use receipt::{Receipt, Row, because, look, receipt, receipt_without};
 pub use run::watch_time;
 pub use timeline::{

@@ -78,13 +78,13 @@ pub(crate) fn cost(args: &CostArgs) -> Result<(), Failure> {
     drop(progress);
     report.complete = true;
     if let Some(folder) = &args.out {
-        for (name, bytes) in lab::report::files(&report) {
+        for (name, bytes) in report::files(&report) {
             write(&folder.join(name), &bytes)?;
         }
     }
     match args.format {
         Format::Table => report.studies.iter().try_for_each(|study| show(&text(study))),
-        Format::Json => show(&lab::report::json(&report)),
+        Format::Json => show(&report::json(&report)),
     }
 }
 
@@ -151,13 +151,13 @@ fn command(args: &CostArgs) -> String {
 }
 
 fn save(report: &Report, folder: Option<&Path>) -> Result<(), Failure> {
-    folder.map_or(Ok(()), |folder| write(&folder.join(FILE), lab::report::json(report).as_bytes()))
+    folder.map_or(Ok(()), |folder| write(&folder.join(FILE), report::json(report).as_bytes()))
 }
 
 fn text(study: &Study) -> String {
     let mut text = format!("{}: {}\n\n", study.subject, study.description);
-    for sentence in lab::report::words(study) {
+    for sentence in report::words(study) {
         text += &format!("  {sentence}\n");
     }
-    text + "\n" + &lab::report::table(study) + "\n"
+    text + "\n" + &report::table(study) + "\n"
 }

@@ -1,9 +1,9 @@
 //! `sandbox stability`: what survives what.
 
 use lab::limits::{self, Oscillator};
-use lab::report::stability as report;
 use lab::stability::Survey;
 use motion::Method;
+use report::stability as pages;
 use scene::{Scene, SceneError, cases, load_case};
 
 use crate::cli::{StabilityArgs, show};
@@ -40,12 +40,12 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let matrix = survey.matrix();
     // First: what was measured is not lost where a file cannot be written.
     match args.format {
-        Format::Table => show(&aligned(&report::table(matrix)))?,
+        Format::Table => show(&aligned(&pages::table(matrix)))?,
         Format::Json => show(&matrix.json())?,
     }
     if let Some(folder) = &args.out {
         let (sections, files) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
-        for (name, bytes) in report::files(matrix, &sections).into_iter().chain(files) {
+        for (name, bytes) in pages::files(matrix, &sections).into_iter().chain(files) {
             write(&folder.join(name), &bytes)?;
         }
     }
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
 }
 
 /// The largest stable steps and the maps, for the page and as files of their own.
-fn largest_steps() -> (Vec<report::Section>, Vec<(&'static str, Vec<u8>)>) {
+fn largest_steps() -> (Vec<pages::Section>, Vec<(&'static str, Vec<u8>)>) {
     let (oscillators, nets) = (limits::oscillators(), limits::nets(NETS));
     let nets: Vec<_> = nets.iter().flat_map(|net| Method::ALL.map(|method| (net, method))).collect();
     let count = u32::try_from(oscillators.len() + nets.len()).unwrap_or(u32::MAX);
@@ -71,11 +71,11 @@ fn largest_steps() -> (Vec<report::Section>, Vec<(&'static str, Vec<u8>)>) {
     let maps = [limits::stiffness_map(MAP_SIDE), limits::damping_map(MAP_SIDE)];
     let [stiffness, damping] = maps.each_ref().map(|map| map.svg().into_bytes());
     let files = vec![
-        ("limits.csv", report::limits_csv(&limits).into_bytes()),
+        ("limits.csv", pages::limits_csv(&limits).into_bytes()),
         ("stiffness-map.svg", stiffness),
         ("damping-map.svg", damping),
     ];
-    (report::sections(&limits, &maps), files)
+    (pages::sections(&limits, &maps), files)
 }
 
 /// Those that are asked for, each once and in the order of the table; all if none is.

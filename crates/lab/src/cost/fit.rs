@@ -74,7 +74,8 @@ impl Study {
     }
 
     /// The least error that is told from round-off, and from the truth's own, of a run of f64 of `steps` steps.
-    pub(crate) fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
+    #[must_use]
+    pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
         let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
         let scale = match accuracy {

@@ -2,11 +2,12 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};
-use lab::{Bodies, Ink, REFERENCE_INK};
+use lab::Bodies;
 use motion::Orientation;
 use motion::snapshot::SpringsOff;
 use pick::Shape;
 use render::{Frame, Instance, Line, Particle};
+use report::{Ink, REFERENCE_INK};
 use scene::{PointRadius, Scene};
 
 use crate::session::{Session, Track, place};

@@ -3,8 +3,8 @@
 use egui::{Align2, Color32, Grid, ProgressBar, RichText, Ui};
 use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
 use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
-use lab::ink;
 use motion::Method;
+use report::ink;
 
 use super::ghosts::swatch;
 use super::{Edit, Model};
@@ -277,7 +277,7 @@ fn foot(ui: &mut Ui, study: &Study, axes: Axes) {
     }
     ui.scope(|ui| {
         ui.set_max_width(WIDTH);
-        for sentence in lab::report::time_words(study) {
+        for sentence in report::time_words(study) {
             ui.label(sentence);
         }
         for note in &study.notes {

@@ -1,7 +1,7 @@
 //! The panel of ghosts: color and distances of each method, and which are drawn. And the distances in the picture.
 
 use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2};
-use lab::{Ink, REFERENCE_INK, ink};
+use report::{Ink, REFERENCE_INK, ink};
 
 use super::hud::{THIN, text};
 use super::{Edit, Model};

@@ -7,8 +7,9 @@ use std::ops::Range;
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use lab::{Bodies, Distances, Failure, Ink, Leader, Twin, asked, ink, pending};
+use lab::{Bodies, Distances, Failure, Leader, Twin, asked, pending};
 use motion::{Method, PreviousPosition, SoftBody, TimeStep, Transform};
+use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};
 
 use super::{Session, drawn};

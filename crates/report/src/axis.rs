@@ -1,0 +1,197 @@
+//! An axis of a figure: its range, where its marks stand, and how they read.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+
+/// A range with marks.
+#[derive(Clone, Debug)]
+pub(crate) struct Axis {
+    low: f64,
+    high: f64,
+    logarithmic: bool,
+    /// Marks with words.
+    labelled: Vec<(f64, String)>,
+    /// Lines without.
+    light: Vec<f64>,
+    /// What it shows, with its unit.
+    pub title: String,
+}
+
+impl Axis {
+    /// In logarithms, a little wider than the positive ones of `values`, with a decade around a single one and a
+    /// stand-in where there is none; `label` writes a mark.
+    pub(crate) fn logarithmic(
+        title: impl Into<String>,
+        values: impl Iterator<Item = f64>,
+        label: impl Fn(f64) -> String,
+    ) -> Self {
+        let (low, high) = values
+            .filter(|value| value.is_finite() && *value > 0.0)
+            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| (low.min(value), high.max(value)));
+        let (low, high) = if high > 0.0 { (low.log10(), high.log10()) } else { (-16.0, 0.0) };
+        let room = (0.04 * (high - low)).max(if high - low < 0.5 { 0.3 } else { 0.08 });
+        let (low, high) = (low - room, high + room);
+        let mut axis = Self {
+            low: 10f64.powf(low),
+            high: 10f64.powf(high),
+            logarithmic: true,
+            labelled: Vec::new(),
+            light: Vec::new(),
+            title: title.into(),
+        };
+        axis.mark(low, high, label);
+        axis
+    }
+
+    /// Marks at powers of ten, or also between them where there are few.
+    fn mark(&mut self, low: f64, high: f64, label: impl Fn(f64) -> String) {
+        #[expect(clippy::cast_possible_truncation, reason = "exponents of f64")]
+        let (first, last) = (low.floor() as i32, high.ceil() as i32);
+        let every = ((last - first) / 9 + 1).max(1);
+        let between: &[f64] = if high - low < 1.2 {
+            &[2.0, 3.0, 5.0]
+        } else if high - low < 2.5 {
+            &[3.0]
+        } else {
+            &[]
+        };
+        for exponent in first..=last {
+            // Not by powi: 10^-5 is to be the number that is written 1e-5.
+            let decade: f64 = format!("1e{exponent}").parse().unwrap_or(f64::NAN);
+            if exponent.rem_euclid(every) == 0 {
+                self.labelled.push((decade, label(decade)));
+                self.labelled.extend(between.iter().map(|times| (times * decade, label(times * decade))));
+            } else {
+                self.light.push(decade);
+            }
+            if last - first < 8 {
+                self.light.extend((2..10).map(|times| f64::from(times) * decade));
+            }
+        }
+        let (low, high) = (self.low, self.high);
+        self.labelled.retain(|(value, _)| (low..=high).contains(value));
+        self.light.retain(|value| (low..=high).contains(value));
+    }
+
+    /// In logarithms with marks at `values` only, ascending, and words where there is room for them.
+    pub(crate) fn rungs(title: impl Into<String>, values: &[(f64, String)]) -> Self {
+        let mut axis = Self::logarithmic(title, values.iter().map(|(value, _)| *value), |_| String::new());
+        axis.labelled.clear();
+        axis.light.clear();
+        let mut next = 0.0;
+        for (value, label) in values {
+            let place = axis.place(*value);
+            if place >= next {
+                next = place + 0.075;
+                axis.labelled.push((*value, label.clone()));
+            } else {
+                axis.light.push(*value);
+            }
+        }
+        axis
+    }
+
+    /// From 0 to `high`.
+    pub(crate) fn linear(title: impl Into<String>, high: f64, label: impl Fn(f64) -> String) -> Self {
+        let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
+        let decade = 10f64.powf((high / 4.0).log10().floor());
+        let step = [1.0, 2.0, 2.5, 5.0, 10.0]
+            .map(|times| times * decade)
+            .into_iter()
+            .find(|step| high / step <= 8.0);
+        let step = step.unwrap_or(high);
+        let marks = (0..=8).map(|i| f64::from(i) * step).filter(|mark| *mark <= high * (1.0 + 1e-9));
+        Self {
+            low: 0.0,
+            high,
+            logarithmic: false,
+            labelled: marks.map(|mark| (mark, label(mark))).collect(),
+            light: Vec::new(),
+            title: title.into(),
+        }
+    }
+
+    /// The same with a part of its length added at the high end.
+    pub(crate) fn with_room(mut self, part: f64) -> Self {
+        self.high *= (self.high / self.low).powf(part);
+        self
+    }
+
+    /// Where a value stands, 0 at the low end and 1 at the high one; what lies outside stands at the end.
+    pub(crate) fn place(&self, value: f64) -> f64 {
+        let at = if self.logarithmic {
+            (value / self.low).ln() / (self.high / self.low).ln()
+        } else {
+            (value - self.low) / (self.high - self.low)
+        };
+        if at.is_nan() { 0.0 } else { at.clamp(0.0, 1.0) }
+    }
+
+    /// Whether a value is within.
+    pub(crate) fn holds(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        limit.0 + (self.place(*value) * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() {
+            self.light.clone()
+        } else {
+            self.labelled.iter().map(|(value, _)| *value).collect()
+        }
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.low..self.high
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    fn format_ext(&self, value: &f64) -> String {
+        let mark = self.labelled.iter().find(|(mark, _)| mark.to_bits() == value.to_bits());
+        mark.map(|(_, label)| label.clone()).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numbers::number;
+
+    fn labels(axis: &Axis) -> Vec<&str> {
+        axis.labelled.iter().map(|(_, label)| label.as_str()).collect()
+    }
+
+    #[test]
+    fn marks_stand_at_powers_of_ten() {
+        let axis = Axis::logarithmic("error", [1e-3, 1.0].into_iter(), |value| number(value, 1));
+        assert_eq!(labels(&axis), ["0.001", "0.01", "0.1", "1"]);
+        assert!(axis.place(1e-3) > 0.0 && axis.place(1.0) < 1.0);
+        let middle = axis.place(10f64.powf(-1.5));
+        assert!((middle - 0.5).abs() < 1e-12, "{middle}");
+        assert_eq!((axis.place(0.0), axis.place(1e9), axis.place(f64::NAN)), (0.0, 1.0, 0.0));
+    }
+
+    #[test]
+    fn there_is_an_axis_for_one_value_and_for_none() {
+        let one = Axis::logarithmic("error", [4.0].into_iter(), |value| number(value, 1));
+        assert_eq!(labels(&one), ["3", "5"]);
+        let none = Axis::logarithmic("error", [0.0, f64::NAN].into_iter(), |value| number(value, 1));
+        assert!(none.holds(1e-8) && !labels(&none).is_empty());
+        assert_eq!(
+            labels(&Axis::linear("t", 10.0, |value| number(value, 2))),
+            ["0", "2", "4", "6", "8", "10"]
+        );
+        assert_eq!(labels(&Axis::linear("t", 0.0, |value| number(value, 2))).len(), 6);
+    }
+}

@@ -1,0 +1,201 @@
+//! The figures of a study.
+
+mod cost;
+mod drift;
+mod precision;
+mod step;
+
+use motion::Method;
+
+pub(crate) use precision::shown as precision_methods;
+
+use super::axis::Axis;
+use super::chart::Drawing;
+use super::numbers::{duration, length, number, power_of_ten, share};
+use super::reading::{methods, ran};
+use crate::palette::ink;
+use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
+
+/// A figure with what a page has to know of it.
+pub(crate) struct Figure {
+    /// Name of the file without the subject and the ending.
+    pub name: String,
+    /// What it answers.
+    pub kind: Kind,
+    /// The picture.
+    pub drawing: Drawing,
+}
+
+/// What a figure shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Error against step.
+    Step(Accuracy),
+    /// Error against cost.
+    Cost(Accuracy, Cost),
+    /// Error against substeps in every precision.
+    Precision,
+    /// Energy over time; whether of the long runs.
+    Drift(bool),
+}
+
+/// The two that are drawn: what one sees, and what methods are usually compared by.
+pub(crate) const ACCURACIES: [Accuracy; 2] = [Accuracy::Position, Accuracy::Relative];
+
+/// Costs of which a study has any.
+pub(crate) fn costs(study: &Study) -> Vec<Cost> {
+    let measured = |cost: &Cost| curves(study).any(|cell| study.cost(cell, *cost).is_some());
+    [Cost::Evaluations, Cost::Time, Cost::RealTime, Cost::Instructions].into_iter().filter(measured).collect()
+}
+
+/// All figures of a study that have anything to show.
+pub(crate) fn figures(study: &Study) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    if curves(study).next().is_some() {
+        figures.extend(ACCURACIES.map(|accuracy| step::figure(study, accuracy)));
+        for cost in costs(study) {
+            figures.extend(ACCURACIES.map(|accuracy| cost::figure(study, accuracy, cost)));
+        }
+    }
+    figures.extend(precision::figure(study));
+    figures.extend([false, true].into_iter().filter_map(|long| drift::figure(study, long)));
+    figures
+}
+
+/// The cells of double precision, of which most figures are.
+fn curves(study: &Study) -> impl Iterator<Item = &Cell> {
+    study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64 && ran(cell))
+}
+
+/// Part of the name of a file, and class of a figure on a page.
+pub(crate) const fn accuracy_name(accuracy: Accuracy) -> &'static str {
+    match accuracy {
+        Accuracy::Relative => "relative",
+        Accuracy::Position => "position",
+        Accuracy::Velocity => "velocity",
+    }
+}
+
+/// Part of the name of a file, and class of a figure on a page.
+pub(crate) const fn cost_name(cost: Cost) -> &'static str {
+    match cost {
+        Cost::Evaluations => "evaluations",
+        Cost::Time => "time",
+        Cost::RealTime => "real-time",
+        Cost::Instructions => "instructions",
+    }
+}
+
+/// "VV x4".
+fn short(cell: &Cell) -> String {
+    format!("{} x{}", ink(cell.setting.method).short, cell.setting.substeps)
+}
+
+/// An error in the unit of its axis.
+fn error_words(accuracy: Accuracy, error: f64) -> String {
+    match accuracy {
+        Accuracy::Relative => number(error, 2),
+        Accuracy::Position => length(error, 2),
+        Accuracy::Velocity => format!("{}/s", length(error, 2)),
+    }
+}
+
+fn cost_words(cost: Cost, value: f64) -> String {
+    match cost {
+        Cost::Evaluations => format!("{} evaluations per body per s", number(value, 3)),
+        Cost::Time => format!("{} per body per s", duration(value, 2)),
+        Cost::RealTime => format!("{} of real time", share(value, 2)),
+        Cost::Instructions => format!("{} instructions per s", number(value, 3)),
+    }
+}
+
+/// What shows under the pointer at a point.
+fn tooltip(study: &Study, cell: &Cell, accuracy: Accuracy, cost: Cost) -> String {
+    let error =
+        study.error(cell, accuracy).map_or_else(|| "failed".to_owned(), |error| error_words(accuracy, error));
+    let price =
+        study.cost(cell, cost).map_or_else(String::new, |price| format!(", {}", cost_words(cost, price)));
+    let step = duration(1e9 * study.step_s(cell.setting), 3);
+    let title = cell.setting.method.claims().title;
+    format!("{title} x {} (steps of {step}): {error}{price}", cell.setting.substeps)
+}
+
+/// A floor that errors come near; one that is far below them would take the room of the curves.
+fn in_sight<'a>(
+    study: &Study,
+    accuracy: Accuracy,
+    cells: impl Iterator<Item = &'a Cell>,
+    floor: f64,
+) -> Option<f64> {
+    let errors = cells.filter_map(|cell| study.error(cell, accuracy)).filter(|error| *error > 0.0);
+    let least = errors.fold(f64::INFINITY, f64::min);
+    (floor > 0.0 && floor > 1e-3 * least).then_some(floor)
+}
+
+/// The axis of errors, with room for failures at its top. An error of 0 stands at its foot.
+fn error_axis<'a>(
+    study: &Study,
+    accuracy: Accuracy,
+    cells: impl Iterator<Item = &'a Cell>,
+    also: Option<f64>,
+) -> Axis {
+    let mut crosses = 0;
+    let errors: Vec<_> = cells
+        .filter_map(|cell| {
+            let error = study.error(cell, accuracy);
+            crosses += usize::from(error.is_none());
+            error
+        })
+        .chain(also)
+        .collect();
+    let room = if crosses > 0 { 0.1 } else { 0.02 };
+    match accuracy {
+        Accuracy::Relative => {
+            Axis::logarithmic("error, relative to the motion", errors.into_iter(), power).with_room(room)
+        }
+        Accuracy::Position => {
+            Axis::logarithmic("error of positions", errors.into_iter(), |value| length(value, 1))
+                .with_room(room)
+        }
+        Accuracy::Velocity => {
+            let label = |value| format!("{}/s", length(value, 1));
+            Axis::logarithmic("error of velocities", errors.into_iter(), label).with_room(room)
+        }
+    }
+}
+
+/// A mark of an axis without unit: a power of ten, or a digit times one.
+fn power(value: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64")]
+    let exponent = value.log10().floor() as i32;
+    let digit = (value / 10f64.powi(exponent)).round();
+    if (-2..=3).contains(&exponent) {
+        number(value, 1)
+    } else if digit > 1.0 {
+        format!("{digit}·{}", power_of_ten(exponent))
+    } else {
+        power_of_ten(exponent)
+    }
+}
+
+/// Methods with cells of double precision, each with its points and failures by `place`.
+fn plotted<'a>(
+    study: &'a Study,
+    accuracy: Accuracy,
+    place: impl Fn(&Cell) -> Option<f64> + 'a,
+) -> impl Iterator<Item = (Method, Vec<(&'a Cell, f64, Option<f64>)>)> {
+    methods(study, Precision::F64).into_iter().map(move |method| {
+        let cells = study.curve(method, Precision::F64).filter(|cell| ran(cell));
+        let placed = cells.filter_map(|cell| Some((cell, place(cell)?, study.error(cell, accuracy))));
+        (method, placed.collect())
+    })
+}
+
+/// Runs of neighbours that went through: a line does not pass over a failure.
+fn unbroken(points: &[(&Cell, f64, Option<f64>)]) -> Vec<Vec<(f64, f64)>> {
+    points
+        .split(|(.., error)| error.is_none())
+        .filter(|part| part.len() > 1)
+        .map(|part| part.iter().filter_map(|(_, x, error)| Some((*x, (*error)?))).collect())
+        .collect()
+}

@@ -1,0 +1,113 @@
+//! Error against cost: the lower left is best.
+
+use super::{
+    Figure, Kind, accuracy_name, cost_name, curves, error_axis, plotted, power, short, tooltip, unbroken,
+};
+use crate::axis::Axis;
+use crate::chart::Chart;
+use crate::numbers::{duration, fold, number, share};
+use crate::reading::{place, ran};
+use crate::words;
+use lab::cost::{Accuracy, Cost, Precision, Study};
+
+/// Decades between the costs and the budget beyond which the budget stands at the edge: an axis that reached it would
+/// crowd the points into a corner.
+const FAR: f64 = 300.0;
+
+pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Figure {
+    let costs = || curves(study).filter_map(|cell| place(study, cell, cost)).filter(|cost| *cost > 0.0);
+    let highest = costs().fold(0.0, f64::max);
+    let budget = budget(study, cost).filter(|_| highest > 0.0);
+    let near = budget.filter(|(at, _)| *at < FAR * highest).map(|(at, _)| at);
+    let x = Axis::logarithmic(title(cost), costs().chain(near), label(cost));
+    let y = error_axis(study, accuracy, curves(study), None);
+    let mut chart =
+        Chart::new(format!("{}: error against cost, in double precision", study.subject), x, y, 620);
+    let front = study.front(accuracy, cost);
+    let point = |cell| Some((study.cost(cell, cost)?, study.error(cell, accuracy)?));
+    let line: Vec<_> = front.iter().copied().filter_map(point).collect();
+    chart.front(&line);
+    if let Some((at, words)) = &budget {
+        let times = match near {
+            Some(_) => String::new(),
+            None => format!(", {} times further right", fold(at / highest)),
+        };
+        chart.upright(*at, &format!("{words}{times}"));
+    }
+    draw(&mut chart, study, accuracy, cost);
+    for cell in &front {
+        if let Some((x, y)) = point(cell) {
+            chart.name(x, y, &short(cell));
+        }
+    }
+    let own = curves(study).find(|cell| cell.setting == study.own);
+    if let Some((x, y)) = own.and_then(point) {
+        let words = own.map(|cell| words::setting(study, cell)).unwrap_or_default();
+        chart.ring(x, y, &format!("as the scene is set: {words}"));
+        chart.legend_ring("as the scene is set");
+    }
+    if budget.is_some() {
+        chart.legend_budget("budget of 60 frames a second");
+    }
+    Figure {
+        name: format!("error-cost-{}-{}", cost_name(cost), accuracy_name(accuracy)),
+        kind: Kind::Cost(accuracy, cost),
+        drawing: chart.finish(),
+    }
+}
+
+fn draw(chart: &mut Chart, study: &Study, accuracy: Accuracy, cost: Cost) {
+    let (mut failed, mut unpriced) = (false, 0);
+    for (method, points) in plotted(study, accuracy, move |cell| place(study, cell, cost)) {
+        for part in unbroken(&points) {
+            chart.curve(method, Precision::F64, &part);
+        }
+        for (cell, x, error) in &points {
+            let words = tooltip(study, cell, accuracy, cost);
+            match error {
+                Some(error) => chart.point(method, *x, *error, &words),
+                None => chart.failure(method, *x, &words),
+            }
+            failed |= error.is_none();
+        }
+        unpriced += study.curve(method, Precision::F64).filter(|cell| ran(cell)).count() - points.len();
+        chart.legend_method(method, method.claims().title);
+    }
+    chart.legend_gap();
+    chart.legend_front("front: none cheaper and better");
+    if failed {
+        chart.legend_failure("failed run, at its cost");
+    }
+    if unpriced > 0 {
+        chart.legend_note(&format!("{unpriced} runs without this cost"));
+    }
+}
+
+const fn title(cost: Cost) -> &'static str {
+    match cost {
+        Cost::Evaluations => "evaluations of a body's acceleration per simulated second",
+        Cost::Time => "thread CPU time per body per simulated second",
+        Cost::RealTime => "thread CPU time of the whole, as a part of the time that it simulates",
+        Cost::Instructions => "instructions of the whole per simulated second",
+    }
+}
+
+const fn label(cost: Cost) -> fn(f64) -> String {
+    match cost {
+        Cost::Evaluations => |value| number(value, 1),
+        Cost::Time => |value| duration(value, 1),
+        Cost::RealTime => |value| share(value, 1),
+        Cost::Instructions => power,
+    }
+}
+
+/// Where a frame of 60 a second is full, and what to call it.
+#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
+fn budget(study: &Study, cost: Cost) -> Option<(f64, &'static str)> {
+    let words = "budget: all of a frame at 60 a second";
+    match cost {
+        Cost::RealTime => Some((1.0, words)),
+        Cost::Time => Some((1e9 / study.size() as f64, words)),
+        Cost::Evaluations | Cost::Instructions => None,
+    }
+}

@@ -1,0 +1,62 @@
+//! Energy that methods invent or lose, over time.
+
+use super::{Figure, Kind, power};
+use crate::axis::Axis;
+use crate::chart::Chart;
+use crate::numbers::{number, share};
+use crate::reading::{Growth, growth};
+use lab::cost::{Drift, Study};
+
+/// Residuals below the round-off of one sum are drawn at it: a logarithm has no zero.
+const FOOT: f64 = 1e-17;
+
+pub(super) fn figure(study: &Study, long: bool) -> Option<Figure> {
+    let drifts: Vec<_> = study.drifts.iter().filter(|drift| drift.long == long).collect();
+    let simulated_s = drifts.iter().map(|drift| drift.simulated_s).reduce(f64::max)?;
+    let lines: Vec<_> = drifts.iter().map(|drift| largest_so_far(drift)).collect();
+    let x = Axis::linear("simulated time, s", simulated_s, |value| number(value, 3));
+    let residuals = lines.iter().flatten().map(|(_, residual)| *residual);
+    let y = Axis::logarithmic("energy invented or lost so far, relative", residuals, power);
+    let run = if long { "a long run" } else { "a short run" };
+    let title = format!("{}: energy over {run}, in double precision", study.subject);
+    let mut chart = Chart::new(title, x, y, 540);
+    for (drift, line) in drifts.iter().zip(&lines) {
+        let method = drift.setting.method;
+        let name = format!("{} x{}", method.claims().title, drift.setting.substeps);
+        let words = format!("{name}: {}", fate(drift));
+        chart.curve(method, drift.setting.precision, line);
+        if let Some((time, residual)) = line.last() {
+            chart.point(method, *time, *residual, &words);
+        }
+        if drift.largest.is_none() {
+            chart.failure(method, line.last().map_or(0.0, |(time, _)| *time), &words);
+        }
+        chart.legend_method(method, &name);
+        chart.legend_detail(&fate(drift));
+    }
+    let name = if long { "energy-long" } else { "energy-short" };
+    Some(Figure { name: name.to_owned(), kind: Kind::Drift(long), drawing: chart.finish() })
+}
+
+/// Times, and the largest residual until then: what swings through zero is no better for it.
+fn largest_so_far(drift: &Drift) -> Vec<(f64, f64)> {
+    let finite = drift.series.iter().take_while(|(_, residual)| residual.is_finite());
+    let mut largest = FOOT;
+    finite
+        .map(|(time, residual)| {
+            largest = largest.max(residual.abs());
+            (*time, largest)
+        })
+        .collect()
+}
+
+fn fate(drift: &Drift) -> String {
+    match growth(drift) {
+        Some(Growth::RoundOff) => "round-off".to_owned(),
+        Some(Growth::Bounded) => format!("within {}", share(drift.largest.unwrap_or(f64::NAN), 2)),
+        Some(Growth::Grows(power)) => format!("grows as t^{power:.1}"),
+        Some(Growth::Lost) => "most of it lost".to_owned(),
+        Some(Growth::Invented) => "most of it invented".to_owned(),
+        None => "failed".to_owned(),
+    }
+}

@@ -1,0 +1,60 @@
+//! Error against step: on logarithms a method of order p has slope p.
+
+use super::{
+    Figure, Kind, accuracy_name, curves, error_axis, error_words, in_sight, plotted, tooltip, unbroken,
+};
+use crate::axis::Axis;
+use crate::chart::Chart;
+use crate::numbers::duration;
+use lab::cost::{Accuracy, Cost, Precision, Study};
+
+pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Figure {
+    let own_error = match accuracy {
+        Accuracy::Relative => study.truth.own_error().0,
+        _ => study.truth.own_error().1,
+    };
+    let x = Axis::logarithmic("step", curves(study).map(|cell| study.step_s(cell.setting)), |seconds| {
+        duration(1e9 * seconds, 1)
+    });
+    let floor = in_sight(study, accuracy, curves(study), own_error);
+    let y = error_axis(study, accuracy, curves(study), floor);
+    let mut chart =
+        Chart::new(format!("{}: error against step, in double precision", study.subject), x, y, 620);
+    if let Some(floor) = floor {
+        chart.level(
+            floor,
+            &format!("error of the reference itself, {}", error_words(accuracy, floor)),
+            false,
+        );
+    }
+    let mut failed = false;
+    for (method, points) in plotted(study, accuracy, |cell| Some(study.step_s(cell.setting))) {
+        for part in unbroken(&points) {
+            chart.curve(method, Precision::F64, &part);
+        }
+        for (cell, x, error) in &points {
+            let words = tooltip(study, cell, accuracy, Cost::Evaluations);
+            match error {
+                Some(error) => chart.point(method, *x, *error, &words),
+                None => chart.failure(method, *x, &words),
+            }
+            failed |= error.is_none();
+        }
+        let order = study.order(method, accuracy).filter(|order| order.is_finite());
+        let order = order.map_or_else(String::new, |order| format!(": {order:.2}"));
+        chart.legend_method(method, &format!("{}{order}", method.claims().title));
+    }
+    chart.legend_note("numbers are fitted orders");
+    if own_error > 0.0 && floor.is_none() {
+        chart.legend_note(&format!("the reference's own error is {}", error_words(accuracy, own_error)));
+    }
+    if failed {
+        chart.legend_gap();
+        chart.legend_failure("failed run");
+    }
+    Figure {
+        name: format!("error-step-{}", accuracy_name(accuracy)),
+        kind: Kind::Step(accuracy),
+        drawing: chart.finish(),
+    }
+}

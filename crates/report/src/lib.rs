@@ -1,0 +1,88 @@
+//! The report of a study: a page, figures, tables and data, and what they say in words.
+//!
+//! Everything here is a function of the data; nothing is measured, and no file is written.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
+
+mod axis;
+mod chart;
+mod choice;
+mod figures;
+mod marks;
+mod numbers;
+mod page;
+mod palette;
+mod picture;
+mod ranking;
+mod reading;
+pub mod stability;
+mod summary;
+mod tables;
+mod words;
+
+use figures::{Figure, figures};
+use lab::cost::{Report, Study};
+use picture::Fonts;
+
+pub use palette::{INKS, Ink, REFERENCE_INK, ink};
+pub use summary::{brief, markdown};
+pub use tables::{CELLS_HEADER, table};
+pub use words::{time_words, words};
+
+/// The files of a report by their names, none of which has a folder: `report.html` with everything in it, `report.json`
+/// as [`Report`] is read again, `summary.md`, `cells.csv`, `drift.csv`, `rates.csv`, each figure as SVG, and last, because
+/// they take the longest, each as PNG. They are made one at a time as they are asked for.
+pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
+    let texts: [(&str, fn(&Report) -> String); 6] = [
+        ("report.html", page::page),
+        ("report.json", json),
+        ("summary.md", summary),
+        ("cells.csv", tables::cells_csv),
+        ("drift.csv", tables::drift_csv),
+        ("rates.csv", tables::rates_csv),
+    ];
+    let texts = texts.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
+    let figures = drawn(report).map(|(name, svg)| (format!("{name}.svg"), svg.into_bytes()));
+    let fonts = Fonts::new();
+    let pictures = drawn(report).map(move |(name, svg)| (format!("{name}.png"), fonts.png(&svg)));
+    texts.chain(figures).chain(pictures)
+}
+
+/// The report as it is read again.
+#[must_use]
+pub fn json(report: &Report) -> String {
+    serde_json::to_string_pretty(report).expect("a report is plain data") + "\n"
+}
+
+/// What every study found, as Markdown.
+fn summary(report: &Report) -> String {
+    let part = |study: &Study| format!("## {}\n\n{}", study.subject, markdown(study, &report.machine));
+    report.studies.iter().map(part).collect::<Vec<_>>().join("\n")
+}
+
+/// Figures as SVG documents, by their names without an ending.
+fn drawn(report: &Report) -> impl Iterator<Item = (String, String)> {
+    report.studies.iter().zip(slugs(&report.studies)).flat_map(|(study, slug)| {
+        let named = move |figure: Figure| (format!("{slug}-{}", figure.name), figure.drawing.document());
+        figures(study).into_iter().map(named)
+    })
+}
+
+/// Names of files and anchors for subjects, which may be paths: letters, digits and dashes, no two alike.
+fn slugs(studies: &[Study]) -> Vec<String> {
+    let mut slugs: Vec<String> = Vec::new();
+    for study in studies {
+        let stem = study.subject.rsplit(['/', '\\']).next().unwrap_or_default();
+        let stem = stem.strip_suffix(".ron").unwrap_or(stem);
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
+        let mut slug: String = stem.chars().map(plain).collect();
+        if slug.is_empty() {
+            slug.push_str("study");
+        }
+        if slugs.contains(&slug) {
+            slug = format!("{slug}-{}", slugs.len() + 1);
+        }
+        slugs.push(slug);
+    }
+    slugs
+}

@@ -1,0 +1,297 @@
+//! What a study answers: comparisons at equal cost, the cheapest setting for an error, what never pays.
+
+use motion::Method;
+
+use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Setting, Study};
+
+/// Errors in words are those of positions, which is what one sees.
+pub(crate) const SEEN: Accuracy = Accuracy::Position;
+
+/// Costs that differ by less than this part are equal: rungs are a factor of two apart, and a start-up evaluation or two
+/// is not what a comparison hangs on.
+const EQUAL: f64 = 0.15;
+
+/// Steps at which an error exceeds this part of the motion are too coarse for anything.
+const USABLE: f64 = 0.1;
+
+/// Methods that have cells of that precision, in the order of the table.
+pub(crate) fn methods(study: &Study, precision: Precision) -> Vec<Method> {
+    Method::ALL.into_iter().filter(|method| study.curve(*method, precision).next().is_some()).collect()
+}
+
+/// Whether a cell stands for a run, be it a failed one.
+pub(crate) const fn ran(cell: &Cell) -> bool {
+    !matches!(cell.outcome, Outcome::Failed(Failure::NotRun))
+}
+
+/// Whether the truth itself is too uncertain to tell any usable run from any other.
+pub(crate) fn doubtful(study: &Study) -> bool {
+    let (_, own_m) = study.truth.own_error();
+    own_m.is_nan() || 10.0 * own_m > USABLE * study.position_scale_m
+}
+
+/// Whether any body moves at all.
+pub(crate) fn moves(study: &Study) -> bool {
+    let errs = |cell: &Cell| cell.errors().is_none_or(|errors| errors.relative > 0.0);
+    study.velocity_scale_m_s > 0.0 || study.cells.iter().any(errs)
+}
+
+/// Whether the error is more than round-off and the truth's own.
+pub(crate) fn told(study: &Study, cell: &Cell, error: f64) -> bool {
+    error > study.trusted(cell, SEEN)
+}
+
+/// Whether the positions of a run that went through are near enough to the truth to be of use.
+pub(crate) fn usable(study: &Study, cell: &Cell) -> bool {
+    cell.errors().is_some_and(|errors| errors.position_m <= USABLE * study.position_scale_m)
+}
+
+/// Two methods at one cost.
+pub(crate) struct Round<'a> {
+    /// Evaluations of one body a simulated second.
+    pub evaluations: f64,
+    /// Cell of the one method.
+    pub first: &'a Cell,
+    /// Cell of the other.
+    pub second: &'a Cell,
+}
+
+impl Round<'_> {
+    /// How many times the error of the first one that of the second is, where both went through and differ by more than
+    /// round-off.
+    pub(crate) fn factor(&self, study: &Study) -> Option<f64> {
+        let (first, second) = (study.error(self.first, SEEN)?, study.error(self.second, SEEN)?);
+        if !told(study, self.first, first) && !told(study, self.second, second) {
+            return None;
+        }
+        let factor = second / first;
+        (factor.is_finite() && factor > 0.0).then_some(factor)
+    }
+}
+
+/// Every rung of `first` beside the rung of `second` that takes as many evaluations.
+pub(crate) fn rounds(study: &Study, first: Method, second: Method) -> Vec<Round<'_>> {
+    let evaluations = |cell| place(study, cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
+    let near = |at: f64| {
+        study
+            .curve(second, Precision::F64)
+            .filter_map(|cell| Some((cell, (evaluations(cell)? / at).ln().abs())))
+            .filter(|(_, distance)| *distance < EQUAL)
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    study
+        .curve(first, Precision::F64)
+        .filter_map(|cell| {
+            let evaluations = evaluations(cell)?;
+            Some(Round { evaluations, first: cell, second: near(evaluations)?.0 })
+        })
+        .collect()
+}
+
+/// The finest round in which both are usable, and neither is round-off.
+pub(crate) fn best_round<'a>(study: &Study, rounds: &'a [Round<'a>]) -> Option<(&'a Round<'a>, f64)> {
+    let clear = |cell: &Cell| {
+        usable(study, cell) && study.error(cell, SEEN).is_some_and(|error| told(study, cell, error))
+    };
+    let mut fit = rounds.iter().rev().filter(|round| clear(round.first) && clear(round.second));
+    fit.find_map(|round| Some((round, round.factor(study)?)))
+}
+
+/// Where the second method becomes the better one at equal cost: (cost, error, m). `None` if round-off alone decides
+/// there, or if it is hardly better even with the finest steps.
+pub(crate) fn turn(study: &Study, second: Method, first: Method, cost: Cost) -> Option<(f64, f64)> {
+    let (at, error) = study.overtakes(second, first, SEEN, cost)?;
+    let floor =
+        study.curve(second, Precision::F64).map(|cell| study.trusted(cell, SEEN)).fold(f64::MAX, f64::min);
+    let rounds = rounds(study, second, first);
+    let better = rounds.iter().rev().find_map(|round| round.factor(study)).is_some_and(|factor| factor > 1.2);
+    (error > floor && at.is_finite() && better).then_some((at, error))
+}
+
+/// Whether no step of a method can be told from the truth.
+pub(crate) fn exact(study: &Study, method: Method) -> bool {
+    let mut cells = study.curve(method, Precision::F64).peekable();
+    cells.peek().is_some()
+        && cells.all(|cell| study.error(cell, SEEN).is_some_and(|error| !told(study, cell, error)))
+}
+
+/// What the table claims of the order of positions. Methods that take more evaluations under laws of velocity show by
+/// that whether the scene has such laws; where none of them was run, it is not known.
+pub(crate) fn claimed_orders(study: &Study, method: Method) -> Vec<u32> {
+    let claims = method.claims();
+    let (plain, with_velocity) = (claims.position_order, claims.order_with_velocity_laws);
+    match velocity_laws(study) {
+        Some(true) => vec![with_velocity],
+        Some(false) => vec![plain],
+        None if plain == with_velocity => vec![plain],
+        None => vec![plain, with_velocity],
+    }
+}
+
+fn velocity_laws(study: &Study) -> Option<bool> {
+    let telling =
+        |method: &Method| method.claims().evaluations_with_velocity_laws > method.claims().evaluations;
+    let method = Method::ALL
+        .into_iter()
+        .find(|method| telling(method) && methods(study, Precision::F64).contains(method))?;
+    let cell = study.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last()?;
+    let steps = study.step_hz * f64::from(cell.setting.substeps);
+    let a_step = study.cost(cell, Cost::Evaluations)? / steps;
+    let claims = method.claims();
+    Some(a_step > 0.5 * f64::from(claims.evaluations + claims.evaluations_with_velocity_laws))
+}
+
+/// Where a cell stands on an axis of costs. A run that failed stopped counting when it did: it would have cost what its
+/// method claims.
+pub(crate) fn place(study: &Study, cell: &Cell, cost: Cost) -> Option<f64> {
+    let counted = study.cost(cell, cost);
+    if cost != Cost::Evaluations || cell.errors().is_some() {
+        return counted;
+    }
+    let claims = cell.setting.method.claims();
+    let a_step = if velocity_laws(study) == Some(true) {
+        claims.evaluations_with_velocity_laws
+    } else {
+        claims.evaluations
+    };
+    let claimed = f64::from(a_step) / study.step_s(cell.setting);
+    counted.map(|counted| counted.max(claimed))
+}
+
+/// A measured order that is not the claimed one.
+pub(crate) struct Odd {
+    /// The method.
+    pub method: Method,
+    /// What was measured.
+    pub shows: f64,
+    /// The nearest of what the table says.
+    pub claimed: u32,
+}
+
+/// Methods whose order is off by more than a quarter, among those that were run finely enough to have one.
+pub(crate) fn odd_orders(study: &Study) -> Vec<Odd> {
+    methods(study, Precision::F64)
+        .into_iter()
+        .filter_map(|method| {
+            let finest = study.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last()?;
+            let shows = study.order(method, SEEN).filter(|_| usable(study, finest))?;
+            let off = |order: &u32| (shows - f64::from(*order)).abs();
+            let claimed =
+                claimed_orders(study, method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+            (off(&claimed) > 0.25).then_some(Odd { method, shows, claimed })
+        })
+        .collect()
+}
+
+/// The setting of a curve with the least error, and whether finer steps were run that are worse by a fifth or more.
+pub(crate) fn floor(study: &Study, method: Method, precision: Precision) -> Option<(&Cell, f64, bool)> {
+    let points: Vec<_> =
+        study.curve(method, precision).filter_map(|cell| Some((cell, study.error(cell, SEEN)?))).collect();
+    let (best, least) = points.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let worse = points
+        .iter()
+        .any(|(cell, error)| cell.setting.substeps > best.setting.substeps && *error > 1.2 * least);
+    Some((best, least, worse))
+}
+
+/// How the residual of energy goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Growth {
+    /// No more than sums of round-off.
+    RoundOff,
+    /// It swings within bounds.
+    Bounded,
+    /// It grows as this power of the time.
+    Grows(f64),
+    /// More than half of the energy is gone at the end.
+    Lost,
+    /// More than half of the energy was invented on the way.
+    Invented,
+}
+
+/// `None` where the run failed or is too short to say.
+pub(crate) fn growth(drift: &Drift) -> Option<Growth> {
+    let largest = drift.largest?;
+    if largest < 1e-11 {
+        return Some(Growth::RoundOff);
+    }
+    let (end, residual) = *drift.series.last()?;
+    if residual < -0.5 {
+        return Some(Growth::Lost);
+    }
+    let peak = |later: bool| {
+        let part = drift.series.iter().filter(|(time, _)| (*time > 0.5 * end) == later);
+        part.map(|(_, residual)| residual.abs()).fold(0.0, f64::max)
+    };
+    let (early, late) = (peak(false), peak(true));
+    // Samples that keep step with the motion miss its peaks, and then say nothing about growth.
+    let seen = late > 0.5 * largest;
+    Some(if seen && early > 0.0 && late > 1.3 * early {
+        Growth::Grows((late / early).log2())
+    } else if largest > 0.5 {
+        // Relative to what it became: it cannot grow much beyond.
+        Growth::Invented
+    } else {
+        Growth::Bounded
+    })
+}
+
+/// Failed runs of one method in one precision, for one kind of reason.
+pub(crate) struct FailedRuns<'a> {
+    /// The method.
+    pub method: Method,
+    /// Its precision.
+    pub precision: Precision,
+    /// The substeps of each, and its reason.
+    pub runs: Vec<(u32, &'a Failure)>,
+}
+
+impl FailedRuns<'_> {
+    /// The substeps of all.
+    pub(crate) fn substeps(&self) -> Vec<String> {
+        self.runs.iter().map(|(substeps, _)| format!("x {substeps}")).collect()
+    }
+
+    /// The reason of all.
+    pub(crate) fn why(&self) -> String {
+        let steps = || {
+            self.runs.iter().filter_map(|(_, failure)| match failure {
+                Failure::Unconverged { steps } => Some(*steps),
+                _ => None,
+            })
+        };
+        let first = self.runs.iter().min_by_key(|(_, failure)| match failure {
+            Failure::Quarantined { tick, .. } => *tick,
+            _ => 0,
+        });
+        match (first, steps().min(), steps().max()) {
+            (_, Some(least), Some(most)) if least < most => {
+                format!("{least} to {most} steps did not converge")
+            }
+            (Some((_, failure @ Failure::Quarantined { .. })), ..) if self.runs.len() > 1 => {
+                format!("bodies were quarantined; the first: {failure}")
+            }
+            (Some((_, failure)), ..) => failure.to_string(),
+            (None, ..) => String::new(),
+        }
+    }
+}
+
+/// Failed runs by method, precision and kind of reason, in the order of the cells.
+pub(crate) fn failures(study: &Study) -> Vec<FailedRuns<'_>> {
+    let mut groups: Vec<FailedRuns<'_>> = Vec::new();
+    for cell in study.cells.iter().filter(|cell| ran(cell)) {
+        let Outcome::Failed(failure) = &cell.outcome else { continue };
+        let Setting { method, precision, substeps } = cell.setting;
+        let alike = |group: &&mut FailedRuns<'_>| {
+            let kind = |failure: &Failure| std::mem::discriminant(failure);
+            (group.method, group.precision) == (method, precision)
+                && group.runs.iter().all(|(_, other)| kind(other) == kind(failure))
+        };
+        match groups.iter_mut().find(alike) {
+            Some(group) => group.runs.push((substeps, failure)),
+            None => groups.push(FailedRuns { method, precision, runs: vec![(substeps, failure)] }),
+        }
+    }
+    groups
+}
