@@ -132,7 +132,7 @@ pub trait Lanes<S: Simd, T>: SimdFloat<S, Element = T> {
 }
 
 macro_rules! real {
-    ($t:ident, $vector:ident, $matrix:ident, $lanes:ident, $bytes:ident, $snap:literal, $sin:ident, $cos:ident, $exp:ident, $expm1:ident, $hypot:ident, $of:ident) => {
+    ($t:ident, $vector:ident, $matrix:ident, $lanes:ident, $bytes:ident, $snap:literal, $sin:ident, $cos:ident, $exp:ident, $expm1:ident, $hypot:ident) => {
         impl Real for $t {
             type Vector = glam::$vector;
             type Matrix = glam::$matrix;
@@ -202,7 +202,7 @@ macro_rules! real {
             }
             #[inline(always)]
             fn of(v: glam::DVec3) -> Self {
-                v.$of()
+                Self::from_array(v.to_array().map(<$t as Real>::of))
             }
             #[inline(always)]
             fn dot(self, other: Self) -> $t {
@@ -260,17 +260,5 @@ macro_rules! real {
     };
 }
 
-real!(f64, DVec3, DMat3, f64x4, u8x32, 1e-290, sin, cos, exp, expm1, hypot, same);
-real!(f32, Vec3, Mat3, f32x4, u8x16, 1e-30, sinf, cosf, expf, expm1f, hypotf, as_vec3);
-
-/// Converts `DVec3` to itself, which glam has no method for.
-trait AsSame {
-    fn same(self) -> Self;
-}
-
-impl AsSame for glam::DVec3 {
-    #[inline(always)]
-    fn same(self) -> Self {
-        self
-    }
-}
+real!(f64, DVec3, DMat3, f64x4, u8x32, 1e-290, sin, cos, exp, expm1, hypot);
+real!(f32, Vec3, Mat3, f32x4, u8x16, 1e-30, sinf, cosf, expf, expm1f, hypotf);

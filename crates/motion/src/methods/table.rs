@@ -62,8 +62,32 @@ pub struct Claims {
     pub source: &'static str,
 }
 
+/// Damping within a step of the two explicit Eulers.
+const IN_STEP: &str = "exact is in the velocity's update, clamped before and tutorial after the position's";
+/// Damping of all other methods.
 const AS_LAW: &str =
     "exact is the law a = -c v, evaluated at every stage; clamped multiplies before, tutorial after a tick";
+
+/// A method of that order with as many evaluations per step, which is never stable, symplectic or reversible: each row
+/// says how its method differs.
+const fn of_order(order: u32) -> Claims {
+    Claims {
+        method: Method::ExplicitEuler,
+        name: "",
+        title: "",
+        position_order: order,
+        velocity_order: order,
+        order_with_velocity_laws: order,
+        evaluations: order,
+        evaluations_with_velocity_laws: order,
+        start_up_evaluations: 0,
+        stability_limit: 0.0,
+        symplectic: false,
+        reversible: false,
+        damping: AS_LAW,
+        source: "",
+    }
+}
 
 /// One row per method, in the order of [`Method`].
 pub const METHODS: [Claims; 9] = [
@@ -71,136 +95,77 @@ pub const METHODS: [Claims; 9] = [
         method: Method::ExplicitEuler,
         name: "explicit_euler",
         title: "explicit Euler",
-        position_order: 1,
-        velocity_order: 1,
-        order_with_velocity_laws: 1,
-        evaluations: 1,
-        evaluations_with_velocity_laws: 1,
-        start_up_evaluations: 0,
-        stability_limit: 0.0,
-        symplectic: false,
-        reversible: false,
-        damping: "exact is in the velocity's update, clamped before and tutorial after the position's",
+        damping: IN_STEP,
         source: "Euler 1768",
+        ..of_order(1)
     },
     Claims {
         method: Method::SemiImplicitEuler,
         name: "semi_implicit_euler",
         title: "semi-implicit Euler",
-        position_order: 1,
-        velocity_order: 1,
-        order_with_velocity_laws: 1,
-        evaluations: 1,
-        evaluations_with_velocity_laws: 1,
-        start_up_evaluations: 0,
         stability_limit: 2.0,
         symplectic: true,
-        reversible: false,
-        damping: "exact is in the velocity's update, clamped before and tutorial after the position's",
+        damping: IN_STEP,
         source: "de Vogelaere 1956; Hairer, Lubich, Wanner 2003",
+        ..of_order(1)
     },
     Claims {
         method: Method::ImplicitEuler,
         name: "implicit_euler",
         title: "implicit Euler",
-        position_order: 1,
-        velocity_order: 1,
-        order_with_velocity_laws: 1,
-        evaluations: 1,
-        evaluations_with_velocity_laws: 1,
-        start_up_evaluations: 0,
         stability_limit: Scalar::INFINITY,
-        symplectic: false,
-        reversible: false,
-        damping: AS_LAW,
         source: "Curtiss, Hirschfelder 1952",
+        ..of_order(1)
     },
     Claims {
         method: Method::PositionVerlet,
         name: "position_verlet",
         title: "position Verlet",
         position_order: 2,
-        velocity_order: 1,
-        order_with_velocity_laws: 1,
-        evaluations: 1,
-        evaluations_with_velocity_laws: 1,
-        start_up_evaluations: 0,
         stability_limit: 2.0,
         symplectic: true,
         reversible: true,
-        damping: AS_LAW,
         source: "Stormer 1907; Verlet 1967",
+        ..of_order(1)
     },
     Claims {
         method: Method::VelocityVerlet,
         name: "velocity_verlet",
         title: "velocity Verlet",
-        position_order: 2,
-        velocity_order: 2,
-        order_with_velocity_laws: 2,
         evaluations: 1,
-        evaluations_with_velocity_laws: 2,
         start_up_evaluations: 1,
         stability_limit: 2.0,
         symplectic: true,
         reversible: true,
-        damping: AS_LAW,
         source: "Swope et al. 1982; predicted velocity: Groot, Warren 1997, lambda = 1",
+        ..of_order(2)
     },
     Claims {
         method: Method::RungeKutta2Midpoint,
         name: "runge_kutta_2_midpoint",
         title: "Runge-Kutta 2, midpoint",
-        position_order: 2,
-        velocity_order: 2,
-        order_with_velocity_laws: 2,
-        evaluations: 2,
-        evaluations_with_velocity_laws: 2,
-        start_up_evaluations: 0,
-        stability_limit: 0.0,
-        symplectic: false,
-        reversible: false,
-        damping: AS_LAW,
         source: "Runge 1895",
+        ..of_order(2)
     },
     Claims {
         method: Method::RungeKutta2Heun,
         name: "runge_kutta_2_heun",
         title: "Runge-Kutta 2, Heun",
-        position_order: 2,
-        velocity_order: 2,
-        order_with_velocity_laws: 2,
-        evaluations: 2,
-        evaluations_with_velocity_laws: 2,
-        start_up_evaluations: 0,
-        stability_limit: 0.0,
-        symplectic: false,
-        reversible: false,
-        damping: AS_LAW,
         source: "Heun 1900",
+        ..of_order(2)
     },
     Claims {
         method: Method::RungeKutta4,
         name: "runge_kutta_4",
         title: "Runge-Kutta 4",
-        position_order: 4,
-        velocity_order: 4,
-        order_with_velocity_laws: 4,
-        evaluations: 4,
-        evaluations_with_velocity_laws: 4,
-        start_up_evaluations: 0,
         stability_limit: 2.0 * std::f64::consts::SQRT_2,
-        symplectic: false,
-        reversible: false,
-        damping: AS_LAW,
         source: "Kutta 1901",
+        ..of_order(4)
     },
     Claims {
         method: Method::Yoshida4,
         name: "yoshida_4",
         title: "Yoshida 4",
-        position_order: 4,
-        velocity_order: 4,
         order_with_velocity_laws: 3,
         evaluations: 3,
         evaluations_with_velocity_laws: 6,
@@ -208,8 +173,8 @@ pub const METHODS: [Claims; 9] = [
         stability_limit: 1.573_401_947_435_3,
         symplectic: true,
         reversible: true,
-        damping: AS_LAW,
         source: "Yoshida 1990",
+        ..of_order(4)
     },
 ];
 
