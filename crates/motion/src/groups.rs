@@ -26,14 +26,14 @@ pub(crate) use compile::{couplings_now, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupRows, Outcome, Scratch, Watch};
 pub(crate) use linear::{Holder, LinearGroup, larger};
-pub(crate) use rows::{Row, RowArray};
+pub(crate) use rows::{Row, RowArray, row_of};
 pub use solver::Solver;
 pub use split::Sets;
 pub use system::integrate_groups;
 
 pub use crate::state::coupling::Grouped;
 
-use crate::laws::MutualGravity;
+use crate::laws::{BodyState, MutualGravity};
 use crate::state::components::{PhysicsBody, Transform};
 use crate::units::Scalar;
 
@@ -42,7 +42,7 @@ use crate::units::Scalar;
 pub struct Groups {
     /// Whether there were springs, and mutual gravity, at the last check.
     reasons: (bool, bool),
-    list: Vec<Group>,
+    pub(crate) list: Vec<Group>,
     /// The places of the rows of groups in the tables, by table and row.
     runs: Vec<TableRun>,
     /// The rows of all groups, one group after the other.
@@ -59,17 +59,18 @@ pub struct Groups {
 
 /// One group.
 #[derive(Debug, Default)]
-struct Group {
+pub(crate) struct Group {
     /// Its first row among the rows of all groups.
     first: usize,
-    coupling: Coupling<Scalar>,
-    /// Its bodies, movable ones first, then anchors, each in the order of stable ids.
-    bodies: Vec<Entity>,
+    pub coupling: Coupling<Scalar>,
+    /// Its bodies by row, movable ones first, then anchors, each in the order of stable ids.
+    pub bodies: Vec<Entity>,
     /// Rows whose options change them.
     with_options: Vec<u32>,
     /// Rows with own laws.
     with_laws: Vec<u32>,
-    substeps: Option<u32>,
+    /// Its own number of substeps.
+    pub substeps: Option<u32>,
     cache: GroupCache<Scalar>,
 }
 
@@ -125,11 +126,6 @@ impl Groups {
             + self.scratch.bytes()
     }
 
-    /// The coupling of every group, its bodies, movable ones first, and its own number of substeps, if it has one.
-    pub(crate) fn parts(&self) -> impl Iterator<Item = (&Coupling<Scalar>, &[Entity], Option<u32>)> {
-        self.list.iter().map(|group| (&group.coupling, &group.bodies[..], group.substeps))
-    }
-
     /// `bodies` and all members of their groups, each once.
     pub(crate) fn with_members(world: &World, bodies: &[Entity]) -> Vec<Entity> {
         let mut alone: EntityHashSet = bodies.iter().copied().collect();
@@ -150,26 +146,27 @@ impl Groups {
         all
     }
 
-    /// The coupling of each group, and its bodies by row.
-    pub(crate) fn couplings(&self) -> impl Iterator<Item = (&Coupling<Scalar>, &[Entity])> {
-        self.list.iter().map(|group| (&group.coupling, &*group.bodies))
-    }
-
     /// Potential energy of springs and mutual gravity, J, in the state of `world`, for which the groups were
     /// compiled.
     pub(crate) fn potential_energy(&self, world: &World) -> Scalar {
         let gravity = world.get_resource::<MutualGravity>();
-        let state = |body: &Entity| {
-            let body = world.get_entity(*body).ok();
-            let at = body.and_then(|body| body.get::<Transform>()).copied().unwrap_or_default();
-            let w = body.and_then(|body| body.get::<PhysicsBody>()).map_or(0.0, |body| body.inverse_mass);
-            let [x, y, z] = at.position.to_array();
-            ([x, y, z, 0.0], w)
-        };
         let energy = |group: &Group| {
-            let (x, w): (Vec<_>, Vec<_>) = group.bodies.iter().map(state).unzip();
+            let states = states_of(world, &group.bodies).into_iter();
+            let (x, w): (Vec<_>, Vec<_>) =
+                states.map(|state| (row_of(state.position), state.inverse_mass)).unzip();
             group.coupling.potential_energy(gravity, &x, &w)
         };
         self.list.iter().map(energy).sum()
     }
+}
+
+/// The states of bodies; one that is gone counts as immovable at the origin.
+pub(crate) fn states_of(world: &World, bodies: &[Entity]) -> Vec<BodyState<Scalar>> {
+    let state = |body: &Entity| {
+        let PhysicsBody { velocity, inverse_mass } =
+            world.get(*body).copied().unwrap_or(PhysicsBody::IMMOVABLE);
+        let position = world.get::<Transform>(*body).copied().unwrap_or_default().position;
+        BodyState { position, velocity, inverse_mass }
+    };
+    bodies.iter().map(state).collect()
 }

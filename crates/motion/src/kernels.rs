@@ -34,8 +34,7 @@ use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
 
 pub(crate) use affine::LEVEL;
-pub(crate) use calling::{Plain, Sums};
-pub(crate) use compensated::{Residues, add_compensated};
+pub(crate) use compensated::add_compensated;
 pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;
 pub(crate) use method_state::MethodStateRows;
@@ -206,6 +205,8 @@ pub(crate) struct Batch<'a, T: Real> {
     pub applied: Option<Applied<'a, T>>,
     /// What the method keeps of every body.
     pub method_state: MethodStateRows<'a, T>,
+    /// The rounding errors of positions, m, and velocities, m/s, if sums are compensated. In f32 only.
+    pub residues: Option<[&'a mut [[T; 3]]; 2]>,
 }
 
 impl<'a, T: Real> Batch<'a, T> {
@@ -215,6 +216,7 @@ impl<'a, T: Real> Batch<'a, T> {
             positions: &mut self.positions[rows.clone()],
             bodies: &mut self.bodies[rows.clone()],
             applied: self.applied.map(|applied| applied.part(rows.clone())),
+            residues: self.residues.as_mut().map(|both| both.each_mut().map(|all| &mut all[rows.clone()])),
             method_state: self.method_state.part(rows),
         }
     }
@@ -225,6 +227,11 @@ impl<'a, T: Real> Batch<'a, T> {
         let positions = self.positions.split_at_mut(rows);
         let bodies = self.bodies.split_at_mut(rows);
         let method_state = self.method_state.split_at(rows);
+        let residues = self.residues.map(|[x, v]| {
+            let ((first_x, other_x), (first_v, other_v)) = (x.split_at_mut(rows), v.split_at_mut(rows));
+            ([first_x, first_v], [other_x, other_v])
+        });
+        let residues = residues.unzip();
         let applied = |rows: Range<usize>| self.applied.map(|applied| applied.part(rows));
         (
             Self {
@@ -232,12 +239,14 @@ impl<'a, T: Real> Batch<'a, T> {
                 bodies: bodies.0,
                 applied: applied(first),
                 method_state: method_state.0,
+                residues: residues.0,
             },
             Self {
                 positions: positions.1,
                 bodies: bodies.1,
                 applied: applied(others),
                 method_state: method_state.1,
+                residues: residues.1,
             },
         )
     }
@@ -281,7 +290,6 @@ pub(crate) fn integrate_batch<T: Real, M: Integrator>(
     batch: &mut Batch<'_, T>,
     rows: Range<usize>,
     options: Option<&dyn RowOptions<T>>,
-    sums: &mut impl Sums<T>,
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
@@ -289,7 +297,7 @@ pub(crate) fn integrate_batch<T: Real, M: Integrator>(
     if let Some(options) = options {
         for row in rows {
             let options = options.row(row);
-            if let Err(breach) = integrate_row::<T, M>(terms, &options, batch, row, sums, statistics) {
+            if let Err(breach) = integrate_row::<T, M>(terms, &options, batch, row, statistics) {
                 refuse(row, breach);
             }
         }
@@ -298,19 +306,19 @@ pub(crate) fn integrate_batch<T: Real, M: Integrator>(
     let Terms { laws, rate, damping, decay, times, .. } = terms;
     let drags_and_damps = *rate != T::ZERO && damping.is_some() && M::DAMPS_INSIDE;
     if !laws.is_empty() || drags_and_damps || !M::PASSES_TIME {
-        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, statistics, refuse);
+        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, statistics, refuse);
         return;
     }
     // The affine kernel does not know the first and the last substep, where factors around a tick act.
     let factors = decay.before_move.is_some() || decay.after_move.is_some();
     let around = !M::DAMPS_INSIDE && times.substeps > 1 && factors;
-    let in_registers = !around && sums.are_plain() && statistics.record.is_none();
+    let in_registers = !around && batch.residues.is_none() && statistics.record.is_none();
     let start = rows.start;
     let refuse_part = &mut |row, breach| refuse(start + row, breach);
     if !in_registers || !affine::run::<T, M>(terms, &mut batch.part(rows.clone()), refuse_part) {
         // To the same bits. Its counts are dropped: evaluations without called laws are counted elsewhere.
         let mut uncounted = StepStatistics { record: statistics.record.take(), ..StepStatistics::default() };
-        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, sums, &mut uncounted, refuse);
+        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, &mut uncounted, refuse);
         statistics.record = uncounted.record;
     }
 }
@@ -321,7 +329,6 @@ pub(crate) fn integrate_row<T: Real, M: Integrator>(
     options: &BodyOptions<'_, T>,
     batch: &mut Batch<'_, T>,
     row: usize,
-    sums: &mut impl Sums<T>,
     statistics: &mut StepStatistics,
 ) -> Result<(), Breach> {
     let mut own = *terms;
@@ -330,7 +337,7 @@ pub(crate) fn integrate_row<T: Real, M: Integrator>(
     }
     let own = own.damped::<M>(options.damping(terms.damping));
     let mut outcome = Ok(());
-    calling::run::<T, M>(&own, options, batch, row..row + 1, sums, statistics, &mut |_, breach| {
+    calling::run::<T, M>(&own, options, batch, row..row + 1, statistics, &mut |_, breach| {
         outcome = Err(breach);
     });
     outcome

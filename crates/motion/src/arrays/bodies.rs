@@ -37,18 +37,14 @@ impl<T: Real> Own<T> {
     }
 }
 
-/// A run of consecutive rows that are integrated alike.
+/// A run of consecutive rows that are integrated alike. A row that is born in the coming tick is a run of its own.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Run {
     pub rows: Range<usize>,
-    pub method: Option<Method>,
-    pub gravity_off: bool,
-    /// The index of its first row among the bodies with other options.
-    pub own: Option<usize>,
+    /// The kind of its first row; those of the others differ in `own` alone, which counts up.
+    pub kind: Kind,
     /// The number of movable rows.
     pub movable: u64,
-    /// Time of birth of its only row in the coming tick, s since the scene's start, if it is born then.
-    pub born: Option<Scalar>,
 }
 
 /// How all rows are integrated.
@@ -91,31 +87,27 @@ impl<T: Real> Individuals<T> {
         }
         self.runs.clear();
         for (row, (kind, [x, y, z, w])) in self.kinds.iter().zip(bodies).enumerate() {
-            let Kind { method, gravity_off, own, apart, born } = *kind;
-            if apart || w.is_at_most(T::ZERO) && [*x, *y, *z] == [T::ZERO; 3] {
+            if kind.apart || w.is_at_most(T::ZERO) && [*x, *y, *z] == [T::ZERO; 3] {
                 continue;
             }
-            match self.runs.last_mut() {
-                Some(run)
-                    if run.rows.end == row
-                        && run.born.or(born).is_none()
-                        && (run.method, run.gravity_off) == (method, gravity_off)
-                        && run.own.map(|first| first + run.rows.len()) == own =>
-                {
+            let movable = u64::from(*w > T::ZERO);
+            let continues = |run: &Run| {
+                let own = run.kind.own.map(|first| first + run.rows.len());
+                run.rows.end == row && kind.born.is_none() && *kind == Kind { own, ..run.kind }
+            };
+            match self.runs.last_mut().filter(|run| continues(run)) {
+                Some(run) => {
                     run.rows.end += 1;
-                    run.movable += u64::from(*w > T::ZERO);
+                    run.movable += movable;
                 }
-                _ => {
-                    let movable = u64::from(*w > T::ZERO);
-                    self.runs.push(Run { rows: row..row + 1, method, gravity_off, own, movable, born });
-                }
+                None => self.runs.push(Run { rows: row..row + 1, kind: *kind, movable }),
             }
         }
     }
 
     /// Makes the births of the tick ordinary rows.
     pub fn end_births(&mut self) {
-        for run in self.runs.iter().filter(|run| run.born.is_some()) {
+        for run in self.runs.iter().filter(|run| run.kind.born.is_some()) {
             self.kinds[run.rows.start].born = None;
             self.outdated = true;
         }

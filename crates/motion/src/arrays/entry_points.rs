@@ -4,7 +4,6 @@ use bevy_ecs::prelude::*;
 
 use super::of_world::{LawsOf, NotForArrays};
 use super::{Bare, Residues};
-use crate::kernels::{self, Plain};
 use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
@@ -48,7 +47,7 @@ macro_rules! entry_points {
                     with_method!(self.method_of_group(group), M => self.tick_group::<M>(group));
                 }
                 for run in 0..self.individuals.runs.len() {
-                    self.tick_run(run);
+                    with_method!(self.method_of_run(run), M => self.tick_rows::<M>(run));
                 }
                 self.end_tick();
             }
@@ -73,11 +72,14 @@ macro_rules! entry_points {
                         self.tick_group::<Synchronize>(group);
                     }
                 }
+                // Not compensated: this is no increment of a step.
+                let residues = self.residues.take();
                 for run in 0..self.individuals.runs.len() {
                     if which(self.method_of_run(run)) && self.is_half_a_step_behind(self.individuals.runs[run].rows.clone()) {
-                        self.tick_rows::<Synchronize>(run, &mut Plain);
+                        self.tick_rows::<Synchronize>(run);
                     }
                 }
+                self.residues = residues;
                 self.has_failed |= !self.refused.is_empty();
             }
 
@@ -111,12 +113,6 @@ macro_rules! entry_points {
 
 entry_points!(f64 f32);
 
-impl Bare<f64> {
-    fn tick_run(&mut self, run: usize) {
-        with_method!(self.method_of_run(run), M => self.tick_rows::<M>(run, &mut Plain));
-    }
-}
-
 impl Bare<f32> {
     /// Switches to compensated sums: the rounding errors of positions and velocities are stored and added with the
     /// next increment (Kahan 1965). Laws are evaluated at the sums, in single precision.
@@ -125,16 +121,5 @@ impl Bare<f32> {
         let zero = vec![[0.0; 3]; self.bodies.len()];
         self.residues = Some(Residues { x: zero.clone(), v: zero });
         self
-    }
-
-    fn tick_run(&mut self, run: usize) {
-        let method = self.method_of_run(run);
-        let Some(mut residues) = self.residues.take() else {
-            return with_method!(method, M => self.tick_rows::<M>(run, &mut Plain));
-        };
-        let rows = self.individuals.runs[run].rows.clone();
-        let mut sums = kernels::Residues { x: &mut residues.x[rows.clone()], v: &mut residues.v[rows] };
-        with_method!(method, M => self.tick_rows::<M>(run, &mut sums));
-        self.residues = Some(residues);
     }
 }

@@ -9,7 +9,7 @@ use bevy_ecs::query::QueryData;
 use super::Bare;
 use super::bodies::{Kind, Own};
 use super::groups::ArrayGroup;
-use crate::groups::{Groups, update_groups};
+use crate::groups::{Group, Groups, update_groups};
 use crate::kernels::BodyOptions;
 use crate::laws::{Gravity, Law};
 use crate::methods::markers::own_method;
@@ -130,7 +130,7 @@ impl<T: Real> Bare<T> {
     }
 
     fn join(&mut self, groups: &Groups, rows: &EntityHashMap<usize>) {
-        for (coupling, bodies, substeps) in groups.parts() {
+        for Group { coupling, bodies, substeps, .. } in &groups.list {
             let rows: Vec<_> = bodies.iter().filter_map(|body| rows.get(body).copied()).collect();
             let movable = || (0..).zip(&rows[..coupling.movable]);
             let rows_that = |has: &dyn Fn(BodyOptions<'_, T>) -> bool| {
@@ -146,7 +146,7 @@ impl<T: Real> Bare<T> {
                 rows,
                 with_options,
                 with_laws,
-                substeps,
+                substeps: *substeps,
                 method,
                 ..ArrayGroup::default()
             });

@@ -1,8 +1,8 @@
 //! A tick of bodies in plain arrays.
 
-use super::Bare;
-use super::bodies::{OfRun, Run};
-use crate::kernels::{self, Applied, Batch, MethodStateRows, Plain, RowOptions, StepStatistics, Sums};
+use super::bodies::{Kind, OfRun, Run};
+use super::{Bare, Residues};
+use crate::kernels::{self, Applied, Batch, MethodStateRows, RowOptions, StepStatistics};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, MethodState};
@@ -20,7 +20,7 @@ impl<T: Real> Bare<T> {
         assert!(plain, "groups and compensated sums are for the methods of the table only");
         if self.begin_tick() {
             for run in 0..self.individuals.runs.len() {
-                self.tick_rows::<M>(run, &mut Plain);
+                self.tick_rows::<M>(run);
             }
             self.end_tick();
         }
@@ -47,7 +47,7 @@ impl<T: Real> Bare<T> {
     }
 
     pub(super) fn method_of_run(&self, run: usize) -> Method {
-        self.individuals.runs[run].method.unwrap_or(self.method)
+        self.individuals.runs[run].kind.method.unwrap_or(self.method)
     }
 
     /// Whether the velocity of one of these rows is half a step behind.
@@ -59,12 +59,13 @@ impl<T: Real> Bare<T> {
         TickTimes::new(self.clock, self.step, substeps)
     }
 
-    /// Integrates a tick of `M` for the rows of a run; `sums` are those of these rows.
-    pub(super) fn tick_rows<M: Integrator>(&mut self, run: usize, sums: &mut impl Sums<T>) {
+    /// Integrates a tick of `M` for the rows of a run.
+    pub(super) fn tick_rows<M: Integrator>(&mut self, run: usize) {
         let mut times = self.times(self.substeps);
+        let residues = self.residues.as_mut();
         let Self { positions, bodies, forces, pushed, resources, individuals, statistics, refused, .. } =
             self;
-        let Run { rows, gravity_off, own, movable, born, .. } = individuals.runs[run].clone();
+        let Run { rows, kind: Kind { gravity_off, own, born, .. }, movable } = individuals.runs[run].clone();
         if let Some(time) = born {
             times = times.since(time);
         }
@@ -84,13 +85,14 @@ impl<T: Real> Bare<T> {
             bodies: &mut bodies[rows.clone()],
             applied: (!applied.rows.is_empty()).then_some(applied),
             method_state: method_state.part(rows.clone()),
+            residues: residues.map(|Residues { x, v }| [x, v].map(|all| &mut all[rows.clone()])),
         };
         let options = own.map(|first| OfRun(&individuals.owns[first..]));
         let options = options.as_ref().map(|options| options as &dyn RowOptions<T>);
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
-        kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, sums, &mut counted, refuse);
+        kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, &mut counted, refuse);
         if options.is_none() && counted.accelerations == 0 {
             // Kernels count only called laws.
             counted.accelerations = terms.evaluations::<M>() * movable;

@@ -70,8 +70,8 @@ pub(crate) enum Couplings {
 
 /// The couplings now. Leaves outdated groups as they are, so that observing changes nothing.
 pub(crate) fn couplings_now(world: &mut World) -> Couplings {
-    let members = world.get_resource::<Groups>().into_iter().flat_map(Groups::couplings);
-    let gone = members.flat_map(|(_, bodies)| bodies).any(|body| world.get_entity(*body).is_err());
+    let mut groups = world.get_resource::<Groups>().into_iter().flat_map(|groups| &groups.list);
+    let gone = groups.any(|group| group.bodies.iter().any(|body| world.get_entity(*body).is_err()));
     if gone || is_outdated(world) {
         let attracts = world.contains_resource::<MutualGravity>();
         Couplings::Coming(Graph::of(world).groups(attracts))
@@ -87,11 +87,11 @@ impl Couplings {
         world: &'a World,
     ) -> impl Iterator<Item = (&'a Coupling<Scalar>, &'a [Entity])> {
         let (made, coming) = match self {
-            Self::Made => (world.get_resource::<Groups>(), &[][..]),
-            Self::Coming(list) => (None, &list[..]),
+            Self::Made => (world.get_resource::<Groups>().map_or(&[][..], |groups| &groups.list), &[][..]),
+            Self::Coming(list) => (&[][..], &list[..]),
         };
         let coming = coming.iter().map(|(coupling, bodies)| (coupling, &bodies[..]));
-        made.into_iter().flat_map(Groups::couplings).chain(coming)
+        made.iter().map(|group| (&group.coupling, &group.bodies[..])).chain(coming)
     }
 }
 

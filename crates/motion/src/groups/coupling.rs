@@ -116,7 +116,7 @@ impl<T: Real> Coupling<T> {
 
     /// Force of mutual gravity on the first of two masses, N; `None` at the same position.
     #[inline(always)]
-    pub fn attraction(
+    fn attraction(
         &self,
         law: &MutualGravity,
         [mass, other]: [T; 2],
@@ -124,6 +124,17 @@ impl<T: Real> Coupling<T> {
     ) -> Option<T::Vector> {
         let (r, inverse) = self.reach(law, from, to)?;
         Some(r * (T::of(law.constant) * mass * other * inverse * inverse * inverse))
+    }
+
+    /// Force of mutual gravity on the first of two rows, N; `None` at the same position.
+    pub fn attraction_between(
+        &self,
+        law: &MutualGravity,
+        rows: [usize; 2],
+        x: &[Row<T>],
+        w: &[T],
+    ) -> Option<T::Vector> {
+        self.attraction(law, rows.map(|row| self.mass(row, w)), rows.map(|row| vector(&x[row])))
     }
 
     /// The vector r from one body to another and `(r² + s²)^(-1/2)`; `None` at the same position.

@@ -7,11 +7,12 @@ use glam::{DMat3, DVec3};
 
 use super::coupling::{Coupling, SheetRow, in_air, is_open, rate_along};
 use super::pull::{SpringRow, axis};
-use super::rows::Row;
+use super::rows::row_of;
+use super::states_of;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::{BodyState, Drag, EvaluationTime, Law};
 use crate::state::clock::StepClock;
-use crate::state::components::{AxisLocks, PhysicsBody, Transform};
+use crate::state::components::AxisLocks;
 use crate::units::Scalar;
 
 pub(super) use step::LinearStep;
@@ -61,21 +62,16 @@ pub(crate) enum Holder {
 impl<'a> LinearGroup<'a> {
     /// The linear system of a group, whose `bodies` are given by row.
     pub fn of(world: &World, coupling: &'a Coupling<Scalar>, bodies: &[Entity]) -> Self {
-        let state = |body: &Entity| {
-            let at = world.get::<Transform>(*body).copied().unwrap_or_default().position;
-            let body = world.get::<PhysicsBody>(*body);
-            body.map_or((at, DVec3::ZERO, 0.0), |body| (at, body.velocity, body.inverse_mass))
-        };
-        let states: Vec<_> = bodies.iter().map(state).collect();
+        let states = states_of(world, bodies);
         let movable = coupling.movable;
-        let root = states[..movable].iter().zip(bodies).map(|((.., w), body)| {
+        let root = states[..movable].iter().zip(bodies).map(|(state, body)| {
             let locks = world.get::<AxisLocks>(*body).copied();
-            let root = w.max(0.0).sqrt();
+            let root = state.inverse_mass.max(0.0).sqrt();
             DVec3::from_array([0, 1, 2].map(|axis| if is_open(locks, axis) { root } else { 0.0 }))
         });
         let mut group = Self {
             coupling,
-            at: states.iter().map(|(at, ..)| *at).collect(),
+            at: states.iter().map(|state| state.position).collect(),
             root: root.collect(),
             sheets: Vec::new(),
             drag: Vec::new(),
@@ -94,10 +90,10 @@ impl<'a> LinearGroup<'a> {
         group
     }
 
-    fn add_drag(&mut self, drag: &Drag, time: Scalar, states: &[(DVec3, DVec3, Scalar)]) {
+    fn add_drag(&mut self, drag: &Drag, time: Scalar, states: &[BodyState<Scalar>]) {
         let coupling = self.coupling;
-        let row = |v: DVec3| -> Row<Scalar> { [v.x, v.y, v.z, 0.0] };
-        let (x, v): (Vec<_>, Vec<_>) = states.iter().map(|(x, v, _)| (row(*x), row(*v))).unzip();
+        let rows = states.iter().map(|state| (row_of(state.position), row_of(state.velocity)));
+        let (x, v): (Vec<_>, Vec<_>) = rows.unzip();
         let air = drag.wind.map(|wind| wind.air(time));
         for SheetRow { corners, mass } in &coupling.sheets {
             if let Some((u, n)) = in_air(air.as_ref(), *corners, &x, &v) {
@@ -106,13 +102,12 @@ impl<'a> LinearGroup<'a> {
             }
         }
         let at = EvaluationTime { time, within_step: time };
-        let single = |(row, (position, velocity, w)): (usize, &(DVec3, DVec3, Scalar))| {
+        let single = |(row, state): (usize, &BodyState<Scalar>)| {
             let in_sheet = u32::try_from(row).is_ok_and(|row| coupling.in_sheets.binary_search(&row).is_ok());
-            if in_sheet || *w <= 0.0 {
+            if in_sheet || state.inverse_mass <= 0.0 {
                 return DMat3::ZERO;
             }
-            let state = BodyState { position: *position, velocity: *velocity, inverse_mass: *w };
-            -Law::<Scalar>::jacobians(drag, at, state).velocity
+            -Law::<Scalar>::jacobians(drag, at, *state).velocity
         };
         self.drag = states[..coupling.movable].iter().enumerate().map(single).collect();
     }

@@ -2,15 +2,14 @@
 
 use bevy_ecs::entity::Entity;
 
+use super::coupling::vector;
 use super::field::{GroupEnvironment, GroupField, GroupRows, Outcome, Scratch, Watch};
 use super::members::{ByRow, MemberOptions};
-use super::rows::Row;
+use super::rows::{Row, row_of};
 use super::split::Part;
 use super::suspects::{Before, SpringsByRow, Suspects};
 use super::{Group, Groups};
-use crate::kernels::{
-    self, Applied, Batch, BodyOptions, MethodStateRows, Plain, RowOptions, StepStatistics, Terms,
-};
+use crate::kernels::{self, Applied, Batch, BodyOptions, MethodStateRows, RowOptions, StepStatistics, Terms};
 use crate::laws::{Affine, Law};
 use crate::methods::{Integrator, MethodState};
 use crate::state::components::{PhysicsBody, Transform};
@@ -64,8 +63,7 @@ impl Rescue<'_, '_, '_, '_> {
         };
         for (row, body) in group.bodies[..coupling.movable].iter().enumerate() {
             if let Some((transform, body, last)) = state_of(*body) {
-                let ([x, y, z], [a, b, c]) = (transform.position.to_array(), body.velocity.to_array());
-                (before.x[row], before.v[row]) = ([x, y, z, 0.0], [a, b, c, 0.0]);
+                (before.x[row], before.v[row]) = (row_of(transform.position), row_of(body.velocity));
                 before.last[row] = last;
             }
         }
@@ -226,9 +224,9 @@ impl Rescue<'_, '_, '_, '_> {
             _ => MethodStateRows::None,
         };
         let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
-        let mut batch = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
-        let outcome =
-            kernels::integrate_row::<Scalar, M>(&terms, &options, &mut batch, 0, &mut Plain, statistics);
+        let mut batch =
+            Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state, residues: None };
+        let outcome = kernels::integrate_row::<Scalar, M>(&terms, &options, &mut batch, 0, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome
@@ -237,7 +235,6 @@ impl Rescue<'_, '_, '_, '_> {
 
 /// A refused row, in its state before the tick.
 fn refused(group: &Group, before: &Before, row: usize, cause: Cause) -> Refused {
-    let ([x, y, z, _], [a, b, c, _]) = (before.x[row], before.v[row]);
-    let state = PhysicsBody { velocity: Vector::new(a, b, c), inverse_mass: before.w[row] };
-    Refused { body: group.bodies[row], transform: Transform::at(Vector::new(x, y, z)), state, cause }
+    let state = PhysicsBody { velocity: vector(&before.v[row]), inverse_mass: before.w[row] };
+    Refused { body: group.bodies[row], transform: Transform::at(vector(&before.x[row])), state, cause }
 }

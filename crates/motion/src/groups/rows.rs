@@ -6,9 +6,15 @@ use std::ops::{Deref, DerefMut};
 use bytemuck::{Pod, Zeroable};
 
 use crate::real::Real;
+use crate::units::{Scalar, Vector};
 
 /// (x, y, z, 0).
 pub(crate) type Row<T> = [T; 4];
+
+/// The row of a vector.
+pub(crate) fn row_of(v: Vector) -> Row<Scalar> {
+    [v.x, v.y, v.z, 0.0]
+}
 
 /// A cache line.
 #[derive(Clone, Copy, Pod, Zeroable)]

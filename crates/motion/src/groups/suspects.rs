@@ -113,12 +113,18 @@ impl Suspects<'_, '_, '_> {
     /// The state of a row and the force on it.
     fn state_of(&self, row: usize) -> Suspect<'static> {
         let Before { x, v, w, .. } = self.before;
-        let ([a, b, c, _], [d, e, f, _]) = (x[row], v[row]);
-        let body = PhysicsBody { velocity: Vector::new(d, e, f), inverse_mass: w[row] };
+        let body = PhysicsBody { velocity: vector(&v[row]), inverse_mass: w[row] };
         let pushes = self.pushes.iter().filter(|(pushed, _)| *pushed == row);
-        let force = pushes.fold(Vector::ZERO, |sum, (_, [x, y, z, _])| sum + Vector::new(*x, *y, *z));
-        let position = Vector::new(a, b, c);
-        Suspect { position, body, force, damping_rate: None, limit: None, last_step: None, laws: &[] }
+        let force = pushes.fold(Vector::ZERO, |sum, (_, force)| sum + vector(force));
+        Suspect {
+            position: vector(&x[row]),
+            body,
+            force,
+            damping_rate: None,
+            limit: None,
+            last_step: None,
+            laws: &[],
+        }
     }
 
     /// The first spring of a row that is not finite or pulls with a non-finite force.
@@ -150,10 +156,7 @@ impl Suspects<'_, '_, '_> {
     fn attraction_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
         let (Group { coupling, .. }, Before { x, w, .. }) = (self.group, self.before);
         let law = self.environment.shared.attraction.filter(|_| coupling.attracts)?;
-        let pull = |other: usize| {
-            let masses = [row, other].map(|row| coupling.mass(row, w));
-            coupling.attraction(law, masses, [row, other].map(|row| vector(&x[row])))
-        };
+        let pull = |other: usize| coupling.attraction_between(law, [row, other], x, w);
         let mut others = (0..coupling.rows).filter(|other| *other != row && !dead[*other]);
         others
             .any(|other| pull(other).is_some_and(|pull| !pull.is_finite()))

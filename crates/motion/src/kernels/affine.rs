@@ -117,7 +117,8 @@ fn step_all<T: Real, M: Integrator>(
         method_state = MethodStateRows::LastStep(&mut steps);
     }
     let applied = (count > 0).then_some(Applied { forces: &forces, rows: &pushed[..count], offset: 0 });
-    let mut copy = Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state };
+    let mut copy =
+        Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state, residues: None };
     let done = step::<T, M>(terms, &mut copy, &mut |row, breach| refuse(last.start + row, breach));
     batch.positions[last.clone()].copy_from_slice(&positions[..rest]);
     batch.bodies[last.clone()].copy_from_slice(&bodies[..rest]);
@@ -192,7 +193,8 @@ struct AffineKernel<'a, 't, 'r, T: Real, S> {
 impl<T: Real, S: Simd> AffineKernel<'_, '_, '_, T, S> {
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8>(self) {
-        let Self { simd, terms, batch: Batch { positions, bodies, applied, method_state }, refuse } = self;
+        let Self { simd, terms, batch: Batch { positions, bodies, applied, method_state, .. }, refuse } =
+            self;
         let step = StepOf { constants: Constants::new(simd, terms), terms };
         let limit = Limit::of::<M>(terms);
         let mut pushed = Pushed::new(*applied, bodies.len());

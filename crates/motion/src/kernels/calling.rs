@@ -8,6 +8,7 @@ use std::ops::Range;
 use fearless_simd::Fallback;
 
 use super::affine::{is_missed, is_movable};
+use super::compensated::drive_compensated;
 use super::drive::{TickField, drive};
 use super::field::{BlockField, Calls, Constants, parts::CALLS};
 use super::lanes::Rows;
@@ -20,47 +21,19 @@ use crate::real::Real;
 use crate::state::components::AxisLocks;
 use crate::state::method_state::CachedAcceleration;
 
-/// How increments are added to the state: plainly or compensated.
-pub(crate) trait Sums<T: Real> {
-    /// Whether there is nothing besides rows, so that the affine kernel may be used.
-    fn are_plain(&self) -> bool {
-        false
-    }
-
-    /// What a tick of a block leaves besides its rows.
-    type Left<const N: usize>;
-
-    /// Integrates a tick of a block, the rows `rows` of the batch.
-    fn tick<M: Integrator, const N: usize>(
-        &self,
-        kernel: &CallingKernel<'_, '_, T>,
-        block: &Block<T, N>,
-        rows: Range<usize>,
-        method_state: MethodStateRows<'_, T>,
-        statistics: &mut StepStatistics,
-    ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>);
-
-    /// Stores what is left of row `k` of a block, which is row `row` of the batch.
-    fn commit<const N: usize>(&mut self, row: usize, k: usize, left: &Self::Left<N>);
-}
-
-/// Plain sums: rounding errors are lost.
-pub(crate) struct Plain;
-
 /// Integrates a tick of some rows.
 pub(super) fn run<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
     options: &BodyOptions<'_, T>,
     batch: &mut Batch<'_, T>,
     rows: Range<usize>,
-    sums: &mut impl Sums<T>,
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
     if M::SOLVES {
-        run_by::<T, M, 1>(terms, options, batch, rows, sums, statistics, refuse);
+        run_by::<T, M, 1>(terms, options, batch, rows, statistics, refuse);
     } else {
-        run_by::<T, M, BLOCK>(terms, options, batch, rows, sums, statistics, refuse);
+        run_by::<T, M, BLOCK>(terms, options, batch, rows, statistics, refuse);
     }
 }
 
@@ -70,7 +43,6 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     options: &BodyOptions<'_, T>,
     batch: &mut Batch<'_, T>,
     rows: Range<usize>,
-    sums: &mut impl Sums<T>,
     statistics: &mut StepStatistics,
     refuse: Refuse<'_>,
 ) {
@@ -87,11 +59,8 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
             // Some bodies are new to the method: one by one.
             rows.end = start + 1;
         }
-        let mut block = Block::<T, N>::default();
-        block.x[..rows.len()]
-            .iter_mut()
-            .zip(&batch.positions[rows.clone()])
-            .for_each(|(row, [x, y, z])| *row = [*x, *y, *z, T::ZERO]);
+        let zero = [[T::ZERO; 4]; N];
+        let mut block = Block { x: padded(&batch.positions[rows.clone()]), bodies: zero, forces: zero };
         block.bodies[..rows.len()].copy_from_slice(&batch.bodies[rows.clone()]);
         if let Some(Applied { forces, rows: pushed, offset }) =
             batch.applied.map(|applied| applied.part(rows.clone()))
@@ -105,7 +74,9 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
         if let Some(record) = &mut statistics.record {
             record.enter(&rows);
         }
-        let (x, v, left) = sums.tick::<M, N>(&kernel, &block, rows.clone(), method_state, statistics);
+        let mut residues =
+            batch.residues.as_ref().map(|both| both.each_ref().map(|all| padded(&all[rows.clone()])));
+        let (x, v) = kernel.tick::<M, N>(&block, residues.as_mut(), method_state, statistics);
         for k in 0..rows.len() {
             let row = start + k;
             let [a, b, c, _] = x[k];
@@ -113,7 +84,9 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
                 None => {
                     batch.positions[row] = [a, b, c];
                     batch.bodies[row] = v[k];
-                    sums.commit(row, k, &left);
+                    for (all, block) in batch.residues.iter_mut().flatten().zip(residues.iter().flatten()) {
+                        all[row].copy_from_slice(&block[k][..3]);
+                    }
                 }
                 Some(breach) if is_missed(&terms.bounds, &batch.positions[row], &batch.bodies[row]) => {
                     refuse(row, breach);
@@ -125,30 +98,23 @@ fn run_by<T: Real, M: Integrator, const N: usize>(
     }
 }
 
+/// Rows of four numbers, filled up with zeros.
+fn padded<T: Real, const N: usize>(triples: &[[T; 3]]) -> [Row<T>; N] {
+    let mut rows = [[T::ZERO; 4]; N];
+    rows.iter_mut().zip(triples).for_each(|(row, [x, y, z])| *row = [*x, *y, *z, T::ZERO]);
+    rows
+}
+
 /// A block of bodies in memory, filled up with bodies of inverse mass 0.
-pub(crate) struct Block<T, const N: usize> {
+struct Block<T, const N: usize> {
     x: [Row<T>; N],
     bodies: [Row<T>; N],
     forces: [Row<T>; N],
 }
 
-impl<T: Real, const N: usize> Default for Block<T, N> {
-    fn default() -> Self {
-        let zero = [[T::ZERO; 4]; N];
-        Self { x: zero, bodies: zero, forces: zero }
-    }
-}
-
-impl<T: Real, const N: usize> Block<T, N> {
-    /// Positions and (velocity, inverse mass).
-    pub fn state(&self) -> (Rows<T, Fallback, N>, Rows<T, Fallback, N>) {
-        (Rows::of(Fallback::new(), &self.x), Rows::of(Fallback::new(), &self.bodies))
-    }
-}
-
 /// What is the same for every block of a batch in a tick.
-pub(crate) struct CallingKernel<'a, 't, T: Real> {
-    pub terms: &'a Terms<'t, T>,
+struct CallingKernel<'a, 't, T: Real> {
+    terms: &'a Terms<'t, T>,
     options: &'a BodyOptions<'a, T>,
     /// Axes along which nothing accelerates the bodies.
     closed: Option<AxisLocks>,
@@ -157,7 +123,7 @@ pub(crate) struct CallingKernel<'a, 't, T: Real> {
 
 impl<T: Real> CallingKernel<'_, '_, T> {
     /// The field of a block.
-    pub fn field<'a, const N: usize>(
+    fn field<'a, const N: usize>(
         &'a self,
         block: &Block<T, N>,
         statistics: &'a mut StepStatistics,
@@ -173,22 +139,42 @@ impl<T: Real> CallingKernel<'_, '_, T> {
         BlockField::new(constants, terms, &block.bodies, Some(&forces), Some(calls))
     }
 
-    /// Integrates a tick of a block; returns its new state and what its last step leaves for the next.
-    pub fn drive<M: Integrator, F: TickField<Real = T>>(
+    /// Integrates a tick of a block; returns its new state. `residues` are those of the state, if sums are compensated.
+    fn tick<M: Integrator, const N: usize>(
         &self,
-        field: &mut F,
-        (x, v): (F::Space, F::Space),
-        method_state: &MethodStateRows<'_, T>,
-        start: Option<F::Space>,
-    ) -> (F::Space, F::Space, StepState<F>) {
+        block: &Block<T, N>,
+        residues: Option<&mut [[Row<T>; N]; 2]>,
+        mut method_state: MethodStateRows<'_, T>,
+        statistics: &mut StepStatistics,
+    ) -> ([Row<T>; N], [Row<T>; N]) {
+        let [x, v] = [&block.x, &block.bodies].map(|rows| Rows::of(Fallback::new(), rows));
+        let mut field = self.field(block, statistics);
         let last_step = if M::STATE == MethodState::LastStep { method_state.last_step() } else { T::ZERO };
+        let start = self.recall::<M, N>(block, &method_state, &field, v);
         let mut step_state = StepState { last_step, start };
-        let (x, v) = drive::<M, F>(field, self.terms, &self.segments, x, v, &mut step_state);
-        (x, v, step_state)
+        // In f64 compensated kernels are not compiled.
+        let (x, v) = if !T::WIDE
+            && let Some(residues) = residues
+        {
+            drive_compensated::<M, T, N>(
+                &mut field,
+                self.terms,
+                &self.segments,
+                (x, v),
+                residues,
+                &mut step_state,
+            )
+        } else {
+            drive::<M, _>(&mut field, self.terms, &self.segments, x, v, &mut step_state)
+        };
+        let (x, v) = (x.rows(), v.rows());
+        let called = step_state.start.is_some().then(|| field.called.rows());
+        self.note(&mut method_state, step_state.last_step, called, &x, &v);
+        (x, v)
     }
 
     /// Stores what the next tick starts from: the accelerations `called`, if it can use them.
-    pub fn note<const N: usize>(
+    fn note<const N: usize>(
         &self,
         method_state: &mut MethodStateRows<'_, T>,
         last_step: T,
@@ -215,7 +201,7 @@ impl<T: Real> CallingKernel<'_, '_, T> {
     }
 
     /// The cached acceleration, if this tick starts where the last one ended.
-    pub fn recall<M: Integrator, const N: usize>(
+    fn recall<M: Integrator, const N: usize>(
         &self,
         block: &Block<T, N>,
         method_state: &MethodStateRows<'_, T>,
@@ -269,33 +255,4 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
         let decayed = self.after_move(v);
         (x, self.limited(decayed))
     }
-}
-
-impl<T: Real> Sums<T> for Plain {
-    type Left<const N: usize> = ();
-
-    #[inline(always)]
-    fn are_plain(&self) -> bool {
-        true
-    }
-
-    fn tick<M: Integrator, const N: usize>(
-        &self,
-        kernel: &CallingKernel<'_, '_, T>,
-        block: &Block<T, N>,
-        _: Range<usize>,
-        mut method_state: MethodStateRows<'_, T>,
-        statistics: &mut StepStatistics,
-    ) -> ([Row<T>; N], [Row<T>; N], ()) {
-        let (x, v) = block.state();
-        let mut field = kernel.field(block, statistics);
-        let start = kernel.recall::<M, N>(block, &method_state, &field, v);
-        let (x, v, step_state) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
-        let (x, v) = (x.rows(), v.rows());
-        let called = step_state.start.is_some().then(|| field.called.rows());
-        kernel.note(&mut method_state, step_state.last_step, called, &x, &v);
-        (x, v, ())
-    }
-
-    fn commit<const N: usize>(&mut self, _: usize, _: usize, _: &()) {}
 }

@@ -1,17 +1,15 @@
 //! Compensated sums: the rounding error of the state is stored beside it and added with the next increment.
 
-use std::ops::{Add, Mul, Range, Sub};
+use std::ops::{Add, Mul, Sub};
 
 use fearless_simd::Fallback;
 
-use super::calling::{Block, CallingKernel, Sums};
-use super::drive::TickField;
+use super::drive::{TickField, drive};
 use super::field::{BlockField, parts::CALLS};
 use super::lanes::Rows;
-use super::method_state::MethodStateRows;
-use super::{Row, StepStatistics};
+use super::{Row, Terms};
 use crate::laws::damping::Decay;
-use crate::laws::tick_times::Segment;
+use crate::laws::tick_times::{Segment, Segments};
 use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity};
 use crate::real::Real;
 
@@ -36,15 +34,9 @@ pub(crate) fn add_compensated<X: Copy + Add<Output = X> + Sub<Output = X>>(
     (total, residue - (total - sum))
 }
 
-/// The rounding errors of positions, m, and velocities, m/s.
-pub(crate) struct Residues<'a, T> {
-    pub x: &'a mut [[T; 3]],
-    pub v: &'a mut [[T; 3]],
-}
-
 /// Rows and their residues.
 #[derive(Clone, Copy)]
-pub(crate) struct Compensated<T: Real, const N: usize> {
+struct Compensated<T: Real, const N: usize> {
     sum: Rows<T, Fallback, N>,
     residue: Rows<T, Fallback, N>,
 }
@@ -83,12 +75,32 @@ impl<T: Real, const N: usize> Mul<T> for Compensated<T, N> {
 }
 
 /// The field of a block whose states are compensated sums; laws see the sums.
-pub(super) struct CompensatedField<'a, T: Real, const N: usize> {
-    pub inner: BlockField<'a, T, Fallback, N, CALLS, true>,
-    pub decay: Decay<T>,
+struct CompensatedField<'f, 'a, T: Real, const N: usize> {
+    inner: &'f mut BlockField<'a, T, Fallback, N, CALLS, true>,
+    decay: Decay<T>,
 }
 
-impl<T: Real, const N: usize> CompensatedField<'_, T, N> {
+/// [`drive`] in compensated sums; `residues` are those of (`x`, `v`), and then those of the new state.
+pub(super) fn drive_compensated<'a, M: Integrator, T: Real, const N: usize>(
+    field: &mut BlockField<'a, T, Fallback, N, CALLS, true>,
+    terms: &Terms<'_, T>,
+    segments: &Segments,
+    (x, v): (Rows<T, Fallback, N>, Rows<T, Fallback, N>),
+    residues: &mut [[Row<T>; N]; 2],
+    step_state: &mut StepState<BlockField<'a, T, Fallback, N, CALLS, true>>,
+) -> (Rows<T, Fallback, N>, Rows<T, Fallback, N>) {
+    let [rx, rv] = residues.map(|rows| Rows::of(Fallback::new(), &rows));
+    let (x, v) = (Compensated { sum: x, residue: rx }, Compensated { sum: v, residue: rv });
+    let start = step_state.start.map(Compensated::of);
+    let mut own = StepState { last_step: step_state.last_step, start };
+    let mut field = CompensatedField { inner: field, decay: terms.decay };
+    let (x, v) = drive::<M, _>(&mut field, terms, segments, x, v, &mut own);
+    *residues = [x.residue.rows(), v.residue.rows()];
+    (step_state.last_step, step_state.start) = (own.last_step, own.start.map(|start| start.sum));
+    (x.sum, v.sum)
+}
+
+impl<T: Real, const N: usize> CompensatedField<'_, '_, T, N> {
     /// `v` times a factor, given as the factor minus 1: rounding the factor itself would add the same error in every
     /// step.
     fn changed(&self, v: Compensated<T, N>, change: Option<T>) -> Compensated<T, N> {
@@ -119,7 +131,7 @@ impl<T: Real, const N: usize> CompensatedField<'_, T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Field for CompensatedField<'_, T, N> {
+impl<T: Real, const N: usize> Field for CompensatedField<'_, '_, T, N> {
     type Real = T;
     type Space = Compensated<T, N>;
 
@@ -164,7 +176,7 @@ impl<T: Real, const N: usize> Field for CompensatedField<'_, T, N> {
     }
 }
 
-impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, T, N> {
+impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, '_, T, N> {
     fn linear_rate(&self) -> Option<T> {
         self.inner.linear_rate()
     }
@@ -182,7 +194,7 @@ impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, T, N> {
     }
 }
 
-impl<T: Real, const N: usize> TickField for CompensatedField<'_, T, N> {
+impl<T: Real, const N: usize> TickField for CompensatedField<'_, '_, T, N> {
     fn enter<M: Integrator>(&mut self, segment: Segment<T>, decay: Decay<T>) {
         self.inner.set_segment(segment, decay);
         self.decay = decay;
@@ -204,44 +216,6 @@ impl<T: Real, const N: usize> TickField for CompensatedField<'_, T, N> {
     fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
         let v = self.after_move(v);
         (x, self.restrain(v))
-    }
-}
-
-impl<T: Real> Sums<T> for Residues<'_, T> {
-    /// Residues of positions and velocities.
-    type Left<const N: usize> = [[Row<T>; N]; 2];
-
-    fn tick<M: Integrator, const N: usize>(
-        &self,
-        kernel: &CallingKernel<'_, '_, T>,
-        block: &Block<T, N>,
-        rows: Range<usize>,
-        mut method_state: MethodStateRows<'_, T>,
-        statistics: &mut StepStatistics,
-    ) -> ([Row<T>; N], [Row<T>; N], Self::Left<N>) {
-        let load = |residues: &[[T; 3]]| {
-            let mut loaded = [[T::ZERO; 4]; N];
-            for (row, [x, y, z]) in loaded.iter_mut().zip(&residues[rows.clone()]) {
-                *row = [*x, *y, *z, T::ZERO];
-            }
-            Rows::of(Fallback::new(), &loaded)
-        };
-        let (sum_x, sum_v) = block.state();
-        let x = Compensated { sum: sum_x, residue: load(self.x) };
-        let v = Compensated { sum: sum_v, residue: load(self.v) };
-        let inner = kernel.field(block, statistics);
-        let start = kernel.recall::<M, N>(block, &method_state, &inner, sum_v).map(Compensated::of);
-        let mut field = CompensatedField { inner, decay: kernel.terms.decay };
-        let (x, v, step_state) = kernel.drive::<M, _>(&mut field, (x, v), &method_state, start);
-        let (sum_x, sum_v) = (x.sum.rows(), v.sum.rows());
-        let called = step_state.start.is_some().then(|| field.inner.called.rows());
-        kernel.note(&mut method_state, step_state.last_step, called, &sum_x, &sum_v);
-        (sum_x, sum_v, [x.residue.rows(), v.residue.rows()])
-    }
-
-    fn commit<const N: usize>(&mut self, row: usize, k: usize, [x, v]: &Self::Left<N>) {
-        self.x[row].copy_from_slice(&x[k][..3]);
-        self.v[row].copy_from_slice(&v[k][..3]);
     }
 }
 

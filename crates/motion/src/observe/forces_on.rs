@@ -3,7 +3,7 @@
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
-use crate::groups::{Coupling, Row, couplings_now};
+use crate::groups::{Coupling, Row, couplings_now, row_of, states_of};
 use crate::kernels::record::vector;
 use crate::laws::damping::Damping;
 use crate::laws::tick_times::TickTimes;
@@ -160,10 +160,7 @@ impl<'w> BodyForces<'w> {
         }
         if let Some(law) = self.environment.attraction.filter(|_| coupling.attracts) {
             for row in (0..coupling.movable).filter(|row| is_wanted(*row)) {
-                let pull = |other: usize| {
-                    let masses = [row, other].map(|row| coupling.mass(row, w));
-                    coupling.attraction(law, masses, [row, other].map(|row| vector(&x[row])))
-                };
+                let pull = |other: usize| coupling.attraction_between(law, [row, other], x, w);
                 let others = (0..coupling.rows).filter(|other| *other != row);
                 each(row, ForceCause::Law("mutual_gravity"), others.filter_map(pull).sum());
             }
@@ -198,14 +195,10 @@ impl<'a> ObservedGroup<'a> {
         members: &'a [Entity],
         wanted: Vec<Option<usize>>,
     ) -> Self {
-        let (mut x, mut v, mut w) = (Vec::new(), Vec::new(), Vec::new());
-        for body in members {
-            let row = |v: Vector| [v.x, v.y, v.z, 0.0];
-            let state = world.get::<PhysicsBody>(*body).copied().unwrap_or(PhysicsBody::IMMOVABLE);
-            x.push(row(world.get::<Transform>(*body).copied().unwrap_or_default().position));
-            v.push(row(state.velocity));
-            w.push(state.inverse_mass);
-        }
+        let states = states_of(world, members);
+        let x = states.iter().map(|state| row_of(state.position)).collect();
+        let v = states.iter().map(|state| row_of(state.velocity)).collect();
+        let w = states.iter().map(|state| state.inverse_mass).collect();
         Self { coupling, members, wanted, x, v, w }
     }
 }

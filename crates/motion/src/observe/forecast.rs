@@ -9,7 +9,7 @@ mod single_bodies;
 
 use bevy_ecs::prelude::*;
 
-use crate::groups::{Groups, compile_groups};
+use crate::groups::{Group, Groups, compile_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Drag, Laws, MutualGravity, Wells};
@@ -183,7 +183,7 @@ impl Forecast {
         is_solvable: &dyn Fn(Method) -> bool,
     ) {
         let Some(groups) = world.get_resource::<Groups>() else { return };
-        for (coupling, bodies, substeps) in groups.parts() {
+        for Group { coupling, bodies, substeps, .. } in &groups.list {
             let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
             let stepping = Stepping {
                 method: first.and_then(own_method).unwrap_or(scenes.method),

@@ -7,9 +7,7 @@ use bevy_ecs::query::ArchetypeFilter;
 use bytemuck::TransparentWrapper as _;
 
 use crate::kernels::record::TickRecords;
-use crate::kernels::{
-    self, Applied, Batch, BodyOptions, MethodStateRows, Plain, RowOptions, StepStatistics, Terms,
-};
+use crate::kernels::{self, Applied, Batch, BodyOptions, MethodStateRows, RowOptions, StepStatistics, Terms};
 use crate::methods::Integrator;
 use crate::methods::euler::{Drift, Kick};
 use crate::methods::markers::OwnMethod;
@@ -107,15 +105,7 @@ impl TablePart<'_> {
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let options = self.table.options.map(|_| &self as &dyn RowOptions<Scalar>);
         let refuse = &mut |row, breach| refused.push((row, breach));
-        kernels::integrate_batch::<_, M>(
-            terms,
-            batch,
-            rows,
-            options,
-            &mut Plain,
-            &mut done.statistics,
-            refuse,
-        );
+        kernels::integrate_batch::<_, M>(terms, batch, rows, options, &mut done.statistics, refuse);
         for (row, breach) in refused {
             done.refused.push(self.diagnose::<M>(terms, batch, row, breach));
         }
@@ -142,18 +132,15 @@ impl TablePart<'_> {
             _ if !M::MOVES => (KICK, breach),
             _ if !M::KICKS => (DRIFT, breach),
             Method::SemiImplicitEuler => {
-                match kernels::integrate_row::<_, Kick>(terms, &options, batch, row, &mut Plain, statistics) {
+                match kernels::integrate_row::<_, Kick>(terms, &options, batch, row, statistics) {
                     Ok(()) => (DRIFT, breach),
                     Err(breach) => (KICK, breach),
                 }
             }
-            _ => {
-                match kernels::integrate_row::<_, Drift>(terms, &options, batch, row, &mut Plain, statistics)
-                {
-                    Ok(()) => (KICK, breach),
-                    Err(breach) => (DRIFT, breach),
-                }
-            }
+            _ => match kernels::integrate_row::<_, Drift>(terms, &options, batch, row, statistics) {
+                Ok(()) => (KICK, breach),
+                Err(breach) => (DRIFT, breach),
+            },
         };
         if breach.finite || options.substeps.unwrap_or(terms.times.substeps) > 1 {
             (batch.positions[row], batch.bodies[row]) = before;
@@ -257,6 +244,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             bodies: bytemuck::cast_slice_mut(bodies.bypass_change_detection()),
             applied: (!pushed.is_empty()).then_some(applied),
             method_state,
+            residues: None,
         };
         let table = TableTick {
             entities,

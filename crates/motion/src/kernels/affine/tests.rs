@@ -1,7 +1,7 @@
 //! Every way in which a table can be integrated gives the same bits.
 
 use super::*;
-use crate::kernels::calling::{self, Plain};
+use crate::kernels::calling;
 use crate::kernels::{BodyOptions, StepStatistics, integrate_batch, integrate_row};
 use crate::laws::Affine;
 use crate::laws::damping::{Damping, DampingModel};
@@ -38,7 +38,13 @@ impl<T: Real> State<T> {
             MethodState::LastStep => MethodStateRows::LastStep(&mut self.steps),
             _ => MethodStateRows::None,
         };
-        Batch { positions: &mut self.x, bodies: &mut self.bodies, applied: Some(applied), method_state }
+        Batch {
+            positions: &mut self.x,
+            bodies: &mut self.bodies,
+            applied: Some(applied),
+            method_state,
+            residues: None,
+        }
     }
 }
 
@@ -70,16 +76,16 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     let statistics = &mut StepStatistics::default();
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        integrate_batch::<T, M>(&terms, batch, 0..ROWS, None, &mut Plain, statistics, refuse);
+        integrate_batch::<T, M>(&terms, batch, 0..ROWS, None, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        calling::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, &mut Plain, statistics, refuse);
+        calling::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
         for row in 0..ROWS {
-            let done = integrate_row::<T, M>(&terms, &BodyOptions::NONE, batch, row, &mut Plain, statistics);
+            let done = integrate_row::<T, M>(&terms, &BodyOptions::NONE, batch, row, statistics);
             assert_eq!(done, Ok(()));
         }
     });

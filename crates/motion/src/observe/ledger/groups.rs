@@ -6,12 +6,10 @@ use super::bodies::{BodyTick, PhasePoint};
 use super::lines::{Energies, LedgerTotals};
 use super::path::{Path, QuadratureNode, nodes};
 use super::tick::LedgerTick;
-use crate::groups::{Coupling, Groups};
+use crate::groups::{Coupling, Group, Groups, Row, row_of};
 use crate::kernels::record::vector;
 use crate::laws::MutualGravity;
 use crate::units::{Scalar, Vector};
-
-type Row = [Scalar; 4];
 
 /// A group and its bodies.
 pub(super) struct LedgerGroup<'w> {
@@ -25,12 +23,8 @@ pub(super) struct LedgerGroup<'w> {
 
 /// Positions and velocities of the rows of a group at one time.
 struct GroupState {
-    x: Vec<Row>,
-    v: Vec<Row>,
-}
-
-fn row(v: Vector) -> Row {
-    [v.x, v.y, v.z, 0.0]
+    x: Vec<Row<Scalar>>,
+    v: Vec<Row<Scalar>>,
 }
 
 /// The groups of a ledger. Marks those of `bodies` that are in sheets.
@@ -41,9 +35,9 @@ pub(super) fn ledger_groups<'w>(
     let Some(groups) = groups else { return Vec::new() };
     let numbers: EntityHashMap<usize> = bodies.iter().enumerate().map(|(i, body)| (body.entity, i)).collect();
     let mut found = Vec::new();
-    for (coupling, entities) in groups.couplings() {
+    for Group { coupling, bodies: members, .. } in &groups.list {
         let number = |entity: &Entity| numbers.get(entity).copied();
-        let Some(rows) = entities.iter().map(number).collect::<Option<Vec<_>>>() else { continue };
+        let Some(rows) = members.iter().map(number).collect::<Option<Vec<_>>>() else { continue };
         coupling.in_sheets.iter().for_each(|row| bodies[rows[*row as usize]].in_sheet = true);
         let inverse_masses = rows.iter().map(|body| bodies[*body].inverse_mass).collect();
         let locked = rows[..coupling.movable].iter().any(|body| bodies[*body].locks.is_some());
@@ -55,7 +49,8 @@ pub(super) fn ledger_groups<'w>(
 impl LedgerGroup<'_> {
     fn states(&self, state: impl Fn(usize) -> PhasePoint) -> GroupState {
         let states = self.rows.iter().map(|body| state(*body));
-        let (x, v) = states.map(|PhasePoint { position, velocity }| (row(position), row(velocity))).unzip();
+        let (x, v) =
+            states.map(|PhasePoint { position, velocity }| (row_of(position), row_of(velocity))).unzip();
         GroupState { x, v }
     }
 
@@ -138,7 +133,7 @@ impl LedgerGroup<'_> {
         bodies: &[BodyTick<'_>],
         ends: [usize; 2],
         force: Vector,
-        v: &[Row],
+        v: &[Row<Scalar>],
         weight: Scalar,
         totals: &mut LedgerTotals,
     ) {
@@ -186,13 +181,12 @@ impl LedgerGroup<'_> {
         weight: Scalar,
         totals: &mut LedgerTotals,
     ) {
-        let (coupling, w) = (self.coupling, &self.inverse_masses);
+        let coupling = self.coupling;
         for a in 0..coupling.movable {
             // Between two movable bodies the impulses cancel.
             let from = if self.locked { a + 1 } else { coupling.movable };
             for b in from..coupling.rows {
-                let masses = [coupling.mass(a, w), coupling.mass(b, w)];
-                if let Some(pull) = coupling.attraction(law, masses, [vector(&x[a]), vector(&x[b])]) {
+                if let Some(pull) = coupling.attraction_between(law, [a, b], x, &self.inverse_masses) {
                     self.add_pair(bodies, [a, b], pull, v, weight, totals);
                 }
             }
