@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use bevy_ecs::prelude::*;
+use history::Snapshot;
 use motion::clock::FrameClock;
 use motion::{Gravity, PhysicsBody, Request, Requests, StableId, Stepper, Threads, TimeStep, Transform};
-use scene::{Scene, Snapshot, StepKind};
+use scene::{Scene, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 

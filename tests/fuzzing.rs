@@ -8,7 +8,7 @@ use std::fs;
 use acceptance::targets::{TARGETS, Target};
 use bevy_ecs::prelude::Entity;
 use glam::{DVec2, DVec3};
-use lab::{Rerun, TIMELINE_BYTES};
+use history::{Rerun, TIMELINE_BYTES};
 use motion::{Damping, DampingModel, Gravity, Method, Request, Requests, Spring, Substeps, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;

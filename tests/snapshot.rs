@@ -4,8 +4,9 @@ mod interventions;
 mod shipped;
 
 use bevy_ecs::prelude::*;
+use history::Snapshot;
 use motion::{Evaluations, Iterations, Method, Quarantine, StableId, Stepper, TimeStep};
-use scene::{Scene, Snapshot};
+use scene::Scene;
 
 /// A world of a scene on its way.
 pub struct Run {

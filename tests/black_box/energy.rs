@@ -1,7 +1,7 @@
 //! The watch for energy out of nowhere.
 
 use glam::DVec3;
-use lab::{Fault, Watch};
+use history::{Fault, Watch};
 use motion::ledger::Ledger;
 use motion::{Method, PushQueue, Request, Requests};
 use scene::Scene;

@@ -1,10 +1,10 @@
 //! Sessions that go back in time.
 
 use glam::DVec3;
+use history::Bundle;
 use motion::Gravity;
 use sandbox::input::{Experiment, Input};
 use sandbox::report::state_hash;
-use scene::Bundle;
 
 use crate::drive::{Drive, tap};
 use crate::ghosts::mixed;

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use lab::{TIMELINE_BYTES, Timeline};
+use history::{TIMELINE_BYTES, Timeline};
 use sandbox::Simulated;
 use sandbox::input::Input;
 
@@ -162,7 +162,7 @@ fn a_way_is_turned_only_to_what_is_ahead_and_has_no_nearer_snapshot() {
     }
     assert_eq!((journey.to(), journey.ticks_left()), (63, 21));
     while timeline.go_on(&mut journey) {}
-    let lab::Replay { world, stepper, bodies, .. } = timeline.arrive(journey);
+    let history::Replay { world, stepper, bodies, .. } = timeline.arrive(journey);
     let mut there = Run { scene: run.scene.clone(), world, stepper, bodies };
     assert_eq!(there.outcome(), outcomes[63]);
 }

@@ -1,9 +1,9 @@
 //! Bundles that are opened as sessions.
 
+use history::Bundle;
 use motion::clock::FrameClock;
 use sandbox::report::state_hash;
 use sandbox::{Options, Repetition, Session};
-use scene::Bundle;
 
 use super::going_back::{go, push, recording, with_a_fault};
 use crate::drive::{Drive, tap};
@@ -220,7 +220,7 @@ fn what_comes_out_otherwise_is_said() {
     let mut bundle = then.session.bundle(None).unwrap();
     bundle.manifest.keyframes[1].state_hash = "0".repeat(16);
     bundle.manifest.fault =
-        Some(scene::FaultEntry { tick: 9, body: None, what: "something else".to_owned() });
+        Some(history::FaultEntry { tick: 9, body: None, what: "something else".to_owned() });
     let (_, repetition) = reopened(&bundle, false);
     assert!(!repetition.same());
     let differences = repetition.differences(&bundle.manifest);

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use scene::Bundle;
+use history::Bundle;
 use serde_json::Value;
 use tempfile::TempDir;
 

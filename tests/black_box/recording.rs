@@ -1,10 +1,9 @@
 //! Timelines of worlds: what they can go back to, and what they take.
 
 use glam::DVec3;
-use lab::Timeline;
+use history::{EnergyState, Timeline};
 use motion::effects::Effect;
 use motion::{Method, PushQueue, Request, Requests};
-use scene::EnergyState;
 
 use crate::ghosts::mixed;
 use crate::snapshot::Run;
@@ -42,7 +41,7 @@ pub fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::
         if tick == 60 {
             timeline.note_requests(&run.world);
             run.stepper.carry_out_requests(&mut run.world);
-            timeline.note(&run.world, scene::Happening::Method(Method::VelocityVerlet));
+            timeline.note(&run.world, history::Happening::Method(Method::VelocityVerlet));
             run.stepper.set_method(&mut run.world, Method::VelocityVerlet);
         }
         timeline.before_tick(&run.world);
@@ -56,7 +55,7 @@ pub fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::
 
 pub fn outcome_at(timeline: &mut Timeline, run: &Run, tick: u64) -> crate::snapshot::Outcome {
     let replay = timeline.seek(&run.scene, tick).unwrap();
-    let lab::Replay { world, stepper, bodies, .. } = replay;
+    let history::Replay { world, stepper, bodies, .. } = replay;
     Run { scene: run.scene.clone(), world, stepper, bodies }.outcome()
 }
 
@@ -76,7 +75,7 @@ pub fn assert_outcome_at(
 #[test]
 fn each_of_the_last_200_ticks_is_what_it_was_bit_for_bit_but_for_what_was_cached_evaluation_for_evaluation() {
     let mut run = Run::of(mixed());
-    let (mut timeline, outcomes) = recorded(&mut run, lab::TIMELINE_BYTES, 240);
+    let (mut timeline, outcomes) = recorded(&mut run, history::TIMELINE_BYTES, 240);
     assert_eq!(timeline.range(), 0..=240);
     for tick in 41..=240 {
         assert_outcome_at(&mut timeline, &run, tick, &outcomes);
@@ -113,7 +112,7 @@ fn at_its_bytes_snapshots_get_sparser_then_the_oldest_go_and_what_is_left_is_exa
 fn more_than_a_minute_is_not_kept() {
     let mut run = Run::of(scene::load("oscillator").unwrap());
     let method = run.stepper.method();
-    let mut timeline = Timeline::new(&mut run.world, method, lab::TIMELINE_BYTES, UNWATCHED).unwrap();
+    let mut timeline = Timeline::new(&mut run.world, method, history::TIMELINE_BYTES, UNWATCHED).unwrap();
     let minute = (60.0 * run.scene.step_hz) as u64;
     for _ in 0..minute + 500 {
         timeline.before_tick(&run.world);

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use lab::{Distances, Leader, Twin, pending};
+use history::{Distances, Leader, Twin, pending};
 use motion::effects::Effect;
 use motion::snapshot::LastStep;
 use motion::{
@@ -162,7 +162,7 @@ fn soft_bodies_and_particles_come_along() {
             leader.stepper.tick(&mut leader.world);
         }
         assert_eq!(states_of(&twin), states(&mut leader.world), "{name}");
-        let own = lab::Bodies { world: &leader.world, entities: &leader.bodies };
+        let own = history::Bodies { world: &leader.world, entities: &leader.bodies };
         let distances = Distances::between(twin.bodies(), own);
         assert!(distances.each.len() > 100, "{name}: {} bodies that live", distances.each.len());
         assert_eq!(distances.rms(), Some(0.0));

@@ -4,9 +4,10 @@ use std::io::{Cursor, Read as _, Write as _};
 
 use arbitrary::{Result, Unstructured};
 use bevy_ecs::prelude::World;
+use history::{BUNDLE_FORMAT, Bundle, Event, Happening, Manifest, Settings, Snapshot};
 use motion::{Method, Stepper, TimeStep};
 use sandbox::{Options, Session};
-use scene::{BUNDLE_FORMAT, Bundle, Event, Happening, Manifest, Scene, Settings, Snapshot};
+use scene::Scene;
 use xxhash_rust::xxh3::xxh3_64;
 use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
 use arbitrary::{Result, Unstructured};
-use lab::{Rerun, TIMELINE_BYTES};
+use history::{Bundle, Rerun, TIMELINE_BYTES};
 use motion::clock::FrameClock;
 use motion::effects::Effect;
 use motion::{Method, PhysicsBody, Transform};
@@ -14,7 +14,7 @@ use sandbox::input::InputFrame;
 use sandbox::player::Player;
 use sandbox::report::{Summary, state_hash};
 use sandbox::{Options, Session};
-use scene::{Bundle, Scene, Script};
+use scene::{Scene, Script};
 
 use super::numbers::{any_vector, at_least_0, finite, written};
 use super::scenes;

@@ -8,24 +8,13 @@
 mod ablation;
 mod attraction;
 pub mod cost;
-mod distances;
-mod input;
 pub mod limits;
 mod receipt;
 pub mod recommend;
 mod run;
 pub mod stability;
-mod timeline;
-mod twin;
 
 pub use ablation::{Ablation, Absence, ablate};
 pub use attraction::{AttractionTick, attraction_tick};
-pub use distances::{Bodies, Distances};
-pub use input::{Input, asked, give, pending};
 pub use receipt::{Receipt, Row, because, look, receipt, receipt_without};
 pub use run::watch_time;
-pub use timeline::{
-    BadRerun, Broken, ENERGY_JUMP, Fault, Journey, Replay, Rerun, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline,
-    Watch, happen,
-};
-pub use twin::{Failure, Leader, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin};

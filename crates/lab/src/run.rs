@@ -2,12 +2,11 @@
 
 use bevy_ecs::prelude::*;
 use cpu_time::ThreadTime;
+use history::Watch;
 use motion::effects::Effect;
 use motion::units::Vector;
-use motion::{PhysicsBody, Request, Requests, StableId, Stepper, TimeStep, Transform};
+use motion::{PhysicsBody, Request, Requests, Stepper, TimeStep};
 use scene::Scene;
-
-use crate::timeline::Watch;
 
 /// Ticks before a measurement: schedules, caches and the columns of methods are there after them.
 const WARM_UP: u64 = 5;
@@ -18,15 +17,6 @@ const ROUNDS: usize = 9;
 /// Length of a block, s: long against the clock, short against the time slices of a machine that does other
 /// things too.
 const BLOCK: f64 = 1e-3;
-
-/// Position and velocity of every body with physics in `world`, in stable-id order.
-pub(crate) fn states(world: &mut World) -> Vec<(u32, Vector, Vector)> {
-    let mut bodies = world.query::<(&StableId, &Transform, &PhysicsBody)>();
-    let states = bodies.iter(world).map(|(id, transform, body)| (id.0, transform.position, body.velocity));
-    let mut states: Vec<_> = states.collect();
-    states.sort_unstable_by_key(|(id, ..)| *id);
-    states
-}
 
 /// A world and its stepper.
 pub(crate) struct Run {
@@ -59,7 +49,7 @@ impl Run {
 
     /// Position and velocity of every body with physics, in stable-id order.
     pub fn states(&mut self) -> Vec<(u32, Vector, Vector)> {
-        states(&mut self.world)
+        history::states(&mut self.world)
     }
 
     /// Stable ids of the bodies that can move, ascending.

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use history::FaultEntry;
 use render::Image;
-use scene::FaultEntry;
 
 use crate::bundle::finish_bundle;
 use crate::failure::Failure;

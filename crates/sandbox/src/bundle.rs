@@ -4,8 +4,8 @@ use std::fs;
 use std::io::Read as _;
 use std::path::Path;
 
+use history::Bundle;
 use render::Image;
-use scene::Bundle;
 
 use crate::failure::Failure;
 use crate::files::{Output, output_file};

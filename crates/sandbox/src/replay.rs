@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scene::Bundle;
+use history::Bundle;
 use serde_json::{Value, json};
 
 use crate::PROGRAM;

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use bevy_ecs::entity::Entity;
+use history::FaultEntry;
 use motion::ledger::{Ledger, LedgerLines};
 use motion::{LAWS, Method, PhysicsBody, Totals, Transform, totals};
-use scene::FaultEntry;
 use serde_json::{Map, Value, json};
 
 use crate::black_box::BlackBox;
@@ -37,7 +37,7 @@ pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
 #[must_use]
 pub fn state_hash(session: &Session) -> u64 {
     let states = bodies(session).map(|(_, at, body)| (at.position.to_array(), body.velocity.to_array()));
-    scene::hash_of_states(states)
+    history::hash_of_states(states)
 }
 
 fn bodies(session: &Session) -> impl Iterator<Item = (Entity, Transform, PhysicsBody)> + '_ {

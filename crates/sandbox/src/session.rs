@@ -43,13 +43,14 @@ use std::ops::ControlFlow;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use history::Happening;
 use motion::clock::{FrameTime, TickClock};
 use motion::{
     Method, MutualGravity, OwnMethod, Particle, Push, PushQueue, Request, Requests, Stepper, TimeStep,
     remember_positions,
 };
 use pick::{SoftTargets, Targets};
-use scene::{Happening, PushSpec, Scene, StepKind, unsolvable};
+use scene::{PushSpec, Scene, StepKind, unsolvable};
 
 use crate::camera::Camera;
 use crate::control::Control;

@@ -3,7 +3,7 @@
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::clock::{FrameClock, FrameTime};
 
-use scene::Happening;
+use history::Happening;
 
 use crate::actions::Key;
 use crate::control::Mode;

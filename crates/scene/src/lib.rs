@@ -13,7 +13,6 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod action;
-mod bundle;
 mod check;
 mod coupled;
 mod declared;
@@ -38,16 +37,11 @@ mod resolve_survival;
 mod scene;
 mod script;
 mod shipped;
-mod snapshot;
 mod spawn;
 mod survival;
 mod syntax;
 
 pub use action::{Action, MouseButton};
-pub use bundle::{
-    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Happening,
-    Keyframe, Manifest, Settings,
-};
 pub use coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
 pub use declared::key_of_law;
 pub use edit::{Change, changes, edit};
@@ -66,6 +60,5 @@ pub use scene::{
 };
 pub use script::{Recording, SCRIPT_VERSION, Script, Step, When};
 pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};
-pub use snapshot::{BadSnapshot, EffectsState, Snapshot, hash_of_states};
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};

@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use crate::bundle::Bundle;
 use crate::faults::SceneError;
 use crate::nearest::nearest;
 use crate::resolve::parse_as;
@@ -214,7 +213,8 @@ pub fn read_text(path: &Path) -> Result<String, SceneError> {
             format!("give one of at most {} MiB; clouds and grids are short to write", FILE_LIMIT >> 20);
         return Err(fail("the file is too large", &cure));
     }
-    if Bundle::begins_with(&bytes) {
+    // What every ZIP archive begins with.
+    if bytes.starts_with(b"PK\x03\x04") {
         let cure = format!("`sandbox {name}` opens a bundle in the window, `sandbox replay {name}` runs it");
         return Err(fail("this is an archive, not a text", &cure));
     }

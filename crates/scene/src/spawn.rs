@@ -117,7 +117,8 @@ impl Scene {
 
     /// Velocity of a body that starts as position Verlet remembers it, m/s, and the length of that step, s. Another
     /// method, asked for in place of the scene's, remembers nothing.
-    pub(crate) fn verlet_start(&self, body: &BodySpec) -> Option<(DVec3, LastStep)> {
+    #[must_use]
+    pub fn verlet_start(&self, body: &BodySpec) -> Option<(DVec3, LastStep)> {
         let previous = body.verlet_previous?;
         let h = 1.0 / (self.step_hz * f64::from(body.substeps.unwrap_or(self.substeps)));
         let uses_it = body.method.unwrap_or(self.method) == Method::PositionVerlet;

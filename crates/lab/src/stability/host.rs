@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use history::{Input, give};
 use motion::arrays::Bare;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
@@ -9,7 +10,6 @@ use motion::{Damping, DampingModel, Evaluations, Gravity, Quarantine, Request, S
 use scene::{Action, Names, Scene, Step, SurvivalRow, When};
 
 use crate::cost::{Sample, laws_of_bodies};
-use crate::input::{Input, give};
 use crate::run::Run;
 
 /// A run on its way.

@@ -11,7 +11,7 @@ use super::host::Host;
 use super::record::{Cell, PREFIX, Prefix};
 
 /// The method of references: of those that take every law, the one of the highest order.
-const REFERENCE: Method = crate::twin::REFERENCE_METHOD;
+const REFERENCE: Method = history::REFERENCE_METHOD;
 
 /// A run whose positions others are compared with.
 pub(super) struct Targeting {

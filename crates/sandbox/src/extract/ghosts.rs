@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};
-use lab::Bodies;
+use history::Bodies;
 use motion::Orientation;
 use motion::snapshot::SpringsOff;
 use pick::Shape;

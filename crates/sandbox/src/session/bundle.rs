@@ -1,7 +1,8 @@
 //! Sessions and bundles: what is recorded as a file, and a file as a session.
 
-use lab::{Fault, Rerun, TIMELINE_BYTES, Watch};
-use scene::{BUNDLE_FORMAT, Bundle, FaultEntry, Keyframe, Manifest, Settings};
+use history::{
+    BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Rerun, Settings, TIMELINE_BYTES, Watch,
+};
 
 use super::timeline::{OnFault, Recorded};
 use super::{Options, Session};

@@ -1,10 +1,10 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
+use history::Happening;
 use lab::cost::{Bench, Plan, Setting, Study, Subject};
 use motion::clock::FrameTime;
 use motion::effects::{Effect, EffectState};
 use motion::{Damping, Gravity, Substeps, TimeStep};
-use scene::Happening;
 
 use super::Session;
 use crate::ui::{Panel, Topic};

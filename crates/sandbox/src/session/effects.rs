@@ -171,7 +171,7 @@ impl Session {
             },
             row("arrows", arrows, movable, 0, "keys 1 and 2"),
             row("timeline", self.records(), 0, timeline, RECORDED),
-            row(ENERGY_WATCH, self.records(), movable, lab::Watch::bytes(), RECORDED),
+            row(ENERGY_WATCH, self.records(), movable, history::Watch::bytes(), RECORDED),
         ]
     }
 

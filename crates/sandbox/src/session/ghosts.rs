@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use lab::{Bodies, Distances, Failure, Leader, Twin, asked, pending};
+use history::{Bodies, Distances, Failure, Leader, Twin, asked, pending};
 use motion::{Method, PreviousPosition, SoftBody, TimeStep, Transform};
 use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};

@@ -1,7 +1,6 @@
 //! Going on in a past that is repeated: what came from outside then comes again.
 
-use lab::{Input, give, happen, pending};
-use scene::{Event, Happening};
+use history::{Event, Happening, Input, give, happen, pending};
 
 use super::Session;
 

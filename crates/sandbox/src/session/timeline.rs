@@ -7,11 +7,11 @@
 use std::ops::{ControlFlow, RangeInclusive};
 
 use bevy_ecs::prelude::*;
-use lab::{Fault, Journey, Replay, TIMELINE_BYTES, Timeline, Watch};
+use history::{Fault, Happening, Journey, Replay, TIMELINE_BYTES, Timeline, Watch};
 use motion::ledger::Ledger;
 use motion::{PushQueue, SoftBody, Stepper, TimeStep, remember_positions};
 use pick::{SoftTargets, Targets};
-use scene::{FileIndex, Happening, StepKind};
+use scene::{FileIndex, StepKind};
 
 use super::worlds::{draw_between_ticks, ids_of, share_among_threads};
 use super::{Order, Session, Simulated};

@@ -4,10 +4,11 @@ use std::collections::HashMap;
 use std::num::NonZero;
 
 use bevy_ecs::prelude::*;
+use history::EffectsState;
 use motion::clock::StepClock;
 use motion::{Evaluations, PhysicsBody, PreviousPosition, Stepper, Threads, TimeStep, Transform};
 use pick::{SoftTargets, Targets};
-use scene::{EffectsState, Scene};
+use scene::Scene;
 
 use super::{Options, Session};
 use crate::trails::Trails;

@@ -3,10 +3,10 @@
 use std::fmt;
 
 use motion::{DampingModel, Method, Substeps};
+use scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::{BadBundle, UNDAMAGED};
-use crate::scene::Scene;
 use crate::snapshot::Name;
 
 /// Version of the format that this program writes and reads.

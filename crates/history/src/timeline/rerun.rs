@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use scene::{BadSnapshot, Bundle, EnergyState, Scene};
+use crate::{BadSnapshot, Bundle, EnergyState};
+use scene::Scene;
 
 use super::{Fault, Replay, Timeline};
 

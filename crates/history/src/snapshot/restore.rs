@@ -13,10 +13,9 @@ use motion::{
     TimeStep, Transform, mark_method, own_method,
 };
 
+use scene::{FileIndex, Scene, unsolvable};
+
 use super::{EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
-use crate::resolve_springs::unsolvable;
-use crate::scene::Scene;
-use crate::spawn::FileIndex;
 
 /// Largest count that a snapshot may go on from: no run comes near it, and none goes from it beyond what a `u64`
 /// holds.

@@ -12,6 +12,7 @@ mod take;
 mod words;
 
 use motion::Method;
+use scene::Scene;
 use serde::{Deserialize, Serialize};
 
 pub use hash::hash_of_states;
@@ -21,8 +22,6 @@ pub use take::EffectsState;
 pub(crate) use entries::RequestEntry;
 use entries::{ClockEntry, CountsEntry, EmissionEntry, PushEntry, RecordEntry, SavedFault};
 pub(crate) use words::Name;
-
-use crate::scene::Scene;
 
 /// The state of a world of a scene between two ticks.
 ///

@@ -14,14 +14,12 @@ use std::fmt;
 
 use motion::units::Vector;
 use motion::{Method, Request};
+use scene::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
-pub(crate) use archive::MAGIC;
 pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 
-use crate::faults::SceneError;
-use crate::scene::Scene;
 use crate::snapshot::{Name, RequestEntry, Snapshot};
 
 /// A run that can be repeated.
@@ -105,7 +103,7 @@ impl Bundle {
     /// Whether a file that begins with these bytes can be a bundle.
     #[must_use]
     pub fn begins_with(bytes: &[u8]) -> bool {
-        bytes.starts_with(MAGIC)
+        bytes.starts_with(archive::MAGIC)
     }
 
     /// The scene, with the settings of the run, known in messages as `name`.

@@ -10,10 +10,10 @@ mod watch;
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
+use crate::{EnergyState, Event, Happening, Snapshot};
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::{Method, Request, TimeStep};
-use scene::{EnergyState, Event, Happening, Snapshot};
 
 use crate::input::{Input, asked, pending};
 

@@ -1,10 +1,11 @@
 //! The watch for faults: bodies that are quarantined, and energy out of nowhere.
 
+use crate::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry};
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
 use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, Stepper, totals};
-use scene::{EXPLODES, EnergyGrowth, EnergyLook, EnergyState, FaultEntry, Names};
+use scene::{EXPLODES, Names};
 
 /// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a
 /// fault. The first tick of a fall from rest invents as much as it has, whatever comes after it; of a method beyond
@@ -121,7 +122,7 @@ impl Watch {
     }
 
     /// What went wrong in a tick that is over, and invented so much energy, J, if it was booked.
-    pub(crate) fn look(&mut self, world: &mut World, invented: f64) -> Option<Fault> {
+    pub fn look(&mut self, world: &mut World, invented: f64) -> Option<Fault> {
         let jump = self.look_at_energy(world, invented);
         self.look_for_quarantined(world).or(jump)
     }

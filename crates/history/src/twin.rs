@@ -1,12 +1,13 @@
 //! Worlds that follow another one: the same scene and the same inputs in the same ticks, by a method of their own.
 
+use crate::Snapshot;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::{
     Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Requests, Stepper, Substeps, TimeStep,
     remember_positions,
 };
-use scene::{Scene, Snapshot};
+use scene::Scene;
 
 use crate::distances::Bodies;
 use crate::input::{Input, give};

@@ -6,9 +6,9 @@ use motion::units::Vector;
 use motion::{Method, Request, Stepper, TimeStep};
 
 use super::*;
-use crate::Scene;
 use crate::bundle::{BUNDLE_FORMAT, EnergyGrowth, EnergyLook, FaultEntry, Happening, Keyframe, Settings};
 use crate::snapshot::Name;
+use scene::Scene;
 
 const TEXT: &str = "(version: 1, method: velocity_verlet, wells: [(strength_m3_s2: 5)], bodies: [
     (name: \"a\", position_m: (2, 0, 0)), (position_m: (0, 3, 0), method: position_verlet, substeps: 2)],

@@ -18,7 +18,7 @@ struct Member {
     most: u64,
 }
 
-const SCENE: Member = Member { name: "scene.ron", most: crate::FILE_LIMIT };
+const SCENE: Member = Member { name: "scene.ron", most: scene::FILE_LIMIT };
 const MANIFEST: Member = Member { name: "manifest.json", most: 16 << 20 };
 const STATE: Member = Member { name: "state.cbor", most: 512 << 20 };
 const PICTURE: Member = Member { name: "picture.png", most: 256 << 20 };
@@ -30,7 +30,7 @@ const MOST_MEMORY: usize = 256 << 20;
 const DIGITS: usize = 16;
 
 /// What every bundle, as every other ZIP archive, begins with.
-pub(crate) const MAGIC: &[u8] = b"PK\x03\x04";
+pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 
 /// What every comment of a bundle begins with.
 const COMMENT: &str = "sandbox bundle, XXH3-64 of all bytes before: ";

@@ -3,14 +3,15 @@
 use std::fmt;
 use std::iter::Peekable;
 
+use crate::{BadSnapshot, EnergyState, Event, Happening, Snapshot, hash_of_states};
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::{Stepper, Substeps, TimeStep};
-use scene::{BadSnapshot, EnergyState, Event, Happening, Scene, Snapshot, hash_of_states};
+use scene::Scene;
 
 use super::{Fault, Watch};
 use crate::input::{Input, give};
-use crate::run::states;
+use crate::states;
 
 /// A world that was not what it had been when it was simulated again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,13 +10,13 @@ use motion::{
     OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId,
     Substeps, TimeStep, Transform, own_method,
 };
+use scene::FileIndex;
 use serde::{Deserialize, Serialize};
 
 use super::{
     ClockEntry, CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, RequestEntry, SavedFault, Snapshot,
     list_bytes,
 };
-use crate::spawn::FileIndex;
 
 /// Gravity and damping of a world, and what is switched off in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
