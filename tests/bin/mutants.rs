@@ -83,7 +83,7 @@ const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "a hash over bodies in the order of a hash table",
-        file: "crates/sandbox/src/session/read.rs",
+        file: "crates/sandbox/src/view/read.rs",
         from: "self.entities.iter().copied().filter(",
         to: "self.ids.keys().copied().filter(",
         killed_by: "determinism::the_program_gives_the_pinned_hashes",

@@ -8,7 +8,7 @@ fn main() -> ExitCode {
     // wgpu tries every driver and logs those that fail; what matters comes back as an error.
     let quiet = "error,wgpu_hal=off,wgpu_core=off";
     env_logger::Builder::from_env(env_logger::Env::default().default_filter_or(quiet)).init();
-    match sandbox::cli::run() {
+    match sandbox::commands::run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("sandbox: {failure}");

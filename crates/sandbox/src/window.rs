@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use motion::clock::FrameClock;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
 use winit::application::ApplicationHandler;
@@ -27,13 +28,14 @@ use self::recorder::Recorder;
 use self::speed::Speed;
 use self::wheel::Wheel;
 use crate::actions::{Action, Key, binding};
-use crate::bundle::{self, write_bundle};
-use crate::cli::{StepArgs, WindowArgs};
+use crate::app::script::{load_script, player_of};
+use crate::app::session::{DEFAULT_FPS, Options, Order, Overrides, Session};
+use crate::args::{StepArgs, size};
 use crate::failure::Failure;
-use crate::headless::{DEFAULT_FPS, load_script, player_of, write_picture};
 use crate::input::{Button, Input, InputFrame};
-use crate::progress::Loading;
-use crate::session::{Options, Order, Overrides, Session};
+use crate::output::bundle::{self, write_bundle};
+use crate::output::pictures::write_picture;
+use crate::output::progress::Loading;
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -47,6 +49,27 @@ const HIDDEN_FRAME: Duration = Duration::from_millis(100);
 
 /// Frames that are drawn after something happened: panels may take their place one layout later.
 const SETTLING_FRAMES: u32 = 3;
+
+/// Opens the window.
+#[derive(Args, Debug)]
+pub(crate) struct WindowArgs {
+    /// A shipped scene, a file or a bundle [default: tutorial]
+    pub scene: Option<String>,
+    /// Start paused
+    #[arg(long)]
+    pub paused: bool,
+    /// Play a script
+    #[arg(long, value_name = "FILE")]
+    pub script: Option<PathBuf>,
+    /// Size of the window, pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    pub size: [u32; 2],
+    #[command(flatten)]
+    pub step: StepArgs,
+    /// Record inputs and frame times, for `run --script`
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["script", "paused", "substeps"])]
+    pub record: Option<PathBuf>,
+}
 
 /// Opens the window and runs until it is closed.
 pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use motion::Method;
 use scene::{Recording, Script, Step, When};
 
-use crate::cli::WindowArgs;
+use crate::app::player::recorded;
 use crate::failure::Failure;
-use crate::files::Output;
 use crate::input::Input;
-use crate::player::recorded;
+use crate::output::files::Output;
+use crate::window::WindowArgs;
 
 /// What was recorded so far.
 pub(super) struct Recorder {

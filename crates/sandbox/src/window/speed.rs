@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use crate::session::{Measured, SpeedSetting};
+use crate::app::session::{Measured, SpeedSetting};
 
 /// Time over which means are taken, s.
 const SPAN_S: f64 = 0.5;

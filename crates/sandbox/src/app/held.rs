@@ -1,0 +1,145 @@
+//! Held keys, and what they steer.
+
+use glam::DVec3;
+
+use crate::actions::{Action, Key, binding};
+use crate::app::session::KEY_PUSH;
+
+/// A shift key that is held for less than this, s, before a key that goes with it, was not meant to fly.
+const CHORD_S: f64 = 0.5;
+
+/// Keys that went down and up before what they steer could see them.
+pub(crate) struct Tapped {
+    /// Within one frame: they fly for that frame.
+    pub in_frame: Vec<Key>,
+    /// With no tick between: they push for one tick, as a click does.
+    pub between_ticks: Vec<Key>,
+}
+
+/// The taps of a span of time.
+#[derive(Clone, Debug, Default)]
+struct Taps {
+    /// Keys that went down in it.
+    pressed: Vec<Key>,
+    /// Those of them that came up in it, too.
+    tapped: Vec<Key>,
+}
+
+impl Taps {
+    fn release(&mut self, same: impl Fn(&Key) -> bool) {
+        if let Some(at) = self.pressed.iter().position(same) {
+            self.tapped.push(self.pressed.remove(at));
+        }
+    }
+}
+
+/// Keys that act as long as they are held.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Held {
+    keys: Vec<Key>,
+    /// Those of this frame.
+    in_frame: Taps,
+    /// Those since the last tick.
+    between_ticks: Taps,
+    /// How long shift has moved the camera since it went down, s.
+    shifted_s: f64,
+}
+
+impl Held {
+    pub const fn is_empty(&self) -> bool {
+        self.keys.is_empty()
+    }
+
+    pub fn press(&mut self, key: &Key) {
+        if !self.keys.contains(key) {
+            if is_shift(key) {
+                self.shifted_s = 0.0;
+            }
+            self.keys.push(key.clone());
+            self.in_frame.pressed.push(key.clone());
+            self.between_ticks.pressed.push(key.clone());
+        }
+    }
+
+    pub fn release(&mut self, key: &Key) {
+        // By name: the control or the shift key may have gone down or up since the key did.
+        let same = |other: &Key| other.name() == key.name();
+        self.in_frame.release(same);
+        self.between_ticks.release(same);
+        self.keys.retain(|held| !same(held));
+    }
+
+    pub fn release_all(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes shift for a part of another key; how long it has moved the camera, s, which was not meant.
+    pub fn take_shift(&mut self) -> f64 {
+        if !self.keys.iter().any(is_shift) || self.shifted_s >= CHORD_S {
+            return 0.0;
+        }
+        self.keys.retain(|key| !is_shift(key));
+        self.in_frame.pressed.retain(|key| !is_shift(key));
+        self.between_ticks.pressed.retain(|key| !is_shift(key));
+        std::mem::take(&mut self.shifted_s)
+    }
+
+    /// Ends the input of a frame. Returns the keys that were only tapped in it: each acts once.
+    pub fn end_input(&mut self) -> Tapped {
+        self.in_frame.pressed.clear();
+        Tapped {
+            in_frame: std::mem::take(&mut self.in_frame.tapped),
+            between_ticks: std::mem::take(&mut self.between_ticks.tapped),
+        }
+    }
+
+    /// A tick begins: it sees the keys that are held now.
+    pub fn begin_tick(&mut self) {
+        self.between_ticks.pressed.clear();
+    }
+
+    /// Where the camera flies in a frame of `seconds`: right, up and forward, each -1, 0 or 1.
+    pub fn flight(&mut self, tapped: &[Key], seconds: f64) -> DVec3 {
+        let keys = [&self.keys, tapped].concat();
+        let direction = DVec3::new(
+            axis(&keys, Action::FlyLeft, Action::FlyRight),
+            axis(&keys, Action::FlyDown, Action::FlyUp),
+            axis(&keys, Action::FlyBack, Action::FlyForward),
+        );
+        if direction.y < 0.0 {
+            self.shifted_s += seconds;
+        }
+        direction
+    }
+
+    /// The push of the held keys, N.
+    pub fn push(&self) -> DVec3 {
+        push(&self.keys)
+    }
+
+    pub fn holds(&self, action: Action) -> bool {
+        holds(&self.keys, action)
+    }
+}
+
+/// The push of `keys`, N.
+pub(crate) fn push(keys: &[Key]) -> DVec3 {
+    DVec3::new(
+        axis(keys, Action::PushMinusX, Action::PushPlusX),
+        axis(keys, Action::PushMinusY, Action::PushPlusY),
+        axis(keys, Action::PushMinusZ, Action::PushPlusZ),
+    ) * KEY_PUSH
+}
+
+fn is_shift(key: &Key) -> bool {
+    key.name() == "Shift"
+}
+
+fn holds(keys: &[Key], action: Action) -> bool {
+    keys.iter().filter_map(binding).any(|binding| binding.action == action)
+}
+
+/// -1, 0 or 1 from two opposite actions of `keys`.
+fn axis(keys: &[Key], minus: Action, plus: Action) -> f64 {
+    f64::from(i8::from(holds(keys, plus)) - i8::from(holds(keys, minus)))
+}

@@ -1,0 +1,189 @@
+//! Plays a script: turns its steps into the input of frames and of ticks.
+
+use std::collections::VecDeque;
+
+use motion::Request;
+use motion::units::Vector;
+use scene::{Action, MouseButton, Script, Step, When};
+
+use crate::actions::{self, Key, UnknownKey};
+use crate::app::session::Session;
+use crate::input::{Button, Experiment, Input};
+
+/// Frames that a paused run waits for the next step of its script.
+const MOST_PAUSED_FRAMES: u64 = 100_000;
+
+/// Steps with their places in the list.
+type Steps = VecDeque<(usize, Step)>;
+
+/// A script on its way.
+#[derive(Clone, Debug)]
+pub struct Player {
+    of_frames: Steps,
+    of_ticks: Steps,
+    /// Buttons that a click lets go in the next frame.
+    afterwards: Vec<Input>,
+    /// Keys held until that time, s; each key once.
+    held: Vec<(f64, Key)>,
+}
+
+impl Player {
+    /// Prepares `script`, all key names checked.
+    ///
+    /// # Errors
+    /// Every step that names no key: its index and the word.
+    pub fn new(script: Script) -> Result<Self, Vec<(usize, UnknownKey)>> {
+        let keys = script.steps.iter().enumerate().filter_map(|(i, step)| Some((i, step.action.key()?)));
+        let unknown = keys.filter_map(|(i, word)| Some((i, actions::key_of_word(word).err()?)));
+        let unknown: Vec<_> = unknown.collect();
+        if !unknown.is_empty() {
+            return Err(unknown);
+        }
+        let (of_ticks, of_frames) =
+            script.steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
+        Ok(Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new() })
+    }
+
+    /// Whether every step was carried out, and nothing is held.
+    #[must_use]
+    pub fn finished(&self) -> bool {
+        self.left().next().is_none() && self.afterwards.is_empty() && self.held.is_empty()
+    }
+
+    /// The steps that were not carried out, with their places in the list.
+    pub fn left(&self) -> impl Iterator<Item = (usize, &Step)> {
+        self.of_frames.iter().chain(&self.of_ticks).map(|(place, step)| (*place, step))
+    }
+
+    /// What a run that is paused after `session`'s last frame waits for in vain, at `rate` frames a second: a tick, or a
+    /// frame that is too far ahead for anybody to wait.
+    #[must_use]
+    pub fn waits_in_vain(&self, session: &Session, rate: f64) -> Option<When> {
+        #[expect(clippy::cast_precision_loss, reason = "counts of frames")]
+        let last = session.frames().saturating_add(MOST_PAUSED_FRAMES) as f64;
+        if !self.afterwards.is_empty() || self.held.iter().any(|(until, _)| until * rate <= last) {
+            return None;
+        }
+        let Some((_, Step { when, .. })) = self.of_frames.front() else {
+            let key = self.held.first().map(|(until, _)| When::Seconds(*until));
+            return self.of_ticks.front().map(|(_, step)| step.when).or(key);
+        };
+        #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
+        let in_vain = match *when {
+            When::Tick(tick) => tick > session.ticks(),
+            When::Frame(frame) => frame as f64 > last,
+            When::Seconds(time) => time * rate > last,
+        };
+        in_vain.then_some(*when)
+    }
+
+    /// The input of frame number `frame`, which begins after `ticks` ticks and ends at `total` seconds.
+    ///
+    /// A step is due in the first frame that ends at its time or later, or begins with that many ticks done.
+    pub fn of_frame(&mut self, frame: u64, ticks: u64, total: f64) -> Vec<Input> {
+        let mut events = std::mem::take(&mut self.afterwards);
+        // Frame times are quotients: the frame that ends at 0.5 s may end a rounding earlier.
+        let reached = |time: f64| time <= total + 1e-9;
+        let over = self.held.extract_if(.., |(until, _)| reached(*until));
+        events.extend(over.map(|(_, key)| Input::KeyUp(key)));
+        while let Some((_, step)) = self.of_frames.pop_front_if(|(_, step)| match step.when {
+            When::Seconds(time) => reached(time),
+            When::Tick(tick) => tick <= ticks,
+            When::Frame(number) => number <= frame,
+        }) {
+            events.push(self.input(step.action, total));
+        }
+        events
+    }
+
+    /// What comes before the tick that starts at `start` seconds and lasts `length` seconds, after `ticks` others.
+    pub fn of_tick(&mut self, ticks: u64, start: f64, length: f64) -> Vec<Input> {
+        let mut inputs = Vec::new();
+        while let Some((_, step)) =
+            self.of_ticks.pop_front_if(|(_, step)| step.when.has_come(ticks, start, length))
+        {
+            inputs.push(self.input(step.action, start));
+        }
+        inputs
+    }
+
+    /// Presses `key`, and lets it go in the first frame that ends at `until` or later. Where it is held already it is let go when
+    /// the later of both is over.
+    fn hold(&mut self, key: Key, until: f64) -> Input {
+        match self.held.iter_mut().find(|(_, held)| *held == key) {
+            Some((end, _)) => *end = end.max(until),
+            None => self.held.push((until, key.clone())),
+        }
+        Input::KeyDown(key)
+    }
+
+    /// What `action` is as an input, at `now` seconds.
+    fn input(&mut self, action: Action, now: f64) -> Input {
+        let key = |word: &str| actions::key_of_word(word).expect("checked when the script was read");
+        let experiment = |experiment| Input::Experiment(experiment);
+        let of_body =
+            |name, request, value: Vector| experiment(Experiment::OfBody(name, request, value.to_array()));
+        match action {
+            // Until the next frame.
+            Action::Press(word) => self.hold(key(&word), now),
+            Action::Hold(word, seconds) => self.hold(key(&word), now + seconds),
+            Action::KeyDown(word) => Input::KeyDown(key(&word)),
+            Action::KeyUp(word) => Input::KeyUp(key(&word)),
+            Action::Text(text) => Input::Text(text),
+            Action::MoveMouse(x, y) => Input::Mouse(x, y),
+            Action::MouseDown(button) => Input::ButtonDown(button_of(button)),
+            Action::MouseUp(button) => Input::ButtonUp(button_of(button)),
+            Action::Click(button) => {
+                self.afterwards.push(Input::ButtonUp(button_of(button)));
+                Input::ButtonDown(button_of(button))
+            }
+            Action::Wheel(notches) => Input::Wheel(notches),
+            Action::FocusLost => Input::FocusLost,
+            Action::Resize(width, height) => Input::Resized([width, height]),
+            Action::Scale(scale) => Input::Scaled(scale),
+            Action::Push(body, newtons) => experiment(Experiment::Push(body, newtons.to_array())),
+            Action::Impulse(body, value) => of_body(body, Request::Impulse, value),
+            Action::SetVelocity(body, value) => of_body(body, Request::SetVelocity, value),
+            Action::SetPosition(body, value) => of_body(body, Request::SetPosition, value),
+            Action::SetGravity(value) => experiment(Experiment::OfWorld(Request::SetGravity(value))),
+            Action::SetDamping(rate) => experiment(Experiment::DampingRate(rate)),
+            Action::ReverseVelocities => experiment(Experiment::OfWorld(Request::ReverseVelocities)),
+            Action::Remove(body) => experiment(Experiment::Remove(body)),
+            Action::Screenshot(name) => experiment(Experiment::Screenshot(name)),
+            Action::SetBodyMethod(body, method) => experiment(Experiment::BodyMethod(body, Some(method))),
+            Action::SetMethod(method) => experiment(Experiment::Method(method)),
+            Action::SwitchEffect(effect, on) => experiment(Experiment::SwitchEffect(effect, on)),
+        }
+    }
+}
+
+const fn button_of(button: MouseButton) -> Button {
+    match button {
+        MouseButton::Left => Button::Left,
+        MouseButton::Right => Button::Right,
+        MouseButton::Middle => Button::Middle,
+    }
+}
+
+/// The script's word for an input, for recordings; `None` for what only a script does.
+#[must_use]
+pub fn recorded(input: &Input) -> Option<Action> {
+    let button = |button: Button| match button {
+        Button::Left => MouseButton::Left,
+        Button::Right => MouseButton::Right,
+        Button::Middle => MouseButton::Middle,
+    };
+    Some(match input {
+        Input::KeyDown(key) => Action::KeyDown(key.to_string()),
+        Input::KeyUp(key) => Action::KeyUp(key.to_string()),
+        Input::Text(text) => Action::Text(text.clone()),
+        Input::Mouse(x, y) => Action::MoveMouse(*x, *y),
+        Input::ButtonDown(which) => Action::MouseDown(button(*which)),
+        Input::ButtonUp(which) => Action::MouseUp(button(*which)),
+        Input::Wheel(notches) => Action::Wheel(*notches),
+        Input::FocusLost => Action::FocusLost,
+        Input::Resized([width, height]) => Action::Resize(*width, *height),
+        Input::Scaled(scale) => Action::Scale(*scale),
+        Input::Experiment(_) => return None,
+    })
+}

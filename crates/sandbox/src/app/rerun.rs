@@ -1,0 +1,133 @@
+//! Sessions and bundles: what is recorded as a file, and a file as a session.
+
+use history::{
+    BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Rerun, Settings, TIMELINE_BYTES, Watch,
+};
+
+use crate::PROGRAM;
+use crate::app::past::{OnFault, Recorded};
+use crate::app::session::{Options, Session};
+use crate::failure::Failure;
+
+/// What a bundle came to when it was simulated again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Repetition {
+    /// The first tick whose state was known to be another one.
+    pub first_different_tick: Option<u64>,
+    /// State hash at the end of the last tick.
+    pub state_hash: u64,
+    /// The fault of then, if it was one of now, else the first of now.
+    pub fault: Option<FaultEntry>,
+    /// Whether the fault, or that there is none, is as it was then.
+    pub same_fault: bool,
+}
+
+impl Repetition {
+    /// Whether nothing differs.
+    #[must_use]
+    pub const fn same(&self) -> bool {
+        self.first_different_tick.is_none() && self.same_fault
+    }
+
+    /// What differs from `then`, as clauses.
+    #[must_use]
+    pub fn differences(&self, then: &Manifest) -> Vec<String> {
+        let mut differences = Vec::new();
+        match self.first_different_tick {
+            Some(tick) if tick == then.end_tick => {
+                differences.push(format!("the state differs at the end, tick {tick}"));
+            }
+            Some(tick) => differences.push(format!("the state differs from tick {tick} on")),
+            None => {}
+        }
+        if !self.same_fault {
+            let words = |fault: Option<&FaultEntry>| fault.map_or("no fault".to_owned(), ToString::to_string);
+            let (now, then) = (self.fault.as_ref(), then.fault.as_ref());
+            differences.push(format!("{} instead of {}", words(now), words(then)));
+        }
+        if !differences.is_empty() && then.program != PROGRAM {
+            differences.push(format!("it was written by {}, this is {PROGRAM}", then.program));
+        }
+        differences
+    }
+}
+
+impl Session {
+    /// The run of `bundle`, simulated again: a session that is paused at its end, with its timeline, in which going
+    /// on from the past repeats what came from outside until something else does. `name` is that of the file; `look` is told
+    /// the number of every tick that is over.
+    ///
+    /// # Errors
+    /// A bundle that contradicts itself, is of another kind of scene or too large.
+    pub fn of_bundle(
+        bundle: &Bundle,
+        name: &str,
+        options: Options,
+        look: &mut dyn FnMut(u64),
+    ) -> Result<(Self, Repetition), Failure> {
+        let scene = bundle.scene(&format!("{name}: scene.ron"))?;
+        let rerun = Rerun::of(&scene, bundle, TIMELINE_BYTES, look)
+            .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
+        let Rerun { timeline, end, faults, diverged_at, state_hash } = rerun;
+        let mut session = Self::new(scene, Options { paused: true, ..options });
+        let named = |fault: &Fault| fault.named(&session.scene.names);
+        let then = &bundle.manifest;
+        let of_then = faults.iter().find(|fault| Some(named(fault)) == then.fault);
+        let fault = of_then.or(faults.first()).cloned();
+        let same_end = format!("{state_hash:016x}") == then.end_state_hash;
+        let repetition = Repetition {
+            first_different_tick: diverged_at.or((!same_end).then_some(then.end_tick)),
+            state_hash,
+            same_fault: fault.as_ref().map(named) == then.fault,
+            fault: fault.as_ref().map(named),
+        };
+        let watch = Watch::going_on(&mut session.world, end.watch.energy());
+        let mut recorded = Recorded::new(timeline, watch);
+        (recorded.fault, recorded.repeats) = (fault, true);
+        session.recorded = Some(Box::new(recorded));
+        session.recording = Some(OnFault::Pause);
+        session.go_on_from(end);
+        session.records_seen = 0;
+        session.note_quarantined();
+        Ok((session, repetition))
+    }
+
+    /// Goes to the last good tick before what went wrong, if something did, with the body selected.
+    pub fn rewind_before_fault(&mut self) {
+        if let Some(fault) = self.fault().cloned() {
+            self.rewind_before(&fault);
+        }
+    }
+
+    /// Everything that is recorded, to be repeated elsewhere, with a PNG of the last good tick. `None` where nothing
+    /// is recorded, or the run does not come out the same here.
+    #[must_use]
+    pub fn bundle(&self, picture: Option<Vec<u8>>) -> Option<Bundle> {
+        let Recorded { timeline, fault, .. } = &**self.recorded.as_ref()?;
+        let (snapshot, events, energy) = timeline.origin()?;
+        let hash = |hash: u64| format!("{hash:016x}");
+        let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
+        let range = timeline.range();
+        Some(Bundle {
+            scene: self.scene.text.0.to_string(),
+            manifest: Manifest {
+                format: BUNDLE_FORMAT,
+                program: PROGRAM.to_owned(),
+                scene: self.scene.name.clone(),
+                settings: Settings::of(&self.scene),
+                snapshot_tick: *range.start(),
+                end_tick: *range.end(),
+                end_state_hash: hash(timeline.end_hash(&self.scene).ok()?),
+                keyframes: keyframes.collect(),
+                fault: fault
+                    .as_ref()
+                    .filter(|fault| *range.start() < fault.found && fault.found <= *range.end())
+                    .map(|fault| fault.named(&self.scene.names)),
+            },
+            snapshot: snapshot.clone(),
+            events,
+            energy: energy.largest_j.is_finite().then_some(energy),
+            picture,
+        })
+    }
+}

@@ -1,0 +1,105 @@
+//! A script that a session plays.
+//!
+//! Its keys and pointer act at the start of a frame, as a person's do. Its other steps act between two ticks, so that they
+//! act in the same tick whatever the frames are.
+
+use std::path::Path;
+
+use bevy_ecs::prelude::*;
+use motion::TimeStep;
+use motion::clock::{FrameTime, StepClock};
+use scene::{Recording, Scene, Script, Source, When};
+
+use crate::actions::{self, Action};
+use crate::app::player::Player;
+use crate::app::session::Session;
+use crate::failure::Failure;
+
+impl Session {
+    /// Plays a script from the next frame on, beside the input of frames.
+    pub fn play(&mut self, player: Player) {
+        self.player = Some(player);
+    }
+
+    /// The script that is played, if one is.
+    #[must_use]
+    pub const fn player(&self) -> Option<&Player> {
+        self.player.as_ref()
+    }
+
+    /// What the script waits for in vain while the session is paused, at `rate` frames a second.
+    pub(crate) fn waits_in_vain(&self, rate: f64) -> Option<When> {
+        self.player.as_ref()?.waits_in_vain(self, rate)
+    }
+
+    /// Does what the script does at the start of a frame.
+    pub(crate) fn play_frame(&mut self, time: FrameTime) {
+        let (frame, ticks) = (self.frames, self.ticks());
+        let Some(player) = &mut self.player else { return };
+        for input in player.of_frame(frame, ticks, time.total()) {
+            self.handle(&input);
+        }
+    }
+
+    /// Does what the script does before the next tick; whether that is something.
+    pub(crate) fn play_tick(&mut self) -> bool {
+        let Some(player) = &mut self.player else { return false };
+        let (clock, step) = (self.world.resource::<StepClock>(), self.world.resource::<TimeStep>());
+        let inputs = player.of_tick(clock.ticks(), clock.seconds(), step.0);
+        for input in &inputs {
+            self.handle(input);
+        }
+        !inputs.is_empty()
+    }
+
+    /// [`Self::play_tick`] between two ticks of a frame.
+    pub(crate) fn play_between_ticks(&mut self) {
+        if self.play_tick() {
+            self.carry_out_requests();
+            self.note_pushes();
+        }
+    }
+
+    /// A body of the scene; where it is gone, that is told.
+    pub(crate) fn body_or_refuse(&mut self, name: &str) -> Option<Entity> {
+        let body = self.body(name);
+        if body.is_none() {
+            self.refuse(format!("there is no body {name} any more"));
+        }
+        body
+    }
+}
+
+/// Reads a script or a recording and checks its keys, and its bodies against those of a scene.
+pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure> {
+    let name = path.display().to_string();
+    let text = scene::read_text(path)?;
+    let script = Script::parse(&name, &text)?;
+    if let Some(recording) = &script.recording {
+        check_scene(recording, &name, scene)?;
+    }
+    let is_key = |word: &str| actions::key_of_word(word).is_ok();
+    script.check(&name, &text, scene, is_key, |word| actions::is_bound(word, Action::brings_back))?;
+    Ok(script)
+}
+
+/// A recording means something in its own scene only; folders do not count, for files move.
+fn check_scene(recording: &Recording, name: &str, scene: &Scene) -> Result<(), Failure> {
+    let stem = |path: &Path| path.file_stem().map(std::ffi::OsStr::to_owned);
+    let opened = match &scene.source {
+        Source::Shipped(name) => Path::new(name),
+        Source::File(path) => path,
+        Source::Text => return Ok(()),
+    };
+    let recorded = &recording.scene;
+    if stem(Path::new(recorded)) == stem(opened) {
+        return Ok(());
+    }
+    let opened = opened.display();
+    Err(Failure::Usage(format!("{name}: this was recorded in {recorded}, not in {opened}; open {recorded}")))
+}
+
+/// A player for a script that was loaded.
+pub(crate) fn player_of(script: Script) -> Player {
+    Player::new(script).expect("the keys of a loaded script are checked")
+}

@@ -1,0 +1,395 @@
+//! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
+
+use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
+use motion::clock::{FrameClock, FrameTime};
+
+use history::Happening;
+
+use crate::actions::Key;
+use crate::app::control::Mode;
+use crate::app::panels::{self, Edit, Finder};
+use crate::app::session::{Order, Session, SwitchedBy};
+use crate::input::Button;
+
+/// How long a notice stays, s.
+const NOTICE_S: f64 = 4.0;
+
+/// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
+const FAR: f64 = 1e6;
+
+/// Points that the panels need, the help being the widest. A smaller picture has smaller points, down to half
+/// the size: below that nobody could read them.
+const ROOM: [f32; 2] = [960.0, 540.0];
+const SMALLEST: f32 = 0.5;
+
+/// What a notice is about. Of each topic but the last there is one notice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Topic {
+    /// A file that was written or opened: true whatever is simulated.
+    File,
+    Fault,
+    Forecast,
+    Gravity,
+    Ghosts,
+    Method,
+    /// Where in the last minute the run stands.
+    Place,
+    Speed,
+    Unconverged,
+    Other,
+}
+
+/// Words in the picture.
+struct Notice {
+    topic: Topic,
+    text: String,
+    /// When it goes, s; known once it is seen.
+    until: Option<f64>,
+}
+
+/// What can be opened beside the tutorial's own words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "they say it themselves")]
+pub enum Panel {
+    Help,
+    Settings,
+    Effects,
+    Cost,
+    /// The list of ghosts, which it leaves alone when it is closed.
+    Ghosts,
+    Ledger,
+    Forecast,
+    Timeline,
+    Finder,
+}
+
+/// Which panels are open, and egui.
+pub(crate) struct Ui {
+    context: egui::Context,
+    events: Vec<Event>,
+    output: Option<egui::FullOutput>,
+    /// Pixels a point, as the display has it.
+    scale: f32,
+    size_px: [u32; 2],
+    pointer: Pos2,
+    laid_out: bool,
+    /// Open panels in the order in which they were opened.
+    opened: Vec<Panel>,
+    /// What the axes of accuracy and cost count.
+    pub axes: panels::Axes,
+    pub finder: Finder,
+    was_open: bool,
+    /// When egui wants its next layout, s; infinite where nothing moves by itself.
+    lays_out_at: f64,
+    notices: Vec<Notice>,
+}
+
+impl Ui {
+    pub fn new(size_px: [u32; 2]) -> Self {
+        let context = egui::Context::default();
+        // Pictures must not depend on how many frames ago a panel was opened.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
+        let mut visuals = egui::Visuals::dark();
+        // As bright as the tutorial's texts.
+        visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(191);
+        context.set_visuals(visuals);
+        Self {
+            context,
+            events: Vec::new(),
+            output: None,
+            scale: 1.0,
+            size_px,
+            pointer: Pos2::ZERO,
+            laid_out: false,
+            opened: Vec::new(),
+            axes: panels::Axes::default(),
+            finder: Finder::default(),
+            was_open: false,
+            lays_out_at: f64::INFINITY,
+            notices: Vec::new(),
+        }
+    }
+
+    /// Whether `panel` is open.
+    pub fn shows(&self, panel: Panel) -> bool {
+        self.opened.contains(&panel)
+    }
+
+    /// Opens `panel` on top of the others, if it is closed.
+    pub fn open(&mut self, panel: Panel) {
+        if !self.shows(panel) {
+            self.opened.push(panel);
+            if panel == Panel::Finder {
+                self.finder = Finder::default();
+            }
+        }
+    }
+
+    pub fn close(&mut self, panel: Panel) {
+        self.opened.retain(|other| *other != panel);
+    }
+
+    pub fn toggle(&mut self, panel: Panel) {
+        if self.shows(panel) {
+            self.close(panel);
+        } else {
+            self.open(panel);
+        }
+    }
+
+    /// Seconds from `now` until the panels look different without input.
+    pub fn changes_in_s(&self, now: f64) -> f64 {
+        // A notice that has not been laid out yet has no end.
+        let ends = self.notices.iter().map(|notice| notice.until.unwrap_or(now));
+        (ends.fold(self.lays_out_at, f64::min) - now).max(0.0)
+    }
+
+    /// Drops what waits for a layout that nobody will see.
+    pub fn forget(&mut self) {
+        self.events.clear();
+        self.notices.clear();
+    }
+
+    /// Says something for a few seconds, in place of what was said of its topic before.
+    pub fn notice(&mut self, topic: Topic, text: String) {
+        if topic != Topic::Other {
+            self.retract(topic);
+        }
+        self.notices.push(Notice { topic, text, until: None });
+    }
+
+    /// Takes back what is no longer true.
+    pub fn retract(&mut self, topic: Topic) {
+        self.notices.retain(|notice| notice.topic != topic);
+    }
+
+    /// Takes back what was said of a run that has come to its end.
+    pub fn retract_run(&mut self) {
+        self.notices.retain(|notice| notice.topic == Topic::File);
+    }
+
+    /// What is said at present.
+    pub fn notices(&self) -> impl Iterator<Item = &str> {
+        self.notices.iter().map(|notice| notice.text.as_str())
+    }
+
+    pub fn opened(&self) -> &[Panel] {
+        &self.opened
+    }
+
+    /// Whether a panel is open.
+    pub const fn any_open(&self) -> bool {
+        !self.opened.is_empty()
+    }
+
+    /// Whether a panel was open in the last layout: one more layout forgets it.
+    pub const fn closing(&self) -> bool {
+        self.was_open
+    }
+
+    /// Closes what was opened last: a list, a text field that is being edited, else a panel. `false` if nothing is open.
+    pub fn close_top(&mut self) -> bool {
+        // The finder's field has the keyboard as long as it is open.
+        if self.opened.last() != Some(&Panel::Finder) {
+            if egui::Popup::is_any_open(&self.context) {
+                egui::Popup::close_all(&self.context);
+                return true;
+            }
+            if let Some(field) = self.context.memory(egui::Memory::focused).filter(|_| self.any_open()) {
+                self.context.memory_mut(|memory| memory.surrender_focus(field));
+                return true;
+            }
+        }
+        self.opened.pop().is_some()
+    }
+
+    /// Whether a text field has the keyboard.
+    pub fn takes_keys(&self) -> bool {
+        self.shows(Panel::Finder) || (self.any_open() && self.context.egui_wants_keyboard_input())
+    }
+
+    /// Whether the pointer is over a panel or drags something of it.
+    pub fn wants_pointer(&self) -> bool {
+        // Where the pointer is now, not where the last layout saw it: it may have moved in this very frame.
+        let layer = self.context.layer_id_at(self.pointer);
+        let over = layer.is_some_and(|layer| layer.order != egui::Order::Background);
+        self.any_open() && (over || self.context.egui_is_using_pointer())
+    }
+
+    pub fn key(&mut self, key: &Key, pressed: bool) {
+        let name = match key.name() {
+            "Up" | "Down" | "Left" | "Right" => format!("Arrow{}", key.name()),
+            name => name.to_owned(),
+        };
+        let modifiers =
+            Modifiers { ctrl: key.ctrl(), command: key.ctrl(), shift: key.shift(), ..Modifiers::NONE };
+        if let Some(key) = egui::Key::from_name(&name) {
+            self.events.push(Event::Key { key, physical_key: None, pressed, repeat: false, modifiers });
+        }
+    }
+
+    pub fn text(&mut self, text: &str) {
+        let typed: String = text.chars().filter(|character| !character.is_control()).collect();
+        if !typed.is_empty() {
+            self.events.push(Event::Text(typed));
+        }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+    pub fn pointer(&mut self, x: f64, y: f64) {
+        let pixel = |number: f64| number.clamp(-FAR, FAR) as f32;
+        self.pointer = Pos2::new(pixel(x), pixel(y)) / self.pixels_per_point();
+        self.events.push(Event::PointerMoved(self.pointer));
+    }
+
+    pub fn pointer_gone(&mut self) {
+        self.events.push(Event::PointerGone);
+    }
+
+    pub fn button(&mut self, button: Button, pressed: bool) {
+        let button = match button {
+            Button::Left => PointerButton::Primary,
+            Button::Right => PointerButton::Secondary,
+            Button::Middle => PointerButton::Middle,
+        };
+        self.events.push(Event::PointerButton {
+            pos: self.pointer,
+            button,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "notches")]
+    pub fn wheel(&mut self, notches: f64) {
+        self.events.push(Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Line,
+            delta: Vec2::new(0.0, notches.clamp(-FAR, FAR) as f32),
+            phase: egui::TouchPhase::Move,
+            modifiers: Modifiers::NONE,
+            source: egui::MouseWheelSource::Unknown,
+        });
+    }
+
+    pub fn focus_lost(&mut self) {
+        self.events.push(Event::PointerGone);
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "a scale between 1 and 4")]
+    pub fn set_scale(&mut self, scale: f64) {
+        self.scale = scale.clamp(0.5, 8.0) as f32;
+    }
+
+    pub const fn set_size(&mut self, size_px: [u32; 2]) {
+        self.size_px = size_px;
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "pixels")]
+    fn pixels_per_point(&self) -> f32 {
+        let fits = |axis: usize| self.size_px[axis] as f32 / (ROOM[axis] * self.scale);
+        self.scale * fits(0).min(fits(1)).clamp(SMALLEST, 1.0)
+    }
+}
+
+impl Drop for Ui {
+    fn drop(&mut self) {
+        // Nobody will draw them any more; a debug build of egui asks to be told so.
+        if let Some(output) = &mut self.output {
+            output.textures_delta.clear();
+        }
+    }
+}
+
+impl Session {
+    /// Lays the panels out for this frame and queues what the person changed in them.
+    pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
+        let now = time.total();
+        self.ui.notices.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
+        let notices: Vec<_> = self.ui.notices().map(str::to_owned).collect();
+        let model = panels::Model::of(self, notices);
+        let context = self.ui.context.clone();
+        // The first layout only measures; a second one of the same frame stands right.
+        let passes = if self.ui.laid_out { 1 } else { 2 };
+        let pixels_per_point = self.ui.pixels_per_point();
+        let mut edits = Vec::new();
+        for _ in 0..passes {
+            let [width, height] = self.options.size_px;
+            #[expect(clippy::cast_precision_loss, reason = "pixels")]
+            let size = Vec2::new(width as f32, height as f32) / pixels_per_point;
+            let mut input = RawInput {
+                screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
+                time: Some(now),
+                #[expect(clippy::cast_possible_truncation, reason = "a frame time")]
+                predicted_dt: time.length() as f32,
+                events: std::mem::take(&mut self.ui.events),
+                ..Default::default()
+            };
+            if let Some(viewport) = input.viewports.get_mut(&egui::ViewportId::ROOT) {
+                viewport.native_pixels_per_point = Some(pixels_per_point);
+            }
+            let ui_state = &mut self.ui;
+            let mut output =
+                context.run_ui(input, |ui| edits.extend(panels::show(ui.ctx(), ui_state, &model)));
+            if let Some(mut earlier) = self.ui.output.take() {
+                // Textures that no picture has taken yet.
+                earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
+                output.textures_delta = std::mem::take(&mut earlier.textures_delta);
+            }
+            let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
+            // The longest delay is never.
+            let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
+            self.ui.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
+            self.ui.output = Some(output);
+        }
+        self.ui.laid_out = true;
+        self.ui.was_open = self.ui.any_open();
+        for edit in edits {
+            match edit {
+                Edit::Ask(request) => self.ask_by(request, SwitchedBy::Settings),
+                Edit::Try(experiment) => self.experiment(&experiment),
+                Edit::Switch(effect, on) => {
+                    // Only declared ones can be clicked.
+                    let _ = self.switch_effect(effect, on, SwitchedBy::Panel);
+                }
+                Edit::MeasureCost => self.measure_cost(),
+                Edit::ApplySetting(setting) => self.apply_setting(setting),
+                Edit::MeasureEffects => self.measure_effects(),
+                Edit::ShowGhost(method, shown) => self.show_ghost(method, shown),
+                Edit::StepHz(rate) => {
+                    if self.clock.set_rate(rate).is_ok() {
+                        self.record(Happening::Step(1.0 / rate));
+                        self.ui.retract(Topic::Forecast);
+                        self.world.insert_resource(motion::TimeStep(1.0 / rate));
+                    }
+                }
+                Edit::Seek(tick) => self.set_out(tick),
+                Edit::SaveBundle => self.ask_for_bundle(),
+                Edit::Open(scene) => self.orders.push(Order::Open(scene)),
+            }
+        }
+    }
+
+    /// Lays the panels out for a picture of the present state, between two frames.
+    pub(crate) fn lay_out_still(&mut self) {
+        if let Ok(now) = FrameClock::default().advance_to(self.clock.now()) {
+            // A card that is new stands at its place in the layout after those that measure it.
+            (0..2).for_each(|_| self.lay_out_panels(now));
+        }
+    }
+
+    /// The panels of the last layout as triangles; their textures are handed out once.
+    pub(crate) fn panels(&mut self) -> Option<render::Panels> {
+        let output = self.ui.output.as_mut()?;
+        let shapes = output.shapes.clone();
+        let pixels_per_point = output.pixels_per_point;
+        let textures_delta = std::mem::take(&mut output.textures_delta);
+        let primitives = self.ui.context.tessellate(shapes, pixels_per_point);
+        Some(render::Panels { primitives, textures_delta, pixels_per_point })
+    }
+
+    /// Whether the pointer is to be hidden and held by the window.
+    #[must_use]
+    pub fn grabs_pointer(&self) -> bool {
+        self.control.mode == Mode::Camera
+    }
+}

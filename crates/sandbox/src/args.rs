@@ -1,0 +1,91 @@
+//! Values of the command line, read and checked.
+
+use clap::Args;
+use motion::effects::Effect;
+use motion::{DampingModel, Method, Substeps};
+
+/// How a tick is taken.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct StepArgs {
+    /// Method of the scene; bodies with a method of their own keep it
+    #[arg(long, value_name = "M", value_parser = method)]
+    pub method: Option<Method>,
+    /// Parts of a tick, in place of the scene's; bodies with substeps of their own keep them
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = substeps)]
+    pub substeps: Option<u32>,
+    /// Threads that integrate; states are the same for every number
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    pub threads: Option<usize>,
+}
+
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
+    let parse = |text: &str| text.parse().ok().filter(|side| (1..=16_384).contains(side));
+    match text.split_once('x').map(|(width, height)| (parse(width), parse(height))) {
+        Some((Some(width), Some(height))) => Ok([width, height]),
+        _ => Err("give width and height from 1 to 16384 pixels, as in 1280x720".to_owned()),
+    }
+}
+
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("give a finite number above 0".to_owned()),
+    }
+}
+
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
+    // The step is the reciprocal.
+    match positive(text) {
+        Ok(value) if (1.0 / value).is_infinite() => Err("give a number farther above 0".to_owned()),
+        other => other,
+    }
+}
+
+pub(crate) fn whole(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "give a whole number from 0 up".to_owned())
+}
+
+pub(crate) fn above_0(text: &str) -> Result<u64, String> {
+    match whole(text) {
+        Ok(value) if value > 0 => Ok(value),
+        _ => Err("give a whole number from 1 up".to_owned()),
+    }
+}
+
+pub(crate) fn substeps(text: &str) -> Result<u32, String> {
+    let found = text.parse().ok().filter(|parts| (1..=Substeps::MOST).contains(parts));
+    found.ok_or_else(|| format!("give a whole number from 1 to {}", Substeps::MOST))
+}
+
+/// More copies of a problem than this are not timed.
+const MOST_BODIES: u32 = 100_000;
+
+pub(crate) fn bodies(text: &str) -> Result<u32, String> {
+    let found = text.parse().ok().filter(|bodies| (1..=MOST_BODIES).contains(bodies));
+    found.ok_or_else(|| format!("give a whole number from 1 to {MOST_BODIES}"))
+}
+
+/// More threads than this only wait for each other.
+const MOST_THREADS: usize = 256;
+
+pub(crate) fn threads(text: &str) -> Result<usize, String> {
+    let found = text.parse().ok().filter(|threads| (1..=MOST_THREADS).contains(threads));
+    found.ok_or_else(|| format!("give a whole number from 1 to {MOST_THREADS}"))
+}
+
+pub(crate) fn method(text: &str) -> Result<Method, String> {
+    Method::from_name(text).ok_or_else(|| format!("the methods are {}", names(Method::ALL.map(Method::name))))
+}
+
+pub(crate) fn effect(text: &str) -> Result<Effect, String> {
+    Effect::from_name(text).ok_or_else(|| format!("the effects are {}", names(Effect::ALL.map(Effect::name))))
+}
+
+pub(crate) fn damping(text: &str) -> Result<DampingModel, String> {
+    let found = DampingModel::ALL.into_iter().find(|model| model.name() == text);
+    found.ok_or_else(|| format!("the models are {}", names(DampingModel::ALL.map(DampingModel::name))))
+}
+
+fn names<const N: usize>(names: [&str; N]) -> String {
+    names.join(", ")
+}

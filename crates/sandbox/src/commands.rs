@@ -1,0 +1,105 @@
+//! The command line.
+
+mod ablate;
+pub(crate) mod cost;
+pub(crate) mod effects;
+mod instructions;
+pub(crate) mod list;
+pub mod plan;
+mod recommend;
+mod replay;
+pub(crate) mod run;
+mod stability;
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory as _, Parser, Subcommand};
+
+use self::ablate::AblateArgs;
+use self::cost::CostArgs;
+use self::effects::EffectsArgs;
+use self::list::ListArgs;
+use self::plan::PlanArgs;
+use self::recommend::RecommendArgs;
+use self::replay::ReplayArgs;
+use self::run::RunArgs;
+use self::stability::StabilityArgs;
+use crate::args::positive;
+pub use crate::failure::Failure;
+use crate::output::files::leave_nothing_when_ended;
+use crate::window::{self, WindowArgs};
+
+/// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
+#[derive(Debug, Parser)]
+#[command(name = "sandbox", version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// Memory that a scene may take, GiB [default: what is free]
+    #[arg(long, global = true, value_name = "GIB", allow_negative_numbers = true, value_parser = positive)]
+    memory: Option<f64>,
+    #[command(flatten)]
+    window: WindowArgs,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 fine, 1 an expectation failed, 2 bad flag, file or scene, 3 a body was \
+quarantined, 4 no graphics adapter for pictures, 5 no display for a window";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scene without a window
+    Run(Box<RunArgs>),
+    /// List scenes, hard cases, methods, laws or keys
+    List(ListArgs),
+    /// Print the systems of one step, in order, as compiled
+    Plan(PlanArgs),
+    /// Print what each effect of a scene does and costs: the receipt
+    Effects(EffectsArgs),
+    /// Run a scene again without each of its effects and print what that changes
+    Ablate(AblateArgs),
+    /// Run problems and scenes by every method at every step: what accuracy costs
+    Cost(CostArgs),
+    /// Measure which method and substeps suit each part of a scene: the cheapest below an error, or the most
+    /// accurate within a time
+    Recommend(RecommendArgs),
+    /// Run every method on every hard case: what survives what
+    Stability(StabilityArgs),
+    /// Run a bundle again: to the same state and the same fault, or not
+    Replay(ReplayArgs),
+}
+
+/// Parses the command line and does what it says.
+///
+/// # Errors
+/// Whatever keeps the program from ending with exit code 0; bad flags end the process in clap.
+pub fn run() -> Result<(), Failure> {
+    leave_nothing_when_ended();
+    let Cli { command, memory, window } = Cli::try_parse().unwrap_or_else(|error| worded(error).exit());
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of bytes")]
+    if let Some(gib) = memory {
+        scene::allow_memory((gib * (1_u64 << 30) as f64) as u64);
+    }
+    match command {
+        None => window::open(&window),
+        Some(Command::Run(args)) => run::run(&args),
+        Some(Command::List(args)) => list::run(args),
+        Some(Command::Plan(args)) => plan::run(&args),
+        Some(Command::Effects(args)) => effects::run(&args),
+        Some(Command::Ablate(args)) => ablate::run(&args),
+        Some(Command::Cost(args)) => cost::run(&args),
+        Some(Command::Recommend(args)) => recommend::run(&args),
+        Some(Command::Stability(args)) => stability::run(&args),
+        Some(Command::Replay(args)) => replay::run(&args),
+    }
+}
+
+/// clap takes the second of two scenes for a subcommand, and says so.
+fn worded(error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    let mut program = Cli::command();
+    if error.kind() != ErrorKind::ArgumentConflict || program.find_subcommand(word).is_some() {
+        return error;
+    }
+    let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
+    let what = format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
+    program.error(ErrorKind::UnknownArgument, what)
+}

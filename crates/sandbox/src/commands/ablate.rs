@@ -1,0 +1,95 @@
+//! A scene again without each of its effects, with the pictures at the end compared.
+
+use clap::Args;
+use motion::clock::FrameClock;
+use motion::effects::Effect;
+use render::{Gpu, Offscreen, Quality, Renderer};
+use scene::Scene;
+
+use crate::app::session::{Options, Session, SwitchedBy};
+use crate::args::{above_0, positive};
+use crate::commands::effects;
+use crate::commands::list::Format;
+use crate::output::show;
+
+use crate::failure::Failure;
+use crate::input::InputFrame;
+
+/// Runs a scene again without each of its effects.
+#[derive(Args, Debug)]
+pub(crate) struct AblateArgs {
+    /// A shipped scene or a file
+    pub scene: String,
+    /// Simulated seconds, in place of --ticks
+    #[arg(long, value_name = "S", conflicts_with = "ticks", allow_negative_numbers = true, value_parser = positive)]
+    pub seconds: Option<f64>,
+    /// Ticks of each run
+    #[arg(long, value_name = "N", default_value_t = effects::DEFAULT_TICKS, allow_negative_numbers = true, value_parser = above_0)]
+    pub ticks: u64,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+    /// Do not compare the pictures at the end
+    #[arg(long)]
+    pub no_pictures: bool,
+}
+
+/// Does what `sandbox ablate` says.
+pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
+    let scene = scene::load(&args.scene)?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and saturating")]
+    let ticks = args.seconds.map_or(args.ticks, |seconds| ((seconds * scene.step_hz).round() as u64).max(1));
+    let mut camera = if args.no_pictures { None } else { Pictures::new() };
+    let full = camera.as_mut().map(|camera| camera.last(&scene, ticks, None)).transpose()?;
+    let mut failed = None;
+    let text = effects::ablation(&scene, ticks, args.format, |effect| {
+        let picture = camera.as_mut()?.last(&scene, ticks, Some(effect));
+        picture.map_err(|failure| failed = Some(failure)).ok().map(|picture| Some(picture) != full)
+    });
+    if let Some(failure) = failed {
+        return Err(failure);
+    }
+    show(&text)
+}
+
+/// Draws the ends of runs, without words.
+struct Pictures {
+    gpu: Gpu,
+    renderer: Renderer,
+    target: Offscreen,
+}
+
+impl Pictures {
+    /// `None`, and a line that says so, where there is no adapter.
+    fn new() -> Option<Self> {
+        let options = Options::default();
+        let made = Gpu::headless().and_then(|gpu| {
+            let target = Offscreen::new(&gpu, options.size_px)?;
+            Ok(Self { renderer: Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED), target, gpu })
+        });
+        made.map_err(|error| eprintln!("no pictures are compared: {error}")).ok()
+    }
+
+    /// The bytes of the picture after `ticks` ticks of `scene`, without one effect.
+    fn last(&mut self, scene: &Scene, ticks: u64, without: Option<Effect>) -> Result<Vec<u8>, Failure> {
+        let options = Options { interpolate: false, ..Options::default() };
+        let mut session = Session::new(scene.clone(), options);
+        if let Some(effect) = without {
+            // An effect that acts was declared.
+            let _ = session.switch_effect(effect, false, SwitchedBy::Flag);
+        }
+        session.limit_ticks(ticks);
+        let (mut clock, mut frame) = (FrameClock::default(), 0_u64);
+        while session.ticks() < ticks {
+            frame += 1;
+            #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
+            let time = clock.advance_to(frame as f64 / scene.step_hz).expect("frames follow one another");
+            session.advance(&InputFrame::NOTHING, time);
+        }
+        let mut frame = session.picture();
+        // The words of the HUD tell what is switched off.
+        frame.panels = None;
+        self.renderer.draw(&self.gpu, &frame, self.target.view());
+        Ok(self.target.read(&self.gpu)?.rgba)
+    }
+}

@@ -1,0 +1,198 @@
+//! `sandbox cost`: every method at every step, its error beside its cost.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
+
+use crate::args::{bodies, positive};
+use crate::commands::instructions::{self, TicksOf};
+use crate::commands::list::Format;
+use crate::output::show;
+
+use crate::failure::Failure;
+use crate::output::files::{make_folder, write};
+use crate::output::progress::Progress;
+
+/// Measures accuracy against cost.
+#[derive(Args, Debug)]
+pub(crate) struct CostArgs {
+    /// Problems, shipped scenes or files [default: harmonic_oscillator kepler tetrahedron flag tutorial]
+    #[arg(value_name = "PROBLEM|SCENE")]
+    pub subjects: Vec<String>,
+    /// Simulated seconds of a scene [default: 10]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+    pub seconds: Option<f64>,
+    /// Bodies that methods are ranked by time at, as copies of a problem; a scene is timed as it is [default: 1000]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = bodies)]
+    pub bodies: Option<u32>,
+    /// Fewer rungs and curves: an answer within a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Write report.html, figures and tables into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on with the report that was interrupted in that folder
+    #[arg(long, requires = "out")]
+    pub resume: bool,
+    /// Count instructions as well, with callgrind; needs valgrind
+    #[arg(long)]
+    pub instructions: bool,
+    /// Run nothing but so many ticks of a setting: what is counted
+    #[arg(long, hide = true, value_name = "METHOD:SUBSTEPS:TICKS", value_parser = TicksOf::parse)]
+    pub ticks_of: Option<TicksOf>,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// What is studied if nothing is named: an orbit and an oscillator, what stretches, and the tutorial.
+const DEFAULT: [&str; 5] = ["harmonic_oscillator", "kepler", "tetrahedron", "flag", "tutorial"];
+
+/// Looks between two times that an unfinished report is written.
+const SAVE: u32 = 20;
+
+/// The machine-readable part of a report, which `--resume` reads.
+const FILE: &str = "report.json";
+
+/// Does what `sandbox cost` says.
+pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
+    let names = names(args);
+    if args.bodies.is_some() && !names.iter().any(|name| problem(name).is_some()) {
+        let what = "--bodies is for problems: a scene is timed with the bodies that it has; leave it out";
+        return Err(Failure::Usage(what.to_owned()));
+    }
+    let subjects = subjects(&names, args.seconds)?;
+    if let Some(ticks) = args.ticks_of {
+        return subjects.iter().try_for_each(|subject| ticks.run(subject, args.bodies));
+    }
+    if args.instructions {
+        instructions::check()?;
+    }
+    let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
+    plan.bodies = args.bodies.unwrap_or(plan.bodies);
+    if let Some(folder) = &args.out {
+        make_folder(folder)?;
+    }
+    let earlier = earlier(args)?;
+    let mut report = Report {
+        format: FORMAT,
+        command: command(args),
+        machine: Machine::here(),
+        complete: false,
+        studies: Vec::new(),
+    };
+    let progress = Progress::new(names.len());
+    for (number, subject) in subjects.into_iter().enumerate() {
+        progress.say(subject.name());
+        let mut bench = Bench::new(subject, plan.clone());
+        let known = earlier
+            .as_ref()
+            .and_then(|report| report.studies.iter().find(|study| study.subject == bench.subject().name()));
+        if let Some(study) = known {
+            bench.resume(study);
+        }
+        report.studies.push(bench.study().clone());
+        let mut looks = 0;
+        progress.follow(number, &mut bench, |bench| {
+            looks += 1;
+            if looks % SAVE != 0 {
+                return Ok(());
+            }
+            report.studies[number].clone_from(bench.study());
+            save(&report, args.out.as_deref())
+        })?;
+        report.studies[number].clone_from(bench.study());
+        if args.instructions {
+            progress.say(format!("{}, instructions", names[number]));
+            instructions::count(&mut report.studies[number], names[number], known)?;
+        }
+        save(&report, args.out.as_deref())?;
+    }
+    drop(progress);
+    report.complete = true;
+    if let Some(folder) = &args.out {
+        for (name, bytes) in report::files(&report) {
+            write(&folder.join(name), &bytes)?;
+        }
+    }
+    match args.format {
+        Format::Table => report.studies.iter().try_for_each(|study| show(&text(study))),
+        Format::Json => show(&report::json(&report)),
+    }
+}
+
+fn names(args: &CostArgs) -> Vec<&str> {
+    match &args.subjects[..] {
+        [] => DEFAULT.to_vec(),
+        named => named.iter().map(String::as_str).collect(),
+    }
+}
+
+/// The problems and scenes of those names.
+fn subjects(names: &[&str], seconds: Option<f64>) -> Result<Vec<Subject>, Failure> {
+    let subject = |name: &str| match problem(name) {
+        Some(problem) => Ok(Subject::of_problem(problem)),
+        None => match scene::load(name) {
+            Ok(scene) => Ok(Subject::of_scene(scene, seconds)),
+            Err(error) => {
+                let problems: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
+                Err(Failure::Usage(format!("{error}\nor name a problem: {}", problems.join(", "))))
+            }
+        },
+    };
+    names.iter().copied().map(subject).collect()
+}
+
+/// What an interrupted run left.
+fn earlier(args: &CostArgs) -> Result<Option<Report>, Failure> {
+    let Some(folder) = args.out.as_ref().filter(|_| args.resume) else { return Ok(None) };
+    let path = folder.join(FILE);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Failure::file("read", &path, &error)),
+    };
+    let report: Report = serde_json::from_str(&text).map_err(|error| {
+        Failure::Usage(format!("{}: {error}; run without --resume to start over", path.display()))
+    })?;
+    if report.format != FORMAT || report.machine != Machine::here() {
+        let what = "it was made by another version or on another machine; run without --resume to start over";
+        return Err(Failure::Usage(format!("{}: {what}", path.display())));
+    }
+    Ok(Some(report))
+}
+
+/// The command that makes the report again.
+fn command(args: &CostArgs) -> String {
+    let mut command = "sandbox cost".to_owned();
+    for subject in &args.subjects {
+        command += &format!(" {subject}");
+    }
+    if let Some(bodies) = args.bodies {
+        command += &format!(" --bodies {bodies}");
+    }
+    if args.quick {
+        command += " --quick";
+    }
+    if args.instructions {
+        command += " --instructions";
+    }
+    if let Some(seconds) = args.seconds {
+        command += &format!(" --seconds {seconds}");
+    }
+    command
+}
+
+fn save(report: &Report, folder: Option<&Path>) -> Result<(), Failure> {
+    folder.map_or(Ok(()), |folder| write(&folder.join(FILE), report::json(report).as_bytes()))
+}
+
+fn text(study: &Study) -> String {
+    let mut text = format!("{}: {}\n\n", study.subject, study.description);
+    for sentence in report::words(study) {
+        text += &format!("  {sentence}\n");
+    }
+    text + "\n" + &report::table(study) + "\n"
+}

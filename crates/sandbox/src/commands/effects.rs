@@ -1,0 +1,163 @@
+//! What `sandbox effects` and `sandbox ablate` print.
+
+use clap::Args;
+use lab::{Ablation, Absence, Receipt, Row};
+use motion::Method;
+use motion::effects::{Effect, EffectState};
+use scene::Scene;
+use serde_json::{Value, json};
+
+use crate::app::session::{ENERGY_WATCH, Options, Session};
+use crate::args::above_0;
+use crate::commands::list::{Format, aligned};
+use crate::failure::Failure;
+use crate::output::report::number;
+use crate::output::show;
+
+/// Ticks of a report that does not say.
+pub(crate) const DEFAULT_TICKS: u64 = 600;
+
+/// Prints what effects do and cost.
+#[derive(Args, Debug)]
+pub(crate) struct EffectsArgs {
+    /// A shipped scene or a file
+    scene: String,
+    /// Ticks of the run
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_TICKS, allow_negative_numbers = true, value_parser = above_0)]
+    ticks: u64,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Does what `sandbox effects` says.
+pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
+    show(&receipt(scene::load(&args.scene)?, args.ticks, args.format))
+}
+
+/// The receipt of `ticks` ticks of `scene`.
+fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
+    let Receipt { scene: name, method, ticks, ns, mut rows } = lab::receipt(&scene, ticks);
+    let watch = lab::watch_time(&scene);
+    let mut session = Session::new(scene, Options::default());
+    session.update_targets();
+    // As the window does.
+    session.keep_timeline();
+    rows.extend(session.picture_rows());
+    if let Some(row) = rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
+        (row.ns, row.share) = (Some(watch), Some(watch / ns));
+    }
+    let heading = ["effect", "state", "bodies", "evaluations", "ns a step", "share", "bytes", "because"];
+    let line = |row: &Row| {
+        let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };
+        let measured = |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
+        vec![
+            row.name.to_owned(),
+            row.state.words().to_owned(),
+            part(row.bodies.to_string()),
+            part(tidy(row.evaluations)),
+            measured(row.ns, |ns| format!("{ns:.0}")),
+            measured(row.share, |share| format!("{:.0} %", share * 100.0)),
+            row.bytes.to_string(),
+            row.because.clone().unwrap_or_default(),
+        ]
+    };
+    Report { scene: name, method, ticks, ns, rows: &rows }.text(format, &heading, row_json, line)
+}
+
+/// What both print: a run, and a row for each of its effects.
+struct Report<'a, R> {
+    scene: String,
+    method: Method,
+    ticks: u64,
+    ns: f64,
+    rows: &'a [R],
+}
+
+impl<R> Report<'_, R> {
+    fn text(
+        &self,
+        format: Format,
+        heading: &[&str],
+        json: fn(&R) -> Value,
+        line: impl Fn(&R) -> Vec<String>,
+    ) -> String {
+        let Self { scene, method, ticks, ns, rows } = self;
+        match format {
+            Format::Json => {
+                let report = json!({
+                    "scene": scene,
+                    "method": method.name(),
+                    "ticks": ticks,
+                    "ns_per_step": number(*ns),
+                    "effects": rows.iter().map(json).collect::<Vec<_>>(),
+                });
+                format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))
+            }
+            Format::Table => {
+                let head = heading.iter().map(|word| (*word).to_owned()).collect();
+                let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
+                let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns a step\n", method.name());
+                title + &aligned(&lines)
+            }
+        }
+    }
+}
+
+fn row_json(row: &Row) -> Value {
+    json!({
+        "effect": row.name,
+        "state": row.state.words(),
+        "because": row.because,
+        "bodies": row.bodies,
+        "evaluations_per_step": number(row.evaluations),
+        "ns_per_step": row.ns.map(number),
+        "share": row.share.map(number),
+        "bytes": row.bytes,
+    })
+}
+
+/// What leaving each effect out changes; `differs` says of a picture without one whether it is another one.
+pub(crate) fn ablation(
+    scene: &Scene,
+    ticks: u64,
+    format: Format,
+    mut differs: impl FnMut(Effect) -> Option<bool>,
+) -> String {
+    let Ablation { scene: name, method, ticks, ns, mut rows } = lab::ablate(scene, ticks);
+    rows.iter_mut().for_each(|row| row.picture_differs = differs(row.effect));
+    let heading =
+        ["without", "farthest m", "rms m", "same bits", "saves ns", "saves evaluations", "picture", ""];
+    let line = |row: &Absence| {
+        let picture = row.picture_differs.map_or("-", |differs| if differs { "differs" } else { "same" });
+        vec![
+            row.effect.name().to_owned(),
+            format!("{:.3e}", row.max_distance),
+            format!("{:.3e}", row.rms_distance),
+            if row.identical { "yes" } else { "no" }.to_owned(),
+            format!("{:.0}", row.ns_saved),
+            tidy(row.evaluations_saved),
+            picture.to_owned(),
+            if row.needed() { "" } else { "not needed" }.to_owned(),
+        ]
+    };
+    Report { scene: name, method, ticks, ns, rows: &rows }.text(format, &heading, absence_json, line)
+}
+
+fn absence_json(row: &Absence) -> Value {
+    json!({
+        "effect": row.effect.name(),
+        "max_distance_m": number(row.max_distance),
+        "rms_distance_m": number(row.rms_distance),
+        "identical": row.identical,
+        "ns_saved_per_step": number(row.ns_saved),
+        "evaluations_saved_per_step": number(row.evaluations_saved),
+        "picture_differs": row.picture_differs,
+        "needed": row.needed(),
+    })
+}
+
+/// A count a step: whole where it is whole.
+pub(crate) fn tidy(count: f64) -> String {
+    if count == count.round() { format!("{count:.0}") } else { format!("{count:.2}") }
+}

@@ -1,0 +1,137 @@
+//! What `sandbox list` prints: scenes, hard cases, methods, laws and keys.
+
+use clap::{Args, ValueEnum};
+use motion::{LAWS, METHODS};
+use scene::{ShippedScene, key_of_law};
+use serde_json::{Value, json};
+
+use crate::actions::{BINDINGS, MOUSE};
+use crate::failure::Failure;
+use crate::methods::COLUMNS;
+use crate::output::show;
+
+/// What can be listed.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Listed {
+    #[default]
+    Scenes,
+    Cases,
+    Methods,
+    Laws,
+    Keys,
+}
+
+/// Lists what there is.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct ListArgs {
+    /// What to list
+    #[arg(value_enum, default_value_t)]
+    what: Listed,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Does what `sandbox list` says.
+pub(crate) fn run(args: ListArgs) -> Result<(), Failure> {
+    show(&listed(args.what, args.format))
+}
+
+/// How it is written.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Format {
+    #[default]
+    Table,
+    Json,
+}
+
+/// A cell: name in JSON, what programs and what people read.
+type Cell = (&'static str, Value, String);
+
+fn text(name: &'static str, text: impl Into<String>) -> Cell {
+    let text = text.into();
+    (name, json!(text), text)
+}
+
+fn rows(what: Listed) -> Vec<Vec<Cell>> {
+    match what {
+        Listed::Scenes => scenes("scene", scene::shipped()),
+        Listed::Cases => scenes("case", scene::cases()),
+        Listed::Methods => METHODS
+            .iter()
+            .map(|claims| {
+                let cell = |column: &crate::methods::Column| {
+                    (column.name, column.value(claims), column.text(claims))
+                };
+                COLUMNS.iter().map(cell).collect()
+            })
+            .collect(),
+        Listed::Laws => LAWS
+            .into_iter()
+            .map(|(law, what)| vec![text("law", law), text("key", key_of_law(law)), text("what", what)])
+            .collect(),
+        Listed::Keys => {
+            let keys = BINDINGS.iter().map(|row| (row.keys.join(" "), row.when, row.what, row.name));
+            let mouse = MOUSE.iter().map(|(input, when, what)| ((*input).to_owned(), *when, *what, ""));
+            keys.chain(mouse)
+                .map(|(input, when, what, name)| {
+                    vec![
+                        text("input", input),
+                        text("when", when.words()),
+                        text("name", name),
+                        text("what", what),
+                    ]
+                })
+                .collect()
+        }
+    }
+}
+
+fn scenes(what: &'static str, embedded: &[ShippedScene]) -> Vec<Vec<Cell>> {
+    let row = |shipped: &ShippedScene| {
+        let description = shipped.load().map_or_else(|error| error.to_string(), |scene| scene.description);
+        vec![text(what, shipped.name), text("description", description)]
+    };
+    embedded.iter().map(row).collect()
+}
+
+/// Headings of the tables that would be numbers without a name.
+fn headings(what: Listed) -> Option<Vec<&'static str>> {
+    match what {
+        Listed::Methods => Some(COLUMNS.iter().map(|column| column.heading).collect()),
+        Listed::Laws => Some(vec!["law", "key of the scene file", "what it is"]),
+        Listed::Scenes | Listed::Cases | Listed::Keys => None,
+    }
+}
+
+/// The list as it is printed.
+fn listed(what: Listed, format: Format) -> String {
+    let rows = rows(what);
+    match format {
+        Format::Json => {
+            let objects: Vec<_> = rows
+                .into_iter()
+                .map(|row| row.into_iter().map(|(name, value, _)| (name.to_owned(), value)).collect())
+                .map(Value::Object)
+                .collect();
+            format!("{}\n", serde_json::to_string_pretty(&objects).expect("strings and numbers are JSON"))
+        }
+        Format::Table => {
+            let heading = headings(what).map(|row| row.into_iter().map(str::to_owned).collect());
+            let rows = rows.into_iter().map(|row| row.into_iter().map(|(.., text)| text).collect());
+            aligned(&heading.into_iter().chain(rows).collect::<Vec<_>>())
+        }
+    }
+}
+
+/// Rows as a table with columns of one width.
+pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let mut table = String::new();
+    for row in rows {
+        let cells = row.iter().enumerate().map(|(i, text)| format!("{text:<0$}", width(i)));
+        table += cells.collect::<Vec<_>>().join("  ").trim_end();
+        table.push('\n');
+    }
+    table
+}

@@ -1,0 +1,259 @@
+//! `sandbox recommend`: a method and substeps for each part of a scene, from what they measure here.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use lab::cost::{Bench, Plan, Study, Subject};
+use lab::recommend::{Goal, Point, Recommendation, Row, Rung, Unit, recommend};
+use scene::{Part, Scene, Source};
+use serde_json::{Value, json};
+
+use crate::args::positive;
+use crate::commands::effects::tidy;
+use crate::commands::list::{Format, aligned};
+use crate::failure::Failure;
+use crate::output::files::{Output, output_file};
+use crate::output::progress::Progress;
+use crate::output::report::number;
+use crate::output::show;
+
+/// Measures which method and substeps suit each part of a scene.
+#[derive(Args, Debug)]
+pub(crate) struct RecommendArgs {
+    /// A shipped scene or a file
+    pub scene: String,
+    #[command(flatten)]
+    pub goal: GoalArgs,
+    /// Simulated seconds over which errors are measured
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+    pub seconds: Option<f64>,
+    /// Write the scene with what was chosen; the file is new, or the scene's own
+    #[arg(long, value_name = "FILE")]
+    pub apply: Option<PathBuf>,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+    /// Measure fewer and shorter runs
+    #[arg(long)]
+    pub quick: bool,
+}
+
+/// What is asked for: exactly one of the two.
+#[derive(Args, Clone, Copy, Debug)]
+#[group(required = true, multiple = false)]
+pub(crate) struct GoalArgs {
+    /// The cheapest below this largest position error, meters
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = positive)]
+    pub error: Option<f64>,
+    /// The most accurate within this thread CPU time for 1/60 s, milliseconds
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = positive)]
+    pub budget_ms: Option<f64>,
+}
+
+impl GoalArgs {
+    fn goal(self) -> Goal {
+        let budget = self.budget_ms.map(Goal::Budget);
+        self.error.map(Goal::Error).or(budget).expect("one of the two is required")
+    }
+}
+
+/// Does what `sandbox recommend` says.
+pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
+    let scene = scene::load(&args.scene)?;
+    let parts = scene.parts();
+    check(&args.scene, &scene, &parts).map_err(Failure::Usage)?;
+    // Opened before the runs: a place that cannot be written is found out now.
+    let target = args.apply.as_deref().map(|path| Target::open(path, &scene)).transpose()?;
+    let studies = measure(&parts, args);
+    let named: Vec<_> = parts.iter().zip(&studies).map(|(part, study)| (part.name.as_str(), study)).collect();
+    let found = recommend(&named, args.goal.goal()).map_err(|why| Failure::Expectation(why.to_string()))?;
+    show(&match args.format {
+        Format::Table => table(&scene, &found, &studies),
+        Format::Json => json(&scene, &found, &parts, &studies),
+    })?;
+    target.map_or(Ok(()), |target| target.write(args, &scene, &parts, &found))
+}
+
+/// Says why there is nothing to compare, if so.
+fn check(name: &str, scene: &Scene, parts: &[Part]) -> Result<(), String> {
+    if parts.is_empty() {
+        let what = "no body of it can move, so that there is no method to choose; give another scene";
+        return Err(format!("{name}: {what}"));
+    }
+    // Each method would start it with a velocity of its own.
+    let Some(body) = scene.bodies.iter().position(|body| body.verlet_previous.is_some()) else {
+        return Ok(());
+    };
+    Err(format!(
+        "{name}: bodies[{body}].verlet_previous_position_m: only position_verlet starts from it, so that methods \
+         cannot be compared; give velocity_m_s instead"
+    ))
+}
+
+/// Where the scene is written with what was chosen.
+struct Target<'a> {
+    path: &'a Path,
+    text: String,
+    file: Output,
+}
+
+impl<'a> Target<'a> {
+    fn open(path: &'a Path, scene: &Scene) -> Result<Self, Failure> {
+        let (text, own) = match &scene.source {
+            Source::File(file) => (scene::read_text(file)?, file.canonicalize().ok()),
+            Source::Shipped(name) => {
+                (scene::embedded(name).map(|shipped| shipped.text.to_owned()).unwrap_or_default(), None)
+            }
+            Source::Text => (String::new(), None),
+        };
+        if path.is_file() && path.canonicalize().ok() != own {
+            let what = "there is a file already, and not that of the scene; give --apply another name";
+            return Err(Failure::Usage(format!("{}: {what}", path.display())));
+        }
+        Ok(Self { path, text, file: output_file(path)? })
+    }
+
+    fn write(
+        self,
+        args: &RecommendArgs,
+        scene: &Scene,
+        parts: &[Part],
+        found: &Recommendation,
+    ) -> Result<(), Failure> {
+        let settings = found.rows.iter().map(|row| (row.pick.setting.method, row.pick.setting.substeps));
+        let settings: Vec<_> = parts.iter().zip(settings).collect();
+        let text = scene::edit(&args.scene, &self.text, &scene::changes(scene, &settings))?;
+        let written = self.file.finish_with(text.as_bytes());
+        written.map_err(|error| Failure::file("write", self.path, &error))
+    }
+}
+
+/// One study a part.
+fn measure(parts: &[Part], args: &RecommendArgs) -> Vec<Study> {
+    let plan = plan(parts.len(), args.quick);
+    let progress = Progress::new(parts.len());
+    let mut studies = Vec::new();
+    for part in parts {
+        progress.say(part.name.as_str());
+        let mut bench = Bench::new(Subject::of_scene(part.scene.clone(), args.seconds), plan.clone());
+        let Ok(()) = progress.follow(studies.len(), &mut bench, |_| Ok::<_, std::convert::Infallible>(()));
+        studies.push(bench.study().clone());
+    }
+    studies
+}
+
+/// What is run of each of so many parts: nothing that a choice does not look at.
+fn plan(parts: usize, quick: bool) -> Plan {
+    let full = Plan::full();
+    #[expect(clippy::cast_precision_loss, reason = "a count of parts")]
+    let share = 1.0 / parts as f64;
+    let (patience, timed) = (full.patience * share, full.timed * share.max(0.2));
+    let plan = if quick { Plan::quick(parts) } else { Plan { patience, timed, ..full } };
+    Plan { single: Vec::new(), longer: 0, rates: false, ..plan }
+}
+
+fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
+    let price = match found.unit {
+        Unit::Milliseconds => "ms",
+        Unit::Evaluations => "evaluations",
+    };
+    let heading =
+        ["part", "bodies", "over s", "method", "substeps", "error m", "reference's own", price, "share"];
+    let heading = heading.map(str::to_owned).to_vec();
+    let line = |(row, study): (&Row, &Study)| {
+        vec![
+            row.part.clone(),
+            row.bodies.to_string(),
+            tidy(study.simulated_s),
+            row.pick.setting.method.name().to_owned(),
+            row.pick.setting.substeps.to_string(),
+            format!("{:.2e}", row.pick.error_m),
+            format!("{:.1e}", row.reference_error_m),
+            amount(row.pick.price),
+            format!("{:.0} %", row.share * 100.0),
+        ]
+    };
+    let lines: Vec<_> = std::iter::once(heading).chain(found.rows.iter().zip(studies).map(line)).collect();
+    let mut text = format!(
+        "`{}`: {price} for 1/60 s of it, in ticks of 1/{} s\n{}",
+        scene.name,
+        scene.step_hz,
+        aligned(&lines)
+    );
+    text += &format!("total {} {price}\n", amount(found.total));
+    let dearest = &found.rows[found.dearest];
+    text += &format!("the price is set by {}: {:.0} % of it\n", dearest.part, dearest.share * 100.0);
+    text += &next_words(found, price);
+    for (row, study) in found.rows.iter().zip(studies) {
+        study.notes.iter().for_each(|note| text += &format!("{}: {note}\n", row.part));
+    }
+    text
+}
+
+fn next_words(found: &Recommendation, price: &str) -> String {
+    let Some(Rung { error_m, total, picks }) = &found.next else {
+        return "nothing more accurate was measured, or could be told from the references' own errors\n"
+            .to_owned();
+    };
+    let change = |(row, point): &(usize, Point)| format!("{} by {}", found.rows[*row].part, point.setting);
+    let changes: Vec<_> = picks.iter().map(change).collect();
+    let with = if changes.is_empty() { "the same".to_owned() } else { changes.join(", ") };
+    format!("an error of {error_m:.2e} m costs {} {price}, with {with}\n", amount(*total))
+}
+
+/// Three digits.
+fn amount(price: f64) -> String {
+    if (0.01..1e4).contains(&price) {
+        let digits = (2.0 - price.log10().floor()).max(0.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 4")]
+        let digits = digits as usize;
+        format!("{price:.digits$}")
+    } else {
+        format!("{price:.2e}")
+    }
+}
+
+fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]) -> String {
+    let point = |point: &Point| {
+        json!({
+            "method": point.setting.method.name(),
+            "substeps": point.setting.substeps,
+            "error_m": number(point.error_m),
+            "price": number(point.price),
+        })
+    };
+    let row = |((row, part), study): ((&Row, &Part), &Study)| {
+        json!({
+            "part": row.part,
+            "entries": part.entries.iter().map(scene::Entry::path).collect::<Vec<_>>(),
+            "bodies": row.bodies,
+            "pick": point(&row.pick),
+            "share": number(row.share),
+            "reference_error_m": number(row.reference_error_m),
+            "study": study,
+        })
+    };
+    let rows: Vec<_> = found.rows.iter().zip(parts).zip(studies).map(row).collect();
+    let rung = |rung: &Rung| {
+        let picks =
+            rung.picks.iter().map(|(row, new)| json!({ "part": found.rows[*row].part, "pick": point(new) }));
+        json!({
+            "error_m": number(rung.error_m),
+            "total": number(rung.total),
+            "changes": picks.collect::<Vec<_>>(),
+        })
+    };
+    let report = json!({
+        "scene": scene.name,
+        "unit": match found.unit {
+            Unit::Milliseconds => "ms",
+            Unit::Evaluations => "evaluations",
+        },
+        "total": number(found.total),
+        "sets_the_price": found.rows[found.dearest].part,
+        "largest_error": found.rows[found.limiting].part,
+        "next": found.next.as_ref().map_or(Value::Null, rung),
+        "parts": rows,
+    });
+    format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))
+}

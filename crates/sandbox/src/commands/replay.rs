@@ -1,0 +1,80 @@
+//! `sandbox replay`: a bundle, simulated again without a window to the same hash and the same fault.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use history::Bundle;
+use serde_json::{Value, json};
+
+use crate::PROGRAM;
+use crate::app::session::{Options, Repetition, Session};
+use crate::failure::Failure;
+use crate::output::bundle::{read, repeated};
+use crate::output::files::{make_folder, write};
+use crate::output::report::{STATE_HEADER, fault_json, write_state};
+use crate::output::show;
+
+/// Runs a bundle again.
+#[derive(Args, Debug)]
+pub(crate) struct ReplayArgs {
+    /// What `run --black-box` or Ctrl+S has written
+    bundle: PathBuf,
+    /// Write scene.ron, state.csv of the end, the picture and summary.json into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Does what `sandbox replay` says.
+pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
+    let (path, out) = (&args.bundle, args.out.as_deref());
+    let bundle = read(path)?;
+    let name = path.display().to_string();
+    let options = Options { pictures: false, interpolate: false, ..Options::default() };
+    let (session, repetition) = repeated(&bundle, &name, options)?;
+    let manifest = &bundle.manifest;
+    if let Some(folder) = out {
+        make_folder(folder)?;
+        unpack(folder, &bundle, &session, &summary(&name, &bundle, &repetition))?;
+    }
+    let (from, to) = (manifest.snapshot_tick, manifest.end_tick);
+    show(&format!("{}, ticks {from} to {to}, written by {}\n", manifest.scene, manifest.program))?;
+    if !repetition.same() {
+        return Err(Failure::Expectation(format!("{name}: {}", repetition.differences(manifest).join("; "))));
+    }
+    let fault = manifest.fault.as_ref();
+    let fault = fault.map_or("no fault, as then".to_owned(), |fault| format!("the same fault, {fault}"));
+    show(&format!("the same state, hash {:016x}; {fault}\n", repetition.state_hash))
+}
+
+fn summary(name: &str, bundle: &Bundle, repetition: &Repetition) -> Value {
+    let manifest = &bundle.manifest;
+    json!({
+        "bundle": name,
+        "scene": manifest.scene,
+        "same": repetition.same(),
+        "first_different_tick": repetition.first_different_tick,
+        "snapshot_tick": manifest.snapshot_tick,
+        "end_tick": manifest.end_tick,
+        "state_hash": { "then": manifest.end_state_hash, "now": format!("{:016x}", repetition.state_hash) },
+        "fault": {
+            "then": fault_json(manifest.fault.as_ref()), "now": fault_json(repetition.fault.as_ref()),
+        },
+        "program": { "then": manifest.program, "now": PROGRAM },
+        "picture": bundle.picture.as_ref().map(|_| PICTURE),
+    })
+}
+
+const PICTURE: &str = "picture.png";
+
+/// The summary comes last: where it is, the others are.
+fn unpack(folder: &Path, bundle: &Bundle, session: &Session, summary: &Value) -> Result<(), Failure> {
+    let mut state = format!("{STATE_HEADER}\n").into_bytes();
+    write_state(session, &mut state).map_err(|error| Failure::file("write", folder, &error))?;
+    write(&folder.join("scene.ron"), bundle.scene.as_bytes())?;
+    write(&folder.join("state.csv"), &state)?;
+    if let Some(picture) = &bundle.picture {
+        write(&folder.join(PICTURE), picture)?;
+    }
+    let summary = serde_json::to_string_pretty(summary).expect("numbers and strings are JSON") + "\n";
+    write(&folder.join("summary.json"), summary.as_bytes())
+}

@@ -1,0 +1,123 @@
+//! `sandbox stability`: what survives what.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use lab::limits::{self, Oscillator};
+use lab::stability::Survey;
+use motion::Method;
+use report::stability as pages;
+use scene::{Scene, SceneError, cases, load_case};
+
+use crate::args::{above_0, method};
+use crate::commands::list::{Format, aligned};
+use crate::output::show;
+
+use crate::failure::Failure;
+use crate::output::files::{make_folder, write};
+use crate::output::progress::{PIECE, Progress};
+
+/// Runs the survival matrix.
+#[derive(Args, Debug)]
+pub(crate) struct StabilityArgs {
+    /// Hard cases, or scene files that say what survival is [default: all of `sandbox list cases`]
+    #[arg(value_name = "CASE")]
+    pub cases: Vec<String>,
+    /// This method alone; may be given several times
+    #[arg(long = "method", value_name = "M", value_parser = method)]
+    pub methods: Vec<Method>,
+    /// Ticks of a run at most
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = above_0)]
+    pub ticks: Option<u64>,
+    /// Write stability.html, matrix.svg, matrix.csv, matrix.md and matrix.json into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// As a table or as JSON
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
+}
+
+/// Random nets whose largest stable step is measured.
+const NETS: u64 = 20;
+
+/// Cells along a side of a map.
+const MAP_SIDE: u32 = 96;
+
+/// Does what `sandbox stability` says.
+pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
+    let methods = methods(&args.methods);
+    let scenes = scenes(&args.cases)?;
+    if let Some(folder) = &args.out {
+        make_folder(folder)?;
+        // Found out now, and not after minutes.
+        tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
+    }
+    let mut survey = Survey::new(scenes, &methods, args.ticks);
+    let progress = Progress::new(1);
+    loop {
+        progress.say(survey.now().unwrap_or_default());
+        if survey.work(PIECE) {
+            break;
+        }
+        progress.show(survey.progress());
+    }
+    drop(progress);
+    let matrix = survey.matrix();
+    // First: what was measured is not lost where a file cannot be written.
+    match args.format {
+        Format::Table => show(&aligned(&pages::table(matrix)))?,
+        Format::Json => show(&matrix.json())?,
+    }
+    if let Some(folder) = &args.out {
+        let (sections, files) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
+        for (name, bytes) in pages::files(matrix, &sections).into_iter().chain(files) {
+            write(&folder.join(name), &bytes)?;
+        }
+    }
+    Ok(())
+}
+
+/// The largest stable steps and the maps, for the page and as files of their own.
+fn largest_steps() -> (Vec<pages::Section>, Vec<(&'static str, Vec<u8>)>) {
+    let (oscillators, nets) = (limits::oscillators(), limits::nets(NETS));
+    let nets: Vec<_> = nets.iter().flat_map(|net| Method::ALL.map(|method| (net, method))).collect();
+    let count = u32::try_from(oscillators.len() + nets.len()).unwrap_or(u32::MAX);
+    let progress = Progress::new(1);
+    progress.say("largest stable steps");
+    let measured = oscillators.iter().map(Oscillator::limit);
+    let measured = measured.chain(nets.iter().map(|(net, method)| net.limit(*method)));
+    let limits: Vec<_> = (1_u32..)
+        .zip(measured)
+        .map(|(done, limit)| {
+            progress.show(f64::from(done) / f64::from(count));
+            limit
+        })
+        .collect();
+    let maps = [limits::stiffness_map(MAP_SIDE), limits::damping_map(MAP_SIDE)];
+    let [stiffness, damping] = maps.each_ref().map(|map| map.svg().into_bytes());
+    let files = vec![
+        ("limits.csv", pages::limits_csv(&limits).into_bytes()),
+        ("stiffness-map.svg", stiffness),
+        ("damping-map.svg", damping),
+    ];
+    (pages::sections(&limits, &maps), files)
+}
+
+/// Those that are asked for, each once and in the order of the table; all if none is.
+fn methods(asked: &[Method]) -> Vec<Method> {
+    Method::ALL.into_iter().filter(|method| asked.is_empty() || asked.contains(method)).collect()
+}
+
+/// The cases that are asked for, each once; all if none is.
+fn scenes(asked: &[String]) -> Result<Vec<Scene>, SceneError> {
+    if asked.is_empty() {
+        return cases().iter().map(scene::ShippedScene::load).collect();
+    }
+    let mut once: Vec<&String> = Vec::new();
+    for name in asked {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once.into_iter().map(|name| load_case(name)).collect()
+}

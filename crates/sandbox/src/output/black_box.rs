@@ -1,0 +1,59 @@
+//! What `run --black-box` writes of a run that went wrong.
+
+use std::path::{Path, PathBuf};
+
+use history::FaultEntry;
+use render::Image;
+
+use crate::app::session::Session;
+use crate::failure::Failure;
+use crate::output::bundle::finish_bundle;
+use crate::output::files::Output;
+
+/// What went wrong in a run.
+pub(crate) struct BlackBox {
+    /// Where it was written, or why not.
+    pub written: Result<PathBuf, Failure>,
+    /// The last good tick, or the oldest that is kept.
+    pub tick: u64,
+    pub fault: FaultEntry,
+    /// Whether a body was; else energy jumped.
+    quarantined: bool,
+}
+
+/// Goes back to the last good tick of a run that went wrong, and writes it into `file`, which was begun at `path`, with a
+/// `picture` of that tick; `None` where nothing went wrong.
+pub(crate) fn write(
+    path: &Path,
+    file: Output,
+    session: &mut Session,
+    picture: impl FnOnce(&mut Session) -> Result<Image, Failure>,
+) -> Option<BlackBox> {
+    let fault = session.fault()?.clone();
+    session.rewind_before(&fault);
+    let image = picture(session);
+    if let Err(failure) = &image {
+        eprintln!("the bundle has no picture: {failure}");
+    }
+    let written = finish_bundle(path, file, session, image.ok().as_ref());
+    Some(BlackBox {
+        written: written.map(|()| path.to_owned()),
+        tick: session.ticks(),
+        quarantined: fault.quarantined,
+        fault: fault.named(&session.scene().names),
+    })
+}
+
+impl BlackBox {
+    /// How the run ends: by what went wrong in it, even if that could not be written down.
+    pub(crate) fn verdict(&self) -> Failure {
+        let Self { written, tick, fault, quarantined } = self;
+        let file = match written {
+            Ok(path) => format!("{} holds the run, for `sandbox replay`", path.display()),
+            Err(failure) => failure.to_string(),
+        };
+        let which = if *tick < fault.tick { "last good one" } else { "oldest that is kept" };
+        let what = format!("{fault}; tick {tick} is the {which}; {file}");
+        if *quarantined { Failure::Quarantined(what) } else { Failure::Expectation(what) }
+    }
+}

@@ -1,0 +1,91 @@
+//! Bundles as files: written of a session, read, and opened as one.
+
+use std::fs;
+use std::io::Read as _;
+use std::path::Path;
+
+use history::Bundle;
+use render::Image;
+
+use crate::app::session::{Options, Repetition, Session};
+use crate::failure::Failure;
+use crate::output::files::{Output, output_file};
+use crate::output::pictures::png;
+use crate::output::progress::progress_bar;
+
+/// Largest file that is read, bytes.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Writes everything that `session` has recorded, with a picture of it, into the file `path`.
+pub(crate) fn write_bundle(path: &Path, session: &Session, image: Option<&Image>) -> Result<(), Failure> {
+    finish_bundle(path, output_file(path)?, session, image)
+}
+
+/// The same, into a file that was begun before.
+pub(crate) fn finish_bundle(
+    path: &Path,
+    file: Output,
+    session: &Session,
+    image: Option<&Image>,
+) -> Result<(), Failure> {
+    let cannot = |error: &std::io::Error| Failure::file("write", path, error);
+    let Some(bundle) = session.bundle(image.map(|image| png(image, session))) else {
+        return Err(Failure::Usage("what was recorded does not come out the same again".to_owned()));
+    };
+    let bytes = bundle.write().map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    file.finish_with(&bytes).map_err(|error| cannot(&error))
+}
+
+/// Reads the bundle at `path`.
+pub(crate) fn read(path: &Path) -> Result<Bundle, Failure> {
+    let cannot = |error: std::io::Error| Failure::file("read", path, &error);
+    if path.is_dir() {
+        return Err(cannot(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|file| file.take(MOST_BYTES).read_to_end(&mut bytes)).map_err(cannot)?;
+    Bundle::read(&bytes).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+}
+
+/// The bundle that `name` is the path of, told by its first bytes; `None` for every scene.
+pub(crate) fn named(name: &str) -> Result<Option<Bundle>, Failure> {
+    let path = Path::new(name);
+    // What is read from a pipe is gone.
+    if scene::embedded(name).is_some() || !path.is_file() {
+        return Ok(None);
+    }
+    let mut start = Vec::new();
+    // Whoever loads it as a scene says why it cannot be read.
+    let read_start = fs::File::open(path).and_then(|file| file.take(4).read_to_end(&mut start));
+    if read_start.is_err() || !Bundle::begins_with(&start) {
+        return Ok(None);
+    }
+    read(path).map(Some)
+}
+
+/// The run of `bundle`, which lies in the file `name`, simulated again, with a bar for whoever waits at a terminal.
+pub(crate) fn repeated(
+    bundle: &Bundle,
+    name: &str,
+    options: Options,
+) -> Result<(Session, Repetition), Failure> {
+    let bar = progress_bar(Some(bundle.manifest.end_tick));
+    let repeated = Session::of_bundle(bundle, name, options, &mut |tick| bar.set_position(tick));
+    bar.finish_and_clear();
+    repeated
+}
+
+/// A session of `bundle`, which lies in the file `name`, paused at the last good tick before what went wrong, or at its
+/// end. What does not come out as it was is told to the person.
+pub(crate) fn opened(bundle: &Bundle, name: &str, options: Options) -> Result<Session, Failure> {
+    let (mut session, repetition) = repeated(bundle, name, options)?;
+    session.rewind_before_fault();
+    let differences = repetition.differences(&bundle.manifest);
+    if !differences.is_empty() {
+        session.notice(format!("{name} does not repeat: {}", differences.join("; ")));
+    }
+    if let Some(fault) = &repetition.fault {
+        session.notice(fault.to_string());
+    }
+    Ok(session)
+}

@@ -1,0 +1,87 @@
+//! Pictures of sessions as files.
+
+use std::path::{Path, PathBuf};
+
+use render::{Gpu, Image, Offscreen, Quality, Renderer};
+
+use crate::app::session::Session;
+use crate::failure::Failure;
+use crate::output::files::{make_folder, write};
+use crate::output::report;
+
+/// Draws frames into files.
+pub(crate) struct Camera {
+    pub gpu: Gpu,
+    renderer: Renderer,
+    target: Offscreen,
+    folder: PathBuf,
+    pub pictures: u64,
+}
+
+impl Camera {
+    pub fn new(size: [u32; 2], folder: PathBuf) -> Result<Self, Failure> {
+        let camera = Self::without_folder(size)?;
+        // Last, so that a run that cannot draw leaves no folder.
+        make_folder(&folder)?;
+        Ok(Self { folder, ..camera })
+    }
+
+    /// One that draws, and writes nothing.
+    pub fn without_folder(size: [u32; 2]) -> Result<Self, Failure> {
+        let gpu = Gpu::headless()?;
+        let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED);
+        let target = Offscreen::new(&gpu, size)?;
+        Ok(Self { gpu, renderer, target, folder: PathBuf::new(), pictures: 0 })
+    }
+
+    pub fn draw(&mut self, frame: &render::Frame) -> Result<(), Failure> {
+        if self.target.size_px() != frame.size_px {
+            self.target = Offscreen::new(&self.gpu, frame.size_px)?;
+        }
+        self.renderer.draw(&self.gpu, frame, self.target.view());
+        Ok(())
+    }
+
+    /// The present picture of `session`.
+    pub fn picture(&mut self, session: &mut Session) -> Result<Image, Failure> {
+        self.draw(&session.picture())?;
+        self.read()
+    }
+
+    /// What was drawn last.
+    pub fn read(&self) -> Result<Image, Failure> {
+        Ok(self.target.read(&self.gpu)?)
+    }
+
+    pub fn write(&mut self, name: &str, session: &Session) -> Result<(), Failure> {
+        let image = self.read()?;
+        let path = self.folder.join(name);
+        write_picture(&image, &path, session)?;
+        self.pictures += 1;
+        Ok(())
+    }
+}
+
+/// Writes a picture with the settings that made it.
+pub(crate) fn write_picture(image: &Image, path: &Path, session: &Session) -> Result<(), Failure> {
+    write(path, &png(image, session))
+}
+
+/// A picture as a PNG with the settings that made it.
+pub(crate) fn png(image: &Image, session: &Session) -> Vec<u8> {
+    let png = with_settings(session, |text| image.png(text));
+    png.expect("the keywords are those below, and memory takes every byte")
+}
+
+/// What `png` makes of the settings and the state of a session, as keyword and value pairs.
+pub(crate) fn with_settings<T>(session: &Session, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
+    let text = [
+        ("Software", crate::PROGRAM.to_owned()),
+        ("Scene", session.scene().name.clone()),
+        ("Tick", session.ticks().to_string()),
+        ("Method", session.stepper().method().name().to_owned()),
+        ("StateHash", format!("{:016x}", report::state_hash(session))),
+    ];
+    let text: Vec<_> = text.iter().map(|(name, value)| (*name, value.as_str())).collect();
+    png(&text)
+}

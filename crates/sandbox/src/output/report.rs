@@ -1,0 +1,243 @@
+//! What a run says about itself: the state as CSV, the summary as JSON and as a table, the state's hash.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use bevy_ecs::entity::Entity;
+use history::FaultEntry;
+use motion::ledger::{Ledger, LedgerLines};
+use motion::{LAWS, Method, PhysicsBody, Totals, Transform, totals};
+use serde_json::{Map, Value, json};
+
+use crate::app::session::{QuarantinedBody, Session};
+use crate::output::black_box::BlackBox;
+
+/// Header of the state file.
+pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,position_z_m,\
+                                velocity_x_m_s,velocity_y_m_s,velocity_z_m_s";
+
+/// Writes a row for every body with physics, immovable ones too, in stable-id order; 17 significant digits.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
+    let (tick, time) = (session.ticks(), session.simulated());
+    for (thing, transform, body) in bodies(session) {
+        write!(out, "{tick},{time:.16e},{}", session.name(thing))?;
+        for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
+            write!(out, ",{number:.16e}")?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id
+/// order.
+#[must_use]
+pub fn state_hash(session: &Session) -> u64 {
+    let states = bodies(session).map(|(_, at, body)| (at.position.to_array(), body.velocity.to_array()));
+    history::hash_of_states(states)
+}
+
+fn bodies(session: &Session) -> impl Iterator<Item = (Entity, Transform, PhysicsBody)> + '_ {
+    session.things().filter_map(|thing| {
+        let body = *session.world().get::<PhysicsBody>(thing)?;
+        Some((thing, *session.world().get::<Transform>(thing)?, body))
+    })
+}
+
+/// A run in numbers.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    fields: Map<String, Value>,
+}
+
+impl Summary {
+    /// Energy and momentum at the start of a run: the base of its drift.
+    #[must_use]
+    pub fn start(session: &mut Session) -> Totals {
+        totals(session.world_mut())
+    }
+
+    /// The summary of `session`, which began with `start`; `adapter` drew the pictures, if any were drawn.
+    #[must_use]
+    pub fn of(session: &mut Session, start: Totals, pictures: u64, adapter: Option<String>) -> Self {
+        let now = totals(session.world_mut());
+        let evaluations = session.evaluations();
+        // Every law is listed: one that does not act was evaluated 0 times.
+        let laws: Map<_, _> = LAWS
+            .map(|(law, _)| (law, 0))
+            .into_iter()
+            .chain(evaluations.laws().iter().copied())
+            .map(|(law, count)| (law.to_owned(), json!(count)))
+            .collect();
+        let (accelerations, cg_iterations) = (evaluations.accelerations(), evaluations.cg_iterations());
+        let (newton_iterations, unconverged_steps) =
+            (evaluations.newton_iterations(), evaluations.unconverged_steps());
+        let quarantined: Vec<_> = session
+            .all_quarantined()
+            .iter()
+            .map(|QuarantinedBody { body, tick, what, system, component, cause }| {
+                json!({
+                    "body": body, "tick": tick, "what": what,
+                    "system": system, "component": component, "cause": cause,
+                })
+            })
+            .collect();
+        let forecast: Vec<_> = session
+            .foretold()
+            .iter()
+            .map(|row| {
+                json!({
+                    "element": row.element,
+                    "method": row.margin.method.name(),
+                    "substeps": row.margin.substeps,
+                    "value": number(row.margin.value),
+                    "at_most": number(row.margin.at_most),
+                    "limit": number(row.margin.limit),
+                    "growth_per_s": number(row.margin.growth_per_s),
+                    "cure": row.cure,
+                })
+            })
+            .collect();
+        let methods: Map<_, _> = session
+            .methods()
+            .into_iter()
+            .map(|(method, bodies)| (method.name().to_owned(), json!(bodies)))
+            .collect();
+        let fields = [
+            ("scene", json!(session.scene().name)),
+            ("method", json!(session.stepper().method().name())),
+            ("methods", Value::Object(methods)),
+            ("step_hz", number(session.step_hz())),
+            ("ticks", json!(session.ticks())),
+            ("simulated_s", number(session.simulated())),
+            ("dropped_s", number(session.dropped())),
+            ("force_evaluations", json!(accelerations)),
+            ("laws", Value::Object(laws)),
+            ("cg_iterations", json!(cg_iterations)),
+            ("newton_iterations", json!(newton_iterations)),
+            ("unconverged_steps", json!(unconverged_steps)),
+            ("kinetic_energy_j", number(now.kinetic_energy)),
+            ("potential_energy_j", number(now.potential_energy)),
+            ("momentum_kg_m_s", vector(now.momentum)),
+            ("angular_momentum_kg_m2_s", vector(now.angular_momentum)),
+            ("energy_at_start_j", number(start.kinetic_energy + start.potential_energy)),
+            ("forecast", Value::Array(forecast)),
+            ("quarantined", Value::Array(quarantined)),
+            ("state_hash", json!(format!("{:016x}", state_hash(session)))),
+            ("frames", json!(pictures)),
+            ("adapter", adapter.map_or(Value::Null, Value::String)),
+        ];
+        let books = session.ledger().map(|ledger| ("ledger", ledger_json(ledger)));
+        let fields = fields.into_iter().chain(books);
+        Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }
+    }
+
+    /// Adds what the black box of the run has written.
+    pub(crate) fn add_black_box(&mut self, black_box: Option<&BlackBox>) {
+        let value = black_box.map_or(Value::Null, |BlackBox { written, tick, fault, .. }| {
+            let path = written.as_ref().ok().map(|path| path.display().to_string());
+            json!({ "path": path, "tick": tick, "fault": fault_json(Some(fault)) })
+        });
+        self.fields.insert("black_box".to_owned(), value);
+    }
+
+    /// The summary as JSON, the order of the contract kept.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let mut text =
+            serde_json::to_string_pretty(&self.fields).expect("maps of numbers and strings are JSON");
+        text.push('\n');
+        text
+    }
+
+    /// The summary as a table for people.
+    #[must_use]
+    pub fn to_table(&self) -> String {
+        let mut table = String::new();
+        for (field, value) in &self.fields {
+            let value = match value {
+                Value::String(name) if field == "method" => Method::from_name(name)
+                    .map_or_else(|| name.clone(), |method| format!("{name} ({})", method.claims().title)),
+                Value::String(text) => text.clone(),
+                Value::Null => "none".to_owned(),
+                Value::Array(items) if field == "quarantined" || field == "forecast" => {
+                    let _ = writeln!(table, "{field:<26} {}", items.len());
+                    for item in items.iter().take(10) {
+                        let _ = writeln!(table, "  {item}");
+                    }
+                    continue;
+                }
+                Value::Object(books) if field == "ledger" => {
+                    let _ = writeln!(table, "{field}");
+                    for (line, value) in books {
+                        let _ = writeln!(table, "  {line:<24} {value}");
+                    }
+                    continue;
+                }
+                other => other.to_string(),
+            };
+            let _ = writeln!(table, "{field:<26} {value}");
+        }
+        table
+    }
+}
+
+/// The books since they were opened.
+fn ledger_json(ledger: &Ledger) -> Value {
+    let books = ledger.since_opening();
+    let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &books.energy;
+    let momentum = &books.momentum;
+    json!({
+        "kept_s": number(ledger.seconds()),
+        "change_j": number(books.energy.change()),
+        "push_work_j": number(*pushes),
+        "laws": by_law(laws, |work| number(*work)),
+        "damping_j": number(*damping),
+        "limits_j": number(*limits),
+        "anchors_j": number(*anchors),
+        "interventions_j": number(*interventions),
+        "residual_j": number(*residual),
+        "residual_j_per_s": number(ledger.mean_residual_rate()),
+        "relative_residual": number(ledger.relative_residual()),
+        "momentum": {
+            "change_n_s": vector(momentum.change()),
+            "pushes_n_s": vector(momentum.pushes),
+            "laws": by_law(&momentum.laws, |impulse| vector(*impulse)),
+            "damping_n_s": vector(momentum.damping),
+            "limits_n_s": vector(momentum.limits),
+            "anchors_n_s": vector(momentum.anchors),
+            "interventions_n_s": vector(momentum.interventions),
+            "residual_n_s": vector(momentum.residual),
+        },
+    })
+}
+
+fn by_law<T>(laws: &[(&'static str, T)], value: fn(&T) -> Value) -> Value {
+    Value::Object(laws.iter().map(|(name, amount)| ((*name).to_owned(), value(amount))).collect())
+}
+
+/// What went wrong; null where nothing did.
+pub(crate) fn fault_json(fault: Option<&FaultEntry>) -> Value {
+    fault.map_or(
+        Value::Null,
+        |FaultEntry { tick, body, what }| json!({ "tick": tick, "body": body, "what": what }),
+    )
+}
+
+/// A number, or its name where JSON has none.
+pub(crate) fn number(value: f64) -> Value {
+    if value.is_nan() {
+        json!("nan")
+    } else if value.is_infinite() {
+        json!(if value > 0.0 { "inf" } else { "-inf" })
+    } else {
+        json!(value)
+    }
+}
+
+fn vector(v: glam::DVec3) -> Value {
+    Value::Array(v.to_array().map(number).to_vec())
+}

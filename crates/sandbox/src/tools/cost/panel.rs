@@ -1,0 +1,287 @@
+//! The panel of accuracy and cost: one dot per method and step, measured on a copy of the running scene.
+
+use egui::{Align2, Color32, Grid, ProgressBar, RichText, Ui};
+use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
+use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
+use motion::Method;
+use report::ink;
+
+use crate::app::control::Mode;
+use crate::app::panels::{Edit, Model};
+use crate::app::session::{COST_SHARE, Session};
+use crate::tools::ghosts::panel::swatch;
+
+/// What the panel shows.
+pub(crate) struct View {
+    pub study: Study,
+    pub progress: f64,
+    pub setting: Setting,
+}
+
+impl View {
+    /// Of a session whose scene is being studied.
+    pub fn of(session: &Session) -> Option<Self> {
+        let study = session.cost_study()?.clone();
+        Some(Self { study, progress: session.cost_progress(), setting: session.setting() })
+    }
+}
+
+/// What the axes count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Axes {
+    pub accuracy: Accuracy,
+    pub cost: Cost,
+}
+
+impl Default for Axes {
+    fn default() -> Self {
+        Self { accuracy: Accuracy::Position, cost: Cost::Evaluations }
+    }
+}
+
+const WIDTH: f32 = 430.0;
+const HEIGHT: f32 = 300.0;
+/// A click belongs to the nearest dot, if that is no farther, points.
+const REACH: f32 = 14.0;
+const FRONT: Color32 = Color32::from_gray(150);
+const FAILED: Color32 = Color32::from_rgb(255, 90, 80);
+
+pub(crate) fn show(
+    context: &egui::Context,
+    model: &Model,
+    view: Option<&View>,
+    axes: &mut Axes,
+    edits: &mut Vec<Edit>,
+) {
+    egui::Window::new("Accuracy and cost")
+        .resizable(false)
+        .collapsible(false)
+        .anchor(Align2::RIGHT_BOTTOM, [-8.0, -8.0])
+        .show(context, |ui| {
+            ui.set_width(WIDTH);
+            let Some(view) = view else {
+                ui.label("the first run begins with the next frame");
+                return;
+            };
+            head(ui, model, view, edits);
+            choose(ui, axes);
+            plot(ui, view, *axes, edits);
+            legend(ui, &view.study);
+            foot(ui, &view.study, *axes);
+        });
+}
+
+fn head(ui: &mut Ui, model: &Model, view: &View, edits: &mut Vec<Edit>) {
+    if model.mode == Mode::Camera {
+        ui.weak("Press Q to use the mouse here.");
+    }
+    ui.horizontal(|ui| {
+        if view.progress < 1.0 {
+            #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
+            let done = view.progress as f32;
+            let words = format!("measuring on a copy, {:.0} % of each frame", COST_SHARE * 100.0);
+            ui.add(ProgressBar::new(done).desired_width(WIDTH - 110.0).text(words));
+        } else {
+            let Study { simulated_s, bodies, .. } = view.study;
+            let s = if bodies == 1 { "y" } else { "ies" };
+            ui.label(format!("{bodies} bod{s}, {simulated_s:.3} s from the start, measured on a copy"));
+        }
+        if ui.button("again").clicked() {
+            edits.push(Edit::MeasureCost);
+        }
+    });
+}
+
+fn choose(ui: &mut Ui, axes: &mut Axes) {
+    ui.horizontal(|ui| {
+        ui.weak("error in");
+        ui.radio_value(&mut axes.accuracy, Accuracy::Position, "m");
+        ui.radio_value(&mut axes.accuracy, Accuracy::Relative, "parts of the motion");
+    });
+    ui.horizontal(|ui| {
+        ui.weak("cost in");
+        ui.radio_value(&mut axes.cost, Cost::Evaluations, "evaluations per body per s");
+        ui.radio_value(&mut axes.cost, Cost::RealTime, "part of real time");
+    });
+}
+
+/// The color of a method, lighter than in figures on white: the darkest would not be seen.
+fn color_of(method: Method) -> Color32 {
+    let lighter = |channel: u8| channel + (255 - channel) / 3;
+    let [r, g, b] = ink(method).srgb.map(lighter);
+    Color32::from_rgb(r, g, b)
+}
+
+/// A dot: where it is, in logarithms, and whose it is.
+struct Dot<'a> {
+    at: [f64; 2],
+    cell: &'a Cell,
+}
+
+fn dots(study: &Study, axes: Axes, method: Method) -> Vec<Dot<'_>> {
+    let dot = |cell: &'_ Cell| {
+        let (cost, error) = (study.cost(cell, axes.cost)?, study.error(cell, axes.accuracy)?);
+        (cost > 0.0).then(|| [cost.log10(), error.max(LEAST).log10()])
+    };
+    let curve = study.curve(method, lab::cost::Precision::F64);
+    curve.filter_map(|cell| Some(Dot { at: dot(cell)?, cell })).collect()
+}
+
+/// Errors below are drawn there: exact is nowhere on a logarithmic axis.
+const LEAST: f64 = 1e-16;
+
+fn plot(ui: &mut Ui, view: &View, axes: Axes, edits: &mut Vec<Edit>) {
+    let study = &view.study;
+    let all: Vec<_> = Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
+    let power = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
+        0.0 => format!("1e{:.0}", mark.value),
+        _ => String::new(),
+    };
+    let decades = |input: egui_plot::GridInput| {
+        let (from, to) = input.bounds;
+        // Those beyond the ends would be written outside of the plot.
+        #[expect(clippy::cast_possible_truncation, reason = "decades")]
+        let decades = from.ceil() as i32..=to.floor() as i32;
+        decades
+            .map(|decade| egui_plot::GridMark { value: f64::from(decade), step_size: 3.0 })
+            .collect::<Vec<_>>()
+    };
+    let words = match axes.cost {
+        Cost::RealTime | Cost::Time => "CPU seconds per simulated second",
+        Cost::Evaluations | Cost::Instructions => "evaluations per body per simulated second",
+    };
+    let plot = Plot::new(("cost", axes.accuracy as u8, axes.cost as u8))
+        .height(HEIGHT)
+        .allow_scroll(false)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_boxed_zoom(false)
+        .x_axis_label(words)
+        .y_axis_label(match axes.accuracy {
+            Accuracy::Position => "largest error, m",
+            Accuracy::Relative | Accuracy::Velocity => "largest error, relative",
+        })
+        .x_axis_formatter(power)
+        .y_axis_formatter(power)
+        .x_grid_spacer(decades)
+        .y_grid_spacer(decades)
+        .label_formatter(|_| None);
+    let clicked = plot.show(ui, |ui| {
+        draw(ui, study, axes, &all, view.setting);
+        let pointer = ui.response().hover_pos()?;
+        let distance =
+            |dot: &Dot<'_>| ui.screen_from_plot(PlotPoint::new(dot.at[0], dot.at[1])).distance(pointer);
+        let near = all.iter().map(|dot| (distance(dot), dot)).filter(|(distance, _)| *distance < REACH);
+        let (_, dot) = near.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let words = hint(study, dot.cell, axes);
+        let clicked = ui.response().clicked();
+        ui.response().clone().on_hover_text_at_pointer(words);
+        clicked.then_some(dot.cell.setting)
+    });
+    if let Some(setting) = clicked.inner {
+        edits.push(Edit::ApplySetting(setting));
+    }
+}
+
+fn draw(ui: &mut PlotUi<'_>, study: &Study, axes: Axes, all: &[Dot<'_>], present: Setting) {
+    let front: Vec<_> = study
+        .front(axes.accuracy, axes.cost)
+        .into_iter()
+        .filter_map(|cell| all.iter().find(|dot| dot.cell.setting == cell.setting))
+        .map(|dot| dot.at)
+        .collect();
+    ui.line(Line::new("front", PlotPoints::from(front)).color(FRONT).width(4.0).allow_hover(false));
+    if axes.cost == Cost::RealTime {
+        ui.vline(VLine::new("real time", 0.0).color(Color32::WHITE).style(LineStyle::dashed_dense()));
+    }
+    for method in Method::ALL {
+        let color = color_of(method);
+        let curve: Vec<_> =
+            all.iter().filter(|dot| dot.cell.setting.method == method).map(|dot| dot.at).collect();
+        ui.line(
+            Line::new("", PlotPoints::from(curve.clone()))
+                .color(color.gamma_multiply(0.5))
+                .allow_hover(false),
+        );
+        ui.points(Points::new("", PlotPoints::from(curve)).color(color).radius(4.0).allow_hover(false));
+    }
+    if let Some(dot) = all.iter().find(|dot| dot.cell.setting == present) {
+        let ring = PlotPoints::from(vec![dot.at]);
+        ui.points(Points::new("", ring).color(Color32::WHITE).radius(8.0).filled(false).allow_hover(false));
+    }
+    let top = all.iter().map(|dot| dot.at[1]).fold(f64::NEG_INFINITY, f64::max);
+    let failed = study.cells.iter().filter(|cell| cell.is_run() && cell.errors().is_none());
+    for cell in failed {
+        if let (Some(cost), true) = (study.cost(cell, axes.cost).filter(|cost| *cost > 0.0), top.is_finite())
+        {
+            let mark = PlotPoints::from(vec![[cost.log10(), top + 0.7]]);
+            let color = color_of(cell.setting.method);
+            ui.points(
+                Points::new("", mark).color(color).radius(5.0).shape(MarkerShape::Cross).allow_hover(false),
+            );
+        }
+    }
+}
+
+fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
+    let Setting { method, substeps, .. } = cell.setting;
+    let rate = study.step_hz * f64::from(substeps);
+    let error = study.error(cell, axes.accuracy).unwrap_or(f64::NAN);
+    let unit = if axes.accuracy == Accuracy::Position { " m" } else { "" };
+    let evaluations = study.cost(cell, Cost::Evaluations).unwrap_or(f64::NAN);
+    let mut words = format!(
+        "{} x {substeps}: {rate:.0} steps per s\nerror {error:.2e}{unit}, {evaluations:.0} evaluations per s",
+        method.claims().title
+    );
+    if let Some(time) = &cell.time {
+        words += &format!(
+            "\n{:.1} ns per body per step, {:.0} times real time",
+            time.ns_per_body_step, time.real_time_factor
+        );
+    }
+    if let Some(of) = study.world_times().find(|of| of.method == method) {
+        words += &format!(
+            "\na tick: {:.0} ns fixed + {:.1} ns per body per step",
+            of.fixed_ns, of.ns_per_body_step
+        );
+    }
+    words + "\nClick to use it."
+}
+
+fn legend(ui: &mut Ui, study: &Study) {
+    Grid::new("cost legend").num_columns(5).spacing([10.0, 1.0]).show(ui, |ui| {
+        for (place, method) in Method::ALL.into_iter().enumerate() {
+            let failed = study
+                .cells
+                .iter()
+                .any(|cell| cell.setting.method == method && cell.is_run() && cell.errors().is_none());
+            ui.horizontal(|ui| {
+                swatch(ui, color_of(method));
+                ui.label(ink(method).short);
+                if failed {
+                    ui.label(RichText::new("×").color(FAILED)).on_hover_text("some of its runs failed");
+                }
+            });
+            if place % 5 == 4 {
+                ui.end_row();
+            }
+        }
+    });
+}
+
+fn foot(ui: &mut Ui, study: &Study, axes: Axes) {
+    let front = study.front(axes.accuracy, axes.cost);
+    if let (Some(cheap), Some(best)) = (front.first(), front.last()) {
+        let words = format!("on the front: from {} to {}", cheap.setting, best.setting);
+        ui.label(words);
+    }
+    ui.scope(|ui| {
+        ui.set_max_width(WIDTH);
+        for sentence in report::time_words(study) {
+            ui.label(sentence);
+        }
+        for note in &study.notes {
+            ui.weak(note);
+        }
+    });
+}

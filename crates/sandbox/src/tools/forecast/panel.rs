@@ -1,0 +1,90 @@
+//! The panel of the forecast: how near everything is to instability, and what would help.
+
+use egui::{Align2, Color32, Grid, Rect, RichText, Sense, Ui, Vec2};
+
+use crate::app::session::{ForecastRow, digits};
+use crate::view::springs::margin_color;
+
+/// Rows that are listed.
+const MOST_ROWS: usize = 14;
+
+const BAR: Vec2 = Vec2::new(150.0, 11.0);
+
+/// What a full bar is, as a multiple of the limit.
+const FULL: f64 = 1.25;
+
+/// The limit in a bar, and a cure.
+const LIMIT: Color32 = Color32::from_gray(235);
+const CURE: Color32 = Color32::from_rgb(255, 140, 90);
+
+pub(crate) fn show(context: &egui::Context, rows: &[ForecastRow]) {
+    egui::Window::new("Forecast")
+        .resizable(false)
+        .collapsible(false)
+        .anchor(Align2::LEFT_BOTTOM, [8.0, -8.0])
+        .show(context, |ui| {
+            ui.label(RichText::new(sentence(rows)).strong());
+            if rows.is_empty() {
+                return;
+            }
+            Grid::new("forecast").num_columns(4).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+                for words in ["nearest to its limit", "value of limit", "", "method, bodies"] {
+                    ui.weak(words);
+                }
+                ui.end_row();
+                rows.iter().take(MOST_ROWS).for_each(|row| line(ui, row));
+            });
+            if rows.len() > MOST_ROWS {
+                ui.weak(format!("and {} more, all of them farther away", rows.len() - MOST_ROWS));
+            }
+        });
+}
+
+/// What it comes to.
+fn sentence(rows: &[ForecastRow]) -> String {
+    let unstable = rows.iter().filter(|row| row.margin.is_unstable).count();
+    match (rows.first(), unstable) {
+        (None, _) => "nothing here can become unstable: no springs, damping, drag or wells".to_owned(),
+        (Some(row), 0) if row.margin.limit.is_infinite() => "stable: nothing here has a limit".to_owned(),
+        (Some(row), 0) => {
+            format!("stable: {:.0} % of the limit at {}", 100.0 * row.margin.ratio(), row.element)
+        }
+        (_, 1) => "unstable: one part grows".to_owned(),
+        (_, many) => format!("unstable: {many} parts grow"),
+    }
+}
+
+fn line(ui: &mut Ui, row: &ForecastRow) {
+    let margin = &row.margin;
+    ui.label(&row.element);
+    let limit = match margin.limit {
+        0.0 => "never stable".to_owned(),
+        limit if limit.is_infinite() => "no limit".to_owned(),
+        limit => format!("of {}", digits(limit)),
+    };
+    ui.monospace(format!("{} {} {limit}", row.symbol(), row.value()));
+    bar(ui, margin.ratio());
+    let substeps = if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
+    ui.weak(format!("{}{substeps}, {}", margin.method.name(), margin.bodies));
+    ui.end_row();
+    if margin.is_unstable {
+        ui.label("");
+        ui.label(RichText::new(&row.cure).color(CURE).strong());
+        ui.weak(format!("{} x a second", digits(margin.growth_per_s)));
+        ui.label("");
+        ui.end_row();
+    }
+}
+
+/// How much of the limit is taken; the mark is the limit.
+#[expect(clippy::cast_possible_truncation, reason = "points")]
+fn bar(ui: &mut Ui, ratio: f64) {
+    let (place, _) = ui.allocate_exact_size(BAR, Sense::hover());
+    let painter = ui.painter();
+    painter.rect_filled(place, 2.0, Color32::from_gray(60));
+    let at = |ratio: f64| place.left() + (ratio / FULL).clamp(0.0, 1.0) as f32 * place.width();
+    let [red, green, blue, _] = margin_color(ratio).map(|part| (part * 255.0).round() as u8);
+    let taken = Rect::from_min_max(place.min, egui::pos2(at(ratio), place.bottom()));
+    painter.rect_filled(taken, 2.0, Color32::from_rgb(red, green, blue));
+    painter.vline(at(1.0), place.y_range(), (1.5, LIMIT));
+}

@@ -1,0 +1,201 @@
+//! The panel of ghosts: color and distances of each method, and which are drawn. And the distances in the picture.
+
+use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2};
+use report::{Ink, REFERENCE_INK, ink};
+
+use crate::app::control::Mode;
+use crate::app::panels::{Edit, Model};
+use crate::app::session::{GhostLabel, GhostRow, GhostState};
+use crate::view::hud::{THIN, text};
+
+/// Size of the words in the picture, points.
+const SIZE: f32 = 15.0;
+/// Radius of the dot before them, and what is between the two.
+const DOT: f32 = 4.5;
+const GAP: f32 = 5.0;
+/// How far beside its place a distance stands, points.
+const ASIDE: f32 = 24.0;
+/// Between two of them, points.
+const BETWEEN: f32 = 1.0;
+/// Points in which a long reason is broken into lines.
+const WIDTH: f32 = 300.0;
+
+/// The panel; where it stands.
+pub(crate) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>) -> Option<Rect> {
+    let shown = egui::Window::new("Ghosts")
+        .resizable(false)
+        .collapsible(false)
+        .anchor(Align2::LEFT_CENTER, [8.0, 0.0])
+        .show(context, |ui| {
+            if model.mode == Mode::Camera {
+                ui.weak("the pointer turns the camera: Q lets it click here");
+            }
+            Grid::new("ghosts").num_columns(3).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+                for heading in ["", model.ghost_subject.as_str(), "rms of all"] {
+                    ui.weak(heading);
+                }
+                ui.end_row();
+                for row in &model.ghosts {
+                    line(ui, row, edits);
+                    ui.end_row();
+                }
+            });
+            ui.scope(|ui| {
+                ui.set_max_width(WIDTH);
+                for row in &model.ghosts {
+                    if let Some(why) = trouble(row) {
+                        ui.weak(format!("{}: {why}", ink_of(row).short));
+                    }
+                }
+            });
+        });
+    shown.map(|shown| shown.response.rect)
+}
+
+fn ink_of(row: &GhostRow) -> Ink {
+    row.method.map_or(REFERENCE_INK, ink)
+}
+
+fn color([r, g, b]: [u8; 3]) -> Color32 {
+    Color32::from_rgb(r, g, b)
+}
+
+/// Why there is nothing to see of it.
+fn trouble(row: &GhostRow) -> Option<&str> {
+    match &row.state {
+        GhostState::Failed(why) => Some(why),
+        GhostState::Unsolvable(why) => Some(why),
+        GhostState::Solid | GhostState::Runs => None,
+    }
+}
+
+fn line(ui: &mut Ui, row: &GhostRow, edits: &mut Vec<Edit>) {
+    let there = trouble(row).is_none();
+    ui.horizontal(|ui| {
+        swatch(ui, color(ink_of(row).srgb));
+        let mut shown = row.shown && there;
+        let title = row.method.map_or("reference", |method| method.claims().title);
+        let words = match row.state {
+            GhostState::Solid => RichText::new(format!("{title}, solid")).strong(),
+            _ => RichText::new(title),
+        };
+        if ui.add_enabled(there, egui::Checkbox::new(&mut shown, words)).changed() {
+            edits.push(Edit::ShowGhost(row.method, shown));
+        }
+    });
+    match &row.state {
+        GhostState::Failed(_) => ui.weak("failed"),
+        GhostState::Unsolvable(_) => ui.weak("cannot"),
+        GhostState::Solid | GhostState::Runs => ui.label(row.distance.map_or_else(String::new, meters)),
+    };
+    ui.label(row.rms.map_or_else(String::new, meters));
+}
+
+pub(crate) fn swatch(ui: &mut Ui, color: Color32) {
+    let (place, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
+    ui.painter().rect(place, 2.0, color, Stroke::new(1.0, Color32::GRAY), egui::StrokeKind::Inside);
+}
+
+/// A distance with three digits at most: what is read while it changes.
+fn meters(distance: f64) -> String {
+    match distance {
+        0.0 => "0 m".to_owned(),
+        d if d < 1e-3 => format!("{d:.1e} m"),
+        d if d < 1.0 => format!("{d:.3} m"),
+        d if d < 10.0 => format!("{d:.2} m"),
+        d if d < 100.0 => format!("{d:.1} m"),
+        d if d < 1e5 => format!("{d:.0} m"),
+        d => format!("{d:.1e} m"),
+    }
+}
+
+/// What words in the picture keep away from.
+struct Around {
+    /// The panel, which would cover them.
+    panel: Rect,
+    /// The edge of the screen.
+    right: f32,
+}
+
+/// Where words of those sizes stand that belong to those places: up beside them, or to the left where they would
+/// leave the screen, beside the panel where it would cover them, and one below the other where they would overlap
+/// each other or `taken`.
+fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Vec<Rect> {
+    let mut order: Vec<_> = (0..words.len()).collect();
+    order.sort_by(|a, b| words[*a].0.y.total_cmp(&words[*b].0.y));
+    let mut places = vec![Rect::NOTHING; words.len()];
+    for i in order {
+        let (at, size) = words[i];
+        let fits = at.x + ASIDE + size.x <= around.right;
+        let left = if fits { at.x + ASIDE } else { at.x - ASIDE - size.x };
+        let mut place = Rect::from_min_size(Pos2::new(left, at.y - ASIDE - size.y), size);
+        if place.intersects(around.panel) {
+            place = place.translate(Vec2::X * (around.panel.right() + ASIDE - place.left()));
+        }
+        while let Some(other) = taken.iter().find(|other| other.intersects(place)) {
+            place = place.translate(Vec2::Y * (other.bottom() + BETWEEN - place.top()));
+        }
+        taken.push(place);
+        places[i] = place;
+    }
+    places
+}
+
+/// Distances beside the lines that they belong to, not on other words and not under the panel.
+pub(crate) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<Rect>, panel: Option<Rect>) {
+    let scale = painter.ctx().pixels_per_point();
+    let font = FontId::proportional(SIZE);
+    let write = |label: &GhostLabel| {
+        let words = format!("{} {}", label.ink.short, meters(label.distance));
+        let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
+        (words, (point(label.at, scale), size + Vec2::X * (2.0 * DOT + GAP)))
+    };
+    let (words, sizes): (Vec<_>, Vec<_>) = labels.iter().map(write).unzip();
+    let around =
+        Around { panel: panel.unwrap_or(Rect::NOTHING), right: painter.ctx().content_rect().right() };
+    let places = arranged(&sizes, taken, &around);
+    for (((label, words), (at, _)), place) in labels.iter().zip(words).zip(sizes).zip(places) {
+        let ink = color(label.ink.srgb);
+        let end = if place.left() > at.x { place.left_center() } else { place.right_center() };
+        painter.line_segment([at, end], Stroke::new(1.0, ink));
+        let dot = place.left_center() + Vec2::X * DOT;
+        painter.circle(dot, DOT, ink, Stroke::new(1.0, Color32::from_black_alpha(200)));
+        text(painter, dot + Vec2::X * (DOT + GAP), Align2::LEFT_CENTER, &words, font.clone(), THIN);
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "pixels")]
+fn point(at: glam::DVec2, scale: f32) -> Pos2 {
+    Pos2::new(at.x as f32, at.y as f32) / scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_have_three_digits_at_every_size() {
+        let seen = [0.0, 1.26e-7, 0.0132, 0.999_4, 1.234, 56.78, 1234.4, 3e7].map(meters);
+        let expected = ["0 m", "1.3e-7 m", "0.013 m", "0.999 m", "1.23 m", "56.8 m", "1234 m", "3.0e7 m"];
+        assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn words_stand_beside_their_places_and_not_on_anything_else() {
+        let size = Vec2::new(90.0, 16.0);
+        let around = Around { panel: Rect::from_min_max(Pos2::ZERO, Pos2::new(200.0, 300.0)), right: 640.0 };
+        let label = Rect::from_min_size(Pos2::new(320.0, 165.0), Vec2::new(60.0, 20.0));
+        let crowd: Vec<_> = (0..10_u8)
+            .map(|i| (Pos2::new(300.0 + f32::from(i), 200.0 + 3.0 * f32::from(i % 4)), size))
+            .collect();
+        let places = arranged(&crowd, vec![label], &around);
+        for (i, a) in places.iter().enumerate() {
+            assert!(a.left() >= 300.0 + ASIDE && a.right() <= 640.0);
+            assert!(!a.intersects(label) && places[..i].iter().all(|b| !a.intersects(*b)), "{places:?}");
+        }
+        let alone = |at| arranged(&[(at, size)], Vec::new(), &around)[0];
+        assert_eq!(alone(Pos2::new(600.0, 100.0)).right_bottom(), Pos2::new(600.0 - ASIDE, 100.0 - ASIDE));
+        let beside = alone(Pos2::new(50.0, 100.0));
+        assert!(!beside.intersects(around.panel) && (beside.bottom() + ASIDE - 100.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,326 @@
+//! The panel of the ledger: where energy and momentum go, and what the method invents.
+
+use egui::{Align2, Color32, Grid, RichText, TextStyle, Ui};
+use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
+use glam::DVec3;
+use motion::ledger::{Energies, LedgerLines, LedgerTotals};
+
+use crate::app::panels::Model;
+use crate::app::session::{Point, Session};
+
+/// What the panel shows.
+pub(crate) struct View {
+    pub since_opening: LedgerTotals,
+    pub last_second: LedgerTotals,
+    pub energies: Energies,
+    pub at_opening: Energies,
+    pub momentum: DVec3,
+    pub seconds: f64,
+    pub relative: f64,
+    pub points: Vec<Point>,
+}
+
+impl View {
+    /// Of a session that keeps books.
+    pub fn of(session: &Session) -> Option<Self> {
+        let ledger = session.ledger()?;
+        Some(Self {
+            since_opening: ledger.since_opening().clone(),
+            last_second: ledger.last_second(),
+            energies: ledger.energies().clone(),
+            at_opening: ledger.energies_at_opening().clone(),
+            momentum: ledger.momentum(),
+            seconds: ledger.seconds(),
+            relative: ledger.relative_residual(),
+            points: session.ledger_points().to_vec(),
+        })
+    }
+}
+
+/// What stands out: the residual.
+const RESIDUAL: Color32 = Color32::from_rgb(255, 140, 90);
+const ENERGY: Color32 = Color32::from_rgb(120, 190, 255);
+const KINETIC: Color32 = Color32::from_rgb(130, 210, 130);
+
+/// Relative to the energies on the way, what sums of rounding errors come to.
+const ROUNDING: f64 = 1e-12;
+
+const WIDTH: f32 = 436.0;
+/// Largest value in a plot; of larger ones, and of what is not finite, its margins would be infinite.
+const LARGEST_DRAWN: f64 = 1e200;
+
+const PLOT_HEIGHT: f32 = 72.0;
+
+/// Small: a scene with everything in it has 26 lines.
+const TEXT_SIZE: f32 = 11.0;
+
+/// `place` is what other panels leave free.
+pub(crate) fn show(context: &egui::Context, model: &Model, view: &View, place: Align2) {
+    let inward = match place {
+        Align2::LEFT_CENTER => [8.0, 0.0],
+        Align2::CENTER_BOTTOM => [0.0, -8.0],
+        _ => [-8.0, 0.0],
+    };
+    egui::Window::new("Ledger").resizable(false).collapsible(false).anchor(place, inward).show(
+        context,
+        |ui| {
+            ui.set_width(WIDTH);
+            for style in [TextStyle::Body, TextStyle::Monospace] {
+                if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
+                    font.size = TEXT_SIZE;
+                }
+            }
+            ui.label(RichText::new(sentence(model, view)).color(RESIDUAL).strong());
+            energy(ui, view);
+            ui.separator();
+            momentum(ui, view);
+            ui.separator();
+            plots(ui, view);
+        },
+    );
+}
+
+/// What the method has done, in words.
+fn sentence(model: &Model, view: &View) -> String {
+    let (method, have) = match model.own_methods {
+        true => ("the methods", "have"),
+        false => (model.method.claims().title, "has"),
+    };
+    let residual = view.since_opening.energy.residual;
+    if view.seconds <= 0.0 {
+        return format!("{method}: nothing simulated yet");
+    }
+    if residual == 0.0 || view.relative < ROUNDING {
+        return format!("{method} {have} kept the books in {:.2} s: what is left is rounding", view.seconds);
+    }
+    let verb = if residual > 0.0 { "invented" } else { "lost" };
+    let rate = view.last_second.energy.residual;
+    format!(
+        "{method} {have} {verb} {} J in {:.2} s, {} J/s in the last",
+        number(residual.abs()),
+        view.seconds,
+        signed(rate)
+    )
+}
+
+fn energy(ui: &mut Ui, view: &View) {
+    Grid::new("ledger energy").num_columns(4).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
+        ui,
+        |ui| {
+            heading(ui, ["energy", "now, J", "since open, J", "last second, W"]);
+            let then = &view.at_opening;
+            held(ui, "kinetic", view.energies.kinetic, then.kinetic);
+            for (law, now) in &view.energies.potential {
+                let before =
+                    then.potential.iter().find(|(name, _)| name == law).map_or(0.0, |(_, energy)| *energy);
+                held(ui, &law.replace('_', " "), *now, before);
+            }
+            let (sums, rates) = (&view.since_opening.energy, &view.last_second.energy);
+            for (name, sum, rate) in lines(sums, rates) {
+                row(ui, &name, ["".to_owned(), signed(sum), signed(rate)]);
+            }
+            let cells = ["residual".to_owned(), String::new(), signed(sums.residual), signed(rates.residual)];
+            emphasised(ui, cells);
+        },
+    );
+}
+
+fn momentum(ui: &mut Ui, view: &View) {
+    Grid::new("ledger momentum").num_columns(3).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
+        ui,
+        |ui| {
+            heading(ui, ["momentum", "since open, N s", "last second, N"]);
+            row(ui, "now", [triple(view.momentum), String::new()]);
+            let (sums, rates) = (&view.since_opening.momentum, &view.last_second.momentum);
+            for (name, sum, rate) in lines(sums, rates) {
+                row(ui, &name, [triple(sum), triple(rate)]);
+            }
+            emphasised(ui, ["residual".to_owned(), triple(sums.residual), triple(rates.residual)]);
+        },
+    );
+}
+
+/// The lines with something in them, pushes always: name, sum and rate.
+fn lines<T: Copy + Default + PartialEq>(
+    sums: &LedgerLines<T>,
+    rates: &LedgerLines<T>,
+) -> Vec<(String, T, T)> {
+    let laws = sums
+        .laws
+        .iter()
+        .zip(&rates.laws)
+        .map(|((name, sum), (_, rate))| (name.replace('_', " "), *sum, *rate));
+    let others = [
+        ("damping", sums.damping, rates.damping),
+        ("limits", sums.limits, rates.limits),
+        ("anchors", sums.anchors, rates.anchors),
+        ("interventions", sums.interventions, rates.interventions),
+    ];
+    let others = others.into_iter().filter(|(_, sum, _)| *sum != T::default());
+    std::iter::once(("pushes".to_owned(), sums.pushes, rates.pushes))
+        .chain(laws)
+        .chain(others.map(|(name, sum, rate)| (name.to_owned(), sum, rate)))
+        .collect()
+}
+
+fn heading<const N: usize>(ui: &mut Ui, words: [&str; N]) {
+    for word in words {
+        ui.weak(word);
+    }
+    ui.end_row();
+}
+
+fn held(ui: &mut Ui, name: &str, now: f64, then: f64) {
+    row(ui, name, [number(now), signed(now - then), String::new()]);
+}
+
+fn row<const N: usize>(ui: &mut Ui, name: &str, cells: [String; N]) {
+    ui.label(name);
+    for cell in cells {
+        ui.monospace(cell);
+    }
+    ui.end_row();
+}
+
+fn emphasised<const N: usize>(ui: &mut Ui, cells: [String; N]) {
+    for cell in cells {
+        ui.label(RichText::new(cell).monospace().color(RESIDUAL).strong());
+    }
+    ui.end_row();
+}
+
+/// A curve of the books.
+type Curve = fn(&Point) -> f64;
+
+fn plots(ui: &mut Ui, view: &View) {
+    let drawn = |of: Curve| {
+        let points = view.points.iter().map(move |point| [point.time, of(point)]);
+        points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN))
+    };
+    let show = |ui: &mut Ui, plot: Plot<'static>, curves: &[(&str, Color32, Curve)]| {
+        // Each by itself: the others can be hidden with a click on their names.
+        let plot = curves.iter().fold(plot, |plot, (.., of)| {
+            let [times, values] = [0, 1].map(|axis| apart(drawn(*of).map(|point| point[axis])));
+            let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
+            values.into_iter().flatten().fold(plot, Plot::include_y)
+        });
+        plot.show(ui, |plot| {
+            for (name, color, of) in curves {
+                plot.line(Line::new(*name, drawn(*of).collect::<Vec<_>>()).color(*color));
+            }
+        });
+    };
+    let energies: [(&str, Color32, Curve); 2] =
+        [("energy, J", ENERGY, |point| point.energy), ("kinetic, J", KINETIC, |point| point.kinetic)];
+    show(ui, plot("ledger energies"), &energies);
+    show(ui, plot("ledger residual"), &[("residual, J", RESIDUAL, |point| point.residual)]);
+}
+
+/// Two ends a little beyond all values, where these are nearly one: the margin of a plot around a single large number is
+/// lost to rounding.
+fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let (low, high) = values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let margin = 1e-6 * low.abs().max(high.abs());
+    (high - low < margin).then_some([low - margin, high + margin])
+}
+
+fn plot(name: &'static str) -> Plot<'static> {
+    // The pointer reads values off; it neither moves nor zooms what moves by itself.
+    Plot::new(name)
+        .width(WIDTH)
+        .height(PLOT_HEIGHT)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .y_axis_min_width(56.0)
+        .y_grid_spacer(|input: GridInput| marks(input.bounds))
+        .y_axis_formatter(|mark, _| number(mark.value))
+        .legend(Legend::default())
+}
+
+/// Two to four round values between two bounds: a plot as low as these has no room for more.
+fn marks((low, high): (f64, f64)) -> Vec<GridMark> {
+    let least = (high - low) / 4.0;
+    if !(least > 0.0 && least.is_finite()) {
+        return Vec::new();
+    }
+    let ten = 10.0_f64.powf(least.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * ten).into_iter().find(|step| *step >= least);
+    let step_size = step.unwrap_or(10.0 * ten);
+    let first = (low / step_size).ceil() * step_size;
+    let mark = |number: u8| GridMark { value: first + f64::from(number) * step_size, step_size };
+    (0..5).map(mark).filter(|mark| mark.value <= high).collect()
+}
+
+/// Four digits.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e5).contains(&size) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a power of ten from -3 to 4"
+        )]
+        let decimals = (3.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+fn signed(value: f64) -> String {
+    if value > 0.0 { format!("+{}", number(value)) } else { number(value) }
+}
+
+/// Three parts in columns, or the magnitude alone where that is too small or too large for them.
+fn triple(v: DVec3) -> String {
+    if v == DVec3::ZERO {
+        return "0".to_owned();
+    }
+    if (5e-4..1e4).contains(&v.abs().max_element()) {
+        return v.to_array().map(|part| format!("{part:>8.3}")).concat();
+    }
+    format!("magnitude {:.1e}", v.length())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_round_and_few() {
+        let values = |low, high| marks((low, high)).into_iter().map(|mark| mark.value).collect::<Vec<_>>();
+        assert_eq!(values(-2.0, 48.0), [0.0, 20.0, 40.0]);
+        assert_eq!(values(-11.0, 0.5), [-10.0, -5.0, 0.0]);
+        assert!(values(3.0, 3.0).is_empty());
+        for exponent in -9..9 {
+            for size in [1.0, 1.7, 3.0, 4.4, 7.0, 9.9] {
+                let high = size * 10.0_f64.powi(exponent);
+                assert!((2..=5).contains(&values(-0.3 * high, high).len()), "{high}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_have_four_digits_and_a_sign_where_they_are_changes() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1.000"),
+            (-12.345_67, "-12.35"),
+            (0.012_345, "0.01235"),
+            (99_999.0, "99999"),
+            (1e-7, "1.00e-7"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(number(value), expected);
+        }
+        assert_eq!([signed(2.5), signed(-2.5), signed(0.0)], ["+2.500", "-2.500", "0"]);
+        assert_eq!(triple(DVec3::new(1.0, -2.5, 0.0)), "   1.000  -2.500   0.000");
+        assert_eq!(triple(DVec3::new(0.0, 3e-9, 4e-9)), "magnitude 5.0e-9");
+        assert_eq!(triple(DVec3::ZERO), "0");
+    }
+}

@@ -1,0 +1,130 @@
+//! The settings panel: the tutorial's further work 1 and 2, live.
+
+mod method;
+
+use egui::{Align2, ComboBox, DragValue, Ui};
+use glam::DVec3;
+use motion::{Damping, DampingModel, Gravity, Method, Request};
+
+use crate::app::control::Mode;
+use crate::app::panels::{Edit, Model, Selected};
+
+/// Gravity at the surface, m/s² (Earth: the tutorial's value).
+const PRESETS: [(&str, f64); 5] =
+    [("Earth", -9.8), ("Moon", -1.62), ("Mars", -3.71), ("none", 0.0), ("upward", 9.8)];
+
+/// Rates between which `step_hz` can be dragged.
+const STEP_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
+
+pub(crate) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>) {
+    egui::Window::new("Settings")
+        .resizable(false)
+        .collapsible(false)
+        .anchor(Align2::LEFT_CENTER, [8.0, 0.0])
+        .show(context, |ui| {
+            if model.mode == Mode::Camera {
+                ui.weak("the pointer turns the camera: Q lets it click here");
+            }
+            gravity(ui, model, edits);
+            ui.separator();
+            damping(ui, model, edits);
+            ui.separator();
+            ui.horizontal(|ui| {
+                let mut rate = model.step_hz;
+                ui.label("step_hz");
+                if ui.add(DragValue::new(&mut rate).range(STEP_HZ).speed(1.0).suffix(" Hz")).changed() {
+                    edits.push(Edit::StepHz(rate));
+                }
+            });
+            ui.separator();
+            method::of_scene(ui, model, edits);
+            ui.separator();
+            match &model.selection {
+                Some(selected) => body(ui, selected, model.method, edits),
+                None => {
+                    ui.weak("select a body to edit its mass, velocity and method");
+                }
+            }
+        });
+}
+
+fn gravity(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
+    ui.label("gravity");
+    let mut on = model.gravity.is_some_and(|gravity| gravity.on);
+    if ui.checkbox(&mut on, "on").changed() {
+        edits.push(Edit::Ask(match model.gravity {
+            Some(_) => Request::SwitchGravity(on),
+            None => Request::SetGravity(Gravity::EARTH.acceleration),
+        }));
+    }
+    ui.horizontal(|ui| {
+        for (name, y) in PRESETS {
+            if ui.button(name).clicked() {
+                edits.push(Edit::Ask(Request::SetGravity(DVec3::new(0.0, y, 0.0))));
+            }
+        }
+    });
+    let acceleration = model.gravity.map_or(DVec3::ZERO, |gravity| gravity.acceleration);
+    if let Some(changed) = vector(ui, acceleration, 0.1, "m/s²") {
+        edits.push(Edit::Ask(Request::SetGravity(changed)));
+    }
+}
+
+fn damping(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
+    ui.label("damping");
+    let declared = model.damping.unwrap_or(Damping { model: DampingModel::default(), rate: 0.0 });
+    let mut changed = declared;
+    ui.horizontal(|ui| {
+        ComboBox::from_id_salt("damping model").selected_text(changed.model.name()).show_ui(ui, |ui| {
+            for model in DampingModel::ALL {
+                ui.selectable_value(&mut changed.model, model, model.name());
+            }
+        });
+        ui.add(DragValue::new(&mut changed.rate).range(0.0..=1e6).speed(0.01).suffix(" 1/s"));
+    });
+    if changed != declared && changed.rate.is_finite() {
+        edits.push(Edit::Ask(Request::SetDamping(changed)));
+    }
+}
+
+fn body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) {
+    ui.label(&selected.name);
+    let Some(body) = selected.body else {
+        ui.weak("scenery has no physics");
+        return;
+    };
+    if selected.soft.is_some() {
+        ui.weak("a soft body: its scene says what its points and springs are");
+        return;
+    }
+    if body.inverse_mass <= 0.0 {
+        ui.weak("mass infinite: nothing moves it");
+        return;
+    }
+    ui.horizontal(|ui| {
+        let mut mass = body.mass();
+        let speed = mass * 0.01;
+        ui.label("mass");
+        if ui.add(DragValue::new(&mut mass).range(1e-6..=1e9).speed(speed).suffix(" kg")).changed() {
+            edits.push(Edit::Ask(Request::SetInverseMass(selected.entity, 1.0 / mass)));
+        }
+    });
+    ui.label("velocity");
+    if let Some(velocity) = vector(ui, body.velocity, 0.1, "m/s") {
+        edits.push(Edit::Ask(Request::SetVelocity(selected.entity, velocity)));
+    }
+    method::of_body(ui, selected, scene, edits);
+}
+
+/// Three numbers; the new vector if one was changed.
+fn vector(ui: &mut Ui, value: DVec3, speed: f64, unit: &str) -> Option<DVec3> {
+    let mut edited = value;
+    let mut changed = false;
+    ui.horizontal(|ui| {
+        for axis in 0..3 {
+            changed |= ui.add(DragValue::new(&mut edited[axis]).speed(speed).max_decimals(3)).changed();
+        }
+        ui.label(unit);
+    });
+    changed.then_some(edited)
+}

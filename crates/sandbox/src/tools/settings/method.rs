@@ -1,0 +1,73 @@
+//! Choosing a method of integration, with what the chosen one promises.
+
+use egui::{ComboBox, Grid, Ui};
+use motion::{Claims, Method};
+
+use crate::app::panels::{Edit, Model, Selected};
+use crate::input::Experiment;
+use crate::methods::{stable, yes_or_no};
+
+/// Points in which a long source is broken into lines.
+const WIDTH: f32 = 280.0;
+
+/// The scene's method.
+pub(crate) fn of_scene(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
+    let mut chosen = model.method;
+    ui.horizontal(|ui| {
+        ui.label("method");
+        ComboBox::from_id_salt("method").selected_text(chosen.claims().title).height(400.0).show_ui(
+            ui,
+            |ui| {
+                for method in Method::ALL {
+                    ui.selectable_value(&mut chosen, method, method.claims().title);
+                }
+            },
+        );
+    });
+    if chosen != model.method {
+        edits.push(Edit::Try(Experiment::Method(chosen)));
+    }
+    promises(ui, model.method.claims());
+}
+
+fn promises(ui: &mut Ui, claims: &Claims) {
+    Grid::new("claims").num_columns(3).spacing([16.0, 2.0]).show(ui, |ui| {
+        let mut row = |what: &str, under_x: &str, under_v: &str| {
+            ui.weak(what);
+            ui.label(under_x);
+            ui.label(under_v);
+            ui.end_row();
+        };
+        row("laws that depend on", "position", "velocity");
+        let orders = format!("{}, {}", claims.position_order, claims.velocity_order);
+        row("order of x, v", &orders, &claims.order_with_velocity_laws.to_string());
+        let evaluations = [claims.evaluations, claims.evaluations_with_velocity_laws].map(|n| n.to_string());
+        row("evaluations", &evaluations[0], &evaluations[1]);
+        row("stable", &stable(claims), "");
+        let conserves = [claims.symplectic, claims.reversible].map(yes_or_no).join(", ");
+        row("symplectic, reversible", &conserves, "");
+    });
+    ui.scope(|ui| {
+        ui.set_max_width(WIDTH);
+        ui.weak(format!("source: {}", claims.source));
+    });
+}
+
+/// The selected body's method: the scene's, or one of its own.
+pub(crate) fn of_body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) {
+    let mut chosen = selected.own_method;
+    let like_the_scene = format!("the scene's: {}", scene.claims().title);
+    ui.horizontal(|ui| {
+        ui.label("method");
+        let shown = chosen.map_or(like_the_scene.as_str(), |method| method.claims().title);
+        ComboBox::from_id_salt("method of the body").selected_text(shown).height(400.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut chosen, None, &like_the_scene);
+            for method in Method::ALL {
+                ui.selectable_value(&mut chosen, Some(method), method.claims().title);
+            }
+        });
+    });
+    if chosen != selected.own_method {
+        edits.push(Edit::Try(Experiment::BodyMethod(selected.name.clone(), chosen)));
+    }
+}

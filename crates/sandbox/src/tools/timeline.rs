@@ -1,0 +1,3 @@
+//! The timeline: going back in the last minute.
+
+pub(crate) mod panel;

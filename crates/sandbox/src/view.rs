@@ -1,0 +1,16 @@
+//! What is seen of a scene: the camera, where things are drawn, the picture and the words in it.
+
+mod arrows;
+pub(crate) mod camera;
+pub(crate) mod card;
+mod forces;
+pub(crate) mod hud;
+pub(crate) mod labels;
+pub(crate) mod marks;
+pub(crate) mod options;
+pub(crate) mod picture;
+pub(crate) mod pose;
+mod read;
+pub(crate) mod soft;
+pub(crate) mod springs;
+pub(crate) mod trails;

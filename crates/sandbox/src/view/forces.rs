@@ -1,0 +1,106 @@
+//! The forces on the bodies of a session, and the scale at which their arrows are drawn.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::snapshot::LastStep;
+use motion::{Damping, DampingModel, ForceCause, PhysicsBody, Push, SoftBody};
+
+use crate::app::session::Session;
+
+/// Length of the longest force arrow where its scale is chosen, as a share of the distance from the camera.
+const SHARE: f64 = 0.15;
+
+/// How much longer an arrow may grow before the scale is chosen again.
+const GROWTH: f64 = 3.0;
+
+impl Session {
+    /// The forces on `body` at its present state, N, by cause; pushes are those of the last tick.
+    pub fn forces_on(&mut self, body: Entity) -> Vec<(ForceCause, DVec3)> {
+        let mut forces = Vec::new();
+        self.each_force(&[body], |_, cause, newtons| forces.push((cause, newtons)));
+        forces
+    }
+
+    /// Calls `each` with every force on `bodies`, given by their places among them.
+    pub(crate) fn each_force(&mut self, bodies: &[Entity], each: impl FnMut(usize, ForceCause, DVec3)) {
+        let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
+        let pushes: Vec<_> = self.acting.iter().map(push).collect();
+        motion::each_force(&mut self.world, &pushes, bodies, each);
+    }
+
+    /// The state of a body at the time of its position, from the forces on it: position Verlet keeps the velocity of half a
+    /// step before.
+    pub(crate) fn synchronized(&self, body: Entity, forces: &[(ForceCause, DVec3)]) -> Option<PhysicsBody> {
+        let state = *self.world.get::<PhysicsBody>(body)?;
+        let damping = self.damping_model();
+        let laws = forces.iter().filter(|(cause, _)| is_of_laws(*cause, damping));
+        let newtons: DVec3 = laws.map(|(_, newtons)| *newtons).sum();
+        Some(state.moving_at(state.velocity + newtons * state.inverse_mass * self.half_step(body)))
+    }
+
+    /// The same of the points of a soft body, which move `together`.
+    pub(crate) fn synchronized_points(&mut self, soft: Entity, together: PhysicsBody) -> PhysicsBody {
+        let points = self.world.get::<SoftBody>(soft).map_or_else(Vec::new, |soft| soft.points.clone());
+        let halves: Vec<_> = points.iter().map(|point| self.half_step(*point)).collect();
+        let (damping, mut impulse) = (self.damping_model(), DVec3::ZERO);
+        if halves.iter().any(|half| *half != 0.0) {
+            self.each_force(&points, |place, cause, newtons| {
+                if is_of_laws(cause, damping) {
+                    impulse += newtons * halves[place];
+                }
+            });
+        }
+        together.moving_at(together.velocity + impulse * together.inverse_mass)
+    }
+
+    fn half_step(&self, body: Entity) -> f64 {
+        self.world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0)
+    }
+
+    fn damping_model(&self) -> Option<DampingModel> {
+        self.world.get_resource::<Damping>().map(|damping| damping.model)
+    }
+
+    /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters
+    /// from the camera. It stays as it is chosen once, so that arrows can be seen to grow.
+    pub(crate) fn newtons_per_meter(&mut self, newtons: f64, distance: f64) -> Option<f64> {
+        let longest = SHARE * distance;
+        if self.force_scale.is_none_or(|scale| newtons > scale * longest * GROWTH) {
+            let scale = round_up(newtons / longest);
+            self.force_scale = scale.is_normal().then_some(scale);
+        }
+        self.force_scale
+    }
+}
+
+/// Whether a method asks for it as a law. All of a push, and of damping that is no law, is in a velocity already.
+fn is_of_laws(cause: ForceCause, damping: Option<DampingModel>) -> bool {
+    match cause {
+        ForceCause::Push => false,
+        ForceCause::Law("damping") => damping == Some(DampingModel::Exact),
+        _ => true,
+    }
+}
+
+/// The next of 1, 2, 5, 10, 20, ...
+fn round_up(x: f64) -> f64 {
+    let decade = x.log10().floor();
+    // A negative power would not be rounded to the nearest number.
+    let times = |m: f64| if decade < 0.0 { m / 10_f64.powf(-decade) } else { m * 10_f64.powf(decade) };
+    [1.0, 2.0, 5.0].map(times).into_iter().find(|step| *step >= x).unwrap_or(times(10.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_are_round_numbers() {
+        for (x, rounded) in
+            [(1.0, 1.0), (1.01, 2.0), (3.0, 5.0), (7.0, 10.0), (0.03, 0.05), (2e-7, 2e-7), (130.0, 200.0)]
+        {
+            assert_eq!(round_up(x), rounded, "{x}");
+        }
+        assert!(!round_up(0.0).is_normal() && !round_up(f64::NAN).is_normal());
+    }
+}

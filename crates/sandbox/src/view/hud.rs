@@ -1,0 +1,164 @@
+//! The tutorial's words in the tutorial's places, a cross-hair, and the state of the clock.
+
+use egui::text::LayoutJob;
+use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Stroke, Vec2};
+
+use crate::app::control::Mode;
+use crate::app::panels::Model;
+use crate::app::session::Measured;
+
+/// The light gray in which the tutorial's texts are drawn.
+const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
+
+/// Our own, thinner words stand on the bright sky.
+pub(crate) const THIN: Color32 = Color32::from_rgb(235, 235, 235);
+
+const WARNING: Color32 = Color32::from_rgb(255, 190, 60);
+
+/// Where the tutorial draws them: percent of width and height from the top left, the text standing on the point.
+const CLICK_FORCE_AT: Vec2 = Vec2::new(10.0, 20.0);
+const LOCK_HINT_AT: Vec2 = Vec2::new(5.0, 80.0);
+const MODE_HINT_AT: Vec2 = Vec2::new(5.0, 85.0);
+const GRAVITY_AT: Vec2 = Vec2::new(5.0, 95.0);
+
+/// Ours, below all that stands at the top: a notice may be wide.
+const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
+
+/// Widest line of a notice, of the width of the window.
+const NOTICE_WIDTH: f32 = 0.94;
+
+pub(crate) fn show(painter: &Painter, model: &Model) {
+    let screen = painter.ctx().content_rect();
+    // The tutorial's glyphs are 1.9 % of the width apart.
+    let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75);
+    let at = |percent: Vec2| screen.min + screen.size() * percent / 100.0;
+    let tutorial = |at: Vec2, words: &str| {
+        let at = screen.min + screen.size() * at / 100.0;
+        text(painter, at, Align2::LEFT_BOTTOM, words, font.clone(), TEXT);
+    };
+    if model.pushes {
+        tutorial(CLICK_FORCE_AT, &format!("Click Force:{:.6}", model.click_force));
+    }
+    match (model.locked, &model.selection) {
+        (true, _) => tutorial(LOCK_HINT_AT, "Press L to unlock object!"),
+        (false, Some(_)) => tutorial(LOCK_HINT_AT, "Press L to lock selected object!"),
+        _ => {}
+    }
+    tutorial(
+        MODE_HINT_AT,
+        match model.mode {
+            Mode::Camera => "Press Q to change to select mode!",
+            Mode::Selection => "Press Q to change to camera mode!",
+        },
+    );
+    if let Some(gravity) = model.gravity {
+        tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
+    }
+    text(
+        painter,
+        at(Vec2::new(99.0, 97.0)),
+        Align2::RIGHT_BOTTOM,
+        "H help   Tab settings",
+        FontId::proportional(font.size * 0.8),
+        THIN,
+    );
+    state(painter, at(Vec2::new(99.0, 2.0)), model, font.size * 0.8);
+    notices(painter, at(NOTICES_AT), &model.notices, font.size * 0.8);
+    if model.mode == Mode::Camera {
+        cross_hair(painter, screen.center());
+    }
+}
+
+/// One below the other; what is wider than the window has several lines.
+fn notices(painter: &Painter, mut place: Pos2, notices: &[String], size: f32) {
+    let font = FontId::proportional(size);
+    let most = painter.ctx().content_rect().width() * NOTICE_WIDTH;
+    for notice in notices {
+        let line = painter.layout_no_wrap(notice.clone(), font.clone(), WARNING);
+        let lines = if line.size().x > most {
+            let mut job = LayoutJob::simple(notice.clone(), font.clone(), WARNING, most);
+            job.halign = Align::Center;
+            let lines = painter.layout_job(job);
+            for corner in RIM {
+                let rim = Color32::from_black_alpha(200);
+                painter.galley_with_override_text_color(place + corner, lines.clone(), rim);
+            }
+            painter.galley(place, lines.clone(), WARNING);
+            lines.rows.len()
+        } else {
+            text(painter, place, Align2::CENTER_TOP, notice, font.clone(), WARNING);
+            1
+        };
+        (0..lines).for_each(|_| place.y += size * 1.3);
+    }
+}
+
+/// Scene and clock in the top right corner.
+fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
+    let own = if model.own_methods { " and bodies' own" } else { "" };
+    let method = model.method.claims().title;
+    let mut lines = vec![
+        (format!("{}   {} bodies   {method}{own}", model.scene, model.bodies), THIN),
+        (format!("{:.2} s at {} Hz", model.scene_s, (model.step_hz * 1e6).round() / 1e6), THIN),
+    ];
+    // Paused, frames are drawn when something changes.
+    if let Some(measured) = model.measured.filter(|_| !model.paused) {
+        let Measured { frames_per_second, tick, simulated_over_real } = measured;
+        let tick = tick * 1e6;
+        let words = format!(
+            "{frames_per_second:.0} frames/s   tick {tick:.1} us   {simulated_over_real:.2} x real time"
+        );
+        lines.push((words, THIN));
+    }
+    if let Some(newtons) = model.newtons_per_meter {
+        lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
+    }
+    if model.pace != 1.0 {
+        lines.push((format!("{} x speed", model.pace), WARNING));
+    }
+    if model.paused {
+        lines.push(("paused: P goes on, . steps".to_owned(), WARNING));
+    }
+    if let Some((some, all)) = model.trails_left_out {
+        lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
+    }
+    if model.drops_time {
+        lines.push(("slower than real time: simulated time is dropped".to_owned(), WARNING));
+    }
+    match model.quarantined.0 {
+        0 => {}
+        1 => lines.push(("1 body quarantined: R says why".to_owned(), WARNING)),
+        many => lines.push((format!("{many} bodies quarantined: R says why"), WARNING)),
+    }
+    if cfg!(debug_assertions) && model.measured.is_some() {
+        lines.push(("debug build: slow".to_owned(), WARNING));
+    }
+    let mut place = corner;
+    for (words, color) in lines {
+        text(painter, place, Align2::RIGHT_TOP, &words, FontId::proportional(size), color);
+        place.y += size * 1.3;
+    }
+}
+
+fn cross_hair(painter: &Painter, center: Pos2) {
+    for (width, color) in [(3.0, Color32::from_black_alpha(160)), (1.0, Color32::WHITE)] {
+        let stroke = Stroke::new(width, color);
+        for arm in [Vec2::X, Vec2::Y] {
+            for side in [-1.0, 1.0] {
+                painter.line_segment([center + arm * 3.0 * side, center + arm * 10.0 * side], stroke);
+            }
+        }
+    }
+}
+
+/// Where the dark rim of words is.
+const RIM: [Vec2; 4] =
+    [Vec2::new(1.0, 1.0), Vec2::new(-1.0, 1.0), Vec2::new(1.0, -1.0), Vec2::new(-1.0, -1.0)];
+
+/// Words with a dark rim, readable on sky and checker alike.
+pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, font: FontId, color: Color32) {
+    for corner in RIM {
+        painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
+    }
+    painter.text(at, anchor, words, font, color);
+}

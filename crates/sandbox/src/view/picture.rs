@@ -1,0 +1,127 @@
+//! From the world to a plain frame: the one place where drawn state becomes f32, relative to the camera.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec3, Vec3};
+use motion::{Dormant, PhysicsBody, PreviousPosition, TimeStep, Transform};
+use pick::Shape;
+use render::{Camera, Frame, Instance, Light, Line, Particle};
+use scene::{Appearance, PointRadius};
+
+use crate::app::session::{Session, drawn};
+
+/// The tutorial's color of the selection.
+pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
+
+/// What a thing looks like that the scene did not paint.
+pub(crate) const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: false };
+
+const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
+
+impl Session {
+    /// The picture of the present state.
+    pub fn picture(&mut self) -> Frame {
+        self.update_targets();
+        let eye = self.camera.position;
+        let view = self.camera.viewpoint();
+        let mut frame = Frame {
+            size_px: self.options.size_px,
+            camera: Camera {
+                orientation: view.orientation.as_quat(),
+                #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+                fov_y_rad: view.fov_y_rad as f32,
+                #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+                near_m: view.near_m as f32,
+                #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+                far_m: view.far_m as f32,
+            },
+            light: self.scene.light.map(|light| Light {
+                position: (light.position - eye).as_vec3(),
+                target: (-eye).as_vec3(),
+                color: Vec3::from_array(light.color),
+                shadows: light.shadows,
+            }),
+            ..Default::default()
+        };
+        self.add_shapes(&mut frame);
+        self.add_soft_bodies(&mut frame);
+        self.add_springs(&mut frame, eye);
+        self.add_particles(&mut frame, eye);
+        self.add_ghosts(&mut frame, eye);
+        self.add_arrows(&mut frame, eye);
+        if self.control.trails {
+            self.add_trails(&mut frame, eye);
+        }
+        frame.panels = self.panels();
+        frame
+    }
+
+    fn add_shapes(&mut self, frame: &mut Frame) {
+        let mut looks = self.world.query::<&Appearance>();
+        let targets = self.targets();
+        let (xs, ys, zs) = targets.positions();
+        for (i, entity) in targets.entities().iter().enumerate() {
+            let look = looks.get(&self.world, *entity).copied().unwrap_or(PLAIN);
+            let selected = self.control.selection == Some(*entity);
+            let [r, g, b] = look.color;
+            let mut surface = if look.checker { render::CHECKER } else { 0 };
+            if selected {
+                surface |= render::OUTLINED;
+            }
+            let shape = targets.shape(i);
+            let instance = Instance {
+                position: [xs[i], ys[i], zs[i]],
+                surface,
+                half_extents: shape.half_extents().as_vec3().to_array(),
+                orientation: targets.orientation(i).to_array(),
+                color: if selected { SELECTED } else { [r, g, b, 1.0] },
+                ..Default::default()
+            };
+            match shape {
+                Shape::Cuboid { .. } => frame.cuboids.push(instance),
+                Shape::Sphere { .. } => frame.spheres.push(instance),
+            }
+        }
+    }
+
+    fn add_particles(&mut self, frame: &mut Frame, eye: DVec3) {
+        let alpha = self.alpha;
+        let of_soft_bodies = self.points_of_soft_bodies();
+        let mut particles = self.world.query_filtered::<(
+            Entity,
+            &Transform,
+            Option<&PreviousPosition>,
+            Option<&Appearance>,
+            Option<&PointRadius>,
+        ), (With<PhysicsBody>, Without<Shape>, Without<Dormant>)>();
+        let particles = particles.iter(&self.world);
+        let seen = |(_, now, before, look, radius): (_, _, _, Option<&Appearance>, Option<&PointRadius>)| {
+            let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
+            Particle {
+                position: (drawn(now, before, alpha) - eye).as_vec3().to_array(),
+                radius_m: radius.copied().unwrap_or_default().0,
+                color: [r, g, b, 1.0],
+            }
+        };
+        if of_soft_bodies.is_empty() {
+            frame.particles.extend(particles.map(seen));
+        } else {
+            let free = particles.filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
+            frame.particles.extend(free.map(seen));
+        }
+    }
+
+    fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
+        let [r, g, b] = TRAIL_COLOR;
+        let drawn_at = self.simulated() - (1.0 - self.alpha) * self.world.resource::<TimeStep>().0;
+        for (body, points) in self.trails.until(drawn_at) {
+            let points = points.chain(self.drawn_position(body));
+            let count = points.clone().count();
+            #[expect(clippy::cast_precision_loss, reason = "at most thousands of points")]
+            let fade = |i: usize| (i as f32 / count as f32).sqrt();
+            for (i, (from, to)) in points.clone().zip(points.skip(1)).enumerate() {
+                let (from, to) = ((from - eye).as_vec3(), (to - eye).as_vec3());
+                frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 1.5));
+            }
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Where things are drawn, which is where rays find them.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3};
+use motion::{Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform};
+use pick::{Chunk, Ray, Shape, SoftPoint, SoftTargets, Targets};
+
+use crate::app::control::Mode;
+use crate::app::session::Session;
+
+/// Width below which nothing of a soft body is drawn, and hit, pixels.
+const THINNEST_PX: f64 = 2.0;
+
+/// What a ray found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Picked {
+    /// The closest thing, as a whole.
+    pub entity: Entity,
+    /// The body that a push there acts on, if there is one.
+    pub pushed: Option<Entity>,
+}
+
+/// Where a body is drawn, `alpha` of the way from the last tick to this one, m.
+pub(crate) fn drawn(now: &Transform, before: Option<&PreviousPosition>, alpha: f64) -> DVec3 {
+    before.map_or(now.position, |before| before.0 + (now.position - before.0) * alpha)
+}
+
+impl Session {
+    /// Where a thing is drawn, m; of a soft body, its center of mass.
+    pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
+        match self.world.get::<SoftBody>(thing) {
+            Some(body) => self.center_of_mass(body, |point| self.drawn_body(point)),
+            None => self.drawn_body(thing),
+        }
+    }
+
+    fn drawn_body(&self, thing: Entity) -> Option<DVec3> {
+        let now = self.world.get::<Transform>(thing)?;
+        Some(drawn(now, self.world.get::<PreviousPosition>(thing), self.alpha))
+    }
+
+    /// The ray that picks: through the pointer in selection mode, through the middle of the view otherwise.
+    pub(crate) fn picking_ray(&self) -> Ray {
+        let size = DVec2::new(f64::from(self.options.size_px[0]), f64::from(self.options.size_px[1]));
+        let pixel = if self.control.mode == Mode::Selection { self.control.pointer } else { size / 2.0 };
+        self.camera.viewpoint().ray_through(pixel, size)
+    }
+
+    /// The closest thing on `ray` as drawn.
+    pub(crate) fn cast(&mut self, ray: &Ray) -> Option<Picked> {
+        self.update_targets();
+        let solid = self.targets.cast(ray);
+        let soft = self.soft.cast(ray, self.thinnest(), |body| self.world.get(body));
+        match (solid, soft) {
+            (solid, Some(soft)) if solid.is_none_or(|solid| soft.distance < solid.distance) => {
+                Some(Picked { entity: soft.entity, pushed: soft.pushed })
+            }
+            (solid, _) => solid.map(|hit| Picked { entity: hit.entity, pushed: Some(hit.entity) }),
+        }
+    }
+
+    /// Smallest radius with which ropes are drawn, as a share of the distance.
+    pub(crate) fn thinnest(&self) -> f64 {
+        let height = f64::from(self.options.size_px[1].max(1));
+        THINNEST_PX * (0.5 * self.camera.viewpoint().fov_y_rad).tan() / height
+    }
+
+    /// Drawn poses relative to the camera, brought up to date once a frame.
+    pub(crate) fn update_targets(&mut self) {
+        if self.targets_current && self.targets.anchor() == self.camera.position {
+            return;
+        }
+        let mut things = self.world.query_filtered::<(
+            Entity,
+            &Transform,
+            Option<&PreviousPosition>,
+            &Shape,
+            Option<&Orientation>,
+        ), Without<Dormant>>();
+        let tables =
+            things.contiguous_iter(&self.world).expect("every component of a thing is stored in tables");
+        let chunks = tables.map(|(entities, transforms, previous, shapes, orientations)| Chunk {
+            entities,
+            transforms,
+            previous,
+            shapes,
+            orientations,
+        });
+        self.targets.update(self.camera.position, self.alpha, chunks);
+        self.update_soft();
+        self.targets_current = true;
+    }
+
+    fn update_soft(&mut self) {
+        let mut bodies = self.world.query::<(Entity, &SoftBody)>();
+        let mut points = self.world.query_filtered::<
+            (&Transform, Option<&PreviousPosition>, &PhysicsBody),
+            (Without<Quarantined>, Without<Dormant>),
+        >();
+        let (alpha, points) = (self.alpha, points.query(&self.world));
+        let point = |entity| {
+            let (now, before, body) = points.get(entity).ok()?;
+            Some(SoftPoint { position: drawn(now, before, alpha), movable: body.inverse_mass > 0.0 })
+        };
+        self.soft.update(self.camera.position, bodies.iter(&self.world), point);
+    }
+
+    pub(crate) const fn targets(&self) -> &Targets {
+        &self.targets
+    }
+
+    pub(crate) const fn soft_targets(&self) -> &SoftTargets {
+        &self.soft
+    }
+}

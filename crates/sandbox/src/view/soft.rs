@@ -1,0 +1,124 @@
+//! Soft bodies as a whole: what their points have together, and how a push on all of them is shared out.
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{Dormant, PhysicsBody, Push, Quarantined, SoftBody, Transform};
+use scene::SoftBodyName;
+
+use crate::app::session::Session;
+
+/// What the points of a soft body have together.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SoftSum {
+    /// Center of mass, m.
+    pub position: DVec3,
+    /// How far it is from where the scene put it, m.
+    pub displacement: DVec3,
+    /// All movable points as one body.
+    pub body: PhysicsBody,
+    pub points: usize,
+    pub pinned: usize,
+    pub quarantined: usize,
+    pub springs: usize,
+    /// Sum over the points, J.
+    pub kinetic_energy: f64,
+    /// `k (L - L0)² / 2` summed over the springs, J.
+    pub spring_energy: f64,
+}
+
+impl Session {
+    /// The pushes that a force of `newtons` on `thing` consists of: on a soft body it is shared out by mass, so that
+    /// all points gain the same speed; those that nothing moves get none.
+    pub(crate) fn pushes_on(&self, thing: Entity, newtons: DVec3) -> Vec<Push> {
+        let Some(body) = self.world.get::<SoftBody>(thing) else {
+            return vec![Push { body: thing, newtons }];
+        };
+        let mass = self.mass(body);
+        let share =
+            |(body, point): (Entity, &PhysicsBody)| Push { body, newtons: newtons * (point.mass() / mass) };
+        self.movable_points(body).map(share).collect()
+    }
+
+    /// The points that forces move.
+    fn movable_points<'a>(
+        &'a self,
+        body: &'a SoftBody,
+    ) -> impl Iterator<Item = (Entity, &'a PhysicsBody)> + 'a {
+        body.points.iter().filter_map(|point| {
+            let thing = self.world.get_entity(*point).ok()?;
+            let free = !thing.contains::<Quarantined>() && !thing.contains::<Dormant>();
+            let state = thing.get::<PhysicsBody>().filter(|state| free && state.inverse_mass > 0.0)?;
+            Some((*point, state))
+        })
+    }
+
+    /// Mass of the points that forces move, kg.
+    fn mass(&self, body: &SoftBody) -> f64 {
+        self.movable_points(body).map(|(_, point)| point.mass()).sum()
+    }
+
+    /// The center of mass of the points that forces move, each at its `place`, m; where none is, the middle of all.
+    pub(crate) fn center_of_mass(
+        &self,
+        body: &SoftBody,
+        place: impl Fn(Entity) -> Option<DVec3>,
+    ) -> Option<DVec3> {
+        let mean = |points: &mut dyn Iterator<Item = (Entity, f64)>| {
+            let placed = points.filter_map(|(point, mass)| Some((place(point)?, mass)));
+            let (moment, mass) =
+                placed.fold((DVec3::ZERO, 0.0), |(sum, all), (at, mass)| (sum + at * mass, all + mass));
+            (mass > 0.0).then(|| moment / mass)
+        };
+        mean(&mut self.movable_points(body).map(|(point, state)| (point, state.mass())))
+            .or_else(|| mean(&mut body.points.iter().map(|point| (*point, 1.0))))
+    }
+
+    /// What the points of `thing` have together, if it is a soft body that has any.
+    pub(crate) fn soft_sum(&self, thing: Entity) -> Option<SoftSum> {
+        let world = &self.world;
+        let body = world.get::<SoftBody>(thing)?;
+        let place = |point| Some(world.get::<Transform>(point)?.position);
+        let at_start = |point| match self.ids.get(&point) {
+            Some(id) => Some(self.scene.bodies.get(*id as usize)?.position),
+            None => place(point),
+        };
+        let position = self.center_of_mass(body, place)?;
+        let displacement = position - self.center_of_mass(body, at_start)?;
+        let mass = self.mass(body);
+        let momentum: DVec3 = self.movable_points(body).map(|(_, point)| point.momentum()).sum();
+        let together = if mass > 0.0 {
+            PhysicsBody::with_mass(mass).moving_at(momentum / mass)
+        } else {
+            PhysicsBody::IMMOVABLE
+        };
+        let count = |with: &dyn Fn(EntityRef<'_>) -> bool| {
+            body.points.iter().filter(|point| world.get_entity(**point).is_ok_and(with)).count()
+        };
+        let energies = body.springs.iter().filter_map(|spring| {
+            let [a, b] = spring.ends.map(|end| body.points.get(end as usize).copied().and_then(place));
+            let stretch = a?.distance(b?) - spring.elastic.rest_length;
+            Some(0.5 * spring.elastic.stiffness * stretch * stretch)
+        });
+        Some(SoftSum {
+            position,
+            displacement,
+            body: together,
+            points: count(&|_| true),
+            pinned: count(&|point| point.get::<PhysicsBody>().is_some_and(|state| state.inverse_mass <= 0.0)),
+            quarantined: count(&|point| point.contains::<Quarantined>()),
+            springs: body.springs.len(),
+            kinetic_energy: self.movable_points(body).map(|(_, point)| point.kinetic_energy()).sum(),
+            spring_energy: energies.sum(),
+        })
+    }
+
+    /// Name of a soft body: its own, or that of its first point up to the first dot.
+    pub(crate) fn soft_name(&self, thing: Entity) -> Option<String> {
+        if let Some(name) = self.world.get::<SoftBodyName>(thing) {
+            return Some(name.0.clone());
+        }
+        let first = self.world.get::<SoftBody>(thing)?.points.first()?;
+        let name = self.scene.names.get(*self.ids.get(first)?)?;
+        Some(name.split('.').next().unwrap_or_default().to_owned())
+    }
+}

@@ -1,0 +1,285 @@
+//! Soft bodies and springs in the picture: surfaces, ropes, pins and the view of springs by strain.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec3, Quat, Vec3};
+use motion::{Dormant, PhysicsBody, Quarantined, SoftBody, Spring};
+use pick::SoftPose;
+use render::{Frame, Instance, Line, Particle, Surface};
+use scene::Appearance;
+
+use crate::app::session::Session;
+use crate::view::picture::{PLAIN, SELECTED};
+
+/// A spring outside the view of springs.
+const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
+const SPRING_WIDTH_PX: f32 = 2.0;
+
+/// Strain at which a spring has its full color.
+const FULL_STRAIN: f64 = 0.1;
+/// Springs that are shorter than at rest, at rest, and longer.
+const STRAIN_COLORS: [Vec3; 3] = [Vec3::new(0.05, 0.25, 1.0), Vec3::splat(0.95), Vec3::new(1.0, 0.08, 0.04)];
+
+/// A pin holds a point in its place.
+const PIN_COLOR: [f32; 4] = [0.16, 0.16, 0.19, 1.0];
+/// Radius of a pin, as a multiple of that of a point.
+const PIN_SIZE: f32 = 1.5;
+
+/// Of the color of a body, what a line of the same color takes: lines are not lit, and bodies are never fully.
+const LINE_SHADE: f32 = 0.7;
+/// A rope too thin to be drawn as a body: its line, and what shows of the outline of a selected one.
+const ROPE_WIDTH_PX: f32 = 2.0;
+const OUTLINE_WIDTH_PX: f32 = 6.0;
+const OUTLINE_COLOR: [f32; 4] = [1.0, 0.87, 0.1, 1.0];
+
+/// Relative change of a spring's length, 0.1 for one tenth longer than at rest; that of a spring without a length
+/// at rest is 0 or, however short it is, infinite.
+fn strain(length: f64, rest_length: f64) -> f64 {
+    if length == rest_length { 0.0 } else { length / rest_length - 1.0 }
+}
+
+/// Blue for a spring that is compressed, white at rest, red for a stretched one; linear between.
+fn strain_color(strain: f64) -> [f32; 4] {
+    #[expect(clippy::cast_possible_truncation, reason = "a color")]
+    let share = (strain / FULL_STRAIN).clamp(-1.0, 1.0) as f32;
+    let [short, rest, long] = STRAIN_COLORS;
+    rest.lerp(if share < 0.0 { short } else { long }, share.abs()).extend(1.0).to_array()
+}
+
+/// How much of a spring's limit is taken at which it has which color: it is red before it grows.
+const MARGIN_COLORS: [(f64, Vec3); 4] = [
+    (0.0, Vec3::new(0.0, 0.55, 0.25)),
+    (0.5, Vec3::new(0.35, 0.75, 0.2)),
+    (0.8, Vec3::new(1.0, 0.8, 0.1)),
+    (0.98, Vec3::new(1.0, 0.08, 0.04)),
+];
+
+/// Green far from the limit, yellow near it, red at it and beyond; linear between.
+pub(crate) fn margin_color(ratio: f64) -> [f32; 4] {
+    let [first, .., last] = MARGIN_COLORS;
+    let between = |pair: &[(f64, Vec3)]| {
+        let [(low, from), (high, to)] = [pair[0], pair[1]];
+        #[expect(clippy::cast_possible_truncation, reason = "a color")]
+        let share = ((ratio - low) / (high - low)) as f32;
+        (low..high).contains(&ratio).then(|| from.lerp(to, share))
+    };
+    let inside = MARGIN_COLORS.windows(2).find_map(between);
+    // What is not a number has no margin.
+    let outside = if ratio < first.0 { first.1 } else { last.1 };
+    inside.unwrap_or(outside).extend(1.0).to_array()
+}
+
+/// How one soft body is drawn.
+struct Drawing<'a> {
+    pose: &'a SoftPose,
+    color: [f32; 4],
+    selected: bool,
+    /// Smallest radius over distance that is drawn as a body.
+    thinnest: f32,
+}
+
+impl Drawing<'_> {
+    /// Whether what has that radius there is large enough in the picture to be drawn as a body.
+    fn shows_body(&self, at: Vec3, radius: f32) -> bool {
+        radius >= self.thinnest * at.length()
+    }
+
+    /// A ball, or a disc where it is too small for one.
+    fn ball(&self, frame: &mut Frame, center: Vec3, radius: f32, color: [f32; 4], surface: u32) {
+        if self.shows_body(center, radius) {
+            frame.spheres.push(Instance {
+                position: center.to_array(),
+                half_extents: [radius; 3],
+                surface,
+                color,
+                ..Instance::default()
+            });
+        } else {
+            frame.particles.push(Particle { position: center.to_array(), radius_m: radius, color });
+        }
+    }
+
+    /// A rope between two points, or a line where it is too thin for one. Lines go to `thin`, their outlines into the
+    /// frame at once: the outline of one spring must not cover its neighbor.
+    fn rope(&self, frame: &mut Frame, thin: &mut Vec<Line>, [from, to]: [Vec3; 2], radius: f32) {
+        let (middle, along) = ((from + to) / 2.0, to - from);
+        let length = along.length();
+        if !length.is_normal() {
+            return;
+        }
+        if self.shows_body(middle, radius) {
+            frame.cuboids.push(Instance {
+                position: middle.to_array(),
+                half_extents: [radius, radius, 0.5 * length],
+                orientation: Quat::from_rotation_arc(Vec3::Z, along / length).to_array(),
+                surface: self.outline(),
+                color: self.color,
+                ..Instance::default()
+            });
+        } else {
+            if self.selected {
+                frame.lines.push(Line::new(from, to, OUTLINE_COLOR, OUTLINE_WIDTH_PX));
+            }
+            let [r, g, b, a] = self.color;
+            let shaded = [r * LINE_SHADE, g * LINE_SHADE, b * LINE_SHADE, a];
+            thin.push(Line::new(from, to, shaded, ROPE_WIDTH_PX));
+        }
+    }
+
+    fn outline(&self) -> u32 {
+        if self.selected { render::OUTLINED } else { 0 }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+    fn add(
+        &self,
+        frame: &mut Frame,
+        body: &SoftBody,
+        springs_alone: Option<&dyn Fn([Entity; 2]) -> Option<f64>>,
+    ) {
+        let pose = self.pose;
+        let (radius, link_radius) = (pose.point_radius() as f32, pose.link_radius() as f32);
+        if let Some(ratio) = springs_alone {
+            for link in body.springs.iter() {
+                if let Some([from, to]) = pose.corners(link.ends) {
+                    let length = from.as_dvec3().distance(to.as_dvec3());
+                    let by_strain = || strain_color(strain(length, link.elastic.rest_length));
+                    let ends = link.ends.map(|end| body.points[end as usize]);
+                    let color = ratio(ends).map_or_else(by_strain, margin_color);
+                    frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
+                }
+            }
+        } else if body.triangles.is_empty() {
+            let mut thin = Vec::new();
+            for link in body.springs.iter() {
+                if let Some(ends) = pose.corners(link.ends) {
+                    self.rope(frame, &mut thin, ends, link_radius);
+                }
+            }
+            frame.lines.append(&mut thin);
+        } else {
+            let triangles = body.triangles.iter().copied();
+            frame.surfaces.push(Surface::smooth(pose.points(), triangles, self.color, self.selected));
+        }
+        // On the line of a thin rope points would be dark beads; where springs are drawn they show the selection.
+        let shown = |point: Vec3| match (springs_alone.is_some(), body.triangles.is_empty()) {
+            (true, _) => self.selected,
+            (false, rope) => rope && (body.springs.is_empty() || self.shows_body(point, link_radius)),
+        };
+        // A surface has an outline of its own.
+        let outline = if body.triangles.is_empty() { self.outline() } else { 0 };
+        for (number, point) in (0..).zip(pose.points()).filter(|(_, point)| point.is_finite()) {
+            if !pose.is_movable(number) {
+                self.ball(frame, *point, PIN_SIZE * radius, PIN_COLOR, outline);
+            } else if shown(*point) {
+                self.ball(frame, *point, radius, self.color, outline);
+            }
+        }
+    }
+}
+
+/// Points of soft bodies, by their indices: among a hundred thousand particles a hash of each would take longest.
+#[derive(Default)]
+pub(crate) struct SoftPoints(Vec<Option<Entity>>);
+
+impl SoftPoints {
+    fn insert(&mut self, point: Entity) {
+        let index = point.index_u32() as usize;
+        if index >= self.0.len() {
+            self.0.resize(index + 1, None);
+        }
+        self.0[index] = Some(point);
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub fn contains(&self, thing: Entity) -> bool {
+        self.0.get(thing.index_u32() as usize) == Some(&Some(thing))
+    }
+}
+
+impl Session {
+    pub(crate) fn add_soft_bodies(&mut self, frame: &mut Frame) {
+        let mut looks = self.world.query::<(&SoftBody, Option<&Appearance>)>();
+        #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
+        let thinnest = self.thinnest() as f32;
+        for pose in self.soft_targets().poses() {
+            let Ok((body, look)) = looks.get(&self.world, pose.entity()) else { continue };
+            let selected = self.control.selection == Some(pose.entity());
+            let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
+            let color = if selected { SELECTED } else { [r, g, b, 1.0] };
+            let alone = self.control.springs || self.shown_forecast().is_some();
+            let ratio = |ends| self.spring_ratio(ends);
+            let alone = alone.then_some(&ratio as &dyn Fn([Entity; 2]) -> Option<f64>);
+            Drawing { pose, color, selected, thinnest }.add(frame, body, alone);
+        }
+    }
+
+    /// Springs between bodies; one with an end that makes it inert is not drawn.
+    pub(crate) fn add_springs(&mut self, frame: &mut Frame, eye: DVec3) {
+        let mut springs = self.world.query::<&Spring>();
+        let mut ends =
+            self.world.query_filtered::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>();
+        let ends = ends.query(&self.world);
+        for spring in springs.iter(&self.world) {
+            let place = |end| self.drawn_position(end).filter(|_| ends.contains(end));
+            if let [Some(from), Some(to)] = spring.ends.map(place) {
+                let color = if let Some(ratio) = self.spring_ratio(spring.ends) {
+                    margin_color(ratio)
+                } else if self.control.springs {
+                    strain_color(strain(from.distance(to), spring.elastic.rest_length))
+                } else {
+                    SPRING_COLOR
+                };
+                let (from, to) = ((from - eye).as_vec3(), (to - eye).as_vec3());
+                frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
+            }
+        }
+    }
+
+    /// What is drawn with its soft body, if it can be, and never as a particle.
+    pub(crate) fn points_of_soft_bodies(&mut self) -> SoftPoints {
+        let mut bodies = self.world.query::<&SoftBody>();
+        let mut points = SoftPoints::default();
+        bodies.iter(&self.world).flat_map(|body| &body.points).for_each(|point| points.insert(*point));
+        points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn springs_are_blue_when_short_white_at_rest_and_red_when_long() {
+        let [short, rest, long] = STRAIN_COLORS.map(|color| color.extend(1.0).to_array());
+        for (length, color) in [(0.9, short), (0.5, short), (1.0, rest), (1.1, long), (3.0, long)] {
+            let seen = strain_color(strain(length, 1.0));
+            assert!(seen.iter().zip(color).all(|(a, b)| (a - b).abs() < 1e-6), "{length}: {seen:?}");
+        }
+        let half = strain_color(strain(2.1, 2.0));
+        assert!(half[0] > rest[0].min(long[0]) && half[1] < rest[1] && half[1] > long[1]);
+    }
+
+    #[test]
+    fn margins_go_from_green_by_yellow_to_red_before_the_limit() {
+        for (ratio, green_over_red) in
+            [(0.0, true), (0.5, true), (0.98, false), (1.0, false), (f64::INFINITY, false)]
+        {
+            let [red, green, ..] = margin_color(ratio);
+            assert_eq!(green > red, green_over_red, "{ratio}");
+        }
+        let [red, green, ..] = margin_color(0.8);
+        assert!(red > 0.9 && green > 0.7);
+        assert_eq!(margin_color(0.98), margin_color(f64::NAN));
+        assert!(margin_color(0.9)[1] < margin_color(0.8)[1]);
+    }
+
+    #[test]
+    fn a_spring_without_a_length_at_rest_is_white_or_red() {
+        assert_eq!(strain(0.0, 0.0), 0.0);
+        assert_eq!(strain(1e-9, 0.0), f64::INFINITY);
+        assert_eq!(strain_color(f64::INFINITY), STRAIN_COLORS[2].extend(1.0).to_array());
+    }
+}
