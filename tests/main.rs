@@ -36,6 +36,8 @@ mod readme;
 mod recommend;
 mod robust;
 mod scripts;
+#[cfg(unix)]
+mod setup;
 mod snapshot;
 mod soft;
 mod soft_picking;

@@ -394,11 +394,3 @@ fn what_the_documents_name_exists() {
         assert!(paths >= least, "{document} names only {paths} paths");
     }
 }
-
-#[test]
-fn the_scripts_check_the_machine_before_they_build() {
-    let output = output(Command::new("bash").arg(root().join("scripts/requirements-test")));
-    let text =
-        String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{text}");
-}
