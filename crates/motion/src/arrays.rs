@@ -256,13 +256,13 @@ impl<T: Real> Bare<T> {
     /// not converge.
     #[must_use]
     pub const fn newton(&self) -> (u64, u64) {
-        (self.statistics.newton_iterations, self.statistics.unconverged)
+        (self.statistics.iterations.newton, self.statistics.iterations.unconverged_steps)
     }
 
     /// Iterations of conjugate gradients of implicit steps of groups so far.
     #[must_use]
     pub const fn cg_iterations(&self) -> u64 {
-        self.statistics.cg_iterations
+        self.statistics.iterations.cg
     }
 
     /// Rows that were refused in the last tick, because they would have turned non-finite or left the range: they

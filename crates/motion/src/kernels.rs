@@ -24,6 +24,7 @@ use std::ops::Range;
 
 use smallvec::SmallVec;
 
+use crate::kernels::evaluations::Iterations;
 use crate::kernels::record::Recorder;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::{Segment, Segments, TickTimes};
@@ -167,12 +168,8 @@ pub(crate) struct StepStatistics {
     pub calls: SmallVec<[u64; 8]>,
     /// Evaluations of the laws of single bodies, by name.
     pub own: Counts,
-    /// Newton iterations of implicit steps.
-    pub newton_iterations: u64,
-    /// Implicit steps that did not converge.
-    pub unconverged: u64,
-    /// Iterations of conjugate gradients.
-    pub cg_iterations: u64,
+    /// Iterations of implicit steps.
+    pub iterations: Iterations,
     /// Records of every row, if a ledger wants them.
     pub record: Option<Recorder>,
 }
@@ -189,9 +186,7 @@ impl StepStatistics {
         let calls = self.calls.iter_mut().zip(&other.calls);
         calls.for_each(|(sum, calls)| *sum += calls);
         other.own.iter().for_each(|(name, calls)| self.count_own(name, *calls));
-        self.newton_iterations += other.newton_iterations;
-        self.unconverged += other.unconverged;
-        self.cg_iterations += other.cg_iterations;
+        self.iterations.add(other.iterations);
     }
 }
 

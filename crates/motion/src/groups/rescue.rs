@@ -7,7 +7,7 @@ use super::field::{GroupEnvironment, GroupField, GroupRows, Outcome, Scratch, Wa
 use super::members::{ByRow, MemberOptions};
 use super::rows::{Row, row_of};
 use super::split::Part;
-use super::suspects::{Before, SpringsByRow, Suspects};
+use super::suspects::{Before, Suspects, springs_by_row};
 use super::{Group, Groups};
 use crate::kernels::{self, Applied, Batch, BodyOptions, MethodStateRows, RowOptions, StepStatistics, Terms};
 use crate::laws::{Affine, Law};
@@ -68,9 +68,8 @@ impl Rescue<'_, '_, '_, '_> {
             }
         }
         let whole = ByRow { bodies: &group.bodies, options: self.options };
-        let springs = SpringsByRow::of(coupling);
         let suspects = Suspects {
-            springs: &springs,
+            springs: springs_by_row(coupling),
             environment: self.environment,
             group,
             whole,

@@ -1,11 +1,11 @@
 //! Finds out why a row of a group failed.
 
+use super::Group;
 use super::coupling::{Coupling, vector};
 use super::field::GroupEnvironment;
 use super::members::ByRow;
 use super::pull::SpringRow;
 use super::rows::Row;
-use super::{Group, Groups};
 use crate::kernels::{BodyOptions, RowOptions};
 use crate::laws::MutualGravity;
 use crate::state::components::PhysicsBody;
@@ -23,24 +23,10 @@ pub(super) struct Before {
     pub last: Vec<Scalar>,
 }
 
-/// The springs of every row.
-pub(super) struct SpringsByRow(Vec<Vec<(usize, Elastic<Scalar>)>>);
-
-impl SpringsByRow {
-    pub fn of(coupling: &Coupling<Scalar>) -> Self {
-        let mut of_row = vec![Vec::new(); coupling.rows];
-        for SpringRow { ends, elastic } in coupling.springs.iter() {
-            let [a, b] = ends.map(|end| end as usize);
-            of_row[a].push((b, elastic));
-            of_row[b].push((a, elastic));
-        }
-        Self(of_row)
-    }
-}
-
 /// The rows of a group before the tick, and everything that acts on them.
 pub(super) struct Suspects<'a, 'w, 's> {
-    pub springs: &'a SpringsByRow,
+    /// The springs of every row: the row at the other end, and the properties.
+    pub springs: Vec<Vec<(usize, Elastic<Scalar>)>>,
     pub environment: &'a GroupEnvironment<'a, Scalar>,
     pub group: &'a Group,
     pub whole: ByRow<'a, 'w, 's>,
@@ -49,9 +35,18 @@ pub(super) struct Suspects<'a, 'w, 's> {
     pub before: &'a Before,
 }
 
-impl Groups {
-    /// The system that integrates them.
-    const SYSTEM: &'static str = "integrate_groups";
+/// The system that integrates groups.
+const SYSTEM: &str = "integrate_groups";
+
+/// The springs of every row, for [`Suspects`].
+pub(super) fn springs_by_row(coupling: &Coupling<Scalar>) -> Vec<Vec<(usize, Elastic<Scalar>)>> {
+    let mut of_row = vec![Vec::new(); coupling.rows];
+    for SpringRow { ends, elastic } in coupling.springs.iter() {
+        let [a, b] = ends.map(|end| end as usize);
+        of_row[a].push((b, elastic));
+        of_row[b].push((a, elastic));
+    }
+    of_row
 }
 
 impl Suspects<'_, '_, '_> {
@@ -61,7 +56,7 @@ impl Suspects<'_, '_, '_> {
         let Before { x, v, w, .. } = self.before;
         let Group { coupling, .. } = self.group;
         let broken = Breach { of: Quantity::Velocity, finite: false };
-        let cause = |evidence| Some(self.environment.shared.cause(Groups::SYSTEM, broken, Some(evidence)));
+        let cause = |evidence| Some(self.environment.shared.cause(SYSTEM, broken, Some(evidence)));
         if let Some(anchor) = row.checked_sub(coupling.movable)
             && !coupling.sources.get(anchor).is_none_or(|source| source.is_finite())
         {
@@ -74,7 +69,7 @@ impl Suspects<'_, '_, '_> {
         if let Some(breach) = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]) {
             let no_range =
                 self.environment.shared.found(Exposure { kicks: false, gravity_off: true, own_rate: true });
-            return Some(self.environment.shared.cause(Groups::SYSTEM, breach, no_range));
+            return Some(self.environment.shared.cause(SYSTEM, breach, no_range));
         }
         let BodyOptions { gravity_off, damping_rate, locks, .. } = self.whole.row(row);
         // A locked row may not be affected.
@@ -107,7 +102,7 @@ impl Suspects<'_, '_, '_> {
             .or_else(|| suspect.own_law(self.environment.terms.times.ends()))
             .or_else(|| self.environment.shared.law_at_fault(suspect.state()))
             .or_else(|| self.attraction_at_fault(row, dead));
-        self.environment.shared.cause(Groups::SYSTEM, breach, evidence)
+        self.environment.shared.cause(SYSTEM, breach, evidence)
     }
 
     /// The state of a row and the force on it.
@@ -130,7 +125,7 @@ impl Suspects<'_, '_, '_> {
     /// The first spring of a row that is not finite or pulls with a non-finite force.
     fn spring_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
         let Group { bodies, .. } = self.group;
-        let springs = self.springs.0[row].iter().filter(|(other, _)| !dead[*other]);
+        let springs = self.springs[row].iter().filter(|(other, _)| !dead[*other]);
         let mut broken = springs.filter(|(other, elastic)| !self.tension(row, *other, elastic).is_finite());
         broken.next().map(|(other, Elastic { stiffness, damping, rest_length })| {
             let finite = [stiffness, damping, rest_length].iter().all(|number| number.is_finite());

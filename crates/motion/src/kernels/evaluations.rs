@@ -11,9 +11,7 @@ use crate::units::Scalar;
 pub struct Evaluations {
     accelerations: u64,
     laws: Counts,
-    newton_iterations: u64,
-    cg_iterations: u64,
-    unconverged_steps: u64,
+    iterations: Iterations,
 }
 
 /// Counts of iterations, and of steps that did not converge.
@@ -27,6 +25,14 @@ pub struct Iterations {
     pub unconverged_steps: u64,
 }
 
+impl Iterations {
+    pub(crate) fn add(&mut self, other: Self) {
+        self.newton += other.newton;
+        self.cg += other.cg;
+        self.unconverged_steps += other.unconverged_steps;
+    }
+}
+
 impl Evaluations {
     /// Counts to continue from: accelerations, evaluations by law, and iterations.
     #[must_use]
@@ -35,13 +41,7 @@ impl Evaluations {
         laws: impl IntoIterator<Item = (&'static str, u64)>,
         iterations: Iterations,
     ) -> Self {
-        Self {
-            accelerations,
-            laws: laws.into_iter().collect(),
-            newton_iterations: iterations.newton,
-            cg_iterations: iterations.cg,
-            unconverged_steps: iterations.unconverged_steps,
-        }
+        Self { accelerations, laws: laws.into_iter().collect(), iterations }
     }
 
     /// Evaluations of the acceleration of one body by all laws together.
@@ -59,19 +59,19 @@ impl Evaluations {
     /// Newton iterations of implicit steps.
     #[must_use]
     pub const fn newton_iterations(&self) -> u64 {
-        self.newton_iterations
+        self.iterations.newton
     }
 
     /// Iterations of conjugate gradients of implicit steps of groups.
     #[must_use]
     pub const fn cg_iterations(&self) -> u64 {
-        self.cg_iterations
+        self.iterations.cg
     }
 
     /// Implicit steps of a body or a group that did not converge; their state is that of the last iteration.
     #[must_use]
     pub const fn unconverged_steps(&self) -> u64 {
-        self.unconverged_steps
+        self.iterations.unconverged_steps
     }
 
     /// Counts evaluations of a law, which is listed once there is one.
@@ -105,8 +105,6 @@ impl Evaluations {
             .zip(statistics.calls.as_slice())
             .for_each(|(law, calls)| self.count(law.name(), *calls));
         statistics.own.as_slice().iter().for_each(|(law, calls)| self.count(law, *calls));
-        self.newton_iterations += statistics.newton_iterations;
-        self.cg_iterations += statistics.cg_iterations;
-        self.unconverged_steps += statistics.unconverged;
+        self.iterations.add(statistics.iterations);
     }
 }

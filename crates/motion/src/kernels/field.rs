@@ -486,8 +486,8 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Newt
     fn report(&mut self, Newton { iterations, converged }: Newton) {
         // One body is solved at a time: an immovable one counts as no row.
         if let Some(Calls { statistics, rows, .. }) = &mut self.calls {
-            statistics.newton_iterations += u64::from(iterations) * *rows;
-            statistics.unconverged += u64::from(!converged) * *rows;
+            statistics.iterations.newton += u64::from(iterations) * *rows;
+            statistics.iterations.unconverged_steps += u64::from(!converged) * *rows;
         }
     }
 }

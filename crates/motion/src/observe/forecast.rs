@@ -138,12 +138,11 @@ impl Forecast {
             return Self::default();
         }
         let substeps = Substeps::count(world.get_resource());
-        let scenes = Stepping { method, tick, substeps };
-        let attracts = world.contains_resource::<MutualGravity>();
-        let is_solvable = |method| !attracts || method != Method::ImplicitEuler;
+        let may_be_implicit = !world.contains_resource::<MutualGravity>();
+        let scenes = Stepping { method, tick, substeps, may_be_implicit };
         let mut forecast = Self::default();
-        forecast.add_single_bodies(world, scenes, &is_solvable);
-        forecast.add_groups(world, scenes, springs, &is_solvable);
+        forecast.add_single_bodies(world, scenes);
+        forecast.add_groups(world, scenes, springs);
         forecast.margins.sort_by(|a, b| {
             let by_ratio = b.ratio().total_cmp(&a.ratio());
             b.is_unstable.cmp(&a.is_unstable).then(by_ratio).then(b.value.total_cmp(&a.value))
@@ -175,13 +174,7 @@ impl Forecast {
         &self.springs
     }
 
-    fn add_groups(
-        &mut self,
-        world: &World,
-        scenes: Stepping,
-        springs: bool,
-        is_solvable: &dyn Fn(Method) -> bool,
-    ) {
+    fn add_groups(&mut self, world: &World, scenes: Stepping, springs: bool) {
         let Some(groups) = world.get_resource::<Groups>() else { return };
         for Group { coupling, bodies, substeps, .. } in &groups.list {
             let first = bodies.first().and_then(|body| world.get_entity(*body).ok());
@@ -191,14 +184,7 @@ impl Forecast {
                 ..scenes
             };
             let spring_margins = springs.then_some(&mut self.springs);
-            self.margins.extend(groups::margin(
-                world,
-                coupling,
-                bodies,
-                stepping,
-                is_solvable,
-                spring_margins,
-            ));
+            self.margins.extend(groups::margin(world, coupling, bodies, stepping, spring_margins));
         }
     }
 }

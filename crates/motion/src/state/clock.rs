@@ -104,63 +104,14 @@ impl FrameClock {
 
 /// The clock of ticks: how many were simulated, and the simulated time.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
-pub struct StepClock {
-    ticks: u64,
-    /// The tick at which the current run of equal steps began: a changed step begins a new one.
-    since_tick: u64,
-    since_time: Scalar,
-    step: Scalar,
-    /// Simulated time at which the scene began, s.
-    scene_began: Scalar,
-}
-
-impl StepClock {
-    /// Ticks simulated since the start.
-    #[must_use]
-    pub const fn ticks(&self) -> u64 {
-        self.ticks
-    }
-
-    /// Simulated time, s.
-    #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
-    pub fn seconds(&self) -> Scalar {
-        self.since_time + (self.ticks - self.since_tick) as Scalar * self.step
-    }
-
-    /// Time since the scene began, s: the time that laws see.
-    #[must_use]
-    pub fn scene_seconds(&self) -> Scalar {
-        self.seconds() - self.scene_began
-    }
-
-    /// Sets the start of the scene to now. Ticks and simulated time continue.
-    pub fn begin_scene(&mut self) {
-        self.scene_began = self.seconds();
-    }
-
-    /// Counts one tick of `step` seconds.
-    pub fn count(&mut self, step: Scalar) {
-        if step != self.step {
-            (self.since_tick, self.since_time, self.step) = (self.ticks, self.seconds(), step);
-        }
-        self.ticks += 1;
-    }
-
-    /// Returns the clock as it is after one more tick of `step` seconds.
-    #[must_use]
-    pub fn after(mut self, step: Scalar) -> Self {
-        self.count(step);
-        self
-    }
-}
+pub struct StepClock(ClockState);
 
 /// The state of a [`StepClock`] as plain numbers, to save and restore.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockState {
     /// Ticks simulated since the start.
     pub ticks: u64,
-    /// The tick at which the current run of equal steps began, at most `ticks`.
+    /// The tick at which the current run of equal steps began, at most `ticks`: a changed step begins a new one.
     pub since_tick: u64,
     /// Simulated time then, s.
     pub since_time: Scalar,
@@ -170,14 +121,47 @@ pub struct ClockState {
     pub scene_began: Scalar,
 }
 
-impl From<StepClock> for ClockState {
-    fn from(clock: StepClock) -> Self {
-        let StepClock { ticks, since_tick, since_time, step, scene_began } = clock;
-        Self { ticks, since_tick, since_time, step, scene_began }
-    }
-}
-
 impl StepClock {
+    /// Ticks simulated since the start.
+    #[must_use]
+    pub const fn ticks(&self) -> u64 {
+        self.0.ticks
+    }
+
+    /// Simulated time, s.
+    #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
+    pub fn seconds(&self) -> Scalar {
+        let ClockState { ticks, since_tick, since_time, step, .. } = self.0;
+        since_time + (ticks - since_tick) as Scalar * step
+    }
+
+    /// Time since the scene began, s: the time that laws see.
+    #[must_use]
+    pub fn scene_seconds(&self) -> Scalar {
+        self.seconds() - self.0.scene_began
+    }
+
+    /// Sets the start of the scene to now. Ticks and simulated time continue.
+    pub fn begin_scene(&mut self) {
+        self.0.scene_began = self.seconds();
+    }
+
+    /// Counts one tick of `step` seconds.
+    pub fn count(&mut self, step: Scalar) {
+        if step != self.0.step {
+            (self.0.since_tick, self.0.since_time, self.0.step) = (self.0.ticks, self.seconds(), step);
+        }
+        self.0.ticks += 1;
+    }
+
+    /// Returns the clock as it is after one more tick of `step` seconds.
+    #[must_use]
+    pub fn after(mut self, step: Scalar) -> Self {
+        self.count(step);
+        self
+    }
+
     /// Restores a clock. `None` if no clock can have reached that state: if a time is negative or not finite, if there
     /// are more than 2^53 ticks, if the run of equal steps began after the last tick, or if the scene begins later than
     /// now.
@@ -186,9 +170,14 @@ impl StepClock {
         let ClockState { ticks, since_tick, since_time, step, scene_began } = state;
         let times = [since_time, step, scene_began].iter().all(|time| *time >= 0.0 && time.is_finite());
         let counted = since_tick <= ticks && ticks <= 1 << 53;
-        let clock = Self { ticks, since_tick, since_time, step, scene_began };
         // The present may be infinite, as it may in a run of very long ticks.
-        (times && counted && scene_began <= clock.seconds()).then_some(clock)
+        (times && counted && scene_began <= Self(state).seconds()).then_some(Self(state))
+    }
+}
+
+impl From<StepClock> for ClockState {
+    fn from(clock: StepClock) -> Self {
+        clock.0
     }
 }
 

@@ -239,7 +239,7 @@ impl<T: Real> Workspace<T> {
                 (0..3).for_each(|axis| v[axis] += y[axis] * *root);
             }
         }
-        field.statistics.cg_iterations += u64::from(iterations);
-        field.statistics.unconverged += u64::from(!converged);
+        field.statistics.iterations.cg += u64::from(iterations);
+        field.statistics.iterations.unconverged_steps += u64::from(!converged);
     }
 }

@@ -84,7 +84,6 @@ impl LinearSystem {
         bodies: usize,
         [value, at_most]: [Scalar; 2],
         stepping: Stepping,
-        is_solvable: &dyn Fn(Method) -> bool,
     ) -> Margin {
         let is_unstable = !self.is_stable(stepping);
         let growth_per_s =
@@ -92,22 +91,23 @@ impl LinearSystem {
         let limit = self.limit(stepping, value);
         // A mode faster by this factor is stable at the current steps if this one is stable at steps longer by it.
         let longer = Stepping { tick: stepping.tick * at_most.max(value) / value, ..stepping };
-        let cure = if is_unstable { self.cure(longer, limit > 0.0, is_solvable) } else { Cure::default() };
+        let cure = if is_unstable { self.cure(longer, limit > 0.0) } else { Cure::default() };
         let Stepping { method, substeps, .. } = stepping;
         Margin { part, bodies, method, substeps, value, at_most, limit, is_unstable, growth_per_s, cure }
     }
 
-    fn cure(&self, stepping: Stepping, has_limit: bool, is_solvable: &dyn Fn(Method) -> bool) -> Cure {
+    fn cure(&self, stepping: Stepping, has_limit: bool) -> Cure {
         let claims = stepping.method.claims();
         let as_good = |method: &Method| {
             let other = method.claims();
             other.position_order >= claims.position_order && other.velocity_order >= claims.velocity_order
         };
         let last = Some(Method::ImplicitEuler).into_iter();
-        let method =
-            Method::ALL.into_iter().filter(as_good).chain(last).find(|method| {
-                is_solvable(*method) && self.is_stable(Stepping { method: *method, ..stepping })
-            });
+        let stable = |method: &Method| {
+            let is_solvable = stepping.may_be_implicit || *method != Method::ImplicitEuler;
+            is_solvable && self.is_stable(Stepping { method: *method, ..stepping })
+        };
+        let method = Method::ALL.into_iter().filter(as_good).chain(last).find(stable);
         Cure { substeps: if has_limit { self.substeps(stepping) } else { None }, method }
     }
 

@@ -9,7 +9,6 @@ use super::modes::{MOST, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin};
 use crate::groups::{Coupling, Holder, LinearGroup, Solver, larger};
 use crate::laws::damping::Damping;
-use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
 use crate::units::Scalar;
 
@@ -19,7 +18,6 @@ pub(super) fn margin(
     coupling: &Coupling<Scalar>,
     bodies: &[Entity],
     stepping: Stepping,
-    is_solvable: &dyn Fn(Method) -> bool,
     spring_margins: Option<&mut Vec<SpringMargin>>,
 ) -> Option<Margin> {
     let damps_inside = with_method!(stepping.method, M => M::DAMPS_INSIDE);
@@ -35,9 +33,9 @@ pub(super) fn margin(
     }
     let shares = || group.bounds().map(|bound| times_over(bound, h));
     let margin = if over.is_finite() {
-        group_margin(world, &group, [stiffest, rate], [h, h / over], stepping, is_solvable, bodies)?
+        group_margin(world, &group, [stiffest, rate], [h, h / over], stepping, bodies)?
     } else {
-        infinite_margin(&group, shares(), bodies, stepping, is_solvable)
+        infinite_margin(&group, shares(), bodies, stepping)
     };
     if let Some(springs) = spring_margins {
         let most = shares().fold(0.0, f64::max);
@@ -62,7 +60,6 @@ fn group_margin(
     bounds: [Scalar; 2],
     [h, short]: [Scalar; 2],
     stepping: Stepping,
-    is_solvable: &dyn Fn(Method) -> bool,
     bodies: &[Entity],
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
@@ -77,10 +74,9 @@ fn group_margin(
         Holder::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, excess),
     };
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
-    let converges =
-        |method| method != Method::ImplicitEuler || converges(solver, group, h * h * stiffness + h * rate);
-    let is_solvable = |method| is_solvable(method) && converges(method);
-    Some(system.margin(part, group.movable(), [value, value * above], stepping, &is_solvable))
+    let converges = converges(solver, group, h * h * stiffness + h * rate);
+    let stepping = Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
+    Some(system.margin(part, group.movable(), [value, value * above], stepping))
 }
 
 /// The margin of a group whose fastest mode may be infinitely fast; `shares` are those of its springs in it.
@@ -89,7 +85,6 @@ fn infinite_margin(
     shares: impl Iterator<Item = Scalar>,
     bodies: &[Entity],
     stepping: Stepping,
-    is_solvable: &dyn Fn(Method) -> bool,
 ) -> Margin {
     let spring = group.ends().zip(shares).find(|(_, share)| !share.is_finite());
     let part = match spring {
@@ -97,13 +92,7 @@ fn infinite_margin(
         None => LimitingPart::Drag(bodies[group.fastest_drag()]),
     };
     let value = Scalar::INFINITY;
-    LinearSystem::one(Modes::one(value, 0.0, None)).margin(
-        part,
-        group.movable(),
-        [value; 2],
-        stepping,
-        is_solvable,
-    )
+    LinearSystem::one(Modes::one(value, 0.0, None)).margin(part, group.movable(), [value; 2], stepping)
 }
 
 /// Largest number of modes with little damping that are searched for, besides the fastest ones, for methods that are

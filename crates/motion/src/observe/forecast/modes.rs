@@ -18,6 +18,8 @@ pub(crate) struct Stepping {
     pub tick: f64,
     /// Substeps per tick, at least 1.
     pub substeps: u32,
+    /// Whether the system can be solved by implicit Euler, which a cure may then name.
+    pub may_be_implicit: bool,
 }
 
 /// A linear system `x'' = -A x - C x'` in at most [`MOST`] coordinates in which the mass is 1, and the scene's damping.

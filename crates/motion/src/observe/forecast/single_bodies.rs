@@ -7,11 +7,10 @@ use glam::{DMat3, DVec3};
 use super::cure::LinearSystem;
 use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
-use super::{Forecast, LimitingPart};
+use super::{Forecast, LimitingPart, Margin};
 use crate::laws::damping::Damping;
-use crate::laws::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Law, Laws, Wells};
+use crate::laws::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Laws, Wells};
 use crate::methods::markers::{OwnMethod, own_method};
-use crate::methods::table::Method;
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::Grouped;
@@ -41,25 +40,26 @@ struct Oscillator {
     damping: Scalar,
 }
 
-/// Bodies with the same method and substeps: the fastest of them for each limiting part.
+/// What may limit the step of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Limit {
+    /// Drag and damping.
+    Damping,
+    /// A well, by its number.
+    Well(usize),
+    /// Another law, by its name.
+    Law(&'static str),
+}
+
+/// Bodies with the same method and substeps: the fastest of them for each limit.
 struct StepClass {
     stepping: Stepping,
     bodies: usize,
-    /// Fastest by drag and damping.
-    damped: Option<Oscillator>,
-    /// Fastest at each well.
-    wells: Vec<Option<Oscillator>>,
-    /// Fastest by each other law, by name.
-    laws: Vec<(&'static str, Option<Oscillator>)>,
+    fastest: Vec<(Limit, Option<Oscillator>)>,
 }
 
 impl Forecast {
-    pub(super) fn add_single_bodies(
-        &mut self,
-        world: &mut World,
-        scenes: Stepping,
-        is_solvable: &dyn Fn(Method) -> bool,
-    ) {
+    pub(super) fn add_single_bodies(&mut self, world: &mut World, scenes: Stepping) {
         let (drag, wells) = (world.get_resource::<Drag>().copied(), world.get_resource::<Wells>().cloned());
         let damping = world.get_resource::<Damping>().copied();
         let gravity = world.get_resource::<Gravity>().and_then(Gravity::active_acceleration);
@@ -101,100 +101,86 @@ impl Forecast {
                 damping: options.damping(damping).map_or(0.0, |damping| damping.rate),
             };
             let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
-                classes.push(StepClass {
-                    stepping,
-                    bodies: 0,
-                    damped: None,
-                    wells: vec![None; wells.len()],
-                    laws: Vec::new(),
-                });
+                classes.push(StepClass { stepping, bodies: 0, fastest: Vec::new() });
                 classes.len() - 1
             });
-            classes[class].bodies += 1;
+            let class = &mut classes[class];
+            class.bodies += 1;
             if !grouped {
-                keep_faster(&mut classes[class].damped, oscillator, |oscillator| {
-                    oscillator.drag + oscillator.damping
-                });
+                class.keep(Limit::Damping, oscillator);
             }
             if dormant {
                 continue;
             }
-            for (well, fastest) in wells.iter().zip(&mut classes[class].wells) {
-                let oscillator =
-                    Oscillator { stiffness: well.squared_frequency(transform.position), ..oscillator };
-                keep_faster(fastest, oscillator, |oscillator| oscillator.stiffness);
+            for (number, well) in wells.iter().enumerate() {
+                let stiffness = well.squared_frequency(transform.position);
+                class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
             }
             for law in more.iter().chain(options.laws) {
-                classes[class].add_law(&**law, at, state, oscillator);
+                let Jacobians { position, velocity } = law.jacobians(at, state);
+                if position != DMat3::ZERO || velocity != DMat3::ZERO {
+                    let drag = oscillator.drag + restoring_rate(velocity);
+                    let oscillator = Oscillator { stiffness: restoring_rate(position), drag, ..oscillator };
+                    class.keep(Limit::Law(law.name()), oscillator);
+                }
             }
         }
-        let fastest = classes.iter().flat_map(|class| class.fastest(damping));
-        let margin = |(part, value, class, system): (LimitingPart, Scalar, &StepClass, LinearSystem)| {
-            system.margin(part, class.bodies, [value; 2], class.stepping, is_solvable)
-        };
-        self.margins.extend(fastest.map(margin));
+        for mut class in classes {
+            class.fastest.sort_by_key(|(limit, _)| limit.rank());
+            let fastest =
+                class.fastest.iter().filter_map(|(limit, oscillator)| Some((*limit, (*oscillator)?)));
+            self.margins.extend(fastest.map(|(limit, oscillator)| class.margin(limit, oscillator, damping)));
+        }
+    }
+}
+
+impl Limit {
+    /// Place in the list of margins: in this order, laws as they came.
+    fn rank(self) -> usize {
+        match self {
+            Self::Damping => 0,
+            Self::Well(number) => number + 1,
+            Self::Law(_) => usize::MAX,
+        }
+    }
+
+    /// By how much a body is limited, to compare it with others.
+    fn speed(self, oscillator: &Oscillator) -> Scalar {
+        let Oscillator { stiffness, drag, damping, .. } = oscillator;
+        match self {
+            Self::Damping => drag + damping,
+            Self::Well(_) => *stiffness,
+            Self::Law(_) => stiffness.sqrt() + drag,
+        }
     }
 }
 
 impl StepClass {
-    /// The parts that limit the step of these bodies, with their values.
-    fn fastest(
-        &self,
-        damping: Option<Damping>,
-    ) -> impl Iterator<Item = (LimitingPart, Scalar, &Self, LinearSystem)> {
-        let h = self.stepping.tick / f64::from(self.stepping.substeps);
-        let damped = self.damped.map(|oscillator| {
-            let part = if oscillator.drag >= oscillator.damping {
-                LimitingPart::Drag(oscillator.body)
-            } else {
-                LimitingPart::Damping(oscillator.body)
-            };
-            (part, h * (oscillator.drag + oscillator.damping), oscillator)
+    /// Keeps an oscillator if it is the fastest so far.
+    fn keep(&mut self, limit: Limit, oscillator: Oscillator) {
+        let place = self.fastest.iter().position(|(known, _)| *known == limit).unwrap_or_else(|| {
+            self.fastest.push((limit, None));
+            self.fastest.len() - 1
         });
-        let wells = self.wells.iter().enumerate();
-        let wells = wells.filter_map(move |(number, oscillator)| {
-            oscillator.map(|oscillator| {
-                (LimitingPart::Well(number, oscillator.body), h * oscillator.stiffness.sqrt(), oscillator)
-            })
-        });
-        let laws = self.laws.iter().filter_map(move |(name, oscillator)| {
-            oscillator.map(|oscillator| {
-                (
-                    LimitingPart::Law(name, oscillator.body),
-                    h * oscillator.stiffness.sqrt().max(oscillator.drag),
-                    oscillator,
-                )
-            })
-        });
-        damped.into_iter().chain(wells).chain(laws).map(move |(part, value, oscillator)| {
-            let damping = damping.map(|scenes| Damping { rate: oscillator.damping, ..scenes });
-            (part, value, self, LinearSystem::one(Modes::one(oscillator.stiffness, oscillator.drag, damping)))
-        })
+        let fastest = &mut self.fastest[place].1;
+        if limit.speed(&oscillator) > fastest.as_ref().map_or(0.0, |fastest| limit.speed(fastest)) {
+            *fastest = Some(oscillator);
+        }
     }
 
-    fn add_law(
-        &mut self,
-        law: &dyn Law<Scalar>,
-        at: EvaluationTime<Scalar>,
-        state: BodyState<Scalar>,
-        oscillator: Oscillator,
-    ) {
-        let Jacobians { position, velocity } = law.jacobians(at, state);
-        if position == DMat3::ZERO && velocity == DMat3::ZERO {
-            return;
-        }
-        let oscillator = Oscillator {
-            stiffness: restoring_rate(position),
-            drag: oscillator.drag + restoring_rate(velocity),
-            ..oscillator
+    /// The margin of these bodies at a limit, of which the oscillator is the fastest.
+    fn margin(&self, limit: Limit, oscillator: Oscillator, damping: Option<Damping>) -> Margin {
+        let h = self.stepping.tick / f64::from(self.stepping.substeps);
+        let Oscillator { body, stiffness, drag, damping: rate } = oscillator;
+        let (part, value) = match limit {
+            Limit::Damping if drag >= rate => (LimitingPart::Drag(body), h * (drag + rate)),
+            Limit::Damping => (LimitingPart::Damping(body), h * (drag + rate)),
+            Limit::Well(number) => (LimitingPart::Well(number, body), h * stiffness.sqrt()),
+            Limit::Law(name) => (LimitingPart::Law(name, body), h * stiffness.sqrt().max(drag)),
         };
-        let slot = self.laws.iter().position(|(name, _)| *name == law.name()).unwrap_or_else(|| {
-            self.laws.push((law.name(), None));
-            self.laws.len() - 1
-        });
-        keep_faster(&mut self.laws[slot].1, oscillator, |oscillator| {
-            oscillator.stiffness.sqrt() + oscillator.drag
-        });
+        let damping = damping.map(|scenes| Damping { rate, ..scenes });
+        let system = LinearSystem::one(Modes::one(stiffness, drag, damping));
+        system.margin(part, self.bodies, [value; 2], self.stepping)
     }
 }
 
@@ -204,15 +190,4 @@ fn restoring_rate(derivative: DMat3) -> Scalar {
     let found =
         largest(3, 1, Scalar::INFINITY, |x, out| (symmetric * DVec3::from_slice(x)).write_to_slice(out));
     found.pairs.first().map_or(0.0, |(value, _)| *value)
-}
-
-/// Keeps the oscillator with the larger number, if that is above 0.
-fn keep_faster(
-    fastest: &mut Option<Oscillator>,
-    oscillator: Oscillator,
-    number: impl Fn(&Oscillator) -> Scalar,
-) {
-    if number(&oscillator) > fastest.as_ref().map_or(0.0, number) {
-        *fastest = Some(oscillator);
-    }
 }
