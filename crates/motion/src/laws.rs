@@ -5,6 +5,7 @@
 //! no method.
 
 pub(crate) mod damping;
+mod declared;
 mod drag;
 pub(crate) mod epoch;
 mod gravity;
@@ -19,6 +20,8 @@ use std::fmt::Debug;
 
 use bevy_ecs::prelude::*;
 
+pub(crate) use declared::{Changes, Declared, DeclaredParam, WorldLaw};
+pub use declared::{LAWS, WorldLaws};
 pub use drag::Drag;
 pub use gravity::Gravity;
 pub use mutual_gravity::{MutualGravity, SourceMass};
@@ -30,16 +33,19 @@ pub use wind::Wind;
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::Scalar;
 
-/// The laws of this crate: the name under which [`Evaluations`](crate::Evaluations) counts each, and its formula.
-pub const LAWS: [(&str, &str); 7] = [
-    ("gravity", "the same acceleration for every body: a = g"),
-    ("drag", "drag of a fluid, linear and quadratic: a = -c u - k |u| u with u = v - wind"),
-    ("wells", "points that attract or repel: a = -mu r / (r² + s²)^(3/2)"),
-    ("thrusts", "engines of single bodies: forces that follow a polynomial, a sine or a table in time"),
-    ("damping", "the exact damping model: a = -c v"),
-    ("springs", "springs with damping along their axes: F = k (L - L0) + c dL/dt"),
-    ("mutual_gravity", "every two bodies attract each other: F = G m1 m2 r / (r² + s²)^(3/2)"),
-];
+/// The laws of every body that are resources of a world, in the order in which they are summed: name, type, part that can
+/// be switched off alone, formula. A new law is a line here.
+macro_rules! with_world_laws {
+    ($then:ident) => {
+        $then! {
+            drag: Drag (wind: Wind)
+                "drag of a fluid, linear and quadratic: a = -c u - k |u| u with u = v - wind";
+            wells: Wells ()
+                "points that attract or repel: a = -mu r / (r² + s²)^(3/2)";
+        }
+    };
+}
+pub(crate) use with_world_laws;
 
 /// The time at which a law is evaluated, and the side of a discontinuity on which it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,56 +202,6 @@ pub struct Laws(pub Vec<Box<dyn Law<Scalar>>>);
 pub fn laws(world: &World) -> impl Iterator<Item = &dyn Law<Scalar>> {
     let gravity = world.get_resource::<Gravity>();
     Declared::of(world).on_body(gravity, false, &[])
-}
-
-/// The laws of every body except gravity, in the order in which they are summed.
-#[derive(Clone, Copy)]
-pub(crate) struct Declared<'a, T: Real = Scalar> {
-    pub drag: Option<&'a Drag>,
-    pub wells: Option<&'a Wells>,
-    pub more: &'a [Box<dyn Law<T>>],
-}
-
-impl<'a> Declared<'a> {
-    /// The laws of `world`.
-    pub fn of(world: &'a World) -> Self {
-        let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
-        Self { drag: world.get_resource(), wells: world.get_resource(), more }
-    }
-
-    /// The laws that act on a body with its `own` laws, and `gravity` if that acts on it. On a body in a sheet drag
-    /// does not act: it acts on the triangles of the sheet.
-    pub fn on_body(
-        self,
-        gravity: Option<&'a Gravity>,
-        in_sheet: bool,
-        own: &'a [Box<dyn Law<Scalar>>],
-    ) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
-        let gravity = gravity.map(|gravity| gravity as &dyn Law<Scalar>);
-        let drag = self.drag.filter(|_| !in_sheet);
-        let own = own.iter().map(|law| &**law);
-        gravity.into_iter().chain(Self { drag, ..self }.all()).chain(own)
-    }
-}
-
-impl<'a, T: Real> Declared<'a, T> {
-    /// Every law.
-    pub fn all(self) -> impl Iterator<Item = &'a dyn Law<T>> {
-        let drag = self.drag.map(|drag| drag as &dyn Law<T>);
-        let wells = self.wells.map(|wells| wells as &dyn Law<T>);
-        let more = self.more.iter().map(|law| &**law);
-        drag.into_iter().chain(wells).chain(more)
-    }
-
-    /// The laws that are summed before a tick.
-    pub fn affine(self) -> impl Iterator<Item = &'a dyn Law<T>> {
-        self.all().filter(|law| law.affine().is_some())
-    }
-
-    /// The laws that have to be called.
-    pub fn called(self) -> impl Iterator<Item = &'a dyn Law<T>> {
-        self.all().filter(|law| law.affine().is_none())
-    }
 }
 
 #[cfg(test)]

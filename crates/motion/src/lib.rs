@@ -46,10 +46,7 @@ pub mod units;
 pub use kernels::evaluations::{Evaluations, Iterations};
 pub use laws::damping::{Damping, DampingModel, DampingRate};
 pub use laws::own::OwnLaws;
-pub use laws::{
-    Affine, BodyState, Curve, Drag, EvaluationTime, Gravity, Jacobians, LAWS, Law, Laws, MutualGravity,
-    SourceMass, Thrust, Well, Wells, Wind, laws,
-};
+pub use laws::*;
 pub use methods::markers::{OwnMethod, mark_method, own_method};
 pub use methods::table::{Claims, METHODS, Method};
 pub use observe::forces_on::{ForceCause, each_force, forces_on};

@@ -73,6 +73,6 @@ impl Worded for &'static str {
     }
 
     fn of_word(word: &str) -> Option<Self> {
-        LAWS.map(|(name, _)| name).into_iter().chain(Cause::NAMES).find(|name| *name == word)
+        LAWS.iter().map(|(name, _)| *name).chain(Cause::names()).find(|name| *name == word)
     }
 }

@@ -3,7 +3,7 @@
 use crate::groups::Solver;
 use crate::laws::damping::Damping;
 use crate::laws::tick_times::TickTimes;
-use crate::laws::{Declared, Drag, Gravity, Law, MutualGravity, Wells};
+use crate::laws::{Gravity, Law, MutualGravity, WorldLaws};
 use crate::real::Real;
 use crate::state::range::Range;
 use crate::tick::environment::Environment;
@@ -12,8 +12,7 @@ use crate::tick::environment::Environment;
 #[derive(Debug, Default)]
 pub(super) struct Resources<T: Real> {
     pub gravity: Option<Gravity>,
-    pub drag: Option<Drag>,
-    pub wells: Option<Wells>,
+    pub world_laws: WorldLaws,
     pub laws: Vec<Box<dyn Law<T>>>,
     pub attraction: Option<MutualGravity>,
     pub damping: Option<Damping>,
@@ -26,7 +25,7 @@ impl<T: Real> Resources<T> {
     pub fn environment(&self, times: TickTimes) -> Environment<'_, T> {
         Environment {
             gravity: self.gravity.as_ref().filter(|gravity| gravity.on),
-            laws: Declared { drag: self.drag.as_ref(), wells: self.wells.as_ref(), more: &self.laws },
+            laws: self.world_laws.and(&self.laws),
             attraction: self.attraction.as_ref(),
             damping: self.damping,
             range: self.range.as_ref(),

@@ -11,7 +11,7 @@ use super::bodies::{Kind, Own};
 use super::groups::ArrayGroup;
 use crate::groups::{Group, Groups, update_groups};
 use crate::kernels::BodyOptions;
-use crate::laws::{Gravity, Law};
+use crate::laws::{Gravity, Law, WorldLaws};
 use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -74,8 +74,7 @@ impl<T: Real> Bare<T> {
         bare.clock = world.get_resource().copied().unwrap_or_default();
         let resources = &mut bare.resources;
         resources.gravity = world.get_resource::<Gravity>().copied();
-        resources.drag = world.get_resource().copied();
-        resources.wells = world.get_resource().cloned();
+        resources.world_laws = WorldLaws::of(world);
         resources.laws = shared;
         resources.attraction = world.get_resource().copied();
         resources.damping = world.get_resource().copied();

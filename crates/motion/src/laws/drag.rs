@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Affine, BodyState, EvaluationTime, Jacobians, Law, Wind};
+use super::{Affine, BodyState, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
@@ -39,6 +39,14 @@ impl Drag {
             Some(wind) => body.velocity - wind.at(time, body.position),
             None => body.velocity,
         }
+    }
+}
+
+impl WorldLaw for Drag {
+    fn is_finite(&self) -> bool {
+        let wind = self.wind.unwrap_or_default();
+        let numbers = [self.linear, self.quadratic, wind.gust, wind.gust_hz];
+        wind.velocity.is_finite() && numbers.iter().all(|number| number.is_finite())
     }
 }
 

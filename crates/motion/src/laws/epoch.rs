@@ -2,28 +2,30 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use bevy_ecs::change_detection::Tick;
 use bevy_ecs::prelude::*;
 
-/// Ticks of the last change of drag, wells and your own laws; `None` for one that does not exist.
-pub(crate) type Changed = [Option<Tick>; 3];
+use super::Changes;
 
 /// Version of the laws of every body. It belongs to the world and not to a system, so that cached accelerations stay
 /// valid when the schedule is compiled again.
 #[derive(Resource, Clone, Copy, Debug, Default)]
 pub(crate) struct Epoch {
     number: u64,
-    changed: Changed,
+    changes: Changes,
 }
 
 impl Epoch {
-    /// The version of the laws with those last changes.
-    pub fn look(&mut self, changed: Changed) -> u64 {
+    /// The version of the laws.
+    pub const fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Makes a new version if the laws have changed.
+    pub fn update(&mut self, changes: Changes) {
         // Unique across worlds, so that no cached acceleration of another world matches.
         static EPOCHS: AtomicU64 = AtomicU64::new(1);
-        if self.changed != changed {
-            *self = Self { number: EPOCHS.fetch_add(1, Ordering::Relaxed), changed };
+        if self.changes != changes {
+            *self = Self { number: EPOCHS.fetch_add(1, Ordering::Relaxed), changes };
         }
-        self.number
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{BodyState, EvaluationTime, Jacobians, Law};
+use super::{BodyState, EvaluationTime, Jacobians, Law, WorldLaw};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
@@ -37,9 +37,15 @@ impl Well {
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct Wells(pub Vec<Well>);
 
-impl Wells {
-    /// Size of the list, bytes.
-    pub(crate) fn list_bytes(&self) -> usize {
+impl WorldLaw for Wells {
+    fn is_finite(&self) -> bool {
+        // An infinite softening is valid: it leaves no pull.
+        let is_finite =
+            |well: &Well| well.position.is_finite() && well.strength.is_finite() && !well.softening.is_nan();
+        self.0.iter().all(is_finite)
+    }
+
+    fn list_bytes(&self) -> usize {
         self.0.capacity() * size_of::<Well>()
     }
 }

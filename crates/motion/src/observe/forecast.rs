@@ -12,7 +12,7 @@ use bevy_ecs::prelude::*;
 use crate::groups::{Group, Groups, compile_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
-use crate::laws::{Drag, Laws, MutualGravity, Wells};
+use crate::laws::{Declared, MutualGravity};
 use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::state::archetypes::may_exist;
@@ -192,9 +192,7 @@ impl Forecast {
 /// Whether the world has anything that can limit a step.
 fn may_be_stiff(world: &World) -> bool {
     world.contains_resource::<Groups>()
-        || world.contains_resource::<Drag>()
-        || world.contains_resource::<Wells>()
         || world.contains_resource::<Damping>()
-        || world.contains_resource::<Laws>()
+        || Declared::of(world).all().next().is_some()
         || may_exist::<OwnLaws>(world)
 }

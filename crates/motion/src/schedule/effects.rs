@@ -10,78 +10,87 @@ use std::fmt;
 
 use bevy_ecs::prelude::*;
 
-use crate::laws::Drag;
 use crate::laws::damping::Damping;
+use crate::laws::{self, with_world_laws};
 use crate::state::components::{AxisLocks, SpeedLimit};
 pub use values::column_bytes;
 use values::{
-    DAMPING_RATES, EMITTERS, GRAVITY, MUTUAL_GRAVITY, SPRINGS, Values, WELLS, WIND, component, own_laws,
+    DAMPING_RATES, EMITTERS, GRAVITY, MUTUAL_GRAVITY, PartOfLaw, SPRINGS, Values, component, law, own_laws,
     resource,
 };
 
-/// An effect that a scene can declare. In a run in which it is off or not declared, no system, column or branch of it
-/// exists.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Effect {
-    /// [`Gravity`](crate::Gravity).
-    Gravity,
-    /// [`Damping`], of the scene and of single bodies.
-    Damping,
-    /// [`Drag`].
-    Drag,
-    /// [`Wind`](crate::Wind), which acts through drag.
-    Wind,
-    /// [`Wells`](crate::Wells), of the scene and of single bodies.
-    Wells,
-    /// [`MutualGravity`](crate::MutualGravity).
-    MutualGravity,
-    /// [`Thrust`](crate::Thrust) of single bodies.
-    Thrusts,
-    /// [`Spring`](crate::Spring) and [`SoftBody`](crate::SoftBody).
-    Springs,
-    /// [`SpeedLimit`] of single bodies.
-    SpeedLimits,
-    /// [`AxisLocks`] of single bodies.
-    AxisLocks,
-    /// [`Emitter`](crate::Emitter).
-    Emitters,
+macro_rules! effects {
+    ($($law:ident: $Law:ident ($($part:ident: $Part:ident)?) $formula:literal;)*) => {
+        /// An effect that a scene can declare. In a run in which it is off or not declared, no system, column or branch
+        /// of it exists.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Effect {
+            /// [`Gravity`](crate::Gravity).
+            Gravity,
+            /// [`Damping`], of the scene and of single bodies.
+            Damping,
+            $(
+                #[doc = concat!("[`", stringify!($Law), "`](crate::", stringify!($Law), "), also own laws of that name.")]
+                $Law,
+                $(
+                    #[doc = concat!("[`", stringify!($Part), "`](crate::", stringify!($Part), "), a part of ", stringify!($law), ".")]
+                    $Part,
+                )?
+            )*
+            /// [`MutualGravity`](crate::MutualGravity).
+            MutualGravity,
+            /// [`Thrust`](crate::Thrust) of single bodies.
+            Thrusts,
+            /// [`Spring`](crate::Spring) and [`SoftBody`](crate::SoftBody).
+            Springs,
+            /// [`SpeedLimit`] of single bodies.
+            SpeedLimits,
+            /// [`AxisLocks`] of single bodies.
+            AxisLocks,
+            /// [`Emitter`](crate::Emitter).
+            Emitters,
+        }
+
+        /// Each effect with its name and its values, in the order of [`Effect`].
+        static EFFECTS: &[(Effect, &str, &[Values])] = &[
+            (Effect::Gravity, "gravity", &[GRAVITY]),
+            (Effect::Damping, "damping", &[resource::<Damping>(), DAMPING_RATES]),
+            $(
+                (
+                    Effect::$Law,
+                    stringify!($law),
+                    &[law::<laws::$Law>(), own_laws::<{ Effect::$Law as usize }>()],
+                ),
+                $((Effect::$Part, stringify!($part), &[laws::$Part::VALUES]),)?
+            )*
+            (Effect::MutualGravity, "mutual_gravity", &[MUTUAL_GRAVITY]),
+            (Effect::Thrusts, "thrusts", &[own_laws::<{ Effect::Thrusts as usize }>()]),
+            (Effect::Springs, "springs", &[SPRINGS]),
+            (Effect::SpeedLimits, "speed_limits", &[component::<SpeedLimit>()]),
+            (Effect::AxisLocks, "axis_locks", &[component::<AxisLocks>()]),
+            (Effect::Emitters, "emitters", &[EMITTERS]),
+        ];
+    };
 }
 
-/// The name and the values of each effect, in the order of [`Effect`].
-static EFFECTS: [(&str, &[Values]); 11] = [
-    ("gravity", &[GRAVITY]),
-    ("damping", &[resource::<Damping>(), DAMPING_RATES]),
-    ("drag", &[resource::<Drag>()]),
-    ("wind", &[WIND]),
-    ("wells", &[WELLS, own_laws::<{ Effect::Wells as usize }>()]),
-    ("mutual_gravity", &[MUTUAL_GRAVITY]),
-    ("thrusts", &[own_laws::<{ Effect::Thrusts as usize }>()]),
-    ("springs", &[SPRINGS]),
-    ("speed_limits", &[component::<SpeedLimit>()]),
-    ("axis_locks", &[component::<AxisLocks>()]),
-    ("emitters", &[EMITTERS]),
-];
+with_world_laws!(effects);
 
 impl Effect {
     /// Every effect, in the order of the receipt.
-    pub const ALL: [Self; 11] = [
-        Self::Gravity,
-        Self::Damping,
-        Self::Drag,
-        Self::Wind,
-        Self::Wells,
-        Self::MutualGravity,
-        Self::Thrusts,
-        Self::Springs,
-        Self::SpeedLimits,
-        Self::AxisLocks,
-        Self::Emitters,
-    ];
+    pub const ALL: [Self; EFFECTS.len()] = {
+        let mut all = [Self::Gravity; EFFECTS.len()];
+        let mut i = 0;
+        while i < all.len() {
+            all[i] = EFFECTS[i].0;
+            i += 1;
+        }
+        all
+    };
 
     /// The name of the effect in receipts, scripts, flags and panels.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        EFFECTS[self as usize].0
+        EFFECTS[self as usize].1
     }
 
     /// The effect of that name.
@@ -91,7 +100,7 @@ impl Effect {
     }
 
     const fn values(self) -> &'static [Values] {
-        EFFECTS[self as usize].1
+        EFFECTS[self as usize].2
     }
 
     /// The number of bodies that the effect acts on in the coming step: 0 while it is off, all ends for springs.

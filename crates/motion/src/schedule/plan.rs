@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use crate::groups::{Groups, update_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
-use crate::laws::{Declared, Drag, MutualGravity};
+use crate::laws::{Declared, MutualGravity};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, with_method};
@@ -130,9 +130,10 @@ impl PlanInputs {
     }
 }
 
-/// Whether there is linear drag or exact damping.
+/// Whether there is drag or exact damping.
 fn drags(world: &World) -> bool {
-    world.contains_resource::<Drag>() || world.get_resource::<Damping>().is_some_and(Damping::is_exact)
+    Declared::of(world).resources().any(|(_, law)| law.depends_on_velocity())
+        || world.get_resource::<Damping>().is_some_and(Damping::is_exact)
 }
 
 /// Whether a step integrates bodies of such a kind, in groups or not.

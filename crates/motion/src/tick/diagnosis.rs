@@ -1,7 +1,7 @@
 //! Finds out why a body was refused: after the fact, the state of the body is inspected and what acts on it is
 //! evaluated again.
 
-use crate::laws::{BodyState, Declared, Drag, EvaluationTime, Law, Well};
+use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Quantity, Range};
 use crate::tick::environment::Environment;
@@ -52,8 +52,7 @@ impl Suspect<'_> {
 
     /// The first of its own laws whose acceleration is not finite at one of the times.
     pub fn own_law(&self, times: [Scalar; 2]) -> Option<Evidence> {
-        guilty(self.laws.iter().map(|law| &**law), self.state(), times)
-            .map(|name| (place::OWN_LAWS, Fault::Law(name)))
+        guilty(self.laws.iter().map(|law| (place::OWN_LAWS, &**law)), self.state(), times)
     }
 
     pub fn state(&self) -> BodyState<Scalar> {
@@ -62,18 +61,19 @@ impl Suspect<'_> {
     }
 }
 
-/// The first law whose acceleration is not finite.
+/// The first of these laws, each with the component or resource that it is in, whose acceleration is not finite.
 fn guilty<'a>(
-    mut laws: impl Iterator<Item = &'a dyn Law<Scalar>>,
+    laws: impl Iterator<Item = (&'static str, &'a dyn Law<Scalar>)>,
     state: BodyState<Scalar>,
     times: [Scalar; 2],
-) -> Option<&'static str> {
-    let gives = |law: &&dyn Law<Scalar>| {
+) -> Option<Evidence> {
+    let is_finite = |law: &dyn Law<Scalar>| {
         times.iter().all(|time| {
             law.acceleration(EvaluationTime { time: *time, within_step: *time }, state).is_finite()
         })
     };
-    laws.find(|law| !gives(law)).map(|law| law.name())
+    let mut guilty = laws.filter(|(_, law)| !is_finite(*law));
+    guilty.next().map(|(place, law)| (place, Fault::Law(law.name())))
 }
 
 impl Environment<'_> {
@@ -86,23 +86,16 @@ impl Environment<'_> {
             (self.range.is_some_and(is_no_range), place::RANGE),
             (falls && gravity.is_some_and(|gravity| !gravity.acceleration.is_finite()), place::GRAVITY),
             (!own_rate && self.damping.is_some_and(|damping| !damping.rate.is_finite()), place::DAMPING),
-            (kicks && laws.drag.is_some_and(is_no_drag), place::DRAG),
-            (kicks && laws.wells.is_some_and(|wells| wells.0.iter().any(is_no_well)), place::WELLS),
         ];
-        places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| (place, Fault::Found))
+        let place = places.into_iter().find(|(broken, _)| *broken).map(|(_, place)| place);
+        let law = || if kicks { laws.not_finite() } else { None };
+        place.or_else(law).map(|place| (place, Fault::Found))
     }
 
     /// The first law of all bodies whose acceleration of this body is not finite.
     pub(crate) fn law_at_fault(&self, state: BodyState<Scalar>) -> Option<Evidence> {
-        let Declared { drag, wells, more } = self.laws;
-        let drag = drag.map(|drag| drag as &dyn Law<Scalar>);
-        let wells = wells.map(|wells| wells as &dyn Law<Scalar>);
-        let name = |laws: &mut dyn Iterator<Item = &dyn Law<Scalar>>| guilty(laws, state, self.times.ends());
-        let at = |place, name| (place, Fault::Law(name));
-        name(&mut drag.into_iter())
-            .map(|name| at(place::DRAG, name))
-            .or_else(|| name(&mut wells.into_iter()).map(|name| at(place::WELLS, name)))
-            .or_else(|| name(&mut more.iter().map(|law| &**law)).map(|name| at(place::LAWS, name)))
+        let more = self.laws.more.iter().map(|law| (place::LAWS, &**law));
+        guilty(self.laws.resources().chain(more), state, self.times.ends())
     }
 
     /// The cause of a refusal: the evidence, or else the bound that was exceeded.
@@ -127,15 +120,4 @@ impl Environment<'_> {
 
 fn is_no_range(range: &Range) -> bool {
     range.position.is_nan() || range.speed.is_nan()
-}
-
-fn is_no_drag(drag: &Drag) -> bool {
-    let wind = drag.wind.unwrap_or_default();
-    let numbers = [drag.linear, drag.quadratic, wind.gust, wind.gust_hz];
-    !wind.velocity.is_finite() || numbers.iter().any(|number| !number.is_finite())
-}
-
-fn is_no_well(well: &Well) -> bool {
-    // An infinite softening is valid: it leaves no pull.
-    !well.position.is_finite() || !well.strength.is_finite() || well.softening.is_nan()
 }

@@ -13,7 +13,7 @@ use crate::kernels::{BodyOptions, Terms};
 use crate::laws::damping::Damping;
 use crate::laws::epoch::Epoch;
 use crate::laws::tick_times::TickTimes;
-use crate::laws::{Affine, Declared, Drag, Gravity, Law, Laws, MutualGravity, Wells};
+use crate::laws::{Affine, Declared, DeclaredParam, Gravity, Law, MutualGravity};
 use crate::methods::Integrator;
 use crate::real::{Real, RealVector as _};
 use crate::state::clock::{StepClock, TimeStep};
@@ -111,9 +111,7 @@ pub struct EnvironmentParam<'w, 's> {
     gravity: Option<Res<'w, Gravity>>,
     damping: Option<Res<'w, Damping>>,
     range: Option<Res<'w, range::Range>>,
-    drag: Option<Res<'w, Drag>>,
-    wells: Option<Res<'w, Wells>>,
-    laws: Option<Res<'w, Laws>>,
+    laws: DeclaredParam<'w>,
     pub(super) threads: Option<Res<'w, Threads>>,
     pushed: Res<'w, PushedBodies>,
     entities: &'w Entities,
@@ -122,9 +120,7 @@ pub struct EnvironmentParam<'w, 's> {
     emissions: Option<Res<'w, Emissions>>,
     /// The births of the tick, by table and row.
     births: Local<'s, Vec<Birth>>,
-    laws_epoch: ResMut<'w, Epoch>,
-    /// The epoch of the laws in this tick.
-    epoch: Local<'s, u64>,
+    epoch: ResMut<'w, Epoch>,
 }
 
 /// The birth of a particle in the tick.
@@ -147,28 +143,20 @@ pub struct TickOutput<'w> {
 impl EnvironmentParam<'_, '_> {
     /// Looks up the rows of pushed bodies and births, and whether laws have changed.
     pub(crate) fn prepare(&mut self) {
-        let changed = [
-            self.drag.as_ref().map(DetectChanges::last_changed),
-            self.wells.as_ref().map(DetectChanges::last_changed),
-            self.laws.as_ref().map(DetectChanges::last_changed),
-        ];
-        *self.epoch = self.laws_epoch.bypass_change_detection().look(changed);
+        self.epoch.bypass_change_detection().update(self.laws.changes());
         let Self { pushed, entities, rows, emissions, births, clock, .. } = self;
-        let place = |body: &Entity| {
-            let place = entities.get_spawned(*body).ok()?;
-            Some((place.table_id.as_usize(), place.table_row.index()))
-        };
         rows.clear();
-        rows.extend(pushed.0.iter().filter_map(place));
+        rows.extend(pushed.0.iter().filter_map(|body| place_in(entities, *body)));
         rows.sort_unstable();
         rows.dedup();
         births.clear();
         if let (Some(emissions), Some(clock)) = (emissions, clock) {
             let born = emissions.births_in(clock.ticks());
             births.reserve(2 * born.len());
-            births.extend(
-                born.iter().filter_map(|(body, time)| Some(Birth { place: place(body)?, time: *time })),
-            );
+            let birth = |(body, time): &(Entity, Scalar)| {
+                Some(Birth { place: place_in(entities, *body)?, time: *time })
+            };
+            births.extend(born.iter().filter_map(birth));
             births.sort_unstable_by_key(|birth| birth.place);
         }
     }
@@ -177,22 +165,20 @@ impl EnvironmentParam<'_, '_> {
     pub(crate) fn environment(&self) -> Environment<'_> {
         let TimeStep(tick) = *self.step;
         let clock = self.clock.as_deref().copied().unwrap_or_default();
-        let more = self.laws.as_deref().map_or(&[][..], |laws| &laws.0);
         Environment {
             gravity: self.gravity.as_deref().filter(|gravity| gravity.on),
-            laws: Declared { drag: self.drag.as_deref(), wells: self.wells.as_deref(), more },
+            laws: self.laws.laws(),
             attraction: None,
             damping: self.damping.as_deref().copied(),
             range: self.range.as_deref(),
             times: TickTimes::new(clock, tick, Substeps::count(self.substeps.as_deref())),
-            epoch: *self.epoch,
+            epoch: self.epoch.number(),
         }
     }
 
     /// Table and row of `body`.
     pub(crate) fn place_of(&self, body: Entity) -> Option<(usize, usize)> {
-        let place = self.entities.get_spawned(body).ok()?;
-        Some((place.table_id.as_usize(), place.table_row.index()))
+        place_in(self.entities, body)
     }
 
     /// The table of `body`.
@@ -223,4 +209,10 @@ impl EnvironmentParam<'_, '_> {
             None => &[],
         }
     }
+}
+
+/// Table and row of `body`.
+fn place_in(entities: &Entities, body: Entity) -> Option<(usize, usize)> {
+    let place = entities.get_spawned(body).ok()?;
+    Some((place.table_id.as_usize(), place.table_row.index()))
 }

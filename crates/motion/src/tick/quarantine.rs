@@ -4,6 +4,7 @@
 use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
+use crate::laws::WorldLaws;
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::coupling::CouplingChanged;
@@ -58,30 +59,31 @@ impl Cause {
     pub(crate) const REQUESTS: &'static str = "requests";
 
     /// Every system, component and resource that a cause may name.
-    pub const NAMES: [&'static str; 22] = [
-        "integrate_acceleration",
-        "integrate_velocity",
-        "integrate",
-        "integrate_groups",
-        Self::REQUESTS,
-        place::POSITION,
-        place::VELOCITY,
-        place::INVERSE_MASS,
-        place::FORCE,
-        place::DAMPING_RATE,
-        place::SPEED_LIMIT,
-        place::LAST_STEP,
-        place::OWN_LAWS,
-        place::SOURCE_MASS,
-        place::SPRING,
-        place::GRAVITY,
-        place::DAMPING,
-        place::DRAG,
-        place::WELLS,
-        place::LAWS,
-        place::MUTUAL_GRAVITY,
-        place::RANGE,
-    ];
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let names = [
+            "integrate_acceleration",
+            "integrate_velocity",
+            "integrate",
+            "integrate_groups",
+            Self::REQUESTS,
+            place::POSITION,
+            place::VELOCITY,
+            place::INVERSE_MASS,
+            place::FORCE,
+            place::DAMPING_RATE,
+            place::SPEED_LIMIT,
+            place::LAST_STEP,
+            place::OWN_LAWS,
+            place::SOURCE_MASS,
+            place::SPRING,
+            place::GRAVITY,
+            place::DAMPING,
+            place::LAWS,
+            place::MUTUAL_GRAVITY,
+            place::RANGE,
+        ];
+        names.into_iter().chain(WorldLaws::RESOURCES.iter().copied())
+    }
 
     /// The cause as a sentence, for summaries and panels.
     #[must_use]
@@ -104,7 +106,7 @@ impl Cause {
     }
 }
 
-/// Names of the components and resources that may be at fault.
+/// Names of the components and resources that may be at fault. A law that is a resource has the name of its type.
 pub(crate) mod place {
     pub const POSITION: &str = "Transform.position";
     pub const VELOCITY: &str = "PhysicsBody.velocity";
@@ -118,8 +120,6 @@ pub(crate) mod place {
     pub const SPRING: &str = "Spring";
     pub const GRAVITY: &str = "Gravity";
     pub const DAMPING: &str = "Damping";
-    pub const DRAG: &str = "Drag";
-    pub const WELLS: &str = "Wells";
     pub const LAWS: &str = "Laws";
     pub const MUTUAL_GRAVITY: &str = "MutualGravity";
     pub const RANGE: &str = "Range";

@@ -67,8 +67,8 @@ fn rows(what: Listed) -> Vec<Vec<Cell>> {
             })
             .collect(),
         Listed::Laws => LAWS
-            .into_iter()
-            .map(|(law, what)| vec![text("law", law), text("key", key_of_law(law)), text("what", what)])
+            .iter()
+            .map(|&(law, what)| vec![text("law", law), text("key", key_of_law(law)), text("what", what)])
             .collect(),
         Listed::Keys => {
             let keys = BINDINGS.iter().map(|row| (row.keys.join(" "), row.when, row.what, row.name));

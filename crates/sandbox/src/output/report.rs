@@ -67,8 +67,8 @@ impl Summary {
         let evaluations = session.evaluations();
         // Every law is listed: one that does not act was evaluated 0 times.
         let laws: Map<_, _> = LAWS
-            .map(|(law, _)| (law, 0))
-            .into_iter()
+            .iter()
+            .map(|(law, _)| (*law, 0))
             .chain(evaluations.laws().iter().copied())
             .map(|(law, count)| (law.to_owned(), json!(count)))
             .collect();

@@ -9,7 +9,7 @@ use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
 use super::{Forecast, LimitingPart, Margin};
 use crate::laws::damping::Damping;
-use crate::laws::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Laws, Wells};
+use crate::laws::{BodyState, Declared, Drag, EvaluationTime, Gravity, Jacobians};
 use crate::methods::markers::{OwnMethod, own_method};
 use crate::state::clock::StepClock;
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
@@ -60,15 +60,15 @@ struct StepClass {
 
 impl Forecast {
     pub(super) fn add_single_bodies(&mut self, world: &mut World, scenes: Stepping) {
-        let (drag, wells) = (world.get_resource::<Drag>().copied(), world.get_resource::<Wells>().cloned());
         let damping = world.get_resource::<Damping>().copied();
         let gravity = world.get_resource::<Gravity>().and_then(Gravity::active_acceleration);
         let gravity = gravity.is_some_and(|acceleration| acceleration != DVec3::ZERO);
         let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
-        let wells = wells.unwrap_or_default().0;
         let mut query = world.query_filtered::<ForecastColumns, Without<Quarantined>>();
         let world = &*world;
-        let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
+        let laws = Declared::of(world);
+        let others = Declared { drag: None, wells: None, ..laws };
+        let wells = laws.wells.map_or(&[][..], |wells| &wells.0);
         let at = EvaluationTime { time, within_step: time };
         let mut classes: Vec<StepClass> = Vec::new();
         for row in query.iter(world) {
@@ -97,7 +97,7 @@ impl Forecast {
             let oscillator = Oscillator {
                 body: entity,
                 stiffness: 0.0,
-                drag: drag.as_ref().map_or(0.0, of_drag),
+                drag: laws.drag.map_or(0.0, of_drag),
                 damping: options.damping(damping).map_or(0.0, |damping| damping.rate),
             };
             let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
@@ -116,7 +116,7 @@ impl Forecast {
                 let stiffness = well.squared_frequency(transform.position);
                 class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
             }
-            for law in more.iter().chain(options.laws) {
+            for law in others.all().chain(options.laws.iter().map(|law| &**law)) {
                 let Jacobians { position, velocity } = law.jacobians(at, state);
                 if position != DMat3::ZERO || velocity != DMat3::ZERO {
                     let drag = oscillator.drag + restoring_rate(velocity);

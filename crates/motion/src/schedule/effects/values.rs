@@ -10,7 +10,7 @@ use super::EFFECTS;
 use crate::groups::Groups;
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
-use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wells, Wind};
+use crate::laws::{Drag, Gravity, Law, MutualGravity, SourceMass, Wind, WorldLaw};
 use crate::schedule::restart::{end_half_steps, restart_bodies};
 use crate::schedule::systems::Moving;
 use crate::state::components::{GravityOff, PhysicsBody};
@@ -53,6 +53,18 @@ pub(super) const fn resource<R: Resource>() -> Values {
     }
 }
 
+/// A law that is a resource, with its lists.
+pub(super) const fn law<R: WorldLaw>() -> Values {
+    Values {
+        bytes: |world| {
+            let off = world.get_resource::<OffResource<R>>().map(|off| &off.0);
+            let lists = world.get_resource().or(off).map_or(0, R::list_bytes);
+            lists + (resource::<R>().bytes)(world)
+        },
+        ..resource::<R>()
+    }
+}
+
 /// A component, which bodies have while it is on.
 pub(super) const fn component<C: Component>() -> Values {
     Values {
@@ -70,7 +82,7 @@ pub(super) const fn component<C: Component>() -> Values {
 /// Own laws of bodies that have the name of that effect.
 pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
     fn have<const EFFECT: usize>(laws: &OwnLaws) -> bool {
-        laws.laws().iter().any(|law| law.name() == EFFECTS[EFFECT].0)
+        laws.laws().iter().any(|law| law.name() == EFFECTS[EFFECT].1)
     }
     Values {
         state: |world| {
@@ -78,6 +90,10 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
             [on, world.query::<&Off<OwnLaws>>().iter(world).any(|off| have::<EFFECT>(&off.0))]
         },
         switch: |world, on| {
+            let [any_on, any_off] = (own_laws::<EFFECT>().state)(world);
+            if !(if on { any_off } else { any_on }) {
+                return;
+            }
             let bodies =
                 if on { entities_with::<Off<OwnLaws>>(world) } else { entities_with::<OwnLaws>(world) };
             for body in bodies {
@@ -85,7 +101,7 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
                 let mut laws = [body.take::<OwnLaws>(), body.take::<Off<OwnLaws>>().map(|off| off.0)];
                 let [from, to] = if on { [1, 0] } else { [0, 1] };
                 let (named, rest) =
-                    laws[from].take().map_or((None, None), |laws| laws.split(EFFECTS[EFFECT].0));
+                    laws[from].take().map_or((None, None), |laws| laws.split(EFFECTS[EFFECT].1));
                 laws[to] = match (laws[to].take(), named) {
                     (Some(laws), Some(named)) => Some(laws.merge(named)),
                     (laws, named) => laws.or(named),
@@ -114,7 +130,7 @@ pub(super) const fn own_laws<const EFFECT: usize>() -> Values {
         },
         bytes: |world| {
             sum(world, |laws: &OwnLaws| {
-                let laws = laws.laws().iter().enumerate().filter(|(_, law)| law.name() == EFFECTS[EFFECT].0);
+                let laws = laws.laws().iter().enumerate().filter(|(_, law)| law.name() == EFFECTS[EFFECT].1);
                 let bytes = laws.map(|(place, law)| {
                     // The component goes to the first law of the body.
                     let component = if place == 0 { size_of::<OwnLaws>() } else { 0 };
@@ -148,36 +164,33 @@ pub(super) const DAMPING_RATES: Values = Values { state: |_| [false; 2], ..compo
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 struct OffWind(Wind);
 
-/// Wind is a part of drag, whether that is on or off.
-pub(super) const WIND: Values = Values {
-    state: |world| {
-        let off = || world.get_resource::<OffResource<Drag>>().map(|off| &off.0);
-        let drag = world.get_resource::<Drag>().or_else(off);
-        [drag.is_some_and(|drag| drag.wind.is_some()), world.contains_resource::<OffWind>()]
-    },
-    switch: |world, on| {
-        let off = world.remove_resource().map(|OffWind(wind)| wind).filter(|_| on);
-        let drag = if world.contains_resource::<Drag>() {
-            world.get_resource_mut::<Drag>().map(Mut::into_inner)
-        } else {
-            world.get_resource_mut::<OffResource<Drag>>().map(|drag| &mut drag.into_inner().0)
-        };
-        if let Some(wind) = drag.and_then(|drag| replace(&mut drag.wind, off)) {
-            world.insert_resource(OffWind(wind));
-        }
-    },
-    bytes: |_| 0,
-    ..resource::<Drag>()
-};
+/// A part of a law that is switched alone, whether the law is on or off.
+pub(super) trait PartOfLaw {
+    const VALUES: Values;
+}
 
-pub(super) const WELLS: Values = Values {
-    bytes: |world| {
-        let off = world.get_resource::<OffResource<Wells>>().map(|off| &off.0);
-        let list = world.get_resource().or(off).map_or(0, Wells::list_bytes);
-        list + (resource::<Wells>().bytes)(world)
-    },
-    ..resource::<Wells>()
-};
+impl PartOfLaw for Wind {
+    const VALUES: Values = Values {
+        state: |world| {
+            let off = || world.get_resource::<OffResource<Drag>>().map(|off| &off.0);
+            let drag = world.get_resource::<Drag>().or_else(off);
+            [drag.is_some_and(|drag| drag.wind.is_some()), world.contains_resource::<OffWind>()]
+        },
+        switch: |world, on| {
+            let off = world.remove_resource().map(|OffWind(wind)| wind).filter(|_| on);
+            let drag = if world.contains_resource::<Drag>() {
+                world.get_resource_mut::<Drag>().map(Mut::into_inner)
+            } else {
+                world.get_resource_mut::<OffResource<Drag>>().map(|drag| &mut drag.into_inner().0)
+            };
+            if let Some(wind) = drag.and_then(|drag| replace(&mut drag.wind, off)) {
+                world.insert_resource(OffWind(wind));
+            }
+        },
+        bytes: |_| 0,
+        ..resource::<Drag>()
+    };
+}
 
 pub(super) const MUTUAL_GRAVITY: Values = Values {
     switch: |world, on| {

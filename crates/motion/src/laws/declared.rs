@@ -1,0 +1,159 @@
+//! The laws of every body except gravity: those that are resources of a world, and your own.
+
+use bevy_ecs::change_detection::Tick;
+use bevy_ecs::prelude::*;
+use bevy_ecs::system::SystemParam;
+
+use super::{Gravity, Law, Laws, with_world_laws};
+use crate::real::Real;
+use crate::units::Scalar;
+
+/// A law that is a resource of a world.
+pub(crate) trait WorldLaw: Resource + Clone + Law<Scalar> {
+    /// Whether its parameters are numbers that it can compute with.
+    fn is_finite(&self) -> bool;
+
+    /// Size of the lists that it holds, bytes.
+    fn list_bytes(&self) -> usize {
+        0
+    }
+}
+
+macro_rules! declare {
+    ($($law:ident: $Law:ident ($($part:tt)*) $formula:literal;)*) => {
+        /// The laws of this crate: the name under which [`Evaluations`](crate::Evaluations) counts each, and its
+        /// formula.
+        pub const LAWS: &[(&str, &str)] = &[
+            ("gravity", "the same acceleration for every body: a = g"),
+            $((stringify!($law), $formula),)*
+            ("thrusts", "engines of single bodies: forces that follow a polynomial, a sine or a table in time"),
+            ("damping", "the exact damping model: a = -c v"),
+            ("springs", "springs with damping along their axes: F = k (L - L0) + c dL/dt"),
+            ("mutual_gravity", "every two bodies attract each other: F = G m1 m2 r / (r² + s²)^(3/2)"),
+        ];
+
+        /// Laws of every body, each of which can be a resource of a world.
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct WorldLaws {
+            $(#[doc = concat!($formula, ".")] pub $law: Option<super::$Law>,)*
+        }
+
+        impl WorldLaws {
+            /// Names of their resources, in the order in which the laws are summed.
+            pub(crate) const RESOURCES: &[&str] = &[$(stringify!($Law)),*];
+
+            /// Copies the laws of `world`.
+            #[must_use]
+            pub fn of(world: &World) -> Self {
+                Self { $($law: world.get_resource().cloned(),)* }
+            }
+
+            /// Inserts these laws into `world`.
+            pub fn insert_into(self, world: &mut World) {
+                $(
+                    if let Some(law) = self.$law {
+                        world.insert_resource(law);
+                    }
+                )*
+            }
+
+            /// These laws and `more`.
+            pub(crate) fn and<'a, T: Real>(&'a self, more: &'a [Box<dyn Law<T>>]) -> Declared<'a, T> {
+                Declared { $($law: self.$law.as_ref(),)* more }
+            }
+        }
+
+        /// The laws of every body except gravity, in the order in which they are summed.
+        #[derive(Clone, Copy)]
+        pub(crate) struct Declared<'a, T: Real = Scalar> {
+            $(pub $law: Option<&'a super::$Law>,)*
+            pub more: &'a [Box<dyn Law<T>>],
+        }
+
+        impl<'a, T: Real> Declared<'a, T> {
+            /// The laws that are resources, with the names of the resources.
+            pub fn resources(self) -> impl Iterator<Item = (&'static str, &'a dyn Law<T>)> {
+                let laws = [$(self.$law.map(|law| (stringify!($Law), law as &dyn Law<T>)),)*];
+                laws.into_iter().flatten()
+            }
+
+            /// The first resource that is not [finite](WorldLaw::is_finite).
+            pub fn not_finite(self) -> Option<&'static str> {
+                let laws = [$((stringify!($Law), self.$law.is_none_or(WorldLaw::is_finite)),)*];
+                laws.into_iter().find(|(_, is_finite)| !is_finite).map(|(name, _)| name)
+            }
+        }
+
+        impl<'a> Declared<'a> {
+            /// The laws of `world`.
+            pub fn of(world: &'a World) -> Self {
+                let more = world.get_resource::<Laws>().map_or(&[][..], |laws| &laws.0);
+                Self { $($law: world.get_resource(),)* more }
+            }
+        }
+
+        /// The laws of every body except gravity as a parameter of a system.
+        #[derive(SystemParam)]
+        pub struct DeclaredParam<'w> {
+            $($law: Option<Res<'w, super::$Law>>,)*
+            more: Option<Res<'w, Laws>>,
+        }
+
+        impl DeclaredParam<'_> {
+            pub(crate) fn laws(&self) -> Declared<'_> {
+                let more = self.more.as_deref().map_or(&[][..], |laws| &laws.0);
+                Declared { $($law: self.$law.as_deref(),)* more }
+            }
+
+            /// When the laws have changed last.
+            pub(crate) fn changes(&self) -> Changes {
+                Changes {
+                    $($law: self.$law.as_ref().map(DetectChanges::last_changed),)*
+                    more: self.more.as_ref().map(DetectChanges::last_changed),
+                }
+            }
+        }
+
+        /// Ticks of the last change of each resource; `None` for one that does not exist.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub(crate) struct Changes {
+            $($law: Option<Tick>,)*
+            more: Option<Tick>,
+        }
+    };
+}
+
+with_world_laws!(declare);
+
+impl<'a> Declared<'a> {
+    /// The laws that act on a body with its `own` laws, and `gravity` if that acts on it. On a body in a sheet drag
+    /// does not act: it acts on the triangles of the sheet.
+    pub fn on_body(
+        self,
+        gravity: Option<&'a Gravity>,
+        in_sheet: bool,
+        own: &'a [Box<dyn Law<Scalar>>],
+    ) -> impl Iterator<Item = &'a dyn Law<Scalar>> {
+        let gravity = gravity.map(|gravity| gravity as &dyn Law<Scalar>);
+        let drag = self.drag.filter(|_| !in_sheet);
+        let own = own.iter().map(|law| &**law);
+        gravity.into_iter().chain(Self { drag, ..self }.all()).chain(own)
+    }
+}
+
+impl<'a, T: Real> Declared<'a, T> {
+    /// Every law.
+    pub fn all(self) -> impl Iterator<Item = &'a dyn Law<T>> {
+        self.resources().map(|(_, law)| law).chain(self.more.iter().map(|law| &**law))
+    }
+
+    /// The laws that are summed before a tick.
+    pub fn affine(self) -> impl Iterator<Item = &'a dyn Law<T>> {
+        self.all().filter(|law| law.affine().is_some())
+    }
+
+    /// The laws that have to be called.
+    pub fn called(self) -> impl Iterator<Item = &'a dyn Law<T>> {
+        self.all().filter(|law| law.affine().is_none())
+    }
+}
