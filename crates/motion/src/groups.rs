@@ -24,7 +24,7 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{couplings_now, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
-pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupRows, Outcome, Scratch, Watch};
+pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupRows, Scratch, Watch};
 pub(crate) use linear::{Holder, LinearGroup, larger};
 pub(crate) use rows::{Row, RowArray, row_of};
 pub use solver::Solver;

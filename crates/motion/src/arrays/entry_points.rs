@@ -34,7 +34,7 @@ macro_rules! entry_points {
                 shared: Vec<Box<dyn Law<$t>>>,
             ) -> Result<Self, NotForArrays> {
                 let mut bare = Self::gathered(world, method, laws, shared)?;
-                bare.leave_foreign_methods();
+                bare.leave_those(|method| method != Method::PositionVerlet);
                 Ok(bare)
             }
 
@@ -59,12 +59,7 @@ macro_rules! entry_points {
                 self.forget_accelerations();
             }
 
-            /// Synchronizes velocities that are half a step behind for bodies of other methods than position Verlet.
-            fn leave_foreign_methods(&mut self) {
-                self.leave_those(|method| method != Method::PositionVerlet);
-            }
-
-            /// Synchronizes velocities with positions for bodies of some methods.
+            /// Synchronizes velocities that are half a step behind for bodies of some methods.
             fn leave_those(&mut self, which: impl Fn(Method) -> bool) {
                 self.individuals.plan(&self.bodies);
                 for group in 0..self.groups.len() {

@@ -3,7 +3,7 @@
 use super::bodies::OfRows;
 use super::{Bare, Residues};
 use crate::groups::{
-    Coupling, GroupCache, GroupEnvironment, GroupField, GroupRows, Outcome, Row, RowArray, Scratch, Watch,
+    Coupling, GroupCache, GroupEnvironment, GroupField, GroupRows, Row, RowArray, Scratch, Watch,
 };
 use crate::kernels::StepStatistics;
 use crate::methods::table::Method;
@@ -55,22 +55,22 @@ impl<T: Real> Bare<T> {
         let rows = std::mem::take(&mut group.rows);
         let members = &rows[..group.coupling.movable];
         let mut statistics = StepStatistics::default();
-        let mut outcome = Outcome::Finite;
+        let mut outcome = Ok(());
         for watch in [Watch::Off, Watch::On] {
             self.gather(&rows, &mut group);
             self.gather_pushes(members, &mut scratch.pushes);
             outcome = self.compute::<M>(watch, &rows, &mut group, &mut scratch, &mut statistics);
-            if outcome == Outcome::Finite {
+            if outcome.is_ok() {
                 break;
             }
         }
         self.scratch = scratch;
         match outcome {
-            Outcome::Finite => {
+            Ok(()) => {
                 self.statistics.add(&statistics);
                 self.scatter::<M>(members, &group);
             }
-            Outcome::Broken(first) => {
+            Err(first) => {
                 let pushed = self.first_broken_push(members);
                 self.refused.push(pushed.or(first.first().map(|row| rows[*row])).unwrap_or(rows[0]));
                 group.forget();
@@ -88,7 +88,7 @@ impl<T: Real> Bare<T> {
         group: &mut ArrayGroup<T>,
         scratch: &mut Scratch<T>,
         statistics: &mut StepStatistics,
-    ) -> Outcome {
+    ) -> Result<(), Vec<usize>> {
         let times = self.times(group.substeps.unwrap_or(self.substeps));
         let shared = self.resources.environment(times);
         let called = shared.called();

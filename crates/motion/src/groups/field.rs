@@ -118,15 +118,6 @@ pub(crate) enum Watch {
     On,
 }
 
-/// The outcome of a tick of a group.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Outcome {
-    /// Every row is finite and in range.
-    Finite,
-    /// Some rows are not; holds those that were first, ascending, if they were searched for.
-    Broken(Vec<usize>),
-}
-
 impl<'a, T: Real> GroupField<'a, T> {
     pub fn new(
         coupling: &'a Coupling<T>,
@@ -158,12 +149,15 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// Integrates a tick. `last` are the lengths of the last steps of the movable rows, if the method keeps them.
+    ///
+    /// # Errors
+    /// If a row is not finite or not in range; holds those that were first, ascending, if they were searched for.
     pub fn tick<M: Integrator>(
         mut self,
         watch: Watch,
         mut last: Option<&mut [T]>,
         cache: Option<&mut GroupCache<T>>,
-    ) -> Outcome {
+    ) -> Result<(), Vec<usize>> {
         self.watch = watch;
         self.limits_after_kick = M::LIMITS_AFTER_KICK;
         self.sort_into_classes::<M>();
@@ -172,7 +166,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         if let Some(last) = &mut last {
             step_state.last_step = self.common_last_step(last);
         }
-        let keeps = M::STATE == MethodState::LastAcceleration && !self.looks_at_velocity();
+        let keeps = M::STATE == MethodState::LastAcceleration && !self.depends_on_velocity();
         let own = self.versions();
         let cache = cache.filter(|_| keeps);
         if let Some(cache) = &cache {
@@ -190,7 +184,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         self.outcome()
     }
 
-    fn outcome(self) -> Outcome {
+    fn outcome(self) -> Result<(), Vec<usize>> {
         let movable = self.coupling.movable;
         let Bounds { position, speed } = self.environment.terms.bounds;
         let within = |row: &Row<T>, bound: T| {
@@ -207,10 +201,10 @@ impl<'a, T: Real> GroupField<'a, T> {
             all &= holds(x, v, *w);
         }
         if all {
-            return Outcome::Finite;
+            return Ok(());
         }
         let broken = |row: &usize| !holds(&x[*row], &v[*row], w[*row]);
-        Outcome::Broken(match self.watch {
+        Err(match self.watch {
             Watch::On if self.found.is_empty() => (0..movable).filter(broken).collect(),
             _ => self.found,
         })
@@ -254,7 +248,7 @@ impl<T: Real> TickField for GroupField<'_, T> {
 
     fn before_tick(&mut self, x: Combination<T>, v: Combination<T>) -> (Combination<T>, Combination<T>) {
         let v = self.before_move(v);
-        self.write_down(v, v, &|record, _, v, _| record.begin(v));
+        self.record_change(v, v, &|record, _, v, _| record.begin(v));
         self.finish_if_changed(x, v);
         start()
     }
@@ -271,7 +265,7 @@ impl<T: Real> TickField for GroupField<'_, T> {
     }
 
     fn after_tick(&mut self, x: Combination<T>, v: Combination<T>) -> (Combination<T>, Combination<T>) {
-        self.write_down(v, v, &|record, _, v, _| record.end(v));
+        self.record_change(v, v, &|record, _, v, _| record.end(v));
         let decayed = self.after_move(v);
         let v = self.limited(decayed);
         self.finish_if_changed(x, v);
@@ -296,7 +290,12 @@ impl<T: Real> Field for GroupField<'_, T> {
     }
 
     fn depends_on_velocity(&self) -> bool {
-        self.looks_at_velocity()
+        let own =
+            |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
+        self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
+            || self.scratch.classes.iter().any(|class| class.rate != T::ZERO)
+            || self.environment.terms.laws.iter().any(|law| law.depends_on_velocity())
+            || self.rows.with_laws.iter().any(own)
     }
 
     fn kick(&mut self, v: Combination<T>, a: Combination<T>) -> Combination<T> {
@@ -311,19 +310,19 @@ impl<T: Real> Field for GroupField<'_, T> {
                 kept + gained
             }
         };
-        self.write_kick_down(v, a, kicked);
+        self.record_kick(v, a, kicked);
         kicked
     }
 
     fn before_move(&mut self, v: Combination<T>) -> Combination<T> {
-        let decayed = self.decay_before(v);
-        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
+        let decayed = self.decayed(v, |decay| decay.before_move);
+        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         self.limited(decayed)
     }
 
     fn after_move(&mut self, v: Combination<T>) -> Combination<T> {
-        let decayed = self.decay_after(v);
-        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
+        let decayed = self.decayed(v, |decay| decay.after_move);
+        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         decayed
     }
 
@@ -335,8 +334,8 @@ impl<T: Real> Field for GroupField<'_, T> {
     fn implicit_velocity(&mut self, x: Combination<T>, v: Combination<T>) -> Combination<T> {
         debug_assert!(x.slot() == Some(POSITION), "an implicit step begins where the step does");
         let solved = self.solve(v);
-        let h = self.length().to_f64();
-        self.write_down(v, solved, &|record, _, from, to| record.kick(h, from, to));
+        let h = self.step().to_f64();
+        self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved
     }
 }

@@ -3,7 +3,7 @@
 use bevy_ecs::entity::Entity;
 
 use super::coupling::vector;
-use super::field::{GroupEnvironment, GroupField, GroupRows, Outcome, Scratch, Watch};
+use super::field::{GroupEnvironment, GroupField, GroupRows, Scratch, Watch};
 use super::members::{ByRow, MemberOptions};
 use super::rows::{Row, row_of};
 use super::split::Part;
@@ -171,14 +171,14 @@ impl Rescue<'_, '_, '_, '_> {
                 let field =
                     GroupField::new(coupling, self.environment, rows, &options, &mut scratch, &mut own);
                 match field.tick::<M>(watch, last, None) {
-                    Outcome::Finite => {
+                    Ok(()) => {
                         statistics.add(&own);
                         if let (Some(all), Some(own)) = (&mut statistics.record, &own.record) {
                             all.take_over(&part.rows, own);
                         }
                         break;
                     }
-                    Outcome::Broken(first) if !first.is_empty() => {
+                    Err(first) if !first.is_empty() => {
                         let breach = |row: usize| {
                             let ([a, b, c, _], [d, e, f, _]) = (state.0[row], state.1[row]);
                             let breach = self.environment.terms.bounds.breach(&[a, b, c], &[d, e, f, w[row]]);
@@ -188,7 +188,7 @@ impl Rescue<'_, '_, '_, '_> {
                         let apart = coupling.apart(&first).into_iter();
                         return apart.map(|row| (part.rows[row], breach(row))).collect();
                     }
-                    Outcome::Broken(_) => {}
+                    Err(_) => {}
                 }
             }
         }

@@ -76,7 +76,7 @@ impl Suspects<'_, '_, '_> {
         if row >= coupling.movable || locks.is_some() {
             return None;
         }
-        if coupling.rows > 1 && self.attracts_by_no_number() {
+        if coupling.rows > 1 && self.attraction_is_invalid() {
             return cause((place::MUTUAL_GRAVITY, Fault::Found));
         }
         // Infinite damping is valid for some methods: it stops the body.
@@ -97,7 +97,7 @@ impl Suspects<'_, '_, '_> {
         let evidence = suspect
             .found()
             .or_else(|| self.environment.shared.found(exposure))
-            .or_else(|| self.attracts_by_no_number().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
+            .or_else(|| self.attraction_is_invalid().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
             .or_else(|| self.spring_at_fault(row, dead))
             .or_else(|| suspect.own_law(self.environment.terms.times.ends()))
             .or_else(|| self.environment.shared.law_at_fault(suspect.state()))
@@ -143,8 +143,8 @@ impl Suspects<'_, '_, '_> {
         elastic.stiffness * (length - elastic.rest_length) + elastic.damping * rate
     }
 
-    fn attracts_by_no_number(&self) -> bool {
-        self.group.coupling.attracts && self.environment.shared.attraction.is_some_and(is_no_attraction)
+    fn attraction_is_invalid(&self) -> bool {
+        self.group.coupling.attracts && self.environment.shared.attraction.is_some_and(is_invalid)
     }
 
     /// Whether mutual gravity pulls a row with a non-finite force.
@@ -159,6 +159,6 @@ impl Suspects<'_, '_, '_> {
     }
 }
 
-fn is_no_attraction(law: &MutualGravity) -> bool {
+fn is_invalid(law: &MutualGravity) -> bool {
     !law.constant.is_finite() || law.softening.is_nan()
 }

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::ArchetypeFilter;
 
-use super::field::{GroupEnvironment, GroupField, GroupRows, Outcome, Watch};
+use super::field::{GroupEnvironment, GroupField, GroupRows, Watch};
 use super::members::{ByRow, MemberOptions, Members};
 use super::rescue::Rescue;
 use super::rows::Row;
@@ -61,7 +61,7 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
         let holds = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
         let record = output.records.recorder(groups.list[number].coupling.rows);
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };
-        if holds && groups.tick::<M>(number, &environment, &options, &mut statistics) == Outcome::Finite {
+        if holds && groups.tick::<M>(number, &environment, &options, &mut statistics).is_ok() {
             output.evaluations.add(&statistics, &[], std::iter::empty());
             output.records.add(&groups.list[number].bodies, statistics.record);
         } else {
@@ -204,7 +204,7 @@ impl Groups {
         environment: &GroupEnvironment<'_, Scalar>,
         options: &MemberOptions,
         statistics: &mut StepStatistics,
-    ) -> Outcome {
+    ) -> Result<(), Vec<usize>> {
         let mut pushes = std::mem::take(&mut self.scratch.pushes);
         pushes.clear();
         pushes.extend(self.pushes_of(number).iter().map(|(_, row, force)| (*row, *force)));

@@ -236,7 +236,7 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
 
     fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
         let v = self.before_move(v);
-        self.write_down(v, v, &|record, _, v, _| record.begin(v));
+        self.record_change(v, v, &|record, _, v, _| record.begin(v));
         (x, v)
     }
 
@@ -251,7 +251,7 @@ impl<T: Real, const N: usize> TickField for BlockField<'_, T, Fallback, N, CALLS
     }
 
     fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
-        self.write_down(v, v, &|record, _, v, _| record.end(v));
+        self.record_change(v, v, &|record, _, v, _| record.end(v));
         let decayed = self.after_move(v);
         (x, self.limited(decayed))
     }

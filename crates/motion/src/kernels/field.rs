@@ -278,13 +278,13 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
     /// Applies and records speed limit and axis locks.
     pub fn limited(&mut self, v: Rows<T, S, N>) -> Rows<T, S, N> {
         let limited = self.restrain(v);
-        self.write_down(v, limited, &|record, _, from, to| record.limits.turn(from, to));
+        self.record_change(v, limited, &|record, _, from, to| record.limits.turn(from, to));
         limited
     }
 
     /// Records a change of velocities, if a ledger wants it. Only kernels with calls do.
     #[inline(always)]
-    pub fn write_down(&mut self, from: Rows<T, S, N>, to: Rows<T, S, N>, note: Note<'_>) {
+    pub fn record_change(&mut self, from: Rows<T, S, N>, to: Rows<T, S, N>, note: Note<'_>) {
         if PARTS & CALLS != 0
             && let Some(Calls { statistics, .. }) = &mut self.calls
             && let Some(record) = &mut statistics.record
@@ -295,7 +295,7 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
 
     /// Records a kick.
     #[inline(always)]
-    fn write_kick_down(&mut self, v: Rows<T, S, N>, a: Rows<T, S, N>, kicked: Rows<T, S, N>) {
+    fn record_kick(&mut self, v: Rows<T, S, N>, a: Rows<T, S, N>, kicked: Rows<T, S, N>) {
         if PARTS & CALLS == 0 {
             return;
         }
@@ -304,11 +304,11 @@ impl<'a, T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool>
         if self.decays(KEEP) {
             let q = h * (1.0 - keep.row()[0].to_f64()) / gain.to_f64();
             let a = a.rows();
-            self.write_down(v, kicked, &|record, k, from, to| {
+            self.record_change(v, kicked, &|record, k, from, to| {
                 record.damped_kick(h, q, vector(&a[k]), from, to);
             });
         } else {
-            self.write_down(v, kicked, &|record, _, from, to| record.kick(h, from, to));
+            self.record_change(v, kicked, &|record, _, from, to| record.kick(h, from, to));
         }
     }
 
@@ -388,21 +388,21 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
             kicked.0[k] = kept + a.0[k] * gain;
         });
         let kicked = if self.decays(KEEP | DRAG) { self.constants.snap(kicked) } else { kicked };
-        self.write_kick_down(v, a, kicked);
+        self.record_kick(v, a, kicked);
         kicked
     }
 
     #[inline(always)]
     fn before_move(&mut self, v: Self::Space) -> Self::Space {
         let decayed = if self.decays(BEFORE) { self.decay_before(v) } else { v };
-        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
+        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         if PARTS & CALLS == 0 { decayed } else { self.limited(decayed) }
     }
 
     #[inline(always)]
     fn after_move(&mut self, v: Self::Space) -> Self::Space {
         let decayed = if self.decays(AFTER) { self.decay_after(v) } else { v };
-        self.write_down(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
+        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         decayed
     }
 
@@ -420,7 +420,7 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
     fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
         let solved = newton_velocity(self, x, v);
         let h = self.constants.h.to_f64();
-        self.write_down(v, solved, &|record, _, from, to| record.kick(h, from, to));
+        self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved
     }
 }

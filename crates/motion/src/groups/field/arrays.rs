@@ -134,6 +134,7 @@ impl<T: Real> GroupField<'_, T> {
         Combination::of(slot)
     }
 
+    /// A velocity with the factors of damping that `factor` picks.
     pub(super) fn decayed(
         &mut self,
         v: Combination<T>,
@@ -146,14 +147,6 @@ impl<T: Real> GroupField<'_, T> {
             Some(class) if self.anchors_rest => self.times(v, factor(&class.decay)),
             _ => self.each_velocity(v, |class| factor(&class.decay)),
         }
-    }
-
-    pub(super) fn decay_before(&mut self, v: Combination<T>) -> Combination<T> {
-        self.decayed(v, |decay| decay.before_move)
-    }
-
-    pub(super) fn decay_after(&mut self, v: Combination<T>) -> Combination<T> {
-        self.decayed(v, |decay| decay.after_move)
     }
 
     /// Applies speed limits and axis locks.

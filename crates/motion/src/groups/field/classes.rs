@@ -5,7 +5,7 @@ use crate::kernels::BodyOptions;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::Segments;
 use crate::laws::{Affine, Law};
-use crate::methods::Integrator;
+use crate::methods::{Field as _, Integrator};
 use crate::real::{Real, RealVector as _};
 use crate::state::components::AxisLocks;
 
@@ -98,7 +98,7 @@ impl<T: Real> GroupField<'_, T> {
             let Decay { keep, before_move, after_move, .. } = class.decay;
             keep.is_some() || before_move.is_some() || after_move.is_some()
         };
-        self.looks_at_velocity() || self.scratch.classes.iter().any(multiplied)
+        self.depends_on_velocity() || self.scratch.classes.iter().any(multiplied)
     }
 
     pub(super) fn segments(&self) -> Segments {
@@ -106,15 +106,6 @@ impl<T: Real> GroupField<'_, T> {
         let discontinuities = terms.laws.iter().flat_map(|law| law.discontinuities());
         let own = self.rows.with_laws.iter().flat_map(|row| self.options.row(*row as usize).laws);
         terms.times.segments(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
-    }
-
-    pub(super) fn looks_at_velocity(&self) -> bool {
-        let own =
-            |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
-        self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
-            || self.scratch.classes.iter().any(|class| class.rate != T::ZERO)
-            || self.environment.terms.laws.iter().any(|law| law.depends_on_velocity())
-            || self.rows.with_laws.iter().any(own)
     }
 }
 

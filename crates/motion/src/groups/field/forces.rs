@@ -6,6 +6,7 @@ use crate::groups::combination::{APPLIED, Combination};
 use crate::groups::coupling::is_open;
 use crate::groups::rows::Row;
 use crate::laws::{EvaluationTime, Law};
+use crate::methods::Field as _;
 use crate::real::{Real, RealVector as _};
 
 impl<'a, T: Real> GroupField<'a, T> {
@@ -41,7 +42,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         let mut sum = std::mem::take(&mut self.scratch.slots[out]);
         let [mut stage_x, mut stage_v] = std::mem::take(&mut self.scratch.stage);
         let calls = self.calls();
-        let looks = calls || self.looks_at_velocity();
+        let looks = calls || self.depends_on_velocity();
         let mut state = Vec::new();
         {
             let x = match x.slot() {

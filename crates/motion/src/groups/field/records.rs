@@ -5,11 +5,12 @@ use super::classes::Class;
 use crate::groups::combination::Combination;
 use crate::groups::rows::RowArray;
 use crate::kernels::record::{Note, vector};
+use crate::methods::Field as _;
 use crate::real::Real;
 
 impl<T: Real> GroupField<'_, T> {
     /// Records a change of velocities, if a ledger wants it.
-    pub(super) fn write_down(&mut self, from: Combination<T>, to: Combination<T>, note: Note<'_>) {
+    pub(super) fn record_change(&mut self, from: Combination<T>, to: Combination<T>, note: Note<'_>) {
         if self.statistics.record.is_some() {
             let [from, to] = [from, to].map(|v| self.rows_of(&v));
             self.statistics.record.iter_mut().for_each(|record| record.note(&from, &to, note));
@@ -17,16 +18,16 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     /// Records a kick.
-    pub(super) fn write_kick_down(&mut self, v: Combination<T>, a: Combination<T>, kicked: Combination<T>) {
+    pub(super) fn record_kick(&mut self, v: Combination<T>, a: Combination<T>, kicked: Combination<T>) {
         if self.statistics.record.is_some() {
-            let h = self.length().to_f64();
+            let h = self.step().to_f64();
             let damped = |row| {
                 let Class { damping, decay, .. } = self.class(row);
                 damping.filter(|_| decay.keep.is_some()).map(|damping| damping.rate * h)
             };
-            let rates: Vec<_> = (0..self.rows()).map(damped).collect();
+            let rates: Vec<_> = (0..self.coupling.rows).map(damped).collect();
             let a = self.rows_of(&a);
-            self.write_down(v, kicked, &|record, row, from, to| match rates[row] {
+            self.record_change(v, kicked, &|record, row, from, to| match rates[row] {
                 Some(q) => record.damped_kick(h, q, vector(&a[row]), from, to),
                 None => record.kick(h, from, to),
             });
@@ -36,7 +37,7 @@ impl<T: Real> GroupField<'_, T> {
     /// Applies and records speed limits and axis locks.
     pub(super) fn limited(&mut self, v: Combination<T>) -> Combination<T> {
         let limited = self.restrain(v);
-        self.write_down(v, limited, &|record, _, from, to| record.limits.turn(from, to));
+        self.record_change(v, limited, &|record, _, from, to| record.limits.turn(from, to));
         limited
     }
 

@@ -22,16 +22,8 @@ pub(super) struct Workspace<T: Real> {
 }
 
 impl<T: Real> GroupField<'_, T> {
-    pub(super) const fn length(&self) -> T {
-        self.segment.length
-    }
-
     fn end(&self) -> EvaluationTime<T> {
         self.segment.evaluation_time(T::ONE)
-    }
-
-    pub(super) const fn rows(&self) -> usize {
-        self.coupling.rows
     }
 
     pub(super) fn class(&self, row: usize) -> &Class<T> {
@@ -75,7 +67,7 @@ impl<T: Real> GroupField<'_, T> {
 
     /// The velocity after an implicit step from the velocity `v`, as an array.
     pub(super) fn solve(&mut self, v: Combination<T>) -> Combination<T> {
-        let v = v + self.applied() * self.length();
+        let v = v + self.applied() * self.step();
         let (before, start) = (v, self.own_array(&v));
         let mut work = std::mem::take(&mut self.scratch.workspace);
         let mut v = std::mem::take(&mut self.scratch.slots[start]);
@@ -95,7 +87,7 @@ impl<T: Real> GroupField<'_, T> {
         work.right_side_of_step(self, &v);
         work.iterate(self, &mut v, gain.as_deref_mut());
         for _ in 0..self.environment.solver.newton_iterations {
-            let h = self.length();
+            let h = self.step();
             for (x, (start, v)) in work.x.iter_mut().zip(self.rows.x.iter().zip(v.iter())) {
                 (0..3).for_each(|axis| x[axis] = start[axis] + v[axis] * h);
             }
@@ -119,7 +111,7 @@ impl<T: Real> GroupField<'_, T> {
 
     /// Adds `g h` to the velocities of movable rows.
     fn kick_by_constants(&self, v: &mut [Row<T>]) {
-        let h = self.length();
+        let h = self.step();
         for (row, v) in v[..self.coupling.movable].iter_mut().enumerate() {
             if self.rows.w[row] > T::ZERO {
                 let class = self.class(row);
@@ -136,14 +128,14 @@ impl<T: Real> GroupField<'_, T> {
 
 impl<T: Real> Workspace<T> {
     fn fit(&mut self, field: &GroupField<'_, T>) {
-        self.gradients.fit(field.rows());
-        self.linear.fit(field.rows(), &field.rows.w[..field.coupling.movable]);
+        self.gradients.fit(field.coupling.rows);
+        self.linear.fit(field.coupling.rows, &field.rows.w[..field.coupling.movable]);
     }
 
     /// Linearizes all laws at the positions of this workspace and the velocities `v`.
     fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
         let Self { linear, x, .. } = self;
-        let step = (field.end(), field.length());
+        let step = (field.end(), field.step());
         linear.linearize(field.coupling, field.environment.shared.laws.drag, step, x, v);
         if field.calls() {
             linear.expect_laws();
@@ -162,7 +154,7 @@ impl<T: Real> Workspace<T> {
 
     /// `h W^½ (f - h K v)`, from the forces f at the start of the step.
     fn right_side_of_step(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>]) {
-        self.linear.add_moves_of_springs(field.length(), v);
+        self.linear.add_moves_of_springs(field.step(), v);
         self.gradients.q.fill([T::ZERO; 4]);
         let mut called = std::mem::take(&mut self.gradients.q);
         field.call_at_end(&self.x, v, &mut called);
@@ -198,7 +190,7 @@ impl<T: Real> Workspace<T> {
         called: &[Row<T>],
         change: impl Fn(usize, usize) -> T,
     ) {
-        let h = field.length();
+        let h = field.step();
         let (r, forces): (&mut [Row<T>], &[Row<T>]) = (&mut self.gradients.r, &self.linear.forces);
         for row in 0..field.coupling.movable {
             let (root, locks) = (self.linear.root[row], field.class(row).locks);
@@ -221,7 +213,7 @@ impl<T: Real> Workspace<T> {
             let Class { rate, locks, .. } = field.class(row);
             (*rate, if locked { *locks } else { None })
         };
-        let (h, sheets) = (field.length(), &field.coupling.sheets);
+        let (h, sheets) = (field.step(), &field.coupling.sheets);
         let Solved { iterations, converged, is_finite } =
             gradients
                 .solve(field.environment.solver, movable, |p, q| linear.multiply(h, sheets, row_terms, p, q));

@@ -46,23 +46,15 @@ impl<'w> LedgerTick<'w> {
 
     /// Damping rate of a body, 1/s, where damping is a law: the exact model in methods that do not damp inside a step.
     fn damping_rate(&self, body: &BodyTick<'_>) -> Scalar {
-        let damps_inside = with_method!(self.method_of(body), M => M::DAMPS_INSIDE);
+        let damps_inside = with_method!(body.method.unwrap_or(self.method), M => M::DAMPS_INSIDE);
         let damping = self.environment.damping.filter(|damping| damping.is_exact() && !damps_inside);
         damping.map_or(0.0, |damping| body.options.damping_rate.unwrap_or(damping.rate))
     }
 
-    fn times_of(&self, body: &BodyTick<'_>) -> TickTimes {
-        let times = self.environment.times;
-        body.born.map_or(times, |time| times.since(time))
-    }
-
-    fn method_of(&self, body: &BodyTick<'_>) -> Method {
-        body.method.unwrap_or(self.method)
-    }
-
     /// Adds the recorded tick of a body that forces move to `totals`; returns its path.
     pub fn add_body(&self, body: &BodyTick<'_>, record: &TickRecord, totals: &mut LedgerTotals) -> Path {
-        let times = self.times_of(body);
+        let times = self.environment.times;
+        let times = body.born.map_or(times, |time| times.since(time));
         let TickTimes { tick, .. } = times;
         let [start, end] = body.ends;
         let TickRecord { damping, limits, kicked, between } = record;
