@@ -4,6 +4,5 @@ mod measuring;
 mod oscillator;
 mod panel;
 mod precision;
-mod readme;
 mod references;
 mod timing;

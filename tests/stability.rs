@@ -2,7 +2,6 @@
 
 mod command;
 mod committed;
-mod readme;
 mod theory;
 
 use lab::stability::{Cell, Matrix};
@@ -10,8 +9,8 @@ use motion::Method;
 
 use crate::harness::root;
 
-/// The matrix in the repository; `scripts/readme-stability` makes it again.
-fn committed() -> Matrix {
+/// The matrix in the repository; `scripts/studies stability` makes it again.
+pub fn committed() -> Matrix {
     let text = std::fs::read_to_string(root().join("docs/stability/matrix.json")).unwrap();
     serde_json::from_str(&text).unwrap()
 }

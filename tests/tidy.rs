@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use motion::effects::Effect;
-use sandbox::{actions, methods};
 
 use crate::harness::{output, program, root};
 
@@ -314,19 +313,6 @@ fn one_version_of_glam_wgpu_and_winit() {
         let found = &versions[name];
         assert_eq!(found.len(), 1, "{name} is here in {found:?}");
         assert!(found[0].starts_with(version), "{name} is {}, stay on {version}", found[0]);
-    }
-}
-
-#[test]
-fn the_readme_has_the_tables_of_keys_and_methods_and_the_list_of_scenes() {
-    let readme = fs::read_to_string(root().join("README.md")).unwrap();
-    for table in [actions::markdown(), methods::markdown()] {
-        assert!(readme.contains(&table), "README.md should contain:\n{table}");
-    }
-    for shipped in scene::shipped() {
-        let description = shipped.load().unwrap().description;
-        let row = format!("| `{}` | {description} |", shipped.name);
-        assert!(readme.contains(&row), "README.md should contain the row:\n{row}");
     }
 }
 

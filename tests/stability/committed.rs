@@ -50,7 +50,11 @@ fn found(cases: Vec<Scene>, methods: &[Method], ticks: Option<u64>) -> Matrix {
 
 #[track_caller]
 fn assert_same(different: &[String]) {
-    assert!(different.is_empty(), "run scripts/readme-stability if that is meant:\n{}", different.join("\n"));
+    assert!(
+        different.is_empty(),
+        "run scripts/studies stability if that is meant:\n{}",
+        different.join("\n")
+    );
 }
 
 #[test]

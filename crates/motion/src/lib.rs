@@ -122,3 +122,8 @@ pub mod systems {
     };
     pub use crate::tick::quarantine::quarantine_bodies;
 }
+
+/// The examples of the README, as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -406,7 +406,7 @@ pub(crate) fn is_bound(word: &str, is_so: impl Fn(Action) -> bool) -> bool {
     key.and_then(|key| binding(&key)).is_some_and(|binding| is_so(binding.action))
 }
 
-/// The table in Markdown, as the README has it.
+/// The table in Markdown, as docs/keys.md has it.
 #[must_use]
 pub fn markdown() -> String {
     let mut table =

@@ -1,4 +1,4 @@
-//! Methods of integration in words: lists, panels, plans and the README take the claims through here.
+//! Methods of integration in words: lists, panels, plans and docs/methods.md take the claims through here.
 
 use motion::{Claims, METHODS, Method};
 use serde_json::{Value, json};
@@ -105,7 +105,7 @@ pub(crate) fn cost(claims: &Claims) -> String {
     format!("{evaluations} evaluation{plural} a step{more}")
 }
 
-/// The table in Markdown, as the README has it: all columns but the last, which is a sentence.
+/// The table in Markdown, as docs/methods.md has it: all columns but the last, which is a sentence.
 #[must_use]
 pub fn markdown() -> String {
     let columns = &COLUMNS[..COLUMNS.len() - 1];

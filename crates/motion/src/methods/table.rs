@@ -1,6 +1,6 @@
 //! The table of methods and what each claims: order, evaluations, stability, symplecticity, source.
 //!
-//! These claims are written nowhere else: `sandbox list methods`, the README, the panel and the tests read this table.
+//! These claims are written nowhere else: `sandbox list methods`, the documents, the panel and the tests read this table.
 
 use crate::units::Scalar;
 

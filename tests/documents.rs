@@ -1,0 +1,232 @@
+//! What the documents say: generated parts are what the program says, and what a reader types or follows exists.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use lab::cost::Report;
+use motion::effects::Effect;
+use motion::{Claims, METHODS};
+use sandbox::{actions, methods};
+use tempfile::TempDir;
+
+use crate::harness::{blesses, output, program, root, sandbox, stored};
+use crate::stability::committed;
+use crate::tidy::cargo_metadata;
+
+fn read(document: &str) -> String {
+    fs::read_to_string(root().join(document)).unwrap()
+}
+
+/// Every document with its path from the root.
+fn documents() -> Vec<(String, String)> {
+    let folder = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().file_name());
+    let names = folder.map(|name| format!("docs/{}", name.to_str().unwrap()));
+    let names = names.filter(|name| name.ends_with(".md"));
+    let names = names.chain(["README.md", "ARCHITECTURE.md"].map(str::to_owned));
+    names.map(|name| (name.clone(), read(&name))).collect()
+}
+
+/// Fails unless the part of a document between the marks of `name` is `text`; BLESS=1 writes it.
+#[track_caller]
+fn assert_part(document: &str, name: &str, text: &str) {
+    let page = read(document);
+    let (before, rest) = page.split_once(&format!("<!-- {name}: begin")).unwrap();
+    let (mark, rest) = rest.split_once("-->\n").unwrap();
+    let (_, after) = rest.split_once(&format!("<!-- {name}: end")).unwrap();
+    let page = format!("{before}<!-- {name}: begin{mark}-->\n{text}<!-- {name}: end{after}");
+    stored(&root().join(document), &page, blesses()).unwrap_or_else(|why| panic!("{why}"));
+}
+
+#[test]
+fn the_keys_are_those_of_the_program() {
+    assert_part("docs/keys.md", "keys", &actions::markdown());
+}
+
+#[test]
+fn the_methods_are_those_of_the_program() {
+    assert_part("docs/methods.md", "methods", &methods::markdown());
+}
+
+#[test]
+fn the_scenes_are_those_that_are_shipped() {
+    let row = |scene: &scene::ShippedScene| {
+        format!("| `{}` | {} |\n", scene.name, scene.load().unwrap().description)
+    };
+    let rows: String = scene::shipped().iter().map(row).collect();
+    assert_part("docs/scenes.md", "scenes", &format!("| scene | what it shows |\n| --- | --- |\n{rows}"));
+}
+
+#[test]
+fn the_matrix_is_the_committed_one_and_names_every_case() {
+    assert_part("docs/stability.md", "stability", &report::stability::markdown(&committed()));
+    let page = read("docs/stability.md");
+    for case in scene::cases() {
+        assert!(page.contains(case.name), "docs/stability.md should name {}", case.name);
+    }
+}
+
+#[test]
+fn the_costs_are_those_of_the_committed_report() {
+    let report: Report = serde_json::from_str(&read("docs/cost/report.json")).unwrap();
+    assert!(report.complete && report.command == "sandbox cost kepler --quick", "{}", report.command);
+    let [study] = &report.studies[..] else { panic!("one study") };
+    assert_part("docs/accuracy.md", "cost", &report::brief(study, &report.machine));
+    let everything = format!("## kepler\n\n{}", report::markdown(study, &report.machine));
+    assert_eq!(read("docs/cost/summary.md"), everything, "run scripts/studies cost");
+}
+
+#[test]
+fn the_readme_says_what_each_method_claims() {
+    let readme = read("README.md");
+    for Claims { title, position_order, evaluations, evaluations_with_velocity_laws: with_drag, .. } in
+        METHODS
+    {
+        let with_drag =
+            if with_drag == evaluations { String::new() } else { format!(", {with_drag} with drag") };
+        let row = format!("\n| {title} | {position_order} | {evaluations}{with_drag} | ");
+        assert!(readme.contains(&row), "README.md should contain the row{row}");
+    }
+}
+
+#[test]
+fn every_effect_is_explained() {
+    let page = read("docs/effects.md");
+    for effect in Effect::ALL {
+        assert!(page.contains(&format!("\n| `{effect}` | ")), "docs/effects.md lacks {effect}");
+    }
+}
+
+#[test]
+fn the_tour_has_five_scenes_and_five_keys() {
+    let readme = read("README.md");
+    let rows = readme.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` | **"));
+    let steps: Vec<_> = rows.map(|(name, rest)| (name, rest.split("**").next().unwrap())).collect();
+    assert_eq!(steps.len(), 5);
+    for (name, key) in steps {
+        assert!(scene::load(name).is_ok(), "there is no scene {name}");
+        let key = actions::key_of_word(key).unwrap();
+        assert!(actions::binding(&key).is_some(), "the key {key} does nothing");
+    }
+}
+
+/// The commands of each block of shell lines, without their comments.
+fn blocks(page: &str) -> Vec<Vec<&str>> {
+    fn commands(block: &str) -> Vec<&str> {
+        let lines = block.split("\n```").next().unwrap().lines();
+        let commands = lines.map(|line| line.split('#').next().unwrap().trim());
+        commands.filter(|line| !line.is_empty()).collect()
+    }
+    page.split("```sh\n").skip(1).map(commands).collect()
+}
+
+/// The arguments of the program in a line that starts it.
+fn arguments(line: &str) -> Option<&str> {
+    ["cargo run --release -- ", "scripts/run ", "sandbox "].iter().find_map(|start| line.strip_prefix(start))
+}
+
+#[test]
+fn every_command_is_one() {
+    for (document, page) in documents() {
+        for line in blocks(&page).into_iter().flatten() {
+            if let Some(arguments) = arguments(line) {
+                // The help comes once the arguments before it were understood.
+                let said = output(Command::new(program()).args(arguments.split_whitespace()).arg("--help"));
+                let error = String::from_utf8_lossy(&said.stderr);
+                assert!(said.status.success(), "{document}: {line}: {error}");
+                let words: Vec<_> = arguments.split_whitespace().collect();
+                let opened = match words[..] {
+                    ["list" | "cost" | "replay", ..] => None,
+                    ["run" | "plan" | "effects" | "ablate" | "recommend" | "stability", name, ..] => {
+                        Some(name)
+                    }
+                    _ => Some(words[0]),
+                };
+                // A reader's own files are not here.
+                let named = opened.filter(|name| !name.starts_with("--") && !name.contains('.'));
+                assert!(
+                    named.is_none_or(|name| scene::load(name).is_ok()),
+                    "{document}: {line}: no such scene"
+                );
+            } else if line.starts_with("scripts/") {
+                let script = root().join(line.split_whitespace().next().unwrap());
+                assert!(script.is_file(), "{document}: {line}: there is no such script");
+                let said = output(Command::new("bash").arg("-n").arg(&script));
+                assert!(said.status.success(), "{line}: {}", String::from_utf8_lossy(&said.stderr));
+            }
+        }
+    }
+}
+
+/// The binary that `cargo run` builds here if no flag names one; `None` where it would ask for a flag.
+fn binary_of_cargo_run() -> Option<String> {
+    let metadata = cargo_metadata(&["--no-deps"]);
+    let packages = metadata["packages"].as_array().unwrap();
+    let defaults: Vec<_> = packages.iter().filter_map(|package| package["default_run"].as_str()).collect();
+    let targets = packages.iter().flat_map(|package| package["targets"].as_array().unwrap());
+    let binaries = targets.filter(|target| target["kind"][0] == "bin");
+    let all: Vec<_> = binaries.filter_map(|target| target["name"].as_str()).collect();
+    match (&defaults[..], &all[..]) {
+        ([one], _) | ([], [one]) => Some((*one).to_owned()),
+        _ => None,
+    }
+}
+
+#[test]
+fn cargo_run_finds_the_program() {
+    assert_eq!(binary_of_cargo_run().as_deref(), Some("sandbox"));
+}
+
+#[test]
+#[cfg(unix)]
+fn the_first_command_of_each_block_of_the_readme_runs_as_it_is_typed() {
+    let mut run = 0;
+    for block in blocks(&read("README.md")) {
+        let Some(line) = block[0].strip_prefix("cargo run --release -- ") else { continue };
+        // The root of the repository, with room for what is written there.
+        let folder = TempDir::new().unwrap();
+        std::os::unix::fs::symlink(root().join("assets"), folder.path().join("assets")).unwrap();
+        let said = sandbox(folder.path(), line);
+        assert!(said.status.success(), "{line}: {}", String::from_utf8_lossy(&said.stderr));
+        run += 1;
+    }
+    assert!(run > 0, "the README runs nothing");
+}
+
+/// The name by which a link leads to a heading.
+fn anchor(heading: &str) -> String {
+    let kept =
+        heading.trim_start_matches('#').trim().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    kept.collect::<String>().to_lowercase().replace(' ', "-")
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    for (document, page) in documents() {
+        let folder = root().join(&document).parent().map(Path::to_owned).unwrap();
+        let prose = page.split("```").step_by(2);
+        let targets = prose.flat_map(|text| text.split("](").skip(1));
+        for target in targets.map(|rest| rest.split(')').next().unwrap()) {
+            if target.starts_with("https://") {
+                continue;
+            }
+            let (path, heading) = target.split_once('#').unwrap_or((target, ""));
+            let path = if path.is_empty() { root().join(&document) } else { folder.join(path) };
+            assert!(path.exists(), "{document}: {target} does not exist");
+            if !heading.is_empty() {
+                let text = fs::read_to_string(&path).unwrap();
+                let mut headings = text.lines().filter(|line| line.starts_with('#'));
+                assert!(
+                    headings.any(|line| anchor(line) == heading),
+                    "{document}: {target}: no such heading"
+                );
+            }
+            if path.extension().is_some_and(|extension| extension == "png") {
+                assert!(
+                    fs::read(&path).unwrap().starts_with(b"\x89PNG"),
+                    "{document}: {target} is no picture"
+                );
+            }
+        }
+    }
+}
