@@ -83,7 +83,7 @@ fn maps_show_where_the_closed_forms_say_that_it_grows() {
                 .iter()
                 .all(|method| *method == Method::ImplicitEuler || seen(*method, LongRun::Grows))
         );
-        let svg = map.svg();
+        let svg = report::stability::picture(&map).document();
         assert!(svg.starts_with("<svg") && svg.contains("Runge-Kutta 4"), "{}", svg.len());
     }
 }

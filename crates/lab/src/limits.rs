@@ -7,7 +7,7 @@ mod theory;
 
 use motion::{DampingModel, Method};
 
-pub use maps::{LongRun, Map, damping_map, stiffness_map};
+pub use maps::{LongRun, Map, Panel, damping_map, stiffness_map};
 pub use nets::{Net, Stepped};
 pub use oscillator::{Damped, Oscillator};
 pub use theory::oscillator_limit;

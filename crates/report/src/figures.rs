@@ -9,9 +9,8 @@ use motion::Method;
 
 pub(crate) use precision::shown as precision_methods;
 
-use super::axis::Axis;
-use super::chart::Drawing;
-use super::numbers::{duration, length, number, power_of_ten, share};
+use super::chart::{Axis, Drawing};
+use super::numbers::{duration, length, number, power, share};
 use super::reading::{methods, ran};
 use crate::palette::ink;
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
@@ -161,20 +160,6 @@ fn error_axis<'a>(
             let label = |value| format!("{}/s", length(value, 1));
             Axis::logarithmic("error of velocities", errors.into_iter(), label).with_room(room)
         }
-    }
-}
-
-/// A mark of an axis without unit: a power of ten, or a digit times one.
-fn power(value: f64) -> String {
-    #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64")]
-    let exponent = value.log10().floor() as i32;
-    let digit = (value / 10f64.powi(exponent)).round();
-    if (-2..=3).contains(&exponent) {
-        number(value, 1)
-    } else if digit > 1.0 {
-        format!("{digit}·{}", power_of_ten(exponent))
-    } else {
-        power_of_ten(exponent)
     }
 }
 

@@ -4,15 +4,12 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
-mod axis;
 mod chart;
 mod choice;
 mod figures;
-mod marks;
 mod numbers;
 mod page;
 mod palette;
-mod picture;
 mod ranking;
 mod reading;
 pub mod stability;
@@ -20,9 +17,9 @@ mod summary;
 mod tables;
 mod words;
 
+use chart::Drawing;
 use figures::{Figure, figures};
 use lab::cost::{Report, Study};
-use picture::Fonts;
 
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use summary::{brief, markdown};
@@ -42,9 +39,8 @@ pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
         ("rates.csv", tables::rates_csv),
     ];
     let texts = texts.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
-    let figures = drawn(report).map(|(name, svg)| (format!("{name}.svg"), svg.into_bytes()));
-    let fonts = Fonts::new();
-    let pictures = drawn(report).map(move |(name, svg)| (format!("{name}.png"), fonts.png(&svg)));
+    let figures = drawn(report).map(|(name, figure)| (format!("{name}.svg"), figure.document().into_bytes()));
+    let pictures = drawn(report).map(|(name, figure)| (format!("{name}.png"), figure.png()));
     texts.chain(figures).chain(pictures)
 }
 
@@ -60,10 +56,10 @@ fn summary(report: &Report) -> String {
     report.studies.iter().map(part).collect::<Vec<_>>().join("\n")
 }
 
-/// Figures as SVG documents, by their names without an ending.
-fn drawn(report: &Report) -> impl Iterator<Item = (String, String)> {
+/// Figures by their names without an ending.
+fn drawn(report: &Report) -> impl Iterator<Item = (String, Drawing)> {
     report.studies.iter().zip(slugs(&report.studies)).flat_map(|(study, slug)| {
-        let named = move |figure: Figure| (format!("{slug}-{}", figure.name), figure.drawing.document());
+        let named = move |figure: Figure| (format!("{slug}-{}", figure.name), figure.drawing);
         figures(study).into_iter().map(named)
     })
 }

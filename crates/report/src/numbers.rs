@@ -91,7 +91,7 @@ pub(crate) fn fold(factor: f64) -> String {
 }
 
 /// A power of ten with its exponent raised.
-pub(crate) fn power_of_ten(exponent: i32) -> String {
+fn power_of_ten(exponent: i32) -> String {
     if exponent == 0 {
         return "1".to_owned();
     }
@@ -104,6 +104,20 @@ pub(crate) fn power_of_ten(exponent: i32) -> String {
         _ => c,
     };
     format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
+}
+
+/// A power of ten, or a digit times one, where a plain number would be long.
+pub(crate) fn power(value: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64")]
+    let exponent = value.log10().floor() as i32;
+    let digit = (value / 10f64.powi(exponent)).round();
+    if (-2..=3).contains(&exponent) {
+        number(value, 1)
+    } else if digit > 1.0 {
+        format!("{digit}·{}", power_of_ten(exponent))
+    } else {
+        power_of_ten(exponent)
+    }
 }
 
 /// Several things in a sentence.

@@ -5,11 +5,11 @@ mod parts;
 pub(crate) use parts::table;
 use parts::{details, duel, failures, machine, notes, precision_table, rates, times, words};
 
-use super::chart::escaped;
+use super::chart::{dark_rules, escaped};
 use super::figures::{ACCURACIES, Figure, Kind, accuracy_name, cost_name, costs, figures};
+use super::numbers;
 use super::slugs;
 use super::words::{Topic, headline};
-use super::{marks, numbers};
 use lab::cost::{Accuracy, Cost, Report, Study};
 
 pub(crate) const STYLE: &str = include_str!("page.css");
@@ -34,7 +34,7 @@ pub(crate) fn page(report: &Report) -> String {
          <style>\n{STYLE}@media (prefers-color-scheme: dark) {{\n{}}}\n{}</style>\n</head>\n<body>\n<header>\n\
          <h1>{title}</h1>\n<p class=\"lead\">Every method of integration at a ladder of steps: how far it is from the \
          truth, and what it costs.</p>\n{incomplete}{}</header>\n<main>\n{sections}</main>\n{}</body>\n</html>\n",
-        marks::dark_rules(),
+        dark_rules(),
         selector_rules(),
         contents(report, &slugs),
         machine(report),

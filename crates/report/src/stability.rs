@@ -2,12 +2,14 @@
 
 mod heat_map;
 mod limits;
+mod maps;
 mod page;
 mod tables;
 
 use lab::stability::Matrix;
 
 pub use limits::{limits_csv, sections};
+pub use maps::picture;
 pub use page::Section;
 pub use tables::{csv, markdown, table};
 

@@ -1,10 +1,6 @@
 //! Maps of what a step does to an oscillator: one panel a method.
 
-use std::error::Error;
-
 use motion::Method;
-use plotters::coord::Shift;
-use plotters::prelude::*;
 
 use super::oscillator::{Damped, Eigenvalues, Oscillator, eigenvalues};
 use super::theory::oscillator_limit;
@@ -58,17 +54,6 @@ impl LongRun {
             Self::Creeps => "comes to rest without a swing",
             Self::Flips => "comes to rest, flipping at every step",
             Self::Grows => "grows",
-        }
-    }
-
-    /// Colors of Okabe and Ito (2008, Color Universal Design), the ones that grow darkest.
-    const fn color(self) -> RGBColor {
-        match self {
-            Self::Keeps => RGBColor(0xd6, 0xea, 0xf8),
-            Self::Decays => RGBColor(86, 180, 233),
-            Self::Creeps => RGBColor(0, 158, 115),
-            Self::Flips => RGBColor(240, 228, 66),
-            Self::Grows => RGBColor(176, 58, 0),
         }
     }
 }
@@ -150,104 +135,6 @@ pub fn damping_map(side: u32) -> Map {
         panels: Method::ALL.map(panel).to_vec(),
         places,
     }
-}
-
-/// Size of the picture, and of what stands above and below the panels.
-const SIZE: (u32, u32) = (1100, 1080);
-const TITLE: u32 = 44;
-const LEGEND: u32 = 40;
-
-const GRAY: RGBColor = RGBColor(0x5f, 0x68, 0x72);
-
-impl Map {
-    /// As an SVG document; empty if it could not be drawn, which drawing into a string always can.
-    #[must_use]
-    pub fn svg(&self) -> String {
-        let mut svg = String::new();
-        match self.draw(&mut svg) {
-            Ok(()) => svg,
-            Err(_) => String::new(),
-        }
-    }
-
-    fn draw(&self, svg: &mut String) -> Result<(), Box<dyn Error>> {
-        let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-        area.fill(&WHITE)?;
-        let (title, rest) = area.split_vertically(TITLE);
-        title.draw(&Text::new(self.title.clone(), (16, 14), ("sans-serif", 22).into_font()))?;
-        let (panels, legend) = rest.split_vertically(SIZE.1 - TITLE - LEGEND);
-        for (panel, area) in self.panels.iter().zip(panels.split_evenly((3, 3))) {
-            self.draw_panel(panel, &area)?;
-        }
-        for (left, class) in [16, 130, 310, 560, 860].into_iter().zip(LongRun::ALL) {
-            legend.draw(&Rectangle::new([(left, 10), (left + 16, 26)], class.color().filled()))?;
-            legend.draw(&Text::new(
-                class.name(),
-                (left + 22, 13),
-                ("sans-serif", 13).into_font().color(&GRAY),
-            ))?;
-        }
-        area.present()?;
-        Ok(())
-    }
-
-    fn draw_panel(
-        &self,
-        panel: &Panel,
-        area: &DrawingArea<SVGBackend<'_>, Shift>,
-    ) -> Result<(), Box<dyn Error>> {
-        let [(x, wide), (y, high)] = self.places.each_ref().map(|places| edges(places));
-        let font = |size: i32| ("sans-serif", size).into_font().color(&GRAY);
-        let mut chart = ChartBuilder::on(area)
-            .margin(8)
-            .caption(panel.method.claims().title, ("sans-serif", 15))
-            .x_label_area_size(36)
-            .y_label_area_size(54)
-            .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?;
-        let cells = panel.classes.chunks(self.places[0].len()).zip(&self.places[1]);
-        for (row, middle) in cells {
-            let mut start = 0;
-            for run in row.chunk_by(|a, b| a == b) {
-                let end = start + run.len();
-                let from = self.places[0][start] / wide;
-                let to = self.places[0][end - 1] * wide;
-                let cell = [(from, middle / high), (to, middle * high)];
-                chart.draw_series([Rectangle::new(cell, run[0].color().filled())])?;
-                start = end;
-            }
-        }
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_labels(5)
-            .y_labels(5)
-            .x_desc(self.axes[0].clone())
-            .y_desc(self.axes[1].clone())
-            .label_style(font(12))
-            .axis_desc_style(font(12))
-            .x_label_formatter(&|value| power(*value))
-            .y_label_formatter(&|value| power(*value))
-            .draw()?;
-        chart.draw_series([PathElement::new(panel.theory.clone(), BLACK.stroke_width(2))])?;
-        Ok(())
-    }
-}
-
-/// Ends of an axis, and the ratio of a cell's edge to its middle.
-fn edges(places: &[f64]) -> ((f64, f64), f64) {
-    match places {
-        [first, second, .., last] => {
-            let half = (second / first).sqrt();
-            ((first / half, last * half), half)
-        }
-        _ => ((0.1, 1.0), 1.0),
-    }
-}
-
-/// A mark of a logarithmic axis.
-fn power(value: f64) -> String {
-    let exponent = value.log10().round();
-    if (0.01..=100.0).contains(&value) { format!("{value}") } else { format!("1e{exponent}") }
 }
 
 #[cfg(test)]

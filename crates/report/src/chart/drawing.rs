@@ -1,68 +1,243 @@
-//! Axes, and the finished figure as a document or a part of a page.
+//! A drawing: shapes and words, as SVG or as a picture.
 
-use plotters::prelude::*;
+use std::fmt::Write;
 
-use super::{BOTTOM, LEFT, LEGEND, TOP, WIDTH, escaped};
-use crate::axis::Axis;
+/// Red, green and blue as displayed (sRGB).
+pub(crate) type Rgb = [u8; 3];
 
-/// Grid, axes and marks of both. Drawing into a string does not fail; if it did, the figure would have no frame.
-pub(super) fn axes(x: &Axis, y: &Axis, height: u32) -> String {
-    let mut svg = String::new();
-    let drawn = draw_axes(&mut svg, x, y, height);
-    let inner = svg.split_once('>').and_then(|(_, rest)| rest.rsplit_once("</svg>")).map(|(inner, _)| inner);
-    match (drawn, inner) {
-        (Ok(()), Some(inner)) => inner.to_owned(),
-        _ => String::new(),
+/// Width of every figure, pixels.
+pub(crate) const WIDTH: u32 = 1100;
+pub(crate) const INK: Rgb = [0x1c, 0x21, 0x27];
+pub(crate) const SOFT: Rgb = [0x5f, 0x68, 0x72];
+pub(crate) const PAPER: Rgb = [0xff, 0xff, 0xff];
+
+/// Where words stand relative to their place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+impl Anchor {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Middle => "middle",
+            Self::End => "end",
+        }
     }
 }
 
-fn draw_axes(svg: &mut String, x: &Axis, y: &Axis, height: u32) -> Result<(), Box<dyn std::error::Error>> {
-    let area = SVGBackend::with_string(svg, (WIDTH, height)).into_drawing_area();
-    let mut chart = ChartBuilder::on(&area)
-        .margin_top(TOP)
-        .margin_right(LEGEND)
-        .x_label_area_size(BOTTOM)
-        .y_label_area_size(LEFT)
-        .build_cartesian_2d(x.clone(), y.clone())
-        .map_err(|error| error.to_string())?;
-    let text = |size: i32| ("sans-serif", size).into_font().color(&RGBColor(0x5f, 0x68, 0x72));
-    chart
-        .configure_mesh()
-        .light_line_style(RGBColor(0xf1, 0xf3, 0xf5))
-        .bold_line_style(RGBColor(0xdd, 0xe1, 0xe6))
-        .axis_style(RGBColor(0x8c, 0x95, 0x9f))
-        .label_style(text(16))
-        .draw()
-        .map_err(|error| error.to_string())?;
-    area.present().map_err(|error| error.to_string())?;
-    Ok(())
+/// What a shape is.
+#[derive(Clone, Debug)]
+pub(crate) enum Outline {
+    /// The path, in the language of SVG.
+    Path(String),
+    /// Words of a size in pixels.
+    Words { text: String, size: f64, anchor: Anchor, upward: bool },
 }
 
-/// A figure that was drawn.
-pub(crate) struct Drawing {
-    pub(super) inner: String,
-    pub(super) height: u32,
-    pub(super) title: String,
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stroke {
+    pub color: Rgb,
+    pub width: f64,
+    /// Lengths of dashes and gaps; empty for a whole line.
+    pub dash: &'static [f64],
+    /// 1 covers what is below.
+    pub opacity: f32,
+}
+
+impl Stroke {
+    pub(crate) const fn new(color: Rgb, width: f64) -> Self {
+        Self { color, width, dash: &[], opacity: 1.0 }
+    }
+
+    pub(crate) const fn dashed(self, dash: &'static [f64]) -> Self {
+        Self { dash, ..self }
+    }
+}
+
+/// A shape of a drawing.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    pub outline: Outline,
+    /// Its place, pixels.
+    pub at: (f64, f64),
+    /// What a page knows it by, to change its colors.
+    pub class: String,
+    pub fill: Option<Rgb>,
+    pub stroke: Option<Stroke>,
+    /// What shows under the pointer.
+    pub tip: String,
+}
+
+impl Shape {
+    const fn new(outline: Outline) -> Self {
+        Self { outline, at: (0.0, 0.0), class: String::new(), fill: None, stroke: None, tip: String::new() }
+    }
+
+    pub(crate) fn path(path: impl Into<String>) -> Self {
+        Self::new(Outline::Path(path.into()))
+    }
+
+    /// A line through points.
+    pub(crate) fn line(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let mut path = String::new();
+        for (x, y) in points {
+            // Writing to a string cannot fail.
+            let _ = write!(path, "{}{x:.1},{y:.1}", if path.is_empty() { 'M' } else { 'L' });
+        }
+        Self::path(path)
+    }
+
+    /// Rectangles by their left, top, width and height.
+    pub(crate) fn rectangles(boxes: impl IntoIterator<Item = [f64; 4]>) -> Self {
+        let path =
+            |[x, y, width, height]: [f64; 4]| format!("M{x:.1},{y:.1}h{width:.1}v{height:.1}h{:.1}Z", -width);
+        Self::path(boxes.into_iter().map(path).collect::<String>())
+    }
+
+    /// Words in ink.
+    pub(crate) fn words(text: impl Into<String>) -> Self {
+        let text = text.into();
+        let words = Outline::Words { text, size: 13.0, anchor: Anchor::Start, upward: false };
+        Self::new(words).fill(INK).class("ink")
+    }
+
+    /// Less important words.
+    pub(crate) fn soft_words(text: impl Into<String>) -> Self {
+        Self::words(text).fill(SOFT).class("soft")
+    }
+
+    pub(crate) const fn at(mut self, x: f64, y: f64) -> Self {
+        self.at = (x, y);
+        self
+    }
+
+    pub(crate) fn class(mut self, class: impl Into<String>) -> Self {
+        self.class = class.into();
+        self
+    }
+
+    pub(crate) const fn fill(mut self, color: Rgb) -> Self {
+        self.fill = Some(color);
+        self
+    }
+
+    pub(crate) const fn stroke(mut self, stroke: Stroke) -> Self {
+        self.stroke = Some(stroke);
+        self
+    }
+
+    pub(crate) fn tip(mut self, words: &str) -> Self {
+        words.clone_into(&mut self.tip);
+        self
+    }
+
+    pub(crate) const fn anchored(mut self, to: Anchor) -> Self {
+        if let Outline::Words { anchor, .. } = &mut self.outline {
+            *anchor = to;
+        }
+        self
+    }
+
+    pub(crate) const fn sized(mut self, pixels: f64) -> Self {
+        if let Outline::Words { size, .. } = &mut self.outline {
+            *size = pixels;
+        }
+        self
+    }
+
+    pub(crate) const fn upward(mut self) -> Self {
+        if let Outline::Words { upward, .. } = &mut self.outline {
+            *upward = true;
+        }
+        self
+    }
+
+    fn svg(&self) -> String {
+        let mut style = String::new();
+        if !self.class.is_empty() {
+            style += &format!(" class=\"{}\"", self.class);
+        }
+        style += &format!(" fill=\"{}\"", self.fill.map_or("none".to_owned(), hex));
+        if let Some(Stroke { color, width, dash, opacity }) = self.stroke {
+            style += &format!(" stroke=\"{}\" stroke-width=\"{width}\"", hex(color));
+            if !dash.is_empty() {
+                let dash: Vec<_> = dash.iter().map(f64::to_string).collect();
+                style += &format!(" stroke-dasharray=\"{}\"", dash.join(" "));
+            }
+            if opacity < 1.0 {
+                style += &format!(" stroke-opacity=\"{opacity}\"");
+            }
+        }
+        let (x, y) = self.at;
+        let tip = if self.tip.is_empty() {
+            String::new()
+        } else {
+            format!("<title>{}</title>", escaped(&self.tip))
+        };
+        match &self.outline {
+            Outline::Path(path) => {
+                let place = if self.at == (0.0, 0.0) {
+                    String::new()
+                } else {
+                    format!(" transform=\"translate({x:.1},{y:.1})\"")
+                };
+                format!("<path{style} d=\"{path}\"{place}>{tip}</path>\n")
+            }
+            Outline::Words { text, size, anchor, upward } => {
+                let place = if *upward {
+                    format!("transform=\"translate({x:.1},{y:.1}) rotate(-90)\"")
+                } else {
+                    format!("x=\"{x:.1}\" y=\"{y:.1}\"")
+                };
+                format!(
+                    "<text{style} {place} font-size=\"{size}\" text-anchor=\"{}\" pointer-events=\"none\">{}</text>\n",
+                    anchor.name(),
+                    escaped(text)
+                )
+            }
+        }
+    }
+}
+
+/// As CSS has it.
+pub(crate) fn hex([r, g, b]: Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// Text as it may stand between tags and in attributes.
+pub(crate) fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            // No XML document may hold these.
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push(' '),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// Shapes on paper, the later ones above, with a title.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    pub(crate) title: String,
+    pub(crate) height: u32,
+    pub(crate) shapes: Vec<Shape>,
 }
 
 impl Drawing {
-    /// Elements of SVG, in a picture of the width of all figures and so many pixels high.
-    pub(crate) const fn new(inner: String, height: u32, title: String) -> Self {
-        Self { inner, height, title }
-    }
-
-    fn tag(&self, more: &str) -> String {
-        format!(
-            "<svg {more}viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" \
-             font-family=\"Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif\" font-size=\"13\">\n{}</svg>\n",
-            self.height,
-            escaped(&self.title),
-            self.inner
-        )
-    }
-
-    /// A document of its own.
-    pub(crate) fn document(&self) -> String {
+    /// An SVG document of its own.
+    #[must_use]
+    pub fn document(&self) -> String {
         self.tag(&format!(
             "xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{}\" ",
             self.height
@@ -72,5 +247,17 @@ impl Drawing {
     /// A part of a page.
     pub(crate) fn inline(&self) -> String {
         self.tag("")
+    }
+
+    fn tag(&self, more: &str) -> String {
+        let shapes: String = self.shapes.iter().map(Shape::svg).collect();
+        format!(
+            "<svg {more}viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" stroke-linejoin=\"round\" \
+             font-family=\"Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif\">\n\
+             <rect class=\"paper\" width=\"100%\" height=\"100%\" fill=\"{}\"/>\n{shapes}</svg>\n",
+            self.height,
+            escaped(&self.title),
+            hex(PAPER),
+        )
     }
 }

@@ -1,11 +1,8 @@
 //! Error against cost: the lower left is best.
 
-use super::{
-    Figure, Kind, accuracy_name, cost_name, curves, error_axis, plotted, power, short, tooltip, unbroken,
-};
-use crate::axis::Axis;
-use crate::chart::Chart;
-use crate::numbers::{duration, fold, number, share};
+use super::{Figure, Kind, accuracy_name, cost_name, curves, error_axis, plotted, short, tooltip, unbroken};
+use crate::chart::{Axis, Chart};
+use crate::numbers::{duration, fold, number, power, share};
 use crate::reading::{place, ran};
 use crate::words;
 use lab::cost::{Accuracy, Cost, Precision, Study};

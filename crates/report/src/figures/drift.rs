@@ -1,9 +1,8 @@
 //! Energy that methods invent or lose, over time.
 
-use super::{Figure, Kind, power};
-use crate::axis::Axis;
-use crate::chart::Chart;
-use crate::numbers::{number, share};
+use super::{Figure, Kind};
+use crate::chart::{Axis, Chart};
+use crate::numbers::{number, power, share};
 use crate::reading::{Growth, growth};
 use lab::cost::{Drift, Study};
 
@@ -32,7 +31,7 @@ pub(super) fn figure(study: &Study, long: bool) -> Option<Figure> {
             chart.failure(method, line.last().map_or(0.0, |(time, _)| *time), &words);
         }
         chart.legend_method(method, &name);
-        chart.legend_detail(&fate(drift));
+        chart.legend_note(&fate(drift));
     }
     let name = if long { "energy-long" } else { "energy-short" };
     Some(Figure { name: name.to_owned(), kind: Kind::Drift(long), drawing: chart.finish() })

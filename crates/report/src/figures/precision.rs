@@ -3,8 +3,7 @@
 use motion::Method;
 
 use super::{Figure, Kind, error_axis, error_words, in_sight, unbroken};
-use crate::axis::Axis;
-use crate::chart::Chart;
+use crate::chart::{Axis, Chart};
 use crate::numbers::number;
 use crate::reading::{methods, ran};
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};

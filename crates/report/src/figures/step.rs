@@ -3,8 +3,7 @@
 use super::{
     Figure, Kind, accuracy_name, curves, error_axis, error_words, in_sight, plotted, tooltip, unbroken,
 };
-use crate::axis::Axis;
-use crate::chart::Chart;
+use crate::chart::{Axis, Chart};
 use crate::numbers::duration;
 use lab::cost::{Accuracy, Cost, Precision, Study};
 

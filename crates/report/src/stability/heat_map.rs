@@ -1,46 +1,44 @@
-//! The matrix as a picture: a colored field a cell, with its class as a word and its number.
+//! The matrix as a picture: a colored field per cell, with its class as a word and its number.
 
-use crate::chart::{Drawing, WIDTH, escaped};
-use crate::palette::ink;
 use lab::stability::{Cell, Class, Matrix, Row};
 
 use super::tables::{digits, methods};
+use crate::chart::{Anchor, Drawing, Rgb, Shape, WIDTH};
+use crate::palette::ink;
 
 /// Room of the names of rows, pixels.
-const LEFT: u32 = 268;
+const LEFT: f64 = 268.0;
 /// Of the names of methods.
-const TOP: u32 = 70;
+const TOP: f64 = 70.0;
 /// Height of a row, and the gap between the rows of two cases.
-const ROW: u32 = 34;
-const GAP: u32 = 8;
-/// What text stands on in a field; fields keep their colors on dark pages.
-const INK: &str = "#1c2127";
+const ROW: f64 = 34.0;
+const GAP: f64 = 8.0;
 
 /// The field of a class: light enough for dark text, of its own lightness for those who do not see colors.
-const fn fill(class: Class) -> &'static str {
+const fn fill(class: Class) -> Rgb {
     match class {
-        Class::Exact => "#7cc4a0",
-        Class::Bounded => "#cdebd3",
-        Class::Drifts => "#f7e6a4",
-        Class::Decays => "#f0bd7c",
-        Class::Explodes => "#e0897b",
-        Class::Refused => "#c8ccd2",
+        Class::Exact => [0x7c, 0xc4, 0xa0],
+        Class::Bounded => [0xcd, 0xeb, 0xd3],
+        Class::Drifts => [0xf7, 0xe6, 0xa4],
+        Class::Decays => [0xf0, 0xbd, 0x7c],
+        Class::Explodes => [0xe0, 0x89, 0x7b],
+        Class::Refused => [0xc8, 0xcc, 0xd2],
     }
 }
 
 /// The picture of `matrix`.
 pub(super) fn drawing(matrix: &Matrix) -> Drawing {
     let methods = methods(matrix);
-    let columns = u32::try_from(methods.len()).unwrap_or(u32::MAX).max(1);
-    let width = (WIDTH - LEFT - 10) / columns.max(6);
-    let mut svg = legend();
-    for (x, method) in (0..).map(|i| LEFT + i * width).zip(&methods) {
-        svg += &format!(
-            "<text class=\"ink\" x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-weight=\"600\" font-size=\"12\" fill=\"{INK}\">{}</text>\n",
-            x + width / 2,
-            TOP - 10,
-            ink(*method).short
-        );
+    #[expect(clippy::cast_precision_loss, reason = "nine methods")]
+    let width = ((f64::from(WIDTH) - LEFT - 10.0) / methods.len().max(6) as f64).floor();
+    let columns = || std::iter::successors(Some(LEFT), |x| Some(x + width)).zip(&methods);
+    let mut shapes = Vec::new();
+    for (x, class) in std::iter::successors(Some(10.0), |x| Some(x + 130.0)).zip(Class::ALL) {
+        shapes.push(Shape::rectangles([[x, 8.0, 22.0, 16.0]]).fill(fill(class)));
+        shapes.push(Shape::words(class.name()).at(x + 30.0, 21.0));
+    }
+    for (x, method) in columns() {
+        shapes.push(middle(ink(*method).short).class("ink").sized(12.0).at(x + 0.5 * width, TOP - 10.0));
     }
     let mut y = TOP;
     let mut last = None;
@@ -49,54 +47,25 @@ pub(super) fn drawing(matrix: &Matrix) -> Drawing {
             y += GAP;
         }
         last = Some(&row.case);
-        svg += &format!(
-            "<text class=\"ink\" x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"{INK}\">{}</text>\n",
-            LEFT - 10,
-            y + ROW / 2 + 5,
-            escaped(&row.title())
-        );
-        for (x, method) in (0..).map(|i| LEFT + i * width).zip(&methods) {
+        shapes.push(Shape::words(row.title()).anchored(Anchor::End).at(LEFT - 10.0, y + 0.5 * ROW + 5.0));
+        for (x, method) in columns() {
             if let Some(cell) = row.cell(*method) {
-                svg += &field(row, cell, (x, y, width));
+                let field = Shape::rectangles([[x + 1.0, y + 1.0, width - 2.0, ROW - 2.0]]);
+                shapes.push(field.fill(fill(cell.class)).tip(&told(row, cell)));
+                shapes.push(middle(cell.class.name()).at(x + 0.5 * width, y + 15.0));
+                shapes.push(middle(&digits(cell)).sized(11.0).at(x + 0.5 * width, y + 28.0));
             }
         }
         y += ROW;
     }
-    Drawing::new(svg, y + 10, "What survives what: methods by hard cases".to_owned())
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a height in pixels")]
+    let height = y as u32 + 10;
+    Drawing { title: "What survives what: methods by hard cases".to_owned(), height, shapes }
 }
 
-/// The classes and their fields, in a line.
-fn legend() -> String {
-    let item = |(i, class): (u32, Class)| {
-        let x = 10 + i * 130;
-        format!(
-            "<rect x=\"{x}\" y=\"8\" width=\"22\" height=\"16\" rx=\"3\" fill=\"{}\"/>\
-             <text class=\"ink\" x=\"{}\" y=\"21\" fill=\"{INK}\">{}</text>\n",
-            fill(class),
-            x + 30,
-            class.name()
-        )
-    };
-    (0..).zip(Class::ALL).map(item).collect()
-}
-
-fn field(row: &Row, cell: &Cell, (x, y, width): (u32, u32, u32)) -> String {
-    let middle = x + width / 2;
-    format!(
-        "<g><title>{}</title><rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"4\" fill=\"{}\"/>\
-         <text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\" font-weight=\"600\" fill=\"{INK}\">{}</text>\
-         <text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\" font-size=\"11\" fill=\"{INK}\">{}</text></g>\n",
-        escaped(&told(row, cell)),
-        x + 1,
-        y + 1,
-        width - 2,
-        ROW - 2,
-        fill(cell.class),
-        y + 15,
-        cell.class.name(),
-        y + 28,
-        digits(cell),
-    )
+/// Words in a field, which keep their color on dark pages as fields do.
+fn middle(words: &str) -> Shape {
+    Shape::words(words).class("").anchored(Anchor::Middle)
 }
 
 /// What shows under the pointer.

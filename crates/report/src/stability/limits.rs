@@ -1,6 +1,7 @@
 //! The largest stable steps and the maps of steps, as parts of the page and as files.
 
 use super::Section;
+use super::maps::picture;
 use super::tables::exact;
 use crate::page::table;
 use crate::tables::csv;
@@ -17,7 +18,7 @@ pub fn sections(limits: &[Limit], maps: &[Map]) -> Vec<Section> {
          one tick: its spectral radius is at most 1, or it adds no energy.</p>\n{}",
         table("numbers", &header, rows)
     );
-    let maps = maps.iter().map(|map| format!("<figure>\n{}</figure>\n", inline(&map.svg()))).collect();
+    let maps = maps.iter().map(|map| format!("<figure>\n{}</figure>\n", picture(map).inline())).collect();
     [("Largest stable steps", measured), ("Maps", maps)]
         .map(|(title, body)| Section { title: title.to_owned(), body })
         .into()
@@ -32,9 +33,4 @@ pub fn limits_csv(limits: &[Limit]) -> String {
         vec![limit.system.clone(), limit.method.to_owned(), measured, theory, criterion]
     };
     csv("system,method,measured,theory,criterion", limits.iter().map(row))
-}
-
-/// A drawing without the declaration that only a file of its own has.
-fn inline(svg: &str) -> &str {
-    svg.find("<svg").map_or(svg, |start| &svg[start..])
 }

@@ -94,7 +94,7 @@ fn largest_steps() -> (Vec<pages::Section>, Vec<(&'static str, Vec<u8>)>) {
         })
         .collect();
     let maps = [limits::stiffness_map(MAP_SIDE), limits::damping_map(MAP_SIDE)];
-    let [stiffness, damping] = maps.each_ref().map(|map| map.svg().into_bytes());
+    let [stiffness, damping] = maps.each_ref().map(|map| pages::picture(map).document().into_bytes());
     let files = vec![
         ("limits.csv", pages::limits_csv(&limits).into_bytes()),
         ("stiffness-map.svg", stiffness),

@@ -1,8 +1,11 @@
 //! An axis of a figure: its range, where its marks stand, and how they read.
 
-use std::ops::Range;
+use super::Box4;
+use super::drawing::{Anchor, Rgb, Shape, Stroke};
 
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+const GRID: Rgb = [0xdd, 0xe1, 0xe6];
+const FAINT: Rgb = [0xf1, 0xf3, 0xf5];
+const EDGE: Rgb = [0x8c, 0x95, 0x9f];
 
 /// A range with marks.
 #[derive(Clone, Debug)]
@@ -31,16 +34,18 @@ impl Axis {
             .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| (low.min(value), high.max(value)));
         let (low, high) = if high > 0.0 { (low.log10(), high.log10()) } else { (-16.0, 0.0) };
         let room = (0.04 * (high - low)).max(if high - low < 0.5 { 0.3 } else { 0.08 });
-        let (low, high) = (low - room, high + room);
-        let mut axis = Self {
-            low: 10f64.powf(low),
-            high: 10f64.powf(high),
-            logarithmic: true,
-            labelled: Vec::new(),
-            light: Vec::new(),
-            title: title.into(),
-        };
-        axis.mark(low, high, label);
+        Self::between(title, (10f64.powf(low - room), 10f64.powf(high + room)), label)
+    }
+
+    /// In logarithms, between two positive ends.
+    pub(crate) fn between(
+        title: impl Into<String>,
+        (low, high): (f64, f64),
+        label: impl Fn(f64) -> String,
+    ) -> Self {
+        let (labelled, light) = (Vec::new(), Vec::new());
+        let mut axis = Self { low, high, logarithmic: true, labelled, light, title: title.into() };
+        axis.mark(low.log10(), high.log10(), label);
         axis
     }
 
@@ -69,7 +74,7 @@ impl Axis {
                 self.light.extend((2..10).map(|times| f64::from(times) * decade));
             }
         }
-        let (low, high) = (self.low, self.high);
+        let (low, high) = (self.low * (1.0 - 1e-9), self.high * (1.0 + 1e-9));
         self.labelled.retain(|(value, _)| (low..=high).contains(value));
         self.light.retain(|value| (low..=high).contains(value));
     }
@@ -134,33 +139,27 @@ impl Axis {
     }
 }
 
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        limit.0 + (self.place(*value) * f64::from(limit.1 - limit.0)).round() as i32
+/// Grid, edges and marks of two axes at the left and the foot of a frame.
+pub(crate) fn axes(x: &Axis, y: &Axis, [left, top, right, bottom]: Box4) -> Vec<Shape> {
+    let across = |value: f64| left + x.place(value) * (right - left);
+    let up = |value: f64| bottom - y.place(value) * (bottom - top);
+    let upright = |value: f64| Shape::line([(across(value), top), (across(value), bottom)]);
+    let level = |value: f64| Shape::line([(left, up(value)), (right, up(value))]);
+    let faint = |line: Shape| line.class("faint").stroke(Stroke::new(FAINT, 1.0));
+    let grid = |line: Shape| line.class("grid").stroke(Stroke::new(GRID, 1.0));
+    let mut shapes: Vec<_> = x.light.iter().map(|value| faint(upright(*value))).collect();
+    shapes.extend(y.light.iter().map(|value| faint(level(*value))));
+    shapes.extend(x.labelled.iter().map(|(value, _)| grid(upright(*value))));
+    shapes.extend(y.labelled.iter().map(|(value, _)| grid(level(*value))));
+    let corner = Shape::line([(left, top), (left, bottom), (right, bottom)]);
+    shapes.push(corner.class("edge").stroke(Stroke::new(EDGE, 1.0)));
+    for (value, label) in &x.labelled {
+        shapes.push(Shape::soft_words(label).anchored(Anchor::Middle).at(across(*value), bottom + 19.0));
     }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() {
-            self.light.clone()
-        } else {
-            self.labelled.iter().map(|(value, _)| *value).collect()
-        }
+    for (value, label) in &y.labelled {
+        shapes.push(Shape::soft_words(label).anchored(Anchor::End).at(left - 8.0, up(*value) + 4.5));
     }
-
-    fn range(&self) -> Range<f64> {
-        self.low..self.high
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format_ext(&self, value: &f64) -> String {
-        let mark = self.labelled.iter().find(|(mark, _)| mark.to_bits() == value.to_bits());
-        mark.map(|(_, label)| label.clone()).unwrap_or_default()
-    }
+    shapes
 }
 
 #[cfg(test)]

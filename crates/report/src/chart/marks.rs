@@ -1,31 +1,26 @@
 //! How methods and precisions look in figures: a color and a shape a method, a dash a precision.
 
-use std::fmt::Write;
-
 use motion::Method;
 
+use super::drawing::{Rgb, hex};
 use crate::palette::ink;
 use lab::cost::Precision;
 
 /// The two grounds that figures are seen on, sRGB.
-pub(crate) const LIGHT: [u8; 3] = [0xff, 0xff, 0xff];
-pub(crate) const DARK: [u8; 3] = [0x16, 0x19, 0x1d];
+pub(crate) const LIGHT: Rgb = [0xff, 0xff, 0xff];
+pub(crate) const DARK: Rgb = [0x16, 0x19, 0x1d];
 
 /// Contrast that a graphic needs to be seen (WCAG 2.2, 1.4.11).
 const CONTRAST: f64 = 3.0;
 
 /// The color of a method, moved away from the ground until it stands out.
-pub(crate) fn color(method: Method, ground: [u8; 3]) -> String {
+pub(crate) fn color(method: Method, ground: Rgb) -> Rgb {
     let towards = if luminance(ground) > 0.5 { 0.0 } else { 255.0 };
     let own = ink(method).srgb;
     let mixed = |part: f64| own.map(|channel| f64::from(channel) + part * (towards - f64::from(channel)));
     let enough = |part: &f64| contrast(mixed(*part), ground.map(f64::from)) >= CONTRAST;
     let part = (0..20).map(|i| 0.05 * f64::from(i)).find(enough).unwrap_or(1.0);
-    mixed(part).iter().fold("#".to_owned(), |mut text, channel| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{:02x}", rounded(*channel));
-        text
-    })
+    mixed(part).map(rounded)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a channel from 0 to 255")]
@@ -40,7 +35,7 @@ fn contrast(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.max(b) / a.min(b)
 }
 
-fn luminance(srgb: [u8; 3]) -> f64 {
+fn luminance(srgb: Rgb) -> f64 {
     let linear = srgb.map(|channel| {
         let value = f64::from(channel) / 255.0;
         if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
@@ -67,18 +62,18 @@ pub(crate) const fn shape(method: Method) -> &'static str {
 }
 
 /// Lengths of dashes and gaps; empty for a whole line.
-pub(crate) const fn dash(precision: Precision) -> &'static str {
+pub(crate) const fn dash(precision: Precision) -> &'static [f64] {
     match precision {
-        Precision::F64 => "",
-        Precision::F32 => "8 4",
-        Precision::CompensatedF32 => "2 4",
+        Precision::F64 => &[],
+        Precision::F32 => &[8.0, 4.0],
+        Precision::CompensatedF32 => &[2.0, 4.0],
     }
 }
 
 /// Rules that move each method's color away from a dark ground; figures on their own are on a light one.
 pub(crate) fn dark_rules() -> String {
     Method::ALL.into_iter().fold(String::new(), |rules, method| {
-        let (name, color) = (method.name(), color(method, DARK));
+        let (name, color) = (method.name(), hex(color(method, DARK)));
         rules + &format!(".l-{name}{{stroke:{color}}}.p-{name}{{fill:{color}}}\n")
     })
 }
@@ -89,12 +84,10 @@ mod tests {
 
     #[test]
     fn every_method_stands_out_on_both_grounds_and_has_its_own_shape() {
-        let value = |hex: &str, at: usize| u8::from_str_radix(&hex[at..at + 2], 16).expect("hexadecimal");
         for method in Method::ALL {
             for ground in [LIGHT, DARK] {
-                let hex = color(method, ground);
-                let srgb = [1, 3, 5].map(|at| f64::from(value(&hex, at)));
-                assert!(contrast(srgb, ground.map(f64::from)) >= CONTRAST, "{} as {hex}", method.name());
+                let srgb = color(method, ground).map(f64::from);
+                assert!(contrast(srgb, ground.map(f64::from)) >= CONTRAST, "{}", method.name());
             }
             assert_eq!(Method::ALL.into_iter().filter(|other| shape(*other) == shape(method)).count(), 1);
         }
