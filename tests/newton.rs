@@ -190,7 +190,7 @@ fn one_pass_and_two_passes_give_the_same_bits() {
                 let [mut two, mut one] = [motion::Passes::Two, motion::Passes::One].map(|passes| {
                     let mut lab = asking(plain, method, model);
                     let plan = motion::StepPlan { method, passes, ..Default::default() };
-                    let mut schedule = motion::systems::step_schedule(&plan);
+                    let mut schedule = motion::systems::step_schedule(&mut lab.world, &plan);
                     let some = lab
                         .world
                         .query_filtered::<Entity, With<PhysicsBody>>()

@@ -38,10 +38,10 @@ impl Rig {
     }
 
     /// Names of the systems of a tick.
-    pub fn systems(&self) -> Vec<String> {
+    pub fn systems(&mut self) -> Vec<String> {
         let mut names = self.stepper.systems();
         names.retain(|name| name != "apply_deferred");
-        assert_eq!(names.len(), step_systems(self.stepper.plan()).len(), "{names:?}");
+        assert_eq!(names.len(), step_systems(&mut self.world, self.stepper.plan()).len(), "{names:?}");
         names
     }
 
@@ -59,7 +59,7 @@ impl Rig {
     /// A tick with `harm` done before the system number `at`.
     pub fn run_harmed(&mut self, at: usize, harm: Harm) {
         self.remember();
-        let mut systems = step_systems(self.stepper.plan());
+        let mut systems = step_systems(&mut self.world, self.stepper.plan());
         systems.insert(at, (move |world: &mut World| harm(world)).into_configs());
         let mut systems = systems.into_iter();
         let first = systems.next().unwrap();

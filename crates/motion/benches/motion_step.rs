@@ -218,7 +218,7 @@ struct Ecs {
 }
 
 impl Ecs {
-    fn new(n: usize, gravity: f64, schedule: Schedule) -> Self {
+    fn new(n: usize, gravity: f64, schedule: fn(&mut World) -> Schedule) -> Self {
         let mut world = World::new();
         insert_step_resources(&mut world, TimeStep(H));
         world.insert_resource(Gravity { acceleration: Vector::new(0.0, gravity, 0.0), on: gravity != 0.0 });
@@ -228,7 +228,7 @@ impl Ecs {
             .map(|(x, velocity, inverse_mass)| (Transform::at(x), PhysicsBody { velocity, inverse_mass }))
             .collect();
         let entities: Vec<_> = world.spawn_batch(bodies).collect();
-        let mut schedule = schedule;
+        let mut schedule = schedule(&mut world);
         schedule.initialize(&mut world).expect("ordered");
         Self { world, schedule, pushed: entities.into_iter().step_by(100).collect() }
     }
@@ -246,24 +246,24 @@ impl Ecs {
     }
 }
 
-fn middle_schedule() -> Schedule {
+fn middle_schedule(_: &mut World) -> Schedule {
     let mut schedule = Schedule::default();
     schedule.set_executor(SingleThreadedExecutor::new());
     schedule.add_systems((integrate_acceleration, integrate_velocity).chain());
     schedule
 }
 
-fn one_pass() -> Schedule {
-    step_schedule(&StepPlan { passes: Passes::One, ..StepPlan::default() })
+fn one_pass(world: &mut World) -> Schedule {
+    step_schedule(world, &StepPlan { passes: Passes::One, ..StepPlan::default() })
 }
 
-fn whole() -> Schedule {
-    step_schedule(&StepPlan::default())
+fn whole(world: &mut World) -> Schedule {
+    step_schedule(world, &StepPlan::default())
 }
 
 /// Both sides must do the same work to the last bit, or the ratio means nothing.
 fn assert_same_bits(n: usize) {
-    for schedule in [whole(), one_pass()] {
+    for schedule in [whole, one_pass] {
         let (mut ecs, mut soa, mut passes) = (Ecs::new(n, G, schedule), Soa::new(n), Soa::new(n));
         for _ in 0..50 {
             ecs.step_pushed();
@@ -294,8 +294,8 @@ fn ratios() {
             1_000..100_000 => Some(2.0),
             _ => Some(1.6),
         };
-        let (mut soa, mut passes, mut ecs) = (Soa::new(n), Soa::new(n), Ecs::new(n, G, whole()));
-        let mut one = Ecs::new(n, G, one_pass());
+        let (mut soa, mut passes, mut ecs) = (Soa::new(n), Soa::new(n), Ecs::new(n, G, whole));
+        let mut one = Ecs::new(n, G, one_pass);
         compare(
             n,
             "step",
@@ -308,8 +308,8 @@ fn ratios() {
             ],
         );
         drop((soa, passes, ecs, one));
-        let (mut soa, mut ecs) = (Soa::new(n), Ecs::new(n, G, whole()));
-        let mut one = Ecs::new(n, G, one_pass());
+        let (mut soa, mut ecs) = (Soa::new(n), Ecs::new(n, G, whole));
+        let mut one = Ecs::new(n, G, one_pass);
         compare(
             n,
             "step, 1 % pushed",
@@ -326,7 +326,7 @@ fn ratios() {
                 ("plan: one pass", Box::new(|| one.step_pushed())),
             ],
         );
-        let (mut columns, mut ecs) = (Columns::new(n), Ecs::new(n, G, middle_schedule()));
+        let (mut columns, mut ecs) = (Columns::new(n), Ecs::new(n, G, middle_schedule));
         compare(
             n,
             "two middle systems",
@@ -339,7 +339,7 @@ fn ratios() {
     }
     let n = 1_000;
     let decayed = |ecs: &mut Ecs| (0..240_000).for_each(|_| ecs.step());
-    let (mut fresh, mut old) = (Ecs::new(n, 0.0, whole()), Ecs::new(n, 0.0, whole()));
+    let (mut fresh, mut old) = (Ecs::new(n, 0.0, whole), Ecs::new(n, 0.0, whole));
     decayed(&mut old);
     compare(
         n,
@@ -368,7 +368,7 @@ fn groups(criterion: &mut Criterion<ThreadCpu>) {
     let mut group = criterion.benchmark_group("motion_step");
     for n in SIZES {
         group.throughput(Throughput::Elements(n as u64));
-        let mut ecs = Ecs::new(n, G, whole());
+        let mut ecs = Ecs::new(n, G, whole);
         group.bench_function(BenchmarkId::new("schedule", n), |b| b.iter(|| ecs.step()));
         let mut soa = Soa::new(n);
         group.bench_function(BenchmarkId::new("hand_fused", n), |b| b.iter(|| fused(black_box(&mut soa), G)));

@@ -24,12 +24,12 @@ use bevy_ecs::prelude::*;
 pub use compile::compile_groups;
 pub(crate) use compile::{couplings_now, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
-pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupRows, Scratch, Watch};
+pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch, Watch};
 pub(crate) use linear::{Holder, LinearGroup, larger};
 pub(crate) use rows::{Row, RowArray, row_of};
 pub use solver::Solver;
 pub use split::Sets;
-pub use system::integrate_groups;
+pub(crate) use system::integrate_groups;
 
 pub use crate::state::coupling::Grouped;
 

@@ -29,7 +29,7 @@ use crate::kernels::record::Recorder;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::{Segment, Segments, TickTimes};
 use crate::laws::{Affine, Law};
-use crate::methods::Integrator;
+use crate::methods::{Integrator, Traits};
 use crate::real::Real;
 use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
@@ -67,11 +67,13 @@ pub(crate) struct Terms<'a, T: Real> {
     pub times: TickTimes,
     /// Bounds of the states that are stored.
     pub bounds: Bounds<T>,
+    method: Traits,
 }
 
 impl<'a, T: Real> Terms<'a, T> {
-    /// The terms of a tick of `M`, without bounds.
-    pub fn new<M: Integrator>(
+    /// The terms of a tick of `method`, without bounds.
+    pub fn new(
+        method: Traits,
         affine: Affine<T>,
         damping: Option<Damping>,
         laws: &'a [&'a dyn Law<T>],
@@ -80,9 +82,19 @@ impl<'a, T: Real> Terms<'a, T> {
     ) -> Self {
         let decay = Decay::none(times.substep());
         let Affine { constant: gravity, rate: drag } = affine;
-        let bounds = Bounds::FINITE;
-        let terms = Self { gravity, drag, rate: drag, damping: None, decay, laws, epoch, times, bounds };
-        terms.damped::<M>(damping)
+        let terms = Self {
+            gravity,
+            drag,
+            rate: drag,
+            damping: None,
+            decay,
+            laws,
+            epoch,
+            times,
+            bounds: Bounds::FINITE,
+            method,
+        };
+        terms.damped(damping)
     }
 
     /// The same terms with `bounds`.
@@ -94,17 +106,17 @@ impl<'a, T: Real> Terms<'a, T> {
 
     /// The same terms with other damping.
     #[must_use]
-    pub fn damped<M: Integrator>(mut self, damping: Option<Damping>) -> Self {
+    pub fn damped(mut self, damping: Option<Damping>) -> Self {
         self.damping = damping;
         (self.decay, self.rate) = match damping {
             None => (Decay::none(self.times.substep()), self.drag),
-            Some(damping) if M::DAMPS_INSIDE => (damping.factors(self.times.substep()), self.drag),
+            Some(damping) if self.method.damps_inside => (damping.factors(self.times.substep()), self.drag),
             Some(damping) => {
                 let (decay, rate) = damping.factors_around_tick(T::of(self.times.tick));
                 (decay, self.drag + rate)
             }
         };
-        if !M::PASSES_TIME {
+        if !self.method.passes_time {
             self.times.substeps = 1;
             self.decay = Decay::none(T::of(self.times.tick));
         }
@@ -113,23 +125,28 @@ impl<'a, T: Real> Terms<'a, T> {
 
     /// The same terms for a body that is born at `time`, s: its tick is the rest of the tick.
     #[must_use]
-    pub fn since<M: Integrator>(&self, time: Scalar) -> Self {
-        Self { times: self.times.since(time), ..*self }.damped::<M>(self.damping)
+    pub fn since(&self, time: Scalar) -> Self {
+        Self { times: self.times.since(time), ..*self }.damped(self.damping)
     }
 
-    /// Evaluations per body in a tick of `M` in which no law is called.
-    pub fn evaluations<M: Integrator>(&self) -> u64 {
-        let claims = M::METHOD.claims();
+    /// Evaluations per body in a tick in which no law is called.
+    pub fn evaluations(&self) -> u64 {
+        let claims = self.method.method.claims();
         let of_a_step = match self.rate == T::ZERO {
             true => claims.evaluations,
             false => claims.evaluations_with_velocity_laws,
         };
-        if M::PASSES_TIME { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
+        if self.method.passes_time { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
+    }
+
+    /// Whether velocities decay by linear drag and by damping in the same step: only the calling kernel does that.
+    pub fn drags_and_damps(&self) -> bool {
+        self.rate != T::ZERO && self.damping.is_some() && self.method.damps_inside
     }
 
     /// The factors of damping in a segment; those around a tick are the same in every segment.
-    fn decay_in<M: Integrator>(&self, segment: Segment<T>) -> Decay<T> {
-        if !M::DAMPS_INSIDE || segment.length == self.times.substep() {
+    fn decay_in(&self, segment: Segment<T>) -> Decay<T> {
+        if !self.method.damps_inside || segment.length == self.times.substep() {
             return self.decay;
         }
         self.damping.map_or(Decay::none(segment.length), |damping| damping.factors(segment.length))
@@ -279,8 +296,62 @@ impl<T> Applied<'_, T> {
 /// Called with a row that was refused, and why.
 pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 
+/// A method compiled for batches of bodies. The code around it is compiled once for all methods.
+#[derive(Clone, Copy)]
+pub(crate) struct Kernel<T: Real> {
+    pub traits: Traits,
+    integrate: fn(
+        &Terms<'_, T>,
+        &mut Batch<'_, T>,
+        Range<usize>,
+        Option<&dyn RowOptions<T>>,
+        &mut StepStatistics,
+        Refuse<'_>,
+    ),
+}
+
+impl<T: Real> Kernel<T> {
+    /// The kernel of `M`.
+    pub const fn of<M: Integrator>() -> Self {
+        Self {
+            traits: Traits::of::<M>(),
+            integrate: |terms, batch, rows, options, statistics, refuse| {
+                integrate_batch::<T, M>(terms, batch, rows, options, statistics, refuse);
+            },
+        }
+    }
+
+    /// Integrates a tick of some rows of a batch, one by one where they have options.
+    pub fn integrate(
+        self,
+        terms: &Terms<'_, T>,
+        batch: &mut Batch<'_, T>,
+        rows: Range<usize>,
+        options: Option<&dyn RowOptions<T>>,
+        statistics: &mut StepStatistics,
+        refuse: Refuse<'_>,
+    ) {
+        (self.integrate)(terms, batch, rows, options, statistics, refuse);
+    }
+
+    /// Integrates a tick of one row with these options, or says why it was refused.
+    pub fn integrate_row(
+        self,
+        terms: &Terms<'_, T>,
+        options: BodyOptions<'_, T>,
+        batch: &mut Batch<'_, T>,
+        row: usize,
+        statistics: &mut StepStatistics,
+    ) -> Result<(), Breach> {
+        let mut outcome = Ok(());
+        let refuse = &mut |_, breach| outcome = Err(breach);
+        self.integrate(terms, batch, row..row + 1, Some(&options), statistics, refuse);
+        outcome
+    }
+}
+
 /// Integrates a tick of some rows of a batch, one by one where they have options.
-pub(crate) fn integrate_batch<T: Real, M: Integrator>(
+fn integrate_batch<T: Real, M: Integrator>(
     terms: &Terms<'_, T>,
     batch: &mut Batch<'_, T>,
     rows: Range<usize>,
@@ -292,15 +363,17 @@ pub(crate) fn integrate_batch<T: Real, M: Integrator>(
     if let Some(options) = options {
         for row in rows {
             let options = options.row(row);
-            if let Err(breach) = integrate_row::<T, M>(terms, &options, batch, row, statistics) {
-                refuse(row, breach);
+            let mut own = *terms;
+            if let Some(substeps) = options.substeps {
+                own.times.substeps = substeps;
             }
+            let own = own.damped(options.damping(terms.damping));
+            calling::run::<T, M>(&own, &options, batch, row..row + 1, statistics, refuse);
         }
         return;
     }
-    let Terms { laws, rate, damping, decay, times, .. } = terms;
-    let drags_and_damps = *rate != T::ZERO && damping.is_some() && M::DAMPS_INSIDE;
-    if !laws.is_empty() || drags_and_damps || !M::PASSES_TIME {
+    let Terms { laws, decay, times, .. } = terms;
+    if !laws.is_empty() || terms.drags_and_damps() || !M::PASSES_TIME {
         calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, statistics, refuse);
         return;
     }
@@ -316,24 +389,4 @@ pub(crate) fn integrate_batch<T: Real, M: Integrator>(
         calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, &mut uncounted, refuse);
         statistics.record = uncounted.record;
     }
-}
-
-/// Integrates a tick of one row with these options, or says why it was refused.
-pub(crate) fn integrate_row<T: Real, M: Integrator>(
-    terms: &Terms<'_, T>,
-    options: &BodyOptions<'_, T>,
-    batch: &mut Batch<'_, T>,
-    row: usize,
-    statistics: &mut StepStatistics,
-) -> Result<(), Breach> {
-    let mut own = *terms;
-    if let Some(substeps) = options.substeps {
-        own.times.substeps = substeps;
-    }
-    let own = own.damped::<M>(options.damping(terms.damping));
-    let mut outcome = Ok(());
-    calling::run::<T, M>(&own, options, batch, row..row + 1, statistics, &mut |_, breach| {
-        outcome = Err(breach);
-    });
-    outcome
 }

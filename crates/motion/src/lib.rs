@@ -118,7 +118,7 @@ pub mod systems {
     };
     pub use crate::tick::environment::{EnvironmentParam, TickOutput};
     pub use crate::tick::integrate::{
-        Bodies, Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
+        Bodies, Unmarked, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
     };
     pub use crate::tick::quarantine::quarantine_bodies;
 }

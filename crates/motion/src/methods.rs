@@ -197,3 +197,37 @@ macro_rules! with_method {
     };
 }
 pub(crate) use with_method;
+
+/// The constants of an [`Integrator`] as values, for code that is the same for all methods.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Traits {
+    pub method: Method,
+    pub state: MethodState,
+    pub damps_inside: bool,
+    pub moves: bool,
+    pub kicks: bool,
+    pub limits_after_kick: bool,
+    pub passes_time: bool,
+}
+
+impl Traits {
+    /// The constants of `M`.
+    pub const fn of<M: Integrator>() -> Self {
+        Self {
+            method: M::METHOD,
+            state: M::STATE,
+            damps_inside: M::DAMPS_INSIDE,
+            moves: M::MOVES,
+            kicks: M::KICKS,
+            limits_after_kick: M::LIMITS_AFTER_KICK,
+            passes_time: M::PASSES_TIME,
+        }
+    }
+}
+
+impl Method {
+    /// The constants of the method.
+    pub(crate) const fn traits(self) -> Traits {
+        with_method!(self, M => Traits::of::<M>())
+    }
+}

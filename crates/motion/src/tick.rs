@@ -5,3 +5,4 @@ pub(crate) mod diagnosis;
 pub(crate) mod environment;
 pub(crate) mod integrate;
 pub(crate) mod quarantine;
+pub(crate) mod which;

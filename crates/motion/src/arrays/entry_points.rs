@@ -4,6 +4,8 @@ use bevy_ecs::prelude::*;
 
 use super::of_world::{LawsOf, NotForArrays};
 use super::{Bare, Residues};
+use crate::groups::GroupKernel;
+use crate::kernels::Kernel;
 use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
@@ -44,10 +46,12 @@ macro_rules! entry_points {
                     return;
                 }
                 for group in 0..self.groups.len() {
-                    with_method!(self.method_of_group(group), M => self.tick_group::<M>(group));
+                    let kernel = with_method!(self.method_of_group(group), M => GroupKernel::of::<M>());
+                    self.tick_group(group, kernel);
                 }
                 for run in 0..self.individuals.runs.len() {
-                    with_method!(self.method_of_run(run), M => self.tick_rows::<M>(run));
+                    let kernel = with_method!(self.method_of_run(run), M => Kernel::of::<M>());
+                    self.tick_rows(run, kernel);
                 }
                 self.end_tick();
             }
@@ -64,14 +68,14 @@ macro_rules! entry_points {
                 self.individuals.plan(&self.bodies);
                 for group in 0..self.groups.len() {
                     if which(self.method_of_group(group)) && self.is_half_a_step_behind(self.groups[group].members()) {
-                        self.tick_group::<Synchronize>(group);
+                        self.tick_group(group, GroupKernel::of::<Synchronize>());
                     }
                 }
                 // Not compensated: this is no increment of a step.
                 let residues = self.residues.take();
                 for run in 0..self.individuals.runs.len() {
                     if which(self.method_of_run(run)) && self.is_half_a_step_behind(self.individuals.runs[run].rows.clone()) {
-                        self.tick_rows::<Synchronize>(run);
+                        self.tick_rows(run, Kernel::of::<Synchronize>());
                     }
                 }
                 self.residues = residues;

@@ -3,11 +3,10 @@
 use super::bodies::OfRows;
 use super::{Bare, Residues};
 use crate::groups::{
-    Coupling, GroupCache, GroupEnvironment, GroupField, GroupRows, Row, RowArray, Scratch, Watch,
+    Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Row, RowArray, Scratch, Watch,
 };
 use crate::kernels::StepStatistics;
 use crate::methods::table::Method;
-use crate::methods::{Integrator, MethodState};
 use crate::real::Real;
 
 /// A group of bodies in plain arrays.
@@ -48,8 +47,8 @@ impl<T: Real> Bare<T> {
         self.groups[group].method.unwrap_or(self.method)
     }
 
-    /// Integrates a tick of `M` for a group; if a row fails, all rows keep their state.
-    pub(super) fn tick_group<M: Integrator>(&mut self, number: usize) {
+    /// Integrates a tick of `kernel` for a group; if a row fails, all rows keep their state.
+    pub(super) fn tick_group(&mut self, number: usize, kernel: GroupKernel<T>) {
         let mut group = std::mem::take(&mut self.groups[number]);
         let mut scratch = std::mem::take(&mut self.scratch);
         let rows = std::mem::take(&mut group.rows);
@@ -59,7 +58,7 @@ impl<T: Real> Bare<T> {
         for watch in [Watch::Off, Watch::On] {
             self.gather(&rows, &mut group);
             self.gather_pushes(members, &mut scratch.pushes);
-            outcome = self.compute::<M>(watch, &rows, &mut group, &mut scratch, &mut statistics);
+            outcome = self.compute(kernel, watch, &rows, &mut group, &mut scratch, &mut statistics);
             if outcome.is_ok() {
                 break;
             }
@@ -68,7 +67,7 @@ impl<T: Real> Bare<T> {
         match outcome {
             Ok(()) => {
                 self.statistics.add(&statistics);
-                self.scatter::<M>(members, &group);
+                self.scatter(kernel, members, &group);
             }
             Err(first) => {
                 let pushed = self.first_broken_push(members);
@@ -81,8 +80,9 @@ impl<T: Real> Bare<T> {
     }
 
     /// Computes the rows of a group after a tick, without storing them in the bodies.
-    fn compute<M: Integrator>(
+    fn compute(
         &self,
+        kernel: GroupKernel<T>,
         watch: Watch,
         rows: &[usize],
         group: &mut ArrayGroup<T>,
@@ -92,19 +92,17 @@ impl<T: Real> Bare<T> {
         let times = self.times(group.substeps.unwrap_or(self.substeps));
         let shared = self.resources.environment(times);
         let called = shared.called();
-        let environment = GroupEnvironment::new::<M>(shared, &called, self.resources.solver, &[]);
+        let environment =
+            GroupEnvironment::new(kernel.single.traits, shared, &called, self.resources.solver, &[]);
         let options = OfRows { rows, individuals: &self.individuals };
         let ArrayGroup {
             coupling, with_options, with_laws, cache, x, v, residues: [rx, rv], w, last, ..
         } = group;
         let residues = self.residues.is_some().then_some([&mut **rx, &mut **rv]);
-        let last = (M::STATE == MethodState::LastStep).then(|| &mut last[..coupling.movable]);
+        let last = kernel.keeps_last_step().then(|| &mut last[..coupling.movable]);
         let rows = GroupRows { x, v, residues, w, with_options, with_laws };
-        GroupField::new(coupling, &environment, rows, &options, scratch, statistics).tick::<M>(
-            watch,
-            last,
-            Some(cache),
-        )
+        let field = GroupField::new(coupling, &environment, rows, &options, scratch, statistics);
+        kernel.tick(field, watch, last, Some(cache))
     }
 
     fn gather(&self, rows: &[usize], group: &mut ArrayGroup<T>) {
@@ -148,14 +146,14 @@ impl<T: Real> Bare<T> {
         members.iter().copied().find(|row| !self.forces[*row].iter().all(|part| part.is_finite()))
     }
 
-    fn scatter<M: Integrator>(&mut self, members: &[usize], group: &ArrayGroup<T>) {
-        if M::STATE == MethodState::LastStep {
+    fn scatter(&mut self, kernel: GroupKernel<T>, members: &[usize], group: &ArrayGroup<T>) {
+        if kernel.keeps_last_step() {
             self.last_steps.resize(self.bodies.len(), T::ZERO);
         }
         for (own, row) in members.iter().enumerate() {
             self.positions[*row].copy_from_slice(&group.x[own][..3]);
             self.bodies[*row][..3].copy_from_slice(&group.v[own][..3]);
-            if M::STATE == MethodState::LastStep {
+            if kernel.keeps_last_step() {
                 self.last_steps[*row] = group.last[own];
             }
             if let Some(Residues { x, v }) = &mut self.residues {

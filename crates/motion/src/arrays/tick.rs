@@ -2,7 +2,7 @@
 
 use super::bodies::{Kind, OfRun, Run};
 use super::{Bare, Residues};
-use crate::kernels::{self, Applied, Batch, MethodStateRows, RowOptions, StepStatistics};
+use crate::kernels::{Applied, Batch, Kernel, MethodStateRows, RowOptions, StepStatistics};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
 use crate::methods::{Integrator, MethodState};
@@ -20,7 +20,7 @@ impl<T: Real> Bare<T> {
         assert!(plain, "groups and compensated sums are for the methods of the table only");
         if self.begin_tick() {
             for run in 0..self.individuals.runs.len() {
-                self.tick_rows::<M>(run);
+                self.tick_rows(run, Kernel::of::<M>());
             }
             self.end_tick();
         }
@@ -59,8 +59,8 @@ impl<T: Real> Bare<T> {
         TickTimes::new(self.clock, self.step, substeps)
     }
 
-    /// Integrates a tick of `M` for the rows of a run.
-    pub(super) fn tick_rows<M: Integrator>(&mut self, run: usize) {
+    /// Integrates a tick of `kernel` for the rows of a run.
+    pub(super) fn tick_rows(&mut self, run: usize, kernel: Kernel<T>) {
         let mut times = self.times(self.substeps);
         let residues = self.residues.as_mut();
         let Self { positions, bodies, forces, pushed, resources, individuals, statistics, refused, .. } =
@@ -71,14 +71,14 @@ impl<T: Real> Bare<T> {
         }
         let environment = resources.environment(times);
         let called = environment.called();
-        let mut terms = environment.terms::<M>(&called);
+        let mut terms = environment.terms(kernel.traits, &called);
         if !gravity_off {
             terms.gravity += environment.free_fall();
         }
         forces.resize(bodies.len(), [T::ZERO; 3]);
         let calls = !called.is_empty() || own.is_some();
         let mut method_state =
-            method_state::<T, M>(&mut self.last_steps, &mut self.cached, bodies.len(), calls);
+            method_state(kernel.traits.state, &mut self.last_steps, &mut self.cached, bodies.len(), calls);
         let applied = Applied { forces, rows: pushed, offset: 0 }.part(rows.clone());
         let mut batch = Batch {
             positions: &mut positions[rows.clone()],
@@ -92,23 +92,24 @@ impl<T: Real> Bare<T> {
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
-        kernels::integrate_batch::<T, M>(&terms, &mut batch, all, options, &mut counted, refuse);
+        kernel.integrate(&terms, &mut batch, all, options, &mut counted, refuse);
         if options.is_none() && counted.accelerations == 0 {
             // Kernels count only called laws.
-            counted.accelerations = terms.evaluations::<M>() * movable;
+            counted.accelerations = terms.evaluations() * movable;
         }
         statistics.add(&counted);
     }
 }
 
-/// The state of `M` of all rows; `calls` tells whether laws are called.
-fn method_state<'a, T: Real, M: Integrator>(
+/// The method state of all rows; `calls` tells whether laws are called.
+fn method_state<'a, T: Real>(
+    state: MethodState,
     last_steps: &'a mut Vec<T>,
     cached: &'a mut Vec<CachedAcceleration<T>>,
     rows: usize,
     calls: bool,
 ) -> MethodStateRows<'a, T> {
-    match M::STATE {
+    match state {
         MethodState::LastStep => {
             last_steps.resize(rows, T::ZERO);
             MethodStateRows::LastStep(last_steps)

@@ -15,11 +15,11 @@ use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY}
 use super::coupling::Coupling;
 use super::rows::{Row, RowArray};
 use super::solver::Solver;
-use crate::kernels::{RowOptions, StepStatistics, Terms, TickField, drive};
+use crate::kernels::{Kernel, RowOptions, StepStatistics, Terms, TickField, drive};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{Declared, Law};
-use crate::methods::{Field, Integrator, MethodState, StepState};
+use crate::methods::{Field, Integrator, MethodState, StepState, Traits};
 use crate::real::Real;
 use crate::state::range::Bounds;
 use crate::tick::environment::Environment;
@@ -38,15 +38,16 @@ pub(crate) struct GroupEnvironment<'a, T: Real> {
 }
 
 impl<'a, T: Real> GroupEnvironment<'a, T> {
-    /// The environment of ticks of `M`; `called` are all called laws, drag included.
-    pub fn new<M: Integrator>(
+    /// The environment of ticks of `method`; `called` are all called laws, drag included.
+    pub fn new(
+        method: Traits,
         shared: Environment<'a, T>,
         called: &'a [&'a dyn Law<T>],
         solver: Solver,
         summed: &'a [&'static str],
     ) -> Self {
         let laws = Declared { drag: None, ..shared.laws };
-        Self { shared, terms: Environment { laws, ..shared }.terms::<M>(called), solver, summed }
+        Self { shared, terms: Environment { laws, ..shared }.terms(method, called), solver, summed }
     }
 }
 
@@ -118,6 +119,44 @@ pub(crate) enum Watch {
     On,
 }
 
+/// A method compiled for groups.
+#[derive(Clone, Copy)]
+pub(crate) struct GroupKernel<T: Real> {
+    /// The method for a body that is left alone.
+    pub single: Kernel<T>,
+    tick:
+        fn(GroupField<'_, T>, Watch, Option<&mut [T]>, Option<&mut GroupCache<T>>) -> Result<(), Vec<usize>>,
+}
+
+impl<T: Real> GroupKernel<T> {
+    /// The kernel of `M`.
+    pub const fn of<M: Integrator>() -> Self {
+        Self {
+            single: Kernel::of::<M>(),
+            tick: |field, watch, last, cache| field.tick::<M>(watch, last, cache),
+        }
+    }
+
+    /// Whether the method keeps the length of the last step.
+    pub fn keeps_last_step(self) -> bool {
+        self.single.traits.state == MethodState::LastStep
+    }
+
+    /// Integrates a tick. `last` are the lengths of the last steps of the movable rows, if the method keeps them.
+    ///
+    /// # Errors
+    /// If a row is not finite or not in range; holds those that were first, ascending, if they were searched for.
+    pub fn tick(
+        self,
+        field: GroupField<'_, T>,
+        watch: Watch,
+        last: Option<&mut [T]>,
+        cache: Option<&mut GroupCache<T>>,
+    ) -> Result<(), Vec<usize>> {
+        (self.tick)(field, watch, last, cache)
+    }
+}
+
 impl<'a, T: Real> GroupField<'a, T> {
     pub fn new(
         coupling: &'a Coupling<T>,
@@ -148,11 +187,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    /// Integrates a tick. `last` are the lengths of the last steps of the movable rows, if the method keeps them.
-    ///
-    /// # Errors
-    /// If a row is not finite or not in range; holds those that were first, ascending, if they were searched for.
-    pub fn tick<M: Integrator>(
+    fn tick<M: Integrator>(
         mut self,
         watch: Watch,
         mut last: Option<&mut [T]>,
@@ -160,7 +195,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     ) -> Result<(), Vec<usize>> {
         self.watch = watch;
         self.limits_after_kick = M::LIMITS_AFTER_KICK;
-        self.sort_into_classes::<M>();
+        self.sort_into_classes();
         self.apply_pushes();
         let mut step_state = StepState::new();
         if let Some(last) = &mut last {

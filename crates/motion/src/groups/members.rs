@@ -10,11 +10,11 @@ use crate::tick::columns::OptionColumns;
 use crate::units::Scalar;
 
 /// The bodies of a system that move in groups.
-pub(super) type Members<'w, 's, Who> = Query<
+pub(super) type Members<'w, 's> = Query<
     'w,
     's,
     (Entity, &'static mut Transform, &'static mut PhysicsBody, &'static Force, Option<&'static mut LastStep>),
-    (Who, With<Grouped>, Without<Quarantined>),
+    (With<Grouped>, Without<Quarantined>),
 >;
 
 /// The options of members.

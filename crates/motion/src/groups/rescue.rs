@@ -3,15 +3,17 @@
 use bevy_ecs::entity::Entity;
 
 use super::coupling::vector;
-use super::field::{GroupEnvironment, GroupField, GroupRows, Scratch, Watch};
+use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch, Watch};
 use super::members::{ByRow, MemberOptions};
 use super::rows::{Row, row_of};
 use super::split::Part;
 use super::suspects::{Before, Suspects, springs_by_row};
 use super::{Group, Groups};
-use crate::kernels::{self, Applied, Batch, BodyOptions, MethodStateRows, RowOptions, StepStatistics, Terms};
+use crate::kernels::{
+    Applied, Batch, BodyOptions, Kernel, MethodStateRows, RowOptions, StepStatistics, Terms,
+};
 use crate::laws::{Affine, Law};
-use crate::methods::{Integrator, MethodState};
+use crate::methods::MethodState;
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::range::{Breach, Quantity};
 use crate::tick::environment::TickOutput;
@@ -42,8 +44,9 @@ impl Rescue<'_, '_, '_, '_> {
     /// as if these rows had been removed before; as often as it takes. Rows that do not act on each other are removed
     /// together: in a net that fails as a whole, one at a time would take a tick per row.
     #[cold]
-    pub fn run<M: Integrator>(
+    pub fn run(
         &mut self,
+        kernel: GroupKernel<Scalar>,
         groups: &mut Groups,
         number: usize,
         state_of: &mut dyn FnMut(Entity) -> Option<(Transform, PhysicsBody, Scalar)>,
@@ -93,7 +96,9 @@ impl Rescue<'_, '_, '_, '_> {
             let mut statistics = StepStatistics { record, ..StepStatistics::default() };
             let culprits: Vec<_> = parts
                 .iter()
-                .flat_map(|part| self.part::<M>(group, part, &pushes, &before, &mut after, &mut statistics))
+                .flat_map(|part| {
+                    self.part(kernel, group, part, &pushes, &before, &mut after, &mut statistics)
+                })
                 .collect();
             if culprits.is_empty() {
                 self.output.evaluations.add(&statistics, &[], std::iter::empty());
@@ -112,8 +117,9 @@ impl Rescue<'_, '_, '_, '_> {
     }
 
     /// Integrates a tick of a part; returns the rows that failed first, of which no two act on each other, and why.
-    fn part<M: Integrator>(
+    fn part(
         &self,
+        kernel: GroupKernel<Scalar>,
         group: &Group,
         part: &Part<Scalar>,
         pushes: &[(usize, Row<Scalar>)],
@@ -138,7 +144,8 @@ impl Rescue<'_, '_, '_, '_> {
             if let Some(record) = &mut statistics.record {
                 record.first = row;
             }
-            let alone = self.alone::<M>(whole.row(row), force, before.w[row], &mut state, statistics);
+            let alone =
+                self.alone(kernel.single, whole.row(row), force, before.w[row], &mut state, statistics);
             if let Err(breach) = alone {
                 return vec![(row, breach)];
             }
@@ -167,10 +174,10 @@ impl Rescue<'_, '_, '_, '_> {
                 };
                 let record = self.output.records.recorder(part.rows.len());
                 let mut own = StepStatistics { record, ..StepStatistics::default() };
-                let last = (M::STATE == MethodState::LastStep).then(|| &mut state.2[..movable]);
+                let last = kernel.keeps_last_step().then(|| &mut state.2[..movable]);
                 let field =
                     GroupField::new(coupling, self.environment, rows, &options, &mut scratch, &mut own);
-                match field.tick::<M>(watch, last, None) {
+                match kernel.tick(field, watch, last, None) {
                     Ok(()) => {
                         statistics.add(&own);
                         if let (Some(all), Some(own)) = (&mut statistics.record, &own.record) {
@@ -199,8 +206,9 @@ impl Rescue<'_, '_, '_, '_> {
     }
 
     /// Integrates a tick of a body without coupling.
-    fn alone<M: Integrator>(
+    fn alone(
         &self,
+        kernel: Kernel<Scalar>,
         options: BodyOptions<'_, Scalar>,
         force: [Scalar; 3],
         w: Scalar,
@@ -213,19 +221,19 @@ impl Rescue<'_, '_, '_, '_> {
         let mut terms: Terms<'_, Scalar> = *terms;
         terms.gravity += air.constant + if options.gravity_off { Vector::ZERO } else { shared.free_fall() };
         terms.drag += air.rate;
-        let terms = terms.damped::<M>(terms.damping);
+        let terms = terms.damped(terms.damping);
         // The substeps are the group's.
         let options = BodyOptions { substeps: None, ..options };
         let [a, b, c, _] = x[0];
         let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w]]);
-        let method_state = match M::STATE {
+        let method_state = match kernel.traits.state {
             MethodState::LastStep => MethodStateRows::LastStep(last),
             _ => MethodStateRows::None,
         };
         let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
         let mut batch =
             Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state, residues: None };
-        let outcome = kernels::integrate_row::<Scalar, M>(&terms, &options, &mut batch, 0, statistics);
+        let outcome = kernel.integrate_row(&terms, options, &mut batch, 0, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome

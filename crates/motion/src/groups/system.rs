@@ -1,9 +1,10 @@
 //! The system that integrates groups: gathers their rows from the tables, integrates a tick, and scatters them.
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::ArchetypeFilter;
+use bevy_ecs::query::QueryBuilder;
+use bevy_ecs::system::{BoxedSystem, ParamBuilder, QueryParamBuilder, SystemParam, SystemState};
 
-use super::field::{GroupEnvironment, GroupField, GroupRows, Watch};
+use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Watch};
 use super::members::{ByRow, MemberOptions, Members};
 use super::rescue::Rescue;
 use super::rows::Row;
@@ -11,30 +12,52 @@ use super::solver::Solver;
 use super::{Group, Groups, TableRun};
 use crate::kernels::StepStatistics;
 use crate::laws::MutualGravity;
-use crate::methods::{Integrator, MethodState};
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::range::Bounds;
 use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
+use crate::tick::which::Which;
 use crate::units::{Scalar, Vector};
 
 /// The anchors of groups.
 type Anchors<'w, 's> = Query<'w, 's, (&'static Transform, &'static PhysicsBody), Without<Grouped>>;
 
-/// Integrates a tick of `M` for the groups of the bodies that the filter `Who` selects.
-#[expect(clippy::too_many_arguments, reason = "system parameters")]
-pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
+/// What the system reads and writes besides the environment and the members of its groups.
+#[derive(SystemParam)]
+struct GroupsParam<'w, 's> {
+    groups: ResMut<'w, Groups>,
+    changed: ResMut<'w, CouplingChanged>,
+    solver: Option<Res<'w, Solver>>,
+    attraction: Option<Res<'w, MutualGravity>>,
+    anchors: Anchors<'w, 's>,
+    options: MemberOptions<'w, 's>,
+    summed: Local<'s, Vec<&'static str>>,
+}
+
+/// Makes the system that integrates a tick of `kernel` for the groups of the bodies that `which` selects.
+pub(crate) fn integrate_groups(
+    world: &mut World,
+    kernel: GroupKernel<Scalar>,
+    which: &Which,
+    name: String,
+) -> BoxedSystem {
+    let members = QueryParamBuilder::new(|query: &mut QueryBuilder<_, _>| which.select(query));
+    let state: SystemState<(EnvironmentParam, TickOutput, GroupsParam, Members)> =
+        (ParamBuilder, ParamBuilder, ParamBuilder, members).build_state(world);
+    let system = state.build_system(move |param, output, groups, members| {
+        advance_groups(kernel, param, output, groups, members);
+    });
+    Box::new(system.with_name(name))
+}
+
+fn advance_groups(
+    kernel: GroupKernel<Scalar>,
     mut param: EnvironmentParam,
     mut output: TickOutput,
-    mut groups: ResMut<Groups>,
-    mut changed: ResMut<CouplingChanged>,
-    solver: Option<Res<Solver>>,
-    attraction: Option<Res<MutualGravity>>,
-    mut members: Members<Who>,
-    anchors: Anchors,
-    options: MemberOptions,
-    mut summed: Local<Vec<&'static str>>,
+    groups: GroupsParam,
+    mut members: Members,
 ) {
+    let GroupsParam { mut groups, mut changed, solver, attraction, anchors, options, mut summed } = groups;
     param.prepare();
     let groups = &mut *groups;
     if !groups.gather(&param, &mut members) {
@@ -47,7 +70,7 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
     summed.extend(shared.summed(true));
     let called = shared.called();
     let solver = solver.as_deref().copied().unwrap_or_default();
-    let mut environment = GroupEnvironment::new::<M>(shared, &called, solver, &summed);
+    let mut environment = GroupEnvironment::new(kernel.single.traits, shared, &called, solver, &summed);
     let substeps = environment.terms.times.substeps;
     for number in 0..groups.list.len() {
         if groups.seen[number] != groups.list[number].coupling.movable {
@@ -56,19 +79,19 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
         let own = groups.list[number].substeps.unwrap_or(substeps);
         if own != environment.terms.times.substeps {
             environment.terms.times.substeps = own;
-            environment.terms = environment.terms.damped::<M>(environment.terms.damping);
+            environment.terms = environment.terms.damped(environment.terms.damping);
         }
         let holds = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
         let record = output.records.recorder(groups.list[number].coupling.rows);
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };
-        if holds && groups.tick::<M>(number, &environment, &options, &mut statistics).is_ok() {
+        if holds && groups.tick(kernel, number, &environment, &options, &mut statistics).is_ok() {
             output.evaluations.add(&statistics, &[], std::iter::empty());
             output.records.add(&groups.list[number].bodies, statistics.record);
         } else {
             // A tick that failed may have overwritten the anchors as well.
             let _ = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
             let mut rescue = Rescue { environment: &environment, options: &options, output: &mut output };
-            rescue.run::<M>(groups, number, &mut |body| {
+            rescue.run(kernel, groups, number, &mut |body| {
                 let (_, transform, state, _, last) = members.get(body).ok()?;
                 Some((*transform, *state, last.map_or(0.0, |last| last.0)))
             });
@@ -80,7 +103,7 @@ pub fn integrate_groups<M: Integrator, Who: ArchetypeFilter>(
 
 impl Groups {
     /// Copies the rows of the system's groups from the tables; `false` if they are not where they were.
-    fn gather<Who: ArchetypeFilter>(&mut self, param: &EnvironmentParam, members: &mut Members<Who>) -> bool {
+    fn gather(&mut self, param: &EnvironmentParam, members: &mut Members) -> bool {
         self.seen.fill(0);
         self.pushes.clear();
         for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
@@ -122,13 +145,8 @@ impl Groups {
                 return false;
             }
         }
-        self.sort_pushes();
-        true
-    }
-
-    /// Separate from [`Groups::gather`], so that the sort is compiled once and not for every method.
-    fn sort_pushes(&mut self) {
         self.pushes.sort_unstable_by_key(|(group, row, _)| (*group, *row));
+        true
     }
 
     /// The pushes on rows of a group.
@@ -198,8 +216,9 @@ impl Groups {
         holds && coupling.sources.iter().all(|source| source.is_finite())
     }
 
-    fn tick<M: Integrator>(
+    fn tick(
         &mut self,
+        kernel: GroupKernel<Scalar>,
         number: usize,
         environment: &GroupEnvironment<'_, Scalar>,
         options: &MemberOptions,
@@ -221,13 +240,14 @@ impl Groups {
             with_options: &group.with_options,
             with_laws: &group.with_laws,
         };
-        let last = (M::STATE == MethodState::LastStep).then(|| &mut self.last[movable]);
-        GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, statistics)
-            .tick::<M>(Watch::Off, last, Some(&mut group.cache))
+        let last = kernel.keeps_last_step().then(|| &mut self.last[movable]);
+        let field =
+            GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, statistics);
+        kernel.tick(field, Watch::Off, last, Some(&mut group.cache))
     }
 
     /// Copies the rows of the system's groups back to the tables.
-    fn scatter<Who: ArchetypeFilter>(&self, param: &EnvironmentParam, members: &mut Members<Who>) {
+    fn scatter(&self, param: &EnvironmentParam, members: &mut Members) {
         for chunk in members.contiguous_iter_mut().expect("every component of a body is stored in tables") {
             let (entities, mut transforms, mut bodies, _, mut last) = chunk;
             let Some(table) = param.table_of(entities[0]) else { continue };

@@ -38,7 +38,7 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
         (x, v) = field.before_tick(x, v);
     }
     for segment in segments.iter() {
-        field.enter::<M>(segment, terms.decay_in::<M>(segment));
+        field.enter::<M>(segment, terms.decay_in(segment));
         if segment.jump {
             // It was evaluated before the jump.
             step_state.start = None;

@@ -62,3 +62,10 @@ impl<T: Real> BodyOptions<'_, T> {
 pub(crate) trait RowOptions<T: Real> {
     fn row(&self, row: usize) -> BodyOptions<'_, T>;
 }
+
+/// The same options on every row.
+impl<T: Real> RowOptions<T> for BodyOptions<'_, T> {
+    fn row(&self, _: usize) -> BodyOptions<'_, T> {
+        *self
+    }
+}

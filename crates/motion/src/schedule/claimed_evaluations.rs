@@ -12,10 +12,9 @@ use crate::kernels::evaluations::Evaluations;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::own::OwnLaws;
 use crate::laws::{Affine, Declared, Gravity};
+use crate::methods::markers::is_marked;
 use crate::methods::table::Method;
-use crate::methods::{Integrator, with_method};
 use crate::schedule::plan::StepPlan;
-use crate::state::archetypes::contains;
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{AxisLocks, GravityOff, PhysicsBody, Quarantined, SpeedLimit};
 use crate::state::coupling::Grouped;
@@ -121,7 +120,7 @@ impl ClaimedEvaluations {
         let matched: Vec<_> = bodies.matched_archetypes().collect();
         let world = &*world;
         for kind in matched.into_iter().filter_map(|kind| world.archetypes().get(kind)) {
-            let own = Method::ALL.into_iter().find(|own| with_method!(*own, M => contains::<M>(world, kind)));
+            let own = Method::ALL.into_iter().find(|own| is_marked(world, kind, *own));
             let per_tick = per_tick[own.unwrap_or(method) as usize];
             let gravity = !kind.contains(gravity_off);
             if kind.contains(particle) {
@@ -141,12 +140,9 @@ impl ClaimedEvaluations {
 fn per_tick(world: &World, method: Method) -> u64 {
     let (clock, step) = (*world.resource::<StepClock>(), world.resource::<TimeStep>().0);
     let environment = Environment::of(world, clock, step);
-    with_method!(method, M => {
-        let terms = environment.terms::<M>(&[]);
-        // Linear drag and damping in one step go to the kernel that counts.
-        let counts = terms.rate != 0.0 && terms.damping.is_some() && M::DAMPS_INSIDE;
-        if counts { 0 } else { terms.evaluations::<M>() }
-    })
+    let terms = environment.terms(method.traits(), &[]);
+    // Linear drag and damping in one step go to the kernel that counts.
+    if terms.drags_and_damps() { 0 } else { terms.evaluations() }
 }
 
 /// Counts accelerations under the laws that are summed up before the tick, gravity being among those of some bodies.

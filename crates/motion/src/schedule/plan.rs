@@ -7,9 +7,8 @@ use crate::groups::{Groups, update_groups};
 use crate::laws::damping::Damping;
 use crate::laws::own::OwnLaws;
 use crate::laws::{Declared, MutualGravity};
-use crate::methods::markers::OwnMethod;
+use crate::methods::markers::{OwnMethod, is_marked};
 use crate::methods::table::Method;
-use crate::methods::{Integrator, with_method};
 use crate::schedule::emission;
 use crate::state::archetypes::{contains, may_exist};
 use crate::state::components::{AxisLocks, PhysicsBody, SpeedLimit};
@@ -71,11 +70,8 @@ impl StepPlan {
         update_groups(world, true);
         let bodies = world.query::<&PhysicsBody>().iter(world).len();
         let world = &*world;
-        let marked = |grouped: bool| {
-            Method::ALL
-                .into_iter()
-                .filter(move |method| with_method!(*method, M => is_marked::<M>(world, grouped)))
-        };
+        let marked =
+            |grouped: bool| Method::ALL.into_iter().filter(move |method| is_in_use(world, *method, grouped));
         let own: Vec<_> = marked(false).collect();
         let is_free = |kind: &Archetype| !contains::<OwnMethod>(world, kind);
         let of_world = has_bodies(world, true, is_free);
@@ -149,9 +145,9 @@ fn has_bodies(world: &World, grouped: bool, such: impl Fn(&Archetype) -> bool) -
 
 /// Whether bodies may be marked with that method, in groups or not. Beside groups only archetypes with bodies count: one
 /// is left empty when its bodies join a group or leave it.
-fn is_marked<M: Integrator + Component>(world: &World, grouped: bool) -> bool {
+fn is_in_use(world: &World, method: Method, grouped: bool) -> bool {
     if world.contains_resource::<Groups>() {
-        return has_bodies(world, grouped, |kind| contains::<M>(world, kind));
+        return has_bodies(world, grouped, |kind| is_marked(world, kind, method));
     }
-    !grouped && may_exist::<M>(world)
+    !grouped && world.archetypes().iter().any(|kind| is_marked(world, kind, method))
 }

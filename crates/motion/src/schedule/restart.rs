@@ -1,9 +1,10 @@
 //! Restarts of methods between two ticks: method state becomes velocities that any method can start from.
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::ArchetypeFilter;
+use bevy_ecs::query::QueryBuilder;
+use bevy_ecs::system::BoxedSystem;
 
-use crate::groups::{Groups, compile_groups, integrate_groups};
+use crate::groups::{GroupKernel, Groups, compile_groups, integrate_groups};
 use crate::methods::Synchronize;
 use crate::methods::markers::{mark_method, own_method};
 use crate::methods::table::Method;
@@ -12,31 +13,35 @@ use crate::state::components::{PhysicsBody, Quarantined};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::tick::integrate::integrate;
 use crate::tick::quarantine::quarantine_refused;
+use crate::tick::which::Which;
 
-/// Brings velocities of position Verlet to the time of the positions, for the bodies that match `Filter` and for their
+/// Brings velocities of position Verlet to the time of the positions, for the bodies that `which` selects and for their
 /// groups.
-fn synchronize_bodies<Filter: ArchetypeFilter + 'static>(world: &mut World) {
+fn synchronize_bodies(world: &mut World, which: Which) {
     // First: a body that has left its group since the last tick is a single body now.
     compile_groups(world);
-    world
-        .run_system_cached(integrate::<Synchronize, (Filter, With<LastStep>)>)
-        .expect("its resources are inserted with the step's");
+    let which = which.with::<LastStep>(world);
+    let kernel = GroupKernel::of::<Synchronize>();
+    let run = |world: &mut World, mut system: BoxedSystem| {
+        system.run((), world).expect("its resources are inserted with the step's and the groups");
+    };
+    let system = integrate(world, kernel.single, &which, "synchronize_bodies".to_owned());
+    run(world, system);
     if world.contains_resource::<Groups>() {
-        world
-            .run_system_cached(integrate_groups::<Synchronize, (Filter, With<LastStep>)>)
-            .expect("its resources are inserted with the step's and the groups");
+        let system = integrate_groups(world, kernel, &which, "synchronize_groups".to_owned());
+        run(world, system);
     }
     // Not later: the coming tick runs without the bodies that were refused.
     quarantine_refused(world);
 }
 
-/// Removes the method state of the bodies that match `Filter`, so that another method can start.
-pub(crate) fn leave_methods<Filter: ArchetypeFilter + 'static>(world: &mut World) {
-    synchronize_bodies::<Filter>(world);
-    let bodies = world
-        .query_filtered::<Entity, (Filter, Or<(With<LastStep>, With<LastAcceleration>)>)>()
-        .iter(world)
-        .collect::<Vec<_>>();
+/// Removes the method state of the bodies that `which` selects, so that another method can start.
+pub(crate) fn leave_methods(world: &mut World, which: Which) {
+    type Keeps = Or<(With<LastStep>, With<LastAcceleration>)>;
+    synchronize_bodies(world, which.clone());
+    let mut query = QueryBuilder::<Entity, Keeps>::new(world);
+    which.select(&mut query);
+    let bodies: Vec<_> = query.build().iter(world).collect();
     for body in bodies {
         world.entity_mut(body).remove::<(LastStep, LastAcceleration)>();
     }
@@ -57,15 +62,16 @@ pub(crate) fn restart_bodies(world: &mut World, bodies: &[Entity]) {
     if is_prepared(world) && !bodies.is_empty() {
         // First: a body that has left its group since the last tick does not restart with it.
         compile_groups(world);
-        leaving(world, &bodies, synchronize_bodies::<With<Leaves>>);
+        leaving(world, &bodies, synchronize_bodies);
     }
 }
 
 /// Runs `leave` while `bodies` and the members of their groups are marked with [`Leaves`]; returns all of them.
-fn leaving(world: &mut World, bodies: &[Entity], leave: fn(&mut World)) -> Vec<Entity> {
+fn leaving(world: &mut World, bodies: &[Entity], leave: fn(&mut World, Which)) -> Vec<Entity> {
     let members = Groups::with_members(world, bodies);
     world.insert_batch(members.iter().map(|body| (*body, Leaves)).collect::<Vec<_>>());
-    leave(world);
+    let marked = Which::default().with::<Leaves>(world);
+    leave(world, marked);
     members.iter().for_each(|body| {
         world.entity_mut(*body).remove::<Leaves>();
     });
@@ -78,7 +84,7 @@ pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Me
         return;
     }
     compile_groups(world);
-    for body in leaving(world, &[body], leave_methods::<With<Leaves>>) {
+    for body in leaving(world, &[body], leave_methods) {
         mark_method(&mut world.entity_mut(body), method);
     }
 }
@@ -87,7 +93,7 @@ pub(crate) fn set_body_method(world: &mut World, body: Entity, method: Option<Me
 /// half of the last step under the new laws.
 pub(crate) fn end_half_steps(world: &mut World) {
     if is_prepared(world) {
-        synchronize_bodies::<()>(world);
+        synchronize_bodies(world, Which::default());
     }
 }
 

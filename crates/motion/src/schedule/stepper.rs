@@ -18,8 +18,8 @@ use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::Emissions;
 use crate::state::method_state::LastAcceleration;
 use crate::state::static_bodies::mark_static;
-use crate::tick::integrate::Unmarked;
 use crate::tick::quarantine::quarantine_bodies;
+use crate::tick::which::Which;
 
 /// The compiled schedule of a world and what a tick does around it: before it, requests and compiling again; after it,
 /// the clock.
@@ -67,7 +67,7 @@ impl Stepper {
     fn compile(world: &mut World, method: Method, installed: bool) -> Self {
         mark_static(world);
         let plan = StepPlan::of(world, method);
-        let mut schedule = if installed { inner_schedule(&plan) } else { step_schedule(&plan) };
+        let mut schedule = if installed { inner_schedule(world, &plan) } else { step_schedule(world, &plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
         let (inputs, bodies) = (PlanInputs::of(world), count_bodies(world));
         Self { plan, schedule, inputs, bodies, installed, claimed: ClaimedEvaluations::default() }
@@ -193,7 +193,8 @@ impl Stepper {
             return;
         }
         self.notice_added_bodies(world);
-        leave_methods::<Unmarked>(world);
+        let bodies = Which::of_method(world, None);
+        leave_methods(world, bodies);
         *self = Self::compile(world, method, self.installed);
     }
 

@@ -1,19 +1,20 @@
 //! The systems of a tick, their sets, and the schedule that they are compiled to.
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::{ArchetypeFilter, QueryFilter};
+use bevy_ecs::query::QueryBuilder;
 use bevy_ecs::schedule::{
     LogLevel, ScheduleBuildSettings, ScheduleConfigs, ScheduleLabel, SingleThreadedExecutor,
 };
-use bevy_ecs::system::ScheduleSystem;
+use bevy_ecs::system::{ParamBuilder, QueryParamBuilder, ScheduleSystem, SystemState};
 
-use crate::groups::integrate_groups;
+use crate::groups::{GroupKernel, integrate_groups};
+use crate::kernels::Kernel;
 use crate::kernels::evaluations::Evaluations;
 use crate::kernels::record::TickRecords;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
 use crate::methods::table::Method;
-use crate::methods::{ExplicitEuler, Integrator, MethodState, SemiImplicitEuler, with_method};
+use crate::methods::{ExplicitEuler, MethodState, SemiImplicitEuler, with_method};
 use crate::schedule::emission::emit_particles;
 use crate::schedule::plan::{Passes, StepPlan};
 use crate::state::clock::{StepClock, TimeStep};
@@ -23,10 +24,9 @@ use crate::state::emitter::Dormant;
 use crate::state::forces::{Forces, PushQueue, PushedBodies};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::static_bodies::Static;
-use crate::tick::integrate::{
-    Unmarked, integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity,
-};
+use crate::tick::integrate::{integrate, integrate_acceleration, integrate_in_one_pass, integrate_velocity};
 use crate::tick::quarantine::{Quarantine, quarantine_bodies};
+use crate::tick::which::Which;
 
 /// The schedule of one tick.
 #[derive(ScheduleLabel, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -47,17 +47,17 @@ pub enum StepSystems {
     Quarantine,
 }
 
-/// Compiles the schedule of one tick. Two systems that access the same data in no stated order are an error when it is
+/// Compiles the schedule of one tick of `world`. Two systems that access the same data in no stated order are an error when it is
 /// initialized. It runs on one thread: a multi-threaded executor costs more per system than a thousand bodies do.
 #[must_use]
-pub fn step_schedule(plan: &StepPlan) -> Schedule {
-    schedule_of(step_systems(plan))
+pub fn step_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
+    schedule_of(step_systems(world, plan))
 }
 
 /// Compiles the schedule of what [`StepSystems::Integrate`] does.
-pub(crate) fn inner_schedule(plan: &StepPlan) -> Schedule {
+pub(crate) fn inner_schedule(world: &mut World, plan: &StepPlan) -> Schedule {
     let births = plan.emits.then(|| emit_particles.into_configs());
-    schedule_of(births.into_iter().chain(integration(plan)))
+    schedule_of(births.into_iter().chain(integration(world, plan)))
 }
 
 fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>>) -> Schedule {
@@ -74,28 +74,34 @@ fn schedule_of(systems: impl IntoIterator<Item = ScheduleConfigs<ScheduleSystem>
     schedule
 }
 
-/// The systems of one tick, in the order in which they run.
+/// The systems of one tick of `world`, in the order in which they run.
 #[must_use]
-pub fn step_systems(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
+pub fn step_systems(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let mut systems: Vec<_> = plan.emits.then(|| emit_particles.into_configs()).into_iter().collect();
     systems.push(apply_forces.into_configs());
-    systems.extend(integration(plan));
+    systems.extend(integration(world, plan));
     systems.extend([clear_forces.into_configs(), quarantine_bodies.into_configs()]);
     systems
 }
 
 /// The systems that change velocities and positions.
-fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
+fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
     let mut systems = Vec::new();
     // Groups first: the single bodies that they hang on are then still where the tick began.
-    for method in &plan.groups {
-        match method {
-            None => with_method!(plan.method, M => systems.extend(group_systems::<M, Unmarked>())),
-            Some(method) => with_method!(*method, M => systems.extend(group_systems::<M, With<M>>())),
+    for own in &plan.groups {
+        let (method, which) = (own.unwrap_or(plan.method), Which::of_method(world, *own));
+        // A group caches the accelerations of its members itself.
+        if method.traits().state == MethodState::LastStep {
+            let members = which.clone().with::<Grouped>(world);
+            systems.push(remember_steps(world, &members));
         }
+        let kernel = with_method!(method, M => const { GroupKernel::of::<M>() });
+        systems.push(
+            integrate_groups(world, kernel, &which, name("integrate_groups", method, *own)).into_configs(),
+        );
     }
     if !plan.grouped_only {
-        systems.extend(with_method!(plan.method, M => remember::<M, Unmarked>(plan)));
+        systems.extend(remember(world, plan, None));
         match (plan.passes, plan.method) {
             (Passes::Two, Method::SemiImplicitEuler) => {
                 systems.extend([integrate_acceleration.into_configs(), integrate_velocity.into_configs()]);
@@ -109,42 +115,50 @@ fn integration(plan: &StepPlan) -> Vec<ScheduleConfigs<ScheduleSystem>> {
             (Passes::One, Method::ExplicitEuler) => {
                 systems.push(integrate_in_one_pass::<ExplicitEuler>.into_configs());
             }
-            (_, method) => systems.push(with_method!(method, M => integrate::<M, Unmarked>.into_configs())),
+            _ => systems.push(integrate_method(world, plan, None)),
         }
     }
     for method in &plan.own {
-        systems.extend(with_method!(*method, M => remember::<M, With<M>>(plan)));
-        systems.push(with_method!(*method, M => integrate::<M, With<M>>.into_configs()));
+        systems.extend(remember(world, plan, Some(*method)));
+        systems.push(integrate_method(world, plan, Some(*method)));
     }
     systems
 }
 
-/// The systems of the groups of one method. Added members get their method state first; a group caches their
-/// accelerations itself.
-fn group_systems<M: Integrator, Filter: ArchetypeFilter + 'static>()
--> impl Iterator<Item = ScheduleConfigs<ScheduleSystem>> {
-    // In a `const`, so that the system is compiled for the methods that need it and no others.
-    let remember = if const { matches!(M::STATE, MethodState::LastStep) } {
-        Some(remember_steps::<(Filter, With<Grouped>)>.into_configs())
-    } else {
-        None
-    };
-    remember.into_iter().chain([integrate_groups::<M, Filter>.into_configs()])
+/// The system that integrates the single bodies with the method `own`, or with the world's.
+fn integrate_method(
+    world: &mut World,
+    plan: &StepPlan,
+    own: Option<Method>,
+) -> ScheduleConfigs<ScheduleSystem> {
+    let (method, which) = (own.unwrap_or(plan.method), Which::of_method(world, own));
+    let kernel = with_method!(method, M => const { Kernel::of::<M>() });
+    integrate(world, kernel, &which, name("integrate", method, own)).into_configs()
 }
 
-/// The system that gives added bodies the method state of `M`.
-fn remember<M: Integrator, Filter: ArchetypeFilter + 'static>(
+/// The name of a system of a method: `integrate<RungeKutta4, Without<OwnMethod>>`.
+fn name(system: &str, method: Method, own: Option<Method>) -> String {
+    let bodies = own.map_or("Without<OwnMethod>".to_owned(), |own| format!("With<{own:?}>"));
+    format!("{system}<{method:?}, {bodies}>")
+}
+
+/// The system that gives added single bodies the state of their method, which is `own` or the world's.
+fn remember(
+    world: &mut World,
     plan: &StepPlan,
+    own: Option<Method>,
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
-    if const { matches!(M::STATE, MethodState::LastStep) } {
-        Some(remember_steps::<(Filter, Without<Grouped>)>.into_configs())
-    } else if const { matches!(M::STATE, MethodState::LastAcceleration) } {
-        Some(match plan.caches_accelerations {
-            true => remember_accelerations::<(Filter, Without<Grouped>)>.into_configs(),
-            false => remember_accelerations::<(Filter, With<OwnLaws>, Without<Grouped>)>.into_configs(),
-        })
-    } else {
-        None
+    let which = Which::of_method(world, own).without::<Grouped>(world);
+    match own.unwrap_or(plan.method).traits().state {
+        MethodState::None => None,
+        MethodState::LastStep => Some(remember_steps(world, &which)),
+        MethodState::LastAcceleration if plan.caches_accelerations => {
+            Some(remember_accelerations(world, &which))
+        }
+        MethodState::LastAcceleration => {
+            let with_laws = which.with::<OwnLaws>(world);
+            Some(remember_accelerations(world, &with_laws))
+        }
     }
 }
 
@@ -152,23 +166,29 @@ fn remember<M: Integrator, Filter: ArchetypeFilter + 'static>(
 pub(crate) type Moving = (Without<Quarantined>, Without<Static>, Without<Dormant>);
 
 /// Gives bodies that are new to position Verlet their [`LastStep`], which starts them with the Taylor value.
-fn remember_steps<Filter: QueryFilter>(
-    bodies: Query<Entity, (Filter, With<PhysicsBody>, Without<LastStep>, Moving)>,
-    mut commands: Commands,
-) {
-    bodies.iter().for_each(|body| {
-        commands.entity(body).insert(LastStep::default());
-    });
+fn remember_steps(world: &mut World, which: &Which) -> ScheduleConfigs<ScheduleSystem> {
+    remember_state::<LastStep>(world, which, "remember_steps")
 }
 
 /// Gives bodies their [`LastAcceleration`], the cache of an acceleration that the next step starts with.
-fn remember_accelerations<Filter: QueryFilter>(
-    bodies: Query<Entity, (Filter, With<PhysicsBody>, Without<LastAcceleration>, Moving)>,
-    mut commands: Commands,
-) {
-    bodies.iter().for_each(|body| {
-        commands.entity(body).insert(LastAcceleration::default());
+fn remember_accelerations(world: &mut World, which: &Which) -> ScheduleConfigs<ScheduleSystem> {
+    remember_state::<LastAcceleration>(world, which, "remember_accelerations")
+}
+
+fn remember_state<State: Component + Default>(
+    world: &mut World,
+    which: &Which,
+    name: &'static str,
+) -> ScheduleConfigs<ScheduleSystem> {
+    type Bodies<'w, 's, State> = Query<'w, 's, Entity, (With<PhysicsBody>, Without<State>, Moving)>;
+    let added = QueryParamBuilder::new(|query: &mut QueryBuilder<_, _>| which.select(query));
+    let state: SystemState<(Bodies<State>, Commands)> = (added, ParamBuilder).build_state(world);
+    let system = state.build_system(|added, mut commands| {
+        added.iter().for_each(|body| {
+            commands.entity(body).insert(State::default());
+        });
     });
+    system.with_name(name).into_configs()
 }
 
 /// Inserts the resources that the systems of a tick need. [`Gravity`](crate::Gravity) and the other effects are for you

@@ -14,7 +14,7 @@ use crate::laws::damping::Damping;
 use crate::laws::epoch::Epoch;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{Affine, Declared, DeclaredParam, Gravity, Law, MutualGravity};
-use crate::methods::Integrator;
+use crate::methods::Traits;
 use crate::real::{Real, RealVector as _};
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::emitter::Emissions;
@@ -82,9 +82,9 @@ impl<'a, T: Real> Environment<'a, T> {
         called
     }
 
-    /// The terms of a tick of `M`, without gravity; `called` are the [called laws](Self::called).
-    pub fn terms<'c, M: Integrator>(&self, called: &'c [&'c dyn Law<T>]) -> Terms<'c, T> {
-        Terms::new::<M>(Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.times)
+    /// The terms of a tick of `method`, without gravity; `called` are the [called laws](Self::called).
+    pub fn terms<'c>(&self, method: Traits, called: &'c [&'c dyn Law<T>]) -> Terms<'c, T> {
+        Terms::new(method, Affine::sum(self.laws.all()), self.damping, called, self.epoch, self.times)
             .within(self.bounds())
     }
 

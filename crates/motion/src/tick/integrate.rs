@@ -3,15 +3,18 @@
 use std::ops::Range;
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::ArchetypeFilter;
+use bevy_ecs::query::{ArchetypeFilter, QueryBuilder};
+use bevy_ecs::system::{BoxedSystem, ParamBuilder, QueryParamBuilder, SystemState};
 use bytemuck::TransparentWrapper as _;
 
 use crate::kernels::record::TickRecords;
-use crate::kernels::{self, Applied, Batch, BodyOptions, MethodStateRows, RowOptions, StepStatistics, Terms};
-use crate::methods::Integrator;
+use crate::kernels::{
+    self, Applied, Batch, BodyOptions, Kernel, MethodStateRows, RowOptions, StepStatistics, Terms,
+};
 use crate::methods::euler::{Drift, Kick};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
+use crate::methods::{Integrator, Traits};
 use crate::state::components::{Force, PhysicsBody, Quarantined, Transform};
 use crate::state::coupling::Grouped;
 use crate::state::emitter::Dormant;
@@ -23,6 +26,7 @@ use crate::tick::columns::{BodyColumns, BodyColumnsContiguousItem};
 use crate::tick::diagnosis::{Exposure, Suspect};
 use crate::tick::environment::{Birth, Environment, EnvironmentParam, TickOutput};
 use crate::tick::quarantine::Refused;
+use crate::tick::which::Which;
 use crate::units::{Scalar, Vector};
 
 /// The filter of bodies that use the world's method.
@@ -38,6 +42,7 @@ pub type Bodies<'w, 's, Who> = Query<
 
 /// What is read of a table in a tick.
 struct TableTick<'a> {
+    kernel: Kernel<Scalar>,
     entities: &'a [Entity],
     forces: &'a [Force],
     /// The options of its bodies, if they have any.
@@ -74,7 +79,7 @@ impl RowOptions<Scalar> for TablePart<'_> {
 
 impl TablePart<'_> {
     /// Integrates a tick of every row.
-    fn integrate<M: Integrator>(self, mut batch: Batch<'_, Scalar>) -> Done {
+    fn integrate(self, mut batch: Batch<'_, Scalar>) -> Done {
         let TableTick { terms, births, records, .. } = self.table;
         let rows = batch.bodies.len();
         let mut done = Done::default();
@@ -83,16 +88,16 @@ impl TablePart<'_> {
         let mut next = 0;
         for Birth { place, time } in &births[row(0)..row(rows)] {
             let born = place.1 - self.start;
-            self.integrate_rows::<M>(next..born, terms, &mut batch, &mut done);
-            self.integrate_rows::<M>(born..born + 1, &terms.since::<M>(*time), &mut batch, &mut done);
+            self.integrate_rows(next..born, terms, &mut batch, &mut done);
+            self.integrate_rows(born..born + 1, &terms.since(*time), &mut batch, &mut done);
             next = born + 1;
         }
-        self.integrate_rows::<M>(next..rows, terms, &mut batch, &mut done);
+        self.integrate_rows(next..rows, terms, &mut batch, &mut done);
         done
     }
 
     /// Integrates some of the rows, all of which have the same tick.
-    fn integrate_rows<M: Integrator>(
+    fn integrate_rows(
         self,
         rows: Range<usize>,
         terms: &Terms<'_, Scalar>,
@@ -105,9 +110,9 @@ impl TablePart<'_> {
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let options = self.table.options.map(|_| &self as &dyn RowOptions<Scalar>);
         let refuse = &mut |row, breach| refused.push((row, breach));
-        kernels::integrate_batch::<_, M>(terms, batch, rows, options, &mut done.statistics, refuse);
+        self.table.kernel.integrate(terms, batch, rows, options, &mut done.statistics, refuse);
         for (row, breach) in refused {
-            done.refused.push(self.diagnose::<M>(terms, batch, row, breach));
+            done.refused.push(self.diagnose(terms, batch, row, breach));
         }
     }
 
@@ -115,7 +120,7 @@ impl TablePart<'_> {
     /// half, the first half is stored, as it is where the halves are systems of their own; not in a tick of several
     /// steps, nor at the border of a range.
     #[cold]
-    fn diagnose<M: Integrator>(
+    fn diagnose(
         self,
         terms: &Terms<'_, Scalar>,
         batch: &mut Batch<'_, Scalar>,
@@ -125,22 +130,23 @@ impl TablePart<'_> {
         const KICK: &str = "integrate_acceleration";
         const DRIFT: &str = "integrate_velocity";
         let options = self.row(row);
-        let statistics = &mut StepStatistics::default();
+        let TableTick { kernel, entities, forces, environment, gravity_off, .. } = *self.table;
+        let Traits { method, kicks, moves, damps_inside, .. } = kernel.traits;
         let before = (batch.positions[row], batch.bodies[row]);
-        let (system, breach) = match M::METHOD {
-            _ if !M::DAMPS_INSIDE => ("integrate", breach),
-            _ if !M::MOVES => (KICK, breach),
-            _ if !M::KICKS => (DRIFT, breach),
-            Method::SemiImplicitEuler => {
-                match kernels::integrate_row::<_, Kick>(terms, &options, batch, row, statistics) {
-                    Ok(()) => (DRIFT, breach),
-                    Err(breach) => (KICK, breach),
-                }
+        let (kick, drift) = (const { Kernel::of::<Kick>() }, const { Kernel::of::<Drift>() });
+        let (system, breach) = if !damps_inside {
+            ("integrate", breach)
+        } else if !(kicks && moves) {
+            (if kicks { KICK } else { DRIFT }, breach)
+        } else {
+            let halves = [(kick, KICK), (drift, DRIFT)];
+            let [first, second] =
+                if method == Method::SemiImplicitEuler { halves } else { [halves[1], halves[0]] };
+            let statistics = &mut StepStatistics::default();
+            match first.0.integrate_row(terms, options, batch, row, statistics) {
+                Ok(()) => (second.1, breach),
+                Err(breach) => (first.1, breach),
             }
-            _ => match kernels::integrate_row::<_, Drift>(terms, &options, batch, row, statistics) {
-                Ok(()) => (KICK, breach),
-                Err(breach) => (DRIFT, breach),
-            },
         };
         if breach.finite || options.substeps.unwrap_or(terms.times.substeps) > 1 {
             (batch.positions[row], batch.bodies[row]) = before;
@@ -148,32 +154,31 @@ impl TablePart<'_> {
         let transform = Transform::at(Vector::from_array(batch.positions[row]));
         let state: PhysicsBody = bytemuck::cast(batch.bodies[row]);
         let damping_rate = options.damping_rate.filter(|_| terms.damping.is_some());
-        let TableTick { entities, forces, environment, gravity_off, .. } = *self.table;
         let suspect = Suspect {
             position: transform.position,
             body: state,
-            force: if M::KICKS { forces[self.start + row].0 } else { Vector::ZERO },
+            force: if kicks { forces[self.start + row].0 } else { Vector::ZERO },
             damping_rate,
             limit: options.speed_limit,
             last_step: match &batch.method_state {
                 MethodStateRows::LastStep(steps) => Some(steps[row]),
                 _ => None,
             },
-            laws: if M::KICKS { options.laws } else { &[] },
+            laws: if kicks { options.laws } else { &[] },
         };
         let own_rate = damping_rate.is_some();
         let evidence = suspect
             .found()
             .or_else(|| suspect.own_law(terms.times.ends()))
-            .or_else(|| environment.found(Exposure { kicks: M::KICKS, gravity_off, own_rate }))
-            .or_else(|| if M::KICKS { environment.law_at_fault(suspect.state()) } else { None });
+            .or_else(|| environment.found(Exposure { kicks, gravity_off, own_rate }))
+            .or_else(|| if kicks { environment.law_at_fault(suspect.state()) } else { None });
         let cause = environment.cause(system, breach, evidence);
         Refused { body: entities[self.start + row], transform, state, cause }
     }
 }
 
 /// Integrates a table on all threads, to the same bits.
-fn shared<M: Integrator>(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_, Scalar>) -> Done {
+fn shared(threads: &Threads, table: &TableTick<'_>, batch: Batch<'_, Scalar>) -> Done {
     let share = batch.bodies.len().div_ceil(threads.count()).next_multiple_of(kernels::BLOCK);
     let mut parts: Vec<(Done, Option<Batch<'_, Scalar>>, TablePart<'_>)> = Vec::new();
     let (mut rest, mut start) = (Some(batch), 0);
@@ -187,7 +192,7 @@ fn shared<M: Integrator>(threads: &Threads, table: &TableTick<'_>, batch: Batch<
     let jobs = parts.iter_mut().map(|(done, batch, part)| {
         move || {
             if let Some(batch) = batch.take() {
-                *done = part.integrate::<M>(batch);
+                *done = part.integrate(batch);
             }
         }
     });
@@ -203,8 +208,9 @@ fn shared<M: Integrator>(threads: &Threads, table: &TableTick<'_>, batch: Batch<
     sum
 }
 
-/// Integrates a tick of `M` for all bodies of a system.
-fn advance<M: Integrator, Who: ArchetypeFilter>(
+/// Integrates a tick of all bodies of a system.
+fn advance<Who: ArchetypeFilter>(
+    kernel: Kernel<Scalar>,
     mut param: EnvironmentParam,
     mut output: TickOutput,
     mut bodies: Bodies<Who>,
@@ -212,7 +218,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
     param.prepare();
     let environment = param.environment();
     let called = environment.called();
-    let without_gravity = environment.terms::<M>(&called);
+    let without_gravity = environment.terms(kernel.traits, &called);
     let mut with_gravity = without_gravity;
     with_gravity.gravity += environment.free_fall();
     for columns in bodies.contiguous_iter_mut().expect("every component of a body is stored in tables") {
@@ -228,7 +234,8 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
         let gravity_off = options.gravity_off();
         let (pushed, births) = (param.pushed_of(entities[0]), param.births_of(entities[0]));
         // A kick moves nothing, so no position is marked as changed.
-        let transforms = if M::MOVES { &mut *transforms } else { transforms.bypass_change_detection() };
+        let transforms =
+            if kernel.traits.moves { &mut *transforms } else { transforms.bypass_change_detection() };
         let method_state = match (&mut last_step, &mut last_acceleration) {
             (Some(steps), _) => {
                 MethodStateRows::LastStep(bytemuck::cast_slice_mut(steps.bypass_change_detection()))
@@ -247,6 +254,7 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
             residues: None,
         };
         let table = TableTick {
+            kernel,
             entities,
             forces,
             options: options.is_more().then_some(&options as _),
@@ -258,9 +266,9 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
         };
         let done = match param.threads.as_deref() {
             Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
-                shared::<M>(threads, &table, batch)
+                shared(threads, &table, batch)
             }
-            _ => TablePart { table: &table, start: 0 }.integrate::<M>(batch),
+            _ => TablePart { table: &table, start: 0 }.integrate(batch),
         };
         output.evaluations.add(&done.statistics, &called, environment.summed(gravity_off));
         output.records.add(entities, done.statistics.record);
@@ -274,12 +282,12 @@ fn advance<M: Integrator, Who: ArchetypeFilter>(
 /// part of this update. Laws of position or velocity need [`integrate_in_one_pass`], which evaluates them before
 /// either half of the step.
 pub fn integrate_acceleration(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
-    advance::<Kick, _>(param, output, bodies);
+    advance(const { Kernel::of::<Kick>() }, param, output, bodies);
 }
 
 /// `x += v h`, with the damping, speed limit and axis locks that stand before and after the move.
 pub fn integrate_velocity(param: EnvironmentParam, output: TickOutput, bodies: Bodies<Unmarked>) {
-    advance::<Drift, _>(param, output, bodies);
+    advance(const { Kernel::of::<Drift>() }, param, output, bodies);
 }
 
 /// Both halves of a step of `M`, one of the two explicit Eulers, in one pass over memory: to the same bits as
@@ -289,14 +297,19 @@ pub fn integrate_in_one_pass<M: Integrator>(
     output: TickOutput,
     bodies: Bodies<Unmarked>,
 ) {
-    advance::<M, _>(param, output, bodies);
+    advance(const { Kernel::of::<M>() }, param, output, bodies);
 }
 
-/// Integrates a tick of `M` for the bodies that the filter `Who` selects.
-pub fn integrate<M: Integrator, Who: ArchetypeFilter>(
-    param: EnvironmentParam,
-    output: TickOutput,
-    bodies: Bodies<Who>,
-) {
-    advance::<M, _>(param, output, bodies);
+/// Makes the system that integrates a tick of `kernel` for the bodies that `which` selects.
+pub(crate) fn integrate(
+    world: &mut World,
+    kernel: Kernel<Scalar>,
+    which: &Which,
+    name: String,
+) -> BoxedSystem {
+    let bodies = QueryParamBuilder::new(|query: &mut QueryBuilder<_, _>| which.select(query));
+    let state: SystemState<(EnvironmentParam, TickOutput, Bodies<()>)> =
+        (ParamBuilder, ParamBuilder, bodies).build_state(world);
+    let system = state.build_system(move |param, output, bodies| advance(kernel, param, output, bodies));
+    Box::new(system.with_name(name))
 }

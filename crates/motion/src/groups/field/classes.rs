@@ -5,7 +5,7 @@ use crate::kernels::BodyOptions;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::Segments;
 use crate::laws::{Affine, Law};
-use crate::methods::{Field as _, Integrator};
+use crate::methods::Field as _;
 use crate::real::{Real, RealVector as _};
 use crate::state::components::AxisLocks;
 
@@ -32,7 +32,7 @@ impl<T: Real> Class<T> {
 }
 
 impl<T: Real> GroupField<'_, T> {
-    pub(super) fn sort_into_classes<M: Integrator>(&mut self) {
+    pub(super) fn sort_into_classes(&mut self) {
         let GroupEnvironment { shared, terms, .. } = self.environment;
         let (gravity, drag) = (shared.free_fall(), shared.laws.drag);
         let none = Affine { constant: T::Vector::ZERO, rate: T::ZERO };
@@ -46,7 +46,7 @@ impl<T: Real> GroupField<'_, T> {
             let air = if in_sheet { none } else { air };
             let gravity = if options.gravity_off { T::Vector::ZERO } else { gravity };
             let own = match options.damping_rate {
-                Some(_) => &terms.damped::<M>(options.damping(terms.damping)),
+                Some(_) => &terms.damped(options.damping(terms.damping)),
                 None => terms,
             };
             Class {

@@ -2,12 +2,12 @@
 
 use super::*;
 use crate::kernels::calling;
-use crate::kernels::{BodyOptions, StepStatistics, integrate_batch, integrate_row};
+use crate::kernels::{BodyOptions, Kernel, StepStatistics};
 use crate::laws::Affine;
 use crate::laws::damping::{Damping, DampingModel};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
-use crate::methods::with_method;
+use crate::methods::{Traits, with_method};
 use crate::real::RealVector as _;
 
 const ROWS: usize = 11;
@@ -53,7 +53,8 @@ fn terms<M: Integrator, T: Real>(damping: Option<Damping>, drag: f64, substeps: 
     let h = h.to_f64();
     let times = TickTimes { start: 0.0, end: h, tick: h, substeps };
     let gravity = T::Vector::of(glam::DVec3::new(0.1, -9.8, 1e-3));
-    Terms::new::<M>(Affine { constant: gravity, rate: T::of(drag) }, damping, &[], 0, times)
+    let affine = Affine { constant: gravity, rate: T::of(drag) };
+    Terms::new(Traits::of::<M>(), affine, damping, &[], 0, times)
 }
 
 /// The state after 50 ticks by each of the ways in which a table can be integrated.
@@ -76,7 +77,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     let statistics = &mut StepStatistics::default();
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        integrate_batch::<T, M>(&terms, batch, 0..ROWS, None, statistics, refuse);
+        Kernel::of::<M>().integrate(&terms, batch, 0..ROWS, None, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
@@ -85,7 +86,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
         for row in 0..ROWS {
-            let done = integrate_row::<T, M>(&terms, &BodyOptions::NONE, batch, row, statistics);
+            let done = Kernel::of::<M>().integrate_row(&terms, BodyOptions::NONE, batch, row, statistics);
             assert_eq!(done, Ok(()));
         }
     });

@@ -9,7 +9,6 @@ use super::modes::{MOST, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin};
 use crate::groups::{Coupling, Holder, LinearGroup, Solver, larger};
 use crate::laws::damping::Damping;
-use crate::methods::{Integrator, with_method};
 use crate::units::Scalar;
 
 /// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
@@ -20,7 +19,7 @@ pub(super) fn margin(
     stepping: Stepping,
     spring_margins: Option<&mut Vec<SpringMargin>>,
 ) -> Option<Margin> {
-    let damps_inside = with_method!(stepping.method, M => M::DAMPS_INSIDE);
+    let damps_inside = stepping.method.traits().damps_inside;
     let times = if damps_inside { 1.0 } else { f64::from(stepping.substeps) };
     let group = LinearGroup::of(world, coupling, bodies).with_longer_decays(times);
     let h = stepping.tick / f64::from(stepping.substeps);

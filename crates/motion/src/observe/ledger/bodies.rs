@@ -8,7 +8,6 @@ use crate::kernels::BodyOptions;
 use crate::laws::BodyState;
 use crate::methods::markers::{OwnMethod, own_method};
 use crate::methods::table::Method;
-use crate::methods::{Integrator, with_method};
 use crate::state::clock::StepClock;
 use crate::state::components::{AxisLocks, Force, PhysicsBody, Quarantined, StableId, Transform};
 use crate::state::emitter::{Dormant, Emissions};
@@ -153,7 +152,7 @@ pub(super) fn bodies<'w>(
             let options = row.options.options();
             let end = PhasePoint::of(transform, body);
             let method = if marked { world.get_entity(entity).ok().and_then(own_method) } else { None };
-            let limits_after_kick = with_method!(method.unwrap_or(world_method), M => M::LIMITS_AFTER_KICK);
+            let limits_after_kick = method.unwrap_or(world_method).traits().limits_after_kick;
             let body = BodyTick {
                 entity,
                 ends: [end; 2],

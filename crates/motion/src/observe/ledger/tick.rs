@@ -10,7 +10,6 @@ use crate::kernels::record::TickRecord;
 use crate::laws::tick_times::TickTimes;
 use crate::laws::{EvaluationTime, Law};
 use crate::methods::table::Method;
-use crate::methods::{Integrator, with_method};
 use crate::state::clock::StepClock;
 use crate::tick::environment::Environment;
 use crate::units::{Scalar, Vector};
@@ -46,7 +45,7 @@ impl<'w> LedgerTick<'w> {
 
     /// Damping rate of a body, 1/s, where damping is a law: the exact model in methods that do not damp inside a step.
     fn damping_rate(&self, body: &BodyTick<'_>) -> Scalar {
-        let damps_inside = with_method!(body.method.unwrap_or(self.method), M => M::DAMPS_INSIDE);
+        let damps_inside = body.method.unwrap_or(self.method).traits().damps_inside;
         let damping = self.environment.damping.filter(|damping| damping.is_exact() && !damps_inside);
         damping.map_or(0.0, |damping| body.options.damping_rate.unwrap_or(damping.rate))
     }

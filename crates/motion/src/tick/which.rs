@@ -1,0 +1,49 @@
+//! Which bodies a system integrates, chosen when the schedule is compiled: one system serves all methods.
+
+use bevy_ecs::component::ComponentId;
+use bevy_ecs::prelude::*;
+use bevy_ecs::query::{QueryBuilder, QueryData, QueryFilter};
+
+use crate::methods::markers::{OwnMethod, marker};
+use crate::methods::table::Method;
+
+/// Components that the bodies of a system have, and components that they lack.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Which {
+    with: Vec<ComponentId>,
+    without: Vec<ComponentId>,
+}
+
+impl Which {
+    /// The bodies with this method of their own, or those that use the world's.
+    pub fn of_method(world: &mut World, own: Option<Method>) -> Self {
+        match own {
+            Some(method) => Self { with: vec![marker(world, method)], without: Vec::new() },
+            None => Self { with: Vec::new(), without: vec![world.register_component::<OwnMethod>()] },
+        }
+    }
+
+    /// Those of them that have `C`.
+    #[must_use]
+    pub fn with<C: Component>(mut self, world: &mut World) -> Self {
+        self.with.push(world.register_component::<C>());
+        self
+    }
+
+    /// Those of them that lack `C`.
+    #[must_use]
+    pub fn without<C: Component>(mut self, world: &mut World) -> Self {
+        self.without.push(world.register_component::<C>());
+        self
+    }
+
+    /// Restricts a query to these bodies.
+    pub fn select<D: QueryData, F: QueryFilter>(&self, query: &mut QueryBuilder<D, F>) {
+        for component in &self.with {
+            query.with_id(*component);
+        }
+        for component in &self.without {
+            query.without_id(*component);
+        }
+    }
+}
