@@ -56,7 +56,10 @@ pub trait Real:
     /// Square root.
     fn sqrt(self) -> Self;
     /// Whether `self <= bound`; false for NaN.
-    fn is_at_most(self, bound: Self) -> bool;
+    #[inline(always)]
+    fn is_at_most(self, bound: Self) -> bool {
+        self <= bound
+    }
     /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
     /// `sin` by `libm`, the same on every platform.
@@ -164,10 +167,6 @@ macro_rules! real {
             #[inline(always)]
             fn sqrt(self) -> Self {
                 $t::sqrt(self)
-            }
-            #[inline(always)]
-            fn is_at_most(self, bound: Self) -> bool {
-                self <= bound
             }
             #[inline(always)]
             fn is_finite(self) -> bool {

@@ -60,39 +60,27 @@ pub(crate) fn update_groups(world: &mut World, may_be_new: bool) {
     }
 }
 
-/// The couplings of all groups.
-pub(crate) enum Couplings {
-    /// Those of the world's groups.
-    Made,
-    /// Those that outdated groups will have.
-    Coming(Vec<(Coupling<Scalar>, Vec<Entity>)>),
-}
+/// A coupling and its bodies by row.
+type Coupled = (Coupling<Scalar>, Vec<Entity>);
 
-/// The couplings now. Leaves outdated groups as they are, so that observing changes nothing.
-pub(crate) fn couplings_now(world: &mut World) -> Couplings {
+/// The couplings that the groups of `world` will have; `None` if they are not outdated. Leaves the groups as they are, so
+/// that observing changes nothing.
+pub(crate) fn coming_couplings(world: &mut World) -> Option<Vec<Coupled>> {
     let mut groups = world.get_resource::<Groups>().into_iter().flat_map(|groups| &groups.list);
     let gone = groups.any(|group| group.bodies.iter().any(|body| world.get_entity(*body).is_err()));
-    if gone || is_outdated(world) {
-        let attracts = world.contains_resource::<MutualGravity>();
-        Couplings::Coming(Graph::of(world).groups(attracts))
-    } else {
-        Couplings::Made
-    }
+    let attracts = world.contains_resource::<MutualGravity>();
+    (gone || is_outdated(world)).then(|| Graph::of(world).groups(attracts))
 }
 
-impl Couplings {
-    /// The couplings of `world`, with their bodies by row.
-    pub fn iter<'a>(
-        &'a self,
-        world: &'a World,
-    ) -> impl Iterator<Item = (&'a Coupling<Scalar>, &'a [Entity])> {
-        let (made, coming) = match self {
-            Self::Made => (world.get_resource::<Groups>().map_or(&[][..], |groups| &groups.list), &[][..]),
-            Self::Coming(list) => (&[][..], &list[..]),
-        };
-        let coming = coming.iter().map(|(coupling, bodies)| (coupling, &bodies[..]));
-        made.iter().map(|group| (&group.coupling, &group.bodies[..])).chain(coming)
-    }
+/// The couplings of `world` with their bodies by row: those that are `coming`, if any.
+pub(crate) fn couplings<'a>(
+    world: &'a World,
+    coming: Option<&'a [Coupled]>,
+) -> impl Iterator<Item = (&'a Coupling<Scalar>, &'a [Entity])> {
+    let made = world.get_resource::<Groups>().filter(|_| coming.is_none());
+    let made = made.into_iter().flat_map(|groups| &groups.list);
+    let made = made.map(|group| (&group.coupling, &group.bodies[..]));
+    made.chain(coming.unwrap_or_default().iter().map(|(coupling, bodies)| (coupling, &bodies[..])))
 }
 
 /// A body that may be part of a group.
@@ -177,9 +165,11 @@ impl Graph {
             })
             .collect();
         // Two springs that are equal in all of this are interchangeable.
+        let bits = |Elastic { stiffness, damping, rest_length }: &Elastic<Scalar>| {
+            [stiffness, damping, rest_length].map(|number| number.to_bits())
+        };
         springs.sort_unstable_by_key(|SpringRow { ends: [a, b], elastic }| {
-            let Elastic { stiffness, damping, rest_length } = elastic;
-            (*a.min(b), *a.max(b), stiffness.to_bits(), damping.to_bits(), rest_length.to_bits())
+            (*a.min(b), *a.max(b), bits(elastic))
         });
         graph.springs = Springs::with_room(springs.len() + room);
         springs.into_iter().for_each(|spring| graph.add_spring(spring));
@@ -192,10 +182,7 @@ impl Graph {
             })
             .collect();
         // Soft bodies that are equal in all of this are interchangeable, as single springs are.
-        let pulls = |link: &Link| {
-            let Elastic { stiffness, damping, rest_length } = link.elastic;
-            (link.ends, stiffness.to_bits(), damping.to_bits(), rest_length.to_bits())
-        };
+        let pulls = |link: &Link| (link.ends, bits(&link.elastic));
         softs.sort_by(|(points, soft), (others, other)| {
             let lowest = |points: &[Option<u32>]| points.iter().flatten().copied().min();
             let by_points = || lowest(points).cmp(&lowest(others)).then_with(|| points.cmp(others));
@@ -237,7 +224,7 @@ impl Graph {
     }
 
     /// The connected components, each with its bodies.
-    fn groups(self, attracts: bool) -> Vec<(Coupling<Scalar>, Vec<Entity>)> {
+    fn groups(self, attracts: bool) -> Vec<Coupled> {
         let Self { nodes, mut springs, sheets } = self;
         // NaN counts as attracting, so that it is found.
         let pulls = |source: Scalar| source > 0.0 || source.is_nan();
@@ -277,8 +264,8 @@ impl Graph {
 }
 
 /// Marks exactly the bodies that move in groups.
-fn mark(world: &mut World, list: &[(Coupling<Scalar>, Vec<Entity>)]) {
-    let members = |(coupling, bodies): &(Coupling<Scalar>, Vec<Entity>)| bodies[..coupling.movable].to_vec();
+fn mark(world: &mut World, list: &[Coupled]) {
+    let members = |(coupling, bodies): &Coupled| bodies[..coupling.movable].to_vec();
     let now: EntityHashSet = list.iter().flat_map(members).collect();
     let mut marked = world.query_filtered::<Entity, With<Grouped>>();
     let before: EntityHashSet = marked.iter(world).collect();

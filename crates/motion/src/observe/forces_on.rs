@@ -3,7 +3,7 @@
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
 
-use crate::groups::{Coupling, Row, couplings_now, row_of, states_of};
+use crate::groups::{Coupling, Row, coming_couplings, couplings, row_of, states_of};
 use crate::kernels::record::vector;
 use crate::laws::damping::Damping;
 use crate::laws::tick_times::TickTimes;
@@ -63,12 +63,12 @@ pub fn each_force(
     bodies: &[Entity],
     mut each: impl FnMut(usize, ForceCause, Vector),
 ) {
-    let couplings = couplings_now(world);
+    let coming = coming_couplings(world);
     let world = &*world;
     let mut indices = EntityHashMap::with_capacity(bodies.len());
     let mut in_sheets = vec![false; bodies.len()];
     indices.extend(bodies.iter().enumerate().map(|(index, body)| (*body, index)));
-    for (coupling, members) in couplings.iter(world) {
+    for (coupling, members) in couplings(world, coming.as_deref()) {
         for row in &coupling.in_sheets {
             if let Some(index) = indices.get(&members[*row as usize]) {
                 in_sheets[*index] = true;
@@ -79,7 +79,7 @@ pub fn each_force(
     for (index, body) in bodies.iter().enumerate() {
         forces.on_body(*body, in_sheets[index], |cause, newtons| each(index, cause, newtons));
     }
-    for (coupling, members) in couplings.iter(world) {
+    for (coupling, members) in couplings(world, coming.as_deref()) {
         let index = |body: &Entity| indices.get(body).copied();
         let wanted: Vec<_> = members[..coupling.movable].iter().map(index).collect();
         if wanted.iter().any(Option::is_some) {

@@ -84,7 +84,7 @@ impl<T: Real> GroupField<'_, T> {
         work.fit(self);
         work.linearize(self, &v);
         work.force(self, &v);
-        work.right_side_of_step(self, &v);
+        work.right_side(self, &v, false);
         work.iterate(self, &mut v, gain.as_deref_mut());
         for _ in 0..self.environment.solver.newton_iterations {
             let h = self.step();
@@ -93,7 +93,7 @@ impl<T: Real> GroupField<'_, T> {
             }
             work.linearize(self, &v);
             work.force(self, &v);
-            work.right_side_of_newton(self, &v);
+            work.right_side(self, &v, true);
             work.iterate(self, &mut v, gain.as_deref_mut());
         }
         self.scratch.slots[start] = v;
@@ -152,56 +152,37 @@ impl<T: Real> Workspace<T> {
         field.push_and_pull(field.end().time, &self.x, v, &mut self.linear.forces);
     }
 
-    /// `h W^½ (f - h K v)`, from the forces f at the start of the step.
-    fn right_side_of_step(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>]) {
-        self.linear.add_moves_of_springs(field.step(), v);
-        self.gradients.q.fill([T::ZERO; 4]);
-        let mut called = std::mem::take(&mut self.gradients.q);
-        field.call_at_end(&self.x, v, &mut called);
-        for (row, called) in called[..field.coupling.movable].iter_mut().enumerate() {
-            let rate = field.class(row).rate;
-            let moved = match self.linear.local.get(row) {
-                Some((_, moved)) => moved.times(vector(&v[row])).to_array(),
-                None => [T::ZERO; 3],
-            };
-            (0..3).for_each(|axis| called[axis] = called[axis] - rate * v[row][axis] + moved[axis]);
-        }
-        self.right_side(field, &called, |_, _| T::ZERO);
-        self.gradients.q = called;
-    }
-
-    /// `W^-½ (v0 + h a - v)`, from the forces at the end of the step.
-    fn right_side_of_newton(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>]) {
-        self.gradients.q.fill([T::ZERO; 4]);
-        let mut called = std::mem::take(&mut self.gradients.q);
-        field.call_at_end(&self.x, v, &mut called);
-        for (row, called) in called[..field.coupling.movable].iter_mut().enumerate() {
-            let rate = field.class(row).rate;
-            (0..3).for_each(|axis| called[axis] = called[axis] - rate * v[row][axis]);
-        }
-        let before = std::mem::take(&mut self.before);
-        self.right_side(field, &called, |row, axis| before[row][axis] - v[row][axis]);
-        (self.gradients.q, self.before) = (called, before);
-    }
-
-    fn right_side(
-        &mut self,
-        field: &GroupField<'_, T>,
-        called: &[Row<T>],
-        change: impl Fn(usize, usize) -> T,
-    ) {
+    /// `h W^½ (f - h K v)`, from the forces f at the start of the step; for an iteration of Newton `W^-½ (v0 + h a - v)`,
+    /// from the forces at its end.
+    fn right_side(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>], is_newton: bool) {
         let h = field.step();
+        if !is_newton {
+            self.linear.add_moves_of_springs(h, v);
+        }
+        self.gradients.q.fill([T::ZERO; 4]);
+        let mut called = std::mem::take(&mut self.gradients.q);
+        field.call_at_end(&self.x, v, &mut called);
         let (r, forces): (&mut [Row<T>], &[Row<T>]) = (&mut self.gradients.r, &self.linear.forces);
         for row in 0..field.coupling.movable {
-            let (root, locks) = (self.linear.root[row], field.class(row).locks);
+            let (root, Class { rate, locks, .. }) = (self.linear.root[row], *field.class(row));
+            let mut a = [0, 1, 2].map(|axis| called[row][axis] - rate * v[row][axis]);
+            if !is_newton {
+                let moved = match self.linear.local.get(row) {
+                    Some((_, moved)) => moved.times(vector(&v[row])).to_array(),
+                    None => [T::ZERO; 3],
+                };
+                a = [0, 1, 2].map(|axis| a[axis] + moved[axis]);
+            }
             for axis in 0..3 {
+                let change = if is_newton { self.before[row][axis] - v[row][axis] } else { T::ZERO };
                 r[row][axis] = if root > T::ZERO && is_open(locks, axis) {
-                    h * root * forces[row][axis] + (h * called[row][axis] + change(row, axis)) / root
+                    h * root * forces[row][axis] + (h * a[axis] + change) / root
                 } else {
                     T::ZERO
                 };
             }
         }
+        self.gradients.q = called;
     }
 
     /// Adds the solution to `v`, and to `gain` if there is one.
