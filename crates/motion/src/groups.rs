@@ -25,7 +25,7 @@ pub use compile::compile_groups;
 pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups};
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch, Watch};
-pub(crate) use linear::{Holder, LinearGroup, larger};
+pub(crate) use linear::{Contributor, LinearGroup, larger};
 pub(crate) use rows::{Row, RowArray, row_of};
 pub use solver::Solver;
 pub use split::Sets;

@@ -235,31 +235,23 @@ impl<'a, T: Real> Batch<'a, T> {
 
     /// Splits the first `rows` off.
     pub fn split_at(self, rows: usize) -> (Self, Self) {
-        let (first, others) = (0..rows, rows..self.bodies.len());
-        let positions = self.positions.split_at_mut(rows);
-        let bodies = self.bodies.split_at_mut(rows);
-        let method_state = self.method_state.split_at(rows);
-        let residues = self.residues.map(|[x, v]| {
-            let ((first_x, other_x), (first_v, other_v)) = (x.split_at_mut(rows), v.split_at_mut(rows));
-            ([first_x, first_v], [other_x, other_v])
-        });
-        let residues = residues.unzip();
-        let applied = |rows: Range<usize>| self.applied.map(|applied| applied.part(rows));
+        let Self { positions, bodies, applied, method_state, residues } = self;
+        let of_rows = |rows| applied.map(|applied| applied.part(rows));
+        let applied = (of_rows(0..rows), of_rows(rows..bodies.len()));
+        let (positions, bodies) = (positions.split_at_mut(rows), bodies.split_at_mut(rows));
+        let method_state = method_state.split_at(rows);
+        let residues = residues.map(|[x, v]| (x.split_at_mut(rows), v.split_at_mut(rows)));
+        let residues = residues.map(|(x, v)| ([x.0, v.0], [x.1, v.1])).unzip();
+        let batch = |positions, bodies, applied, method_state, residues| Self {
+            positions,
+            bodies,
+            applied,
+            method_state,
+            residues,
+        };
         (
-            Self {
-                positions: positions.0,
-                bodies: bodies.0,
-                applied: applied(first),
-                method_state: method_state.0,
-                residues: residues.0,
-            },
-            Self {
-                positions: positions.1,
-                bodies: bodies.1,
-                applied: applied(others),
-                method_state: method_state.1,
-                residues: residues.1,
-            },
+            batch(positions.0, bodies.0, applied.0, method_state.0, residues.0),
+            batch(positions.1, bodies.1, applied.1, method_state.1, residues.1),
         )
     }
 }

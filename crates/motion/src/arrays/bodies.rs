@@ -25,13 +25,13 @@ pub(super) struct Kind {
 
 /// The options of a body.
 #[derive(Debug)]
-pub(super) struct Own<T: Real> {
+pub(super) struct OwnOptions<T: Real> {
     /// Without its laws.
     pub options: BodyOptions<'static, T>,
     pub laws: Vec<Box<dyn Law<T>>>,
 }
 
-impl<T: Real> Own<T> {
+impl<T: Real> OwnOptions<T> {
     pub fn options(&self) -> BodyOptions<'_, T> {
         BodyOptions { laws: &self.laws, ..self.options }
     }
@@ -52,7 +52,7 @@ pub(super) struct Run {
 pub(super) struct Individuals<T: Real> {
     /// The kind of every row of a world; empty if all bodies are alike.
     pub kinds: Vec<Kind>,
-    pub owns: Vec<Own<T>>,
+    pub own_options: Vec<OwnOptions<T>>,
     pub runs: Vec<Run>,
     /// Whether the runs must be found again: a row may have come to rest, or started to move.
     pub outdated: bool,
@@ -60,7 +60,7 @@ pub(super) struct Individuals<T: Real> {
 
 impl<T: Real> Default for Individuals<T> {
     fn default() -> Self {
-        Self { kinds: Vec::new(), owns: Vec::new(), runs: Vec::new(), outdated: true }
+        Self { kinds: Vec::new(), own_options: Vec::new(), runs: Vec::new(), outdated: true }
     }
 }
 
@@ -116,12 +116,12 @@ impl<T: Real> Individuals<T> {
     /// The options of a row.
     pub fn options(&self, row: usize) -> BodyOptions<'_, T> {
         let Kind { gravity_off, own, .. } = self.kinds[row];
-        own.map_or(BodyOptions { gravity_off, ..BodyOptions::NONE }, |own| self.owns[own].options())
+        own.map_or(BodyOptions { gravity_off, ..BodyOptions::NONE }, |own| self.own_options[own].options())
     }
 }
 
 /// The options of the rows of a run.
-pub(super) struct OfRun<'a, T: Real>(pub &'a [Own<T>]);
+pub(super) struct OfRun<'a, T: Real>(pub &'a [OwnOptions<T>]);
 
 impl<T: Real> RowOptions<T> for OfRun<'_, T> {
     fn row(&self, row: usize) -> BodyOptions<'_, T> {

@@ -7,7 +7,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::query::QueryData;
 
 use super::Bare;
-use super::bodies::{Kind, Own};
+use super::bodies::{Kind, OwnOptions};
 use super::groups::ArrayGroup;
 use crate::groups::{Group, Groups, update_groups};
 use crate::kernels::BodyOptions;
@@ -109,10 +109,11 @@ impl<T: Real> Bare<T> {
             let BodyOptions { gravity_off, substeps, .. } = options;
             let has_laws = columns.laws.is_some();
             let is_more = BodyOptions { gravity_off: false, ..options }.changes_row();
-            let own = (is_more || has_laws || substeps.is_some()).then_some(self.individuals.owns.len());
+            let own =
+                (is_more || has_laws || substeps.is_some()).then_some(self.individuals.own_options.len());
             if own.is_some() {
                 let laws = if has_laws { laws(*entity) } else { Vec::new() };
-                self.individuals.owns.push(Own { options: options.without_laws(), laws });
+                self.individuals.own_options.push(OwnOptions { options: options.without_laws(), laws });
             }
             self.individuals.kinds.push(Kind {
                 method: own_method(world.entity(*entity)),

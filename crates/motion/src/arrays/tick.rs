@@ -87,7 +87,7 @@ impl<T: Real> Bare<T> {
             method_state: method_state.part(rows.clone()),
             residues: residues.map(|Residues { x, v }| [x, v].map(|all| &mut all[rows.clone()])),
         };
-        let options = own.map(|first| OfRun(&individuals.owns[first..]));
+        let options = own.map(|first| OfRun(&individuals.own_options[first..]));
         let options = options.as_ref().map(|options| options as &dyn RowOptions<T>);
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);

@@ -100,7 +100,7 @@ pub(crate) struct GroupField<'a, T: Real> {
     next: usize,
     pushed: bool,
     /// Number of rows that gravity acts on.
-    heavy: u64,
+    with_gravity: u64,
     /// Whether the anchors are at rest: then all velocities may be multiplied by the same factor.
     anchors_rest: bool,
     /// [`Integrator::LIMITS_AFTER_KICK`] of the method.
@@ -179,7 +179,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             segment,
             next: FIRST,
             pushed: false,
-            heavy: 0,
+            with_gravity: 0,
             anchors_rest: true,
             limits_after_kick: false,
             watch: Watch::Off,

@@ -52,7 +52,7 @@ pub(crate) struct LinearGroup<'a> {
 
 /// What contributes most to a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Holder {
+pub(crate) enum Contributor {
     Spring([usize; 2]),
     Damper([usize; 2]),
     Drag(usize),
@@ -282,7 +282,7 @@ impl<'a> LinearGroup<'a> {
     }
 
     /// What contributes most to `stiffness y·A y + rate y·C y`.
-    pub fn holder(&self, [stiffness, rate]: [Scalar; 2], y: &[Scalar]) -> Option<Holder> {
+    pub fn largest_contributor(&self, [stiffness, rate]: [Scalar; 2], y: &[Scalar]) -> Option<Contributor> {
         let of = |row: usize| match self.root.get(row) {
             Some(root) => *root * DVec3::from_slice(&y[3 * row..]),
             None => DVec3::ZERO,
@@ -293,28 +293,28 @@ impl<'a> LinearGroup<'a> {
             let along = square(spring.n.dot(d));
             let held = spring.along * along + spring.across * (d.length_squared() - along);
             [
-                (stiffness * held, Holder::Spring(spring.ends)),
-                (rate * spring.damping * along, Holder::Damper(spring.ends)),
+                (stiffness * held, Contributor::Spring(spring.ends)),
+                (rate * spring.damping * along, Contributor::Damper(spring.ends)),
             ]
         });
         let by_sheets = self.sheets.iter().map(|(corners, n, strength)| {
             let sum = corners.iter().map(|corner| of(*corner)).sum::<DVec3>();
-            (rate * strength * square(n.dot(sum)), Holder::Drag(corners[0]))
+            (rate * strength * square(n.dot(sum)), Contributor::Drag(corners[0]))
         });
         let own = |row: usize| DVec3::from_slice(&y[3 * row..]);
         let by_drag = self
             .drag
             .iter()
             .enumerate()
-            .map(|(row, drag)| (rate * own(row).dot(*drag * own(row)), Holder::Drag(row)));
+            .map(|(row, drag)| (rate * own(row).dot(*drag * own(row)), Contributor::Drag(row)));
         let by_damping = self
             .rates
             .iter()
             .enumerate()
             .map(|(row, damping)| (row, rate * self.decays * damping * own(row).length_squared()))
-            .map(|(row, part)| (part, Holder::Damping(row)));
+            .map(|(row, part)| (part, Contributor::Damping(row)));
         let all = by_springs.chain(by_sheets).chain(by_drag).chain(by_damping);
-        all.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, holder)| holder)
+        all.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, contributor)| contributor)
     }
 }
 

@@ -79,17 +79,17 @@ impl Rescue<'_, '_, '_, '_> {
             pushes: &pushes,
             before: &before,
         };
-        let mut dead = vec![false; coupling.rows];
+        let mut removed = vec![false; coupling.rows];
         // Rows that fail whatever the others do are removed at once: one at a time would take a tick of the group for
         // each.
-        for (row, dead) in dead.iter_mut().enumerate() {
+        for (row, removed) in removed.iter_mut().enumerate() {
             if let Some(cause) = suspects.lost(row) {
-                *dead = true;
+                *removed = true;
                 self.output.quarantine.refuse(refused(group, &before, row, cause));
             }
         }
         let after = loop {
-            let parts = coupling.parts(&dead);
+            let parts = coupling.parts(&removed);
             let mut after =
                 Before { x: before.x.clone(), v: before.v.clone(), w: Vec::new(), last: before.last.clone() };
             let record = self.output.records.recorder(coupling.rows);
@@ -106,8 +106,8 @@ impl Rescue<'_, '_, '_, '_> {
                 break after;
             }
             for (row, breach) in culprits {
-                let cause = suspects.cause(row, breach, &dead);
-                dead[row] = true;
+                let cause = suspects.cause(row, breach, &removed);
+                removed[row] = true;
                 self.output.quarantine.refuse(refused(group, &before, row, cause));
             }
         };

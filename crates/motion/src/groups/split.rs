@@ -77,10 +77,10 @@ impl<T: Real> Coupling<T> {
         vec![part]
     }
 
-    /// The sets of movable rows that act on each other, without the rows `dead`.
-    fn sets(&self, dead: &[bool]) -> Sets {
+    /// The sets of movable rows that act on each other, without the rows `removed`.
+    fn sets(&self, removed: &[bool]) -> Sets {
         let moves = |row: u32| (row as usize) < self.movable;
-        let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
+        let lives = |rows: &[u32]| rows.iter().all(|row| !removed[*row as usize]);
         let mut sets = Sets::new(self.movable);
         let mut join = |rows: &[u32]| {
             let mut movable = rows.iter().copied().filter(|row| moves(*row));
@@ -91,23 +91,23 @@ impl<T: Real> Coupling<T> {
         self.springs.iter().filter(|spring| lives(&spring.ends)).for_each(|spring| join(&spring.ends));
         self.sheets.iter().filter(|sheet| lives(&sheet.corners)).for_each(|sheet| join(&sheet.corners));
         if self.attracts {
-            let all: Vec<u32> = (0..).take(self.movable).filter(|row| !dead[*row as usize]).collect();
+            let all: Vec<u32> = (0..).take(self.movable).filter(|row| !removed[*row as usize]).collect();
             join(&all);
         }
         sets
     }
 
-    /// The connected components without the rows `dead`, in the order of their lowest rows. Springs and triangles are
+    /// The connected components without the rows `removed`, in the order of their lowest rows. Springs and triangles are
     /// removed with their ends. A row that is left alone is a part of its own.
-    pub(super) fn parts(&self, dead: &[bool]) -> Vec<Part<T>> {
+    pub(super) fn parts(&self, removed: &[bool]) -> Vec<Part<T>> {
         let moves = |row: u32| (row as usize) < self.movable;
-        let lives = |rows: &[u32]| rows.iter().all(|row| !dead[*row as usize]);
-        let mut sets = self.sets(dead);
+        let lives = |rows: &[u32]| rows.iter().all(|row| !removed[*row as usize]);
+        let mut sets = self.sets(removed);
         let mut parts: Vec<Part<T>> = Vec::new();
         let mut part_of = vec![usize::MAX; self.movable];
         // Row numbers of the part by rows of the whole.
         let mut numbers = vec![0; self.movable];
-        for row in (0..self.movable).filter(|row| !dead[*row]) {
+        for row in (0..self.movable).filter(|row| !removed[*row]) {
             let first = sets.of(row);
             if first == row {
                 part_of[row] = parts.len();
@@ -121,7 +121,7 @@ impl<T: Real> Coupling<T> {
         for part in &mut parts {
             part.coupling.movable = part.rows.len();
         }
-        for row in (self.movable..self.rows).filter(|row| !dead[*row] && self.attracts) {
+        for row in (self.movable..self.rows).filter(|row| !removed[*row] && self.attracts) {
             parts.iter_mut().for_each(|part| part.hold(self, row));
         }
         let number = |row: u32| numbers[row as usize];

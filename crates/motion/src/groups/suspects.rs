@@ -85,8 +85,8 @@ impl Suspects<'_, '_, '_> {
         self.environment.shared.found(Exposure { kicks: true, gravity_off, own_rate }).and_then(cause)
     }
 
-    /// Why a row failed in a tick without the rows `dead`.
-    pub fn cause(&self, row: usize, breach: Breach, dead: &[bool]) -> Cause {
+    /// Why a row failed in a tick without the rows `removed`.
+    pub fn cause(&self, row: usize, breach: Breach, removed: &[bool]) -> Cause {
         let BodyOptions { gravity_off, damping_rate, speed_limit, laws, .. } = self.whole.row(row);
         let own_rate = damping_rate.is_some();
         let exposure = Exposure { kicks: true, gravity_off, own_rate };
@@ -98,10 +98,10 @@ impl Suspects<'_, '_, '_> {
             .found()
             .or_else(|| self.environment.shared.found(exposure))
             .or_else(|| self.attraction_is_invalid().then_some((place::MUTUAL_GRAVITY, Fault::Found)))
-            .or_else(|| self.spring_at_fault(row, dead))
+            .or_else(|| self.spring_at_fault(row, removed))
             .or_else(|| suspect.own_law(self.environment.terms.times.ends()))
             .or_else(|| self.environment.shared.law_at_fault(suspect.state()))
-            .or_else(|| self.attraction_at_fault(row, dead));
+            .or_else(|| self.attraction_at_fault(row, removed));
         self.environment.shared.cause(SYSTEM, breach, evidence)
     }
 
@@ -123,9 +123,9 @@ impl Suspects<'_, '_, '_> {
     }
 
     /// The first spring of a row that is not finite or pulls with a non-finite force.
-    fn spring_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
+    fn spring_at_fault(&self, row: usize, removed: &[bool]) -> Option<Evidence> {
         let Group { bodies, .. } = self.group;
-        let springs = self.springs[row].iter().filter(|(other, _)| !dead[*other]);
+        let springs = self.springs[row].iter().filter(|(other, _)| !removed[*other]);
         let mut broken = springs.filter(|(other, elastic)| !self.tension(row, *other, elastic).is_finite());
         broken.next().map(|(other, Elastic { stiffness, damping, rest_length })| {
             let finite = [stiffness, damping, rest_length].iter().all(|number| number.is_finite());
@@ -148,11 +148,11 @@ impl Suspects<'_, '_, '_> {
     }
 
     /// Whether mutual gravity pulls a row with a non-finite force.
-    fn attraction_at_fault(&self, row: usize, dead: &[bool]) -> Option<Evidence> {
+    fn attraction_at_fault(&self, row: usize, removed: &[bool]) -> Option<Evidence> {
         let (Group { coupling, .. }, Before { x, w, .. }) = (self.group, self.before);
         let law = self.environment.shared.attraction.filter(|_| coupling.attracts)?;
         let pull = |other: usize| coupling.attraction_between(law, [row, other], x, w);
-        let mut others = (0..coupling.rows).filter(|other| *other != row && !dead[*other]);
+        let mut others = (0..coupling.rows).filter(|other| *other != row && !removed[*other]);
         others
             .any(|other| pull(other).is_some_and(|pull| !pull.is_finite()))
             .then_some((place::MUTUAL_GRAVITY, Fault::Law("mutual_gravity")))

@@ -79,7 +79,7 @@ impl<T: Real> GroupField<'_, T> {
             }
             *class_of = u32::try_from(classes.len() - 1).unwrap_or(0);
         }
-        self.heavy =
+        self.with_gravity =
             if gravity == T::Vector::ZERO { 0 } else { self.coupling.movable as u64 - without_gravity };
         let anchors = &self.rows.v[self.coupling.movable..];
         self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [T::ZERO; 3]);

@@ -67,7 +67,7 @@ impl<'a, T: Real> GroupField<'a, T> {
                     state.extend(self.broken(v));
                 }
             }
-            self.push_and_pull(at.time, x, v, &mut sum);
+            self.coupling_forces(at.time, x, v, &mut sum);
             self.add_constants(v, &mut sum);
         }
         if calls {
@@ -85,7 +85,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     }
 
     /// The forces of the coupling, N.
-    pub(crate) fn push_and_pull(&self, time: T, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
+    pub(crate) fn coupling_forces(&self, time: T, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
         sum.fill([T::ZERO; 4]);
         self.coupling.springs.pull(x, v, sum);
         if let Some(drag) = self.environment.shared.laws.drag {
@@ -106,16 +106,22 @@ impl<'a, T: Real> GroupField<'a, T> {
                 let g = constant.to_array();
                 let rows = sum[..movable].iter_mut().zip(w).zip(v);
                 if rate == T::ZERO {
-                    rows.for_each(|((row, w), _)| fall(row, *w, g));
+                    rows.for_each(|((row, w), _)| to_acceleration(row, *w, g));
                 } else {
-                    rows.for_each(|((row, w), v)| fall(row, *w, [0, 1, 2].map(|i| g[i] - v[i] * rate)));
+                    rows.for_each(|((row, w), v)| {
+                        to_acceleration(row, *w, [0, 1, 2].map(|i| g[i] - v[i] * rate))
+                    });
                 }
             }
             None => {
                 for (row, (sum, w)) in sum[..movable].iter_mut().zip(w).enumerate() {
                     let Class { constant, rate, .. } = classes[class_at(class_of, row)];
                     let (g, v) = (constant.to_array(), &v[row]);
-                    fall(sum, *w, [0, 1, 2].map(|i| if rate == T::ZERO { g[i] } else { g[i] - v[i] * rate }));
+                    to_acceleration(
+                        sum,
+                        *w,
+                        [0, 1, 2].map(|i| if rate == T::ZERO { g[i] } else { g[i] - v[i] * rate }),
+                    );
                 }
             }
         }
@@ -161,10 +167,10 @@ impl<'a, T: Real> GroupField<'a, T> {
 
     /// Counts an evaluation of all laws.
     pub(super) fn count(&mut self) {
-        let Self { coupling, environment, rows, options, heavy, statistics, .. } = self;
+        let Self { coupling, environment, rows, options, with_gravity, statistics, .. } = self;
         let (movable, terms) = (coupling.movable as u64, &environment.terms);
         statistics.accelerations += movable;
-        statistics.count_own("gravity", *heavy);
+        statistics.count_own("gravity", *with_gravity);
         environment.summed.iter().for_each(|law| statistics.count_own(law, movable));
         for law in terms.laws {
             statistics.count_own(law.name(), movable);
@@ -183,7 +189,7 @@ impl<'a, T: Real> GroupField<'a, T> {
 
 /// Replaces a force F by `F w + g`, or by 0 for an immovable row.
 #[inline(always)]
-pub(super) fn fall<T: Real>(row: &mut Row<T>, w: T, g: [T; 3]) {
+pub(super) fn to_acceleration<T: Real>(row: &mut Row<T>, w: T, g: [T; 3]) {
     // A selection, not a factor: 0 times an infinite force would be NaN.
     let moves = w > T::ZERO;
     for axis in 0..3 {

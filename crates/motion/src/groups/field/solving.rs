@@ -149,7 +149,7 @@ impl<T: Real> Workspace<T> {
 
     /// The forces of the coupling, N.
     fn force(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
-        field.push_and_pull(field.end().time, &self.x, v, &mut self.linear.forces);
+        field.coupling_forces(field.end().time, &self.x, v, &mut self.linear.forces);
     }
 
     /// `h W^½ (f - h K v)`, from the forces f at the start of the step; for an iteration of Newton `W^-½ (v0 + h a - v)`,

@@ -7,7 +7,7 @@ use super::lanczos::{Largest, dot, largest, orthogonalize};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin};
-use crate::groups::{Coupling, Holder, LinearGroup, Solver, larger};
+use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger};
 use crate::laws::damping::Damping;
 use crate::units::Scalar;
 
@@ -66,11 +66,13 @@ fn group_margin(
     let LimitingMode { system, mode: y, quotients: [stiffness, rate], excess } =
         limiting_mode(group, damping, short, bounds, undamped_step)?;
     let name = |row: usize| bodies[row];
-    let (part, value, above) = match group.holder([short * short, 2.0 * short], &y)? {
-        Holder::Spring(ends) => (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt()),
-        Holder::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, excess),
-        Holder::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, excess),
-        Holder::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, excess),
+    let (part, value, above) = match group.largest_contributor([short * short, 2.0 * short], &y)? {
+        Contributor::Spring(ends) => {
+            (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt())
+        }
+        Contributor::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, excess),
+        Contributor::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, excess),
+        Contributor::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, excess),
     };
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
     let converges = converges(solver, group, h * h * stiffness + h * rate);
