@@ -126,8 +126,8 @@ fn a_world_has_the_columns_that_its_scene_calls_for_and_no_others() {
         let coupled = declares(&scene, Effect::Springs) || declares(&scene, Effect::MutualGravity);
         let any = |has: fn(&scene::BodySpec) -> bool| scene.bodies.iter().any(has);
         let movable = |body: &scene::BodySpec| body.inverse_mass.is_some_and(|w| w > 0.0);
-        let called = !scene.wells.is_empty()
-            || scene.drag.is_some_and(|drag| drag.quadratic != 0.0)
+        let called = scene.laws.wells.is_some()
+            || scene.laws.drag.is_some_and(|drag| drag.quadratic != 0.0)
             || !scene.own_laws.is_empty();
         let keeps = methods.contains(&Method::VelocityVerlet) || methods.contains(&Method::Yoshida4);
         // Column, whether it must be there, whether it may.
@@ -221,7 +221,7 @@ fn resources_of_undeclared_effects_are_not_there() {
         for (effect, there) in there {
             assert_eq!(there, declares(scene, effect), "{name}: {effect}");
         }
-        assert_eq!(world.contains_resource::<Wells>(), !scene.wells.is_empty(), "{name}");
+        assert_eq!(world.contains_resource::<Wells>(), scene.laws.wells.is_some(), "{name}");
         let coupled = declares(scene, Effect::Springs) || declares(scene, Effect::MutualGravity);
         assert_eq!(world.contains_resource::<motion::groups::Groups>(), coupled, "{name}");
     }

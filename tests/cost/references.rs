@@ -22,8 +22,8 @@ struct System {
 impl System {
     fn of(scene: &Scene, without: &[Effect]) -> Self {
         let has = |effect| !without.contains(&effect);
-        assert!(scene.wells.is_empty() && scene.own_laws.is_empty(), "this system has none");
-        assert!(scene.drag.is_none() || !has(Effect::Drag), "this system has none");
+        assert!(scene.laws.wells.is_none() && scene.own_laws.is_empty(), "this system has none");
+        assert!(scene.laws.drag.is_none() || !has(Effect::Drag), "this system has none");
         let single = scene.springs.iter().map(|spring| (spring.ends.map(|end| end as usize), spring.elastic));
         let links = scene.soft_bodies.iter().flat_map(|soft| {
             soft.links

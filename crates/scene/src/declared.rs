@@ -11,28 +11,21 @@ pub(crate) fn keys(raw: &RawScene) -> Vec<(Effect, String)> {
     let own = |key: &str, has: fn(&crate::raw::RawBody) -> bool| {
         raw.bodies.iter().position(has).map(|i| format!("bodies[{i}].{key}"))
     };
-    let section = |there: bool, key: &str| there.then(|| key.to_owned());
-    let list = |filled: bool, key: &str| filled.then(|| format!("{key}[0]"));
-    let path = |effect| match effect {
-        Effect::Gravity => section(raw.gravity.is_some(), "gravity"),
-        Effect::Damping => section(raw.damping.is_some(), "damping")
+    let path = |effect: Effect| match effect {
+        Effect::Damping => raw
+            .path("damping")
             .or_else(|| own("damping_per_s", |body| body.damping_per_s.is_some()))
             .or_else(|| {
                 let soft = raw.soft_bodies.iter().position(|soft| soft.keys.damping_per_s.is_some());
                 soft.map(|i| format!("soft_bodies[{i}].damping_per_s"))
             }),
-        Effect::Drag => section(raw.drag.is_some(), "drag"),
-        Effect::Wind => section(raw.wind.is_some(), "wind"),
-        Effect::Wells => list(!raw.wells.is_empty(), "wells"),
-        Effect::MutualGravity => section(raw.mutual_gravity.is_some(), "mutual_gravity"),
-        Effect::Thrusts => list(!raw.thrusts.is_empty(), "thrusts"),
-        Effect::Springs => list(!raw.springs.is_empty(), "springs")
-            .or_else(|| list(!raw.soft_bodies.is_empty(), "soft_bodies")),
+        Effect::Springs => raw.path("springs").or_else(|| raw.path("soft_bodies")),
         Effect::SpeedLimits => own("max_speed_m_s", |body| body.max_speed_m_s.is_some()),
         Effect::AxisLocks => {
             own("locked_axes", |body| body.locked_axes.as_ref().is_some_and(|axes| !axes.is_empty()))
         }
-        Effect::Emitters => list(!raw.emitters.is_empty(), "emitters"),
+        // The others are called as their keys are.
+        other => raw.path(other.name()),
     };
     Effect::ALL.into_iter().filter_map(|effect| Some((effect, path(effect)?))).collect()
 }

@@ -114,9 +114,8 @@ impl Scene {
     fn keep_declared(&mut self) {
         let mut declared = std::mem::take(&mut self.declared);
         declared.retain(|declaration| match declaration.effect {
-            Effect::Gravity | Effect::Damping | Effect::Drag | Effect::Wind => true,
             Effect::Wells => {
-                !self.wells.is_empty() || self.own_laws.values().any(|laws| !laws.wells.is_empty())
+                self.laws.wells.is_some() || self.own_laws.values().any(|laws| !laws.wells.is_empty())
             }
             Effect::MutualGravity => self.mutual_gravity.is_some(),
             Effect::Thrusts => self.own_laws.values().any(|laws| !laws.thrusts.is_empty()),
@@ -124,6 +123,8 @@ impl Scene {
             Effect::SpeedLimits => self.bodies.iter().any(|body| body.max_speed.is_some()),
             Effect::AxisLocks => self.bodies.iter().any(|body| body.locks != AxisLocks::default()),
             Effect::Emitters => !self.emitters.is_empty(),
+            // What acts on every body acts in every part.
+            _ => true,
         });
         self.declared = declared;
     }

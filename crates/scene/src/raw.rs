@@ -5,7 +5,7 @@
 use std::marker::PhantomData;
 
 use serde::Deserialize;
-use serde::de::{self, MapAccess, VariantAccess, Visitor};
+use serde::de::{self, DeserializeOwned, MapAccess, VariantAccess, Visitor};
 
 use crate::raw_coupled::{RawEmitter, RawSoftBody, RawSpring};
 use crate::raw_survival::{RawMoment, RawSurvival};
@@ -14,45 +14,100 @@ use crate::syntax::{Name, Word, keys_of};
 /// Three numbers in round brackets.
 pub(crate) type Triple = [f64; 3];
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Scene")]
-pub(crate) struct RawScene {
-    pub version: Option<u32>,
-    pub name: Option<String>,
-    pub description: Option<String>,
-    pub step_hz: Option<f64>,
-    pub step: Option<Word>,
-    pub method: Option<Word>,
-    pub substeps: Option<u32>,
-    pub seed: Option<u64>,
-    pub gravity: Option<RawGravity>,
-    pub damping: Option<RawDamping>,
-    pub drag: Option<RawDrag>,
-    pub wind: Option<RawWind>,
-    #[serde(default)]
-    pub wells: Vec<RawWell>,
-    pub mutual_gravity: Option<RawMutualGravity>,
-    pub range: Option<RawRange>,
-    #[serde(default)]
-    pub thrusts: Vec<RawThrust>,
-    pub push: Option<RawPush>,
-    pub camera: Option<RawCamera>,
-    pub light: Option<RawLight>,
-    pub trails: Option<bool>,
-    pub select_immovable: Option<bool>,
-    #[serde(default)]
-    pub bodies: Vec<RawBody>,
-    #[serde(default)]
-    pub grids: Vec<RawGrid>,
-    #[serde(default)]
-    pub clouds: Vec<RawCloud>,
-    #[serde(default)]
-    pub emitters: Vec<RawEmitter>,
-    #[serde(default)]
-    pub springs: Vec<RawSpring>,
-    #[serde(default)]
-    pub soft_bodies: Vec<RawSoftBody>,
-    pub expect: Option<RawExpect>,
+macro_rules! scene {
+    ($($(#[$attribute:meta])* $key:ident: $Value:ty,)*) => {
+        #[derive(Debug, Deserialize)]
+        #[serde(rename = "Scene")]
+        pub(crate) struct RawScene {
+            $($(#[$attribute])* pub $key: $Value,)*
+        }
+
+        impl RawScene {
+            /// The path of a key, if the file gives it a value: for a list, that of the first entry.
+            pub fn path(&self, key: &str) -> Option<String> {
+                match key {
+                    $(stringify!($key) => self.$key.path(key),)*
+                    _ => None,
+                }
+            }
+        }
+
+        /// The keys that are known in a section, or in each entry of a list.
+        fn keys_in(section: &str) -> &'static [&'static str] {
+            match section {
+                $(stringify!($key) => <$Value>::keys(),)*
+                _ => &[],
+            }
+        }
+    };
+}
+
+scene! {
+        version: Option<u32>,
+        name: Option<String>,
+        description: Option<String>,
+        step_hz: Option<f64>,
+        step: Option<Word>,
+        method: Option<Word>,
+        substeps: Option<u32>,
+        seed: Option<u64>,
+        gravity: Option<RawGravity>,
+        damping: Option<RawDamping>,
+        drag: Option<RawDrag>,
+        wind: Option<RawWind>,
+        #[serde(default)]
+        wells: Vec<RawWell>,
+        mutual_gravity: Option<RawMutualGravity>,
+        range: Option<RawRange>,
+        #[serde(default)]
+        thrusts: Vec<RawThrust>,
+        push: Option<RawPush>,
+        camera: Option<RawCamera>,
+        light: Option<RawLight>,
+        trails: Option<bool>,
+        select_immovable: Option<bool>,
+        #[serde(default)]
+        bodies: Vec<RawBody>,
+        #[serde(default)]
+        grids: Vec<RawGrid>,
+        #[serde(default)]
+        clouds: Vec<RawCloud>,
+        #[serde(default)]
+        emitters: Vec<RawEmitter>,
+        #[serde(default)]
+        springs: Vec<RawSpring>,
+        #[serde(default)]
+        soft_bodies: Vec<RawSoftBody>,
+        expect: Option<RawExpect>,
+}
+
+/// A value in the file: a section, a list of entries, or a single value.
+trait Value {
+    /// The keys that are known in it, or in each of its entries.
+    fn keys() -> &'static [&'static str];
+
+    /// Its path below `key`, if it is there.
+    fn path(&self, key: &str) -> Option<String>;
+}
+
+impl<T: DeserializeOwned> Value for Option<T> {
+    fn keys() -> &'static [&'static str] {
+        keys_of::<T>()
+    }
+
+    fn path(&self, key: &str) -> Option<String> {
+        self.is_some().then(|| key.to_owned())
+    }
+}
+
+impl<T: DeserializeOwned> Value for Vec<T> {
+    fn keys() -> &'static [&'static str] {
+        keys_of::<T>()
+    }
+
+    fn path(&self, key: &str) -> Option<String> {
+        (!self.is_empty()).then(|| format!("{key}[0]"))
+    }
 }
 
 /// Enough of a file to tell which version of the format it is written in.
@@ -317,31 +372,15 @@ pub(crate) fn keys_at(raw: &RawScene, path: &str) -> Option<Vec<&'static str>> {
     let (list, index, key) = item.unwrap_or((path, None::<usize>, ""));
     let keys = match (list, key) {
         ("", "") => keys_of::<RawScene>(),
-        ("gravity", "") => keys_of::<RawGravity>(),
-        ("damping", "") => keys_of::<RawDamping>(),
-        ("drag", "") => keys_of::<RawDrag>(),
-        ("wind", "") => keys_of::<RawWind>(),
-        ("wells", "") => keys_of::<RawWell>(),
-        ("mutual_gravity", "") => keys_of::<RawMutualGravity>(),
-        ("range", "") => keys_of::<RawRange>(),
-        ("thrusts", "") => keys_of::<RawThrust>(),
         ("thrusts", ".curve") => keys_of::<RawSine>(),
-        ("push", "") => keys_of::<RawPush>(),
-        ("camera", "") => keys_of::<RawCamera>(),
-        ("light", "") => keys_of::<RawLight>(),
-        ("expect", "") => keys_of::<RawExpect>(),
         ("expect.survival" | "expect.survival.rows", "") => keys_of::<RawSurvival>(),
         ("expect.survival.script", "") => keys_of::<RawMoment>(),
-        ("bodies", "") => keys_of::<RawBody>(),
         ("bodies", ".shape") => keys_of::<RawSizes>(),
-        ("grids", "") => keys_of::<RawGrid>(),
-        ("clouds", "") => keys_of::<RawCloud>(),
-        ("emitters", "") => keys_of::<RawEmitter>(),
-        ("springs", "") => keys_of::<RawSpring>(),
         ("soft_bodies", "") => return Some(raw.soft_bodies.get(index?)?.known_keys()),
-        _ => return None,
+        (section, "") => keys_in(section),
+        _ => &[],
     };
-    Some(keys.to_vec())
+    (!keys.is_empty()).then(|| keys.to_vec())
 }
 
 #[cfg(test)]

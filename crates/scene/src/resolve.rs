@@ -126,7 +126,6 @@ fn resolve(
         Gravity { acceleration, on: raw.on_at_start.unwrap_or(true) }
     });
     let damping = raw.damping.as_ref().map(|raw| damping(raw, faults));
-    let drag = resolve_laws::drag(raw.drag.as_ref(), raw.wind.as_ref(), faults);
     let mutual_gravity = raw.mutual_gravity.as_ref().map(|raw| resolve_laws::mutual_gravity(raw, faults));
     let range = raw.range.as_ref().map(|raw| range(raw, faults));
     let push = raw.push.as_ref().map(|raw| {
@@ -149,7 +148,7 @@ fn resolve(
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
     let bodies = generate::bodies(&raw, defaults, seed, faults);
     let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
-    let wells = own_laws.wells(&raw.wells, faults);
+    let laws = resolve_laws::world_laws(&raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
     let own_laws = own_laws.by_id;
     let springs = resolve_springs::springs(&raw.springs, &bodies, faults);
@@ -188,8 +187,7 @@ fn resolve(
         seed,
         gravity,
         damping,
-        drag,
-        wells,
+        laws,
         mutual_gravity,
         range,
         own_laws,

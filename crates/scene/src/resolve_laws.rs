@@ -4,19 +4,30 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use motion::{Curve, Drag, MutualGravity, Thrust, Well, Wind};
+use motion::{Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
 
 use crate::check::{Scope, not_negative, shown};
 use crate::faults::Faults;
 use crate::names::Names;
-use crate::raw::{RawCurve, RawDrag, RawMutualGravity, RawSine, RawThrust, RawWell, RawWind, Triple};
+use crate::raw::{
+    RawCurve, RawDrag, RawMutualGravity, RawScene, RawSine, RawThrust, RawWell, RawWind, Triple,
+};
 use crate::scene::{BodySpec, OwnLawsSpec};
 
 /// The constant of gravity, m³/(kg s²) (CODATA 2018).
 const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
 
+/// The laws of every body. Wells that name bodies become own laws.
+pub(crate) fn world_laws(raw: &RawScene, own: &mut OwnLaws, faults: &mut Faults) -> WorldLaws {
+    let wells = own.wells(&raw.wells, faults);
+    WorldLaws {
+        drag: drag(raw.drag.as_ref(), raw.wind.as_ref(), faults),
+        wells: (!wells.is_empty()).then_some(Wells(wells)),
+    }
+}
+
 /// Drag, and the wind that it sees.
-pub(crate) fn drag(raw: Option<&RawDrag>, wind: Option<&RawWind>, faults: &mut Faults) -> Option<Drag> {
+fn drag(raw: Option<&RawDrag>, wind: Option<&RawWind>, faults: &mut Faults) -> Option<Drag> {
     let wind = wind.map(|raw| self::wind(raw, faults));
     let Some(raw) = raw else {
         if wind.is_some() {
@@ -91,7 +102,7 @@ impl<'a> OwnLaws<'a> {
     }
 
     /// Notes the wells that name bodies and gives the others.
-    pub fn wells(&mut self, raw: &[RawWell], faults: &mut Faults) -> Vec<Well> {
+    fn wells(&mut self, raw: &[RawWell], faults: &mut Faults) -> Vec<Well> {
         let mut for_all = Vec::new();
         for (i, raw) in raw.iter().enumerate() {
             let scope = Scope::item("wells", i);

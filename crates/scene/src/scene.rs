@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use motion::real::Real;
-use motion::{AxisLocks, Damping, Drag, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells};
+use motion::{
+    AxisLocks, Damping, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells, WorldLaws,
+};
 use pick::Shape;
 
 use crate::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
@@ -42,10 +44,8 @@ pub struct Scene {
     pub gravity: Option<Gravity>,
     /// Damping, if the scene or a body of it declares it.
     pub damping: Option<Damping>,
-    /// Drag, if the scene declares it, and the wind that it sees.
-    pub drag: Option<Drag>,
-    /// Wells that attract every body.
-    pub wells: Vec<Well>,
+    /// The other laws of every body that the scene declares.
+    pub laws: WorldLaws,
     /// Gravity between bodies, if the scene declares it.
     pub mutual_gravity: Option<MutualGravity>,
     /// The range that bodies have to stay in, if the scene declares one.

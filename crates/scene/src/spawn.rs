@@ -5,7 +5,7 @@ use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{
     AxisLocks, DampingRate, Dormant, Emitter, GravityOff, Method, Orientation, OwnLaws, OwnSubsteps,
-    PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, Wells, mark_method,
+    PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, mark_method,
 };
 
 use crate::coupled::SoftKind;
@@ -58,12 +58,7 @@ impl Scene {
         if let Some(damping) = self.damping {
             world.insert_resource(damping);
         }
-        if let Some(drag) = self.drag {
-            world.insert_resource(drag);
-        }
-        if !self.wells.is_empty() {
-            world.insert_resource(Wells(self.wells.clone()));
-        }
+        self.laws.clone().insert_into(world);
         if let Some(mutual_gravity) = self.mutual_gravity {
             world.insert_resource(mutual_gravity);
         }
@@ -182,7 +177,7 @@ fn spawn_plain<'w>(
 #[cfg(test)]
 mod tests {
     use motion::methods::RungeKutta4;
-    use motion::{Damping, Drag, Gravity};
+    use motion::{Damping, Drag, Gravity, Wells};
     use pick::Shape;
 
     use super::*;

@@ -160,7 +160,8 @@ impl SurvivalRow {
             (body.method, body.substeps, body.verlet_previous) = (None, None, None);
         }
         let own = scene.own_laws.values_mut().flat_map(|laws| &mut laws.wells);
-        scene.wells.iter_mut().chain(own).for_each(|well| well.position += self.offset);
+        let wells = scene.laws.wells.iter_mut().flat_map(|wells| &mut wells.0);
+        wells.chain(own).for_each(|well| well.position += self.offset);
         scene.emitters.iter_mut().for_each(|emitter| emitter.position += self.offset);
         scene
     }
@@ -207,7 +208,7 @@ mod tests {
             emitters: [(rate_per_s: 1, life_s: 1, speed_m_s: 1)])";
         let moved = row.scene(&Scene::parse("t", text).unwrap());
         assert_eq!(moved.bodies[0].position, DVec3::new(1.0, 7.0, 0.0));
-        assert_eq!(moved.wells[0].position, DVec3::new(0.0, 7.0, 0.0));
+        assert_eq!(moved.laws.wells.unwrap().0[0].position, DVec3::new(0.0, 7.0, 0.0));
         assert_eq!(moved.emitters[0].position, DVec3::new(0.0, 7.0, 0.0));
         assert_eq!((moved.step_hz, moved.bodies[0].method), (10.0, None));
     }

@@ -9,11 +9,11 @@ fn parse(body: &str) -> Scene {
 
 #[test]
 fn drag_has_the_coefficient_that_is_given_and_no_other() {
-    let drag = |text| parse(&format!("drag: ({text})")).drag;
+    let drag = |text| parse(&format!("drag: ({text})")).laws.drag;
     assert_eq!(drag("linear_per_s: 0.5"), Some(Drag::new(0.5, 0.0)));
     assert_eq!(drag("quadratic_per_m: 2"), Some(Drag::new(0.0, 2.0)));
     assert_eq!(drag("linear_per_s: 0"), Some(Drag::new(0.0, 0.0)));
-    assert_eq!(parse("").drag, None);
+    assert_eq!(parse("").laws.drag, None);
 }
 
 #[test]
@@ -24,7 +24,7 @@ fn a_well_is_at_the_origin_and_hard_unless_it_says_otherwise() {
         Well { position: DVec3::ZERO, strength: 2.0, softening: 0.0 },
         Well { position: DVec3::new(1.0, 2.0, 3.0), strength: -1.0, softening: 0.5 },
     ];
-    assert_eq!(scene.wells, expected);
+    assert_eq!(scene.laws.wells.unwrap().0, expected);
     assert!(scene.own_laws.is_empty());
 }
 
@@ -35,7 +35,7 @@ fn a_well_that_names_bodies_is_theirs_alone() {
         wells: [(strength_m3_s2: 1), (strength_m3_s2: 2, bodies: ["b", "grid.x1.z0"]), (strength_m3_s2: 3, bodies: ["b"])]"#,
     );
     let strengths = |wells: &[Well]| wells.iter().map(|well| well.strength).collect::<Vec<_>>();
-    assert_eq!(strengths(&scene.wells), [1.0]);
+    assert_eq!(strengths(&scene.laws.wells.unwrap().0), [1.0]);
     let own: Vec<_> = scene.own_laws.iter().map(|(id, laws)| (*id, strengths(&laws.wells))).collect();
     assert_eq!(own, [(1, vec![2.0, 3.0]), (4, vec![2.0])]);
     assert_eq!(scene.names.get(4).as_deref(), Some("grid.x1.z0"));
@@ -63,10 +63,11 @@ fn thrusts_go_to_their_bodies_in_the_order_of_the_file() {
 
 #[test]
 fn wind_is_what_drag_sees() {
-    let wind = |text| parse(&format!("drag: (linear_per_s: 1), wind: ({text})")).drag.unwrap().wind.unwrap();
+    let wind =
+        |text| parse(&format!("drag: (linear_per_s: 1), wind: ({text})")).laws.drag.unwrap().wind.unwrap();
     let x = DVec3::X;
     assert_eq!(wind("velocity_m_s: (1, 0, 0)"), Wind { velocity: x, gust: 0.0, gust_hz: 0.0 });
     let gusty = Wind { velocity: x, gust: 2.0, gust_hz: 0.5 };
     assert_eq!(wind("velocity_m_s: (1, 0, 0), gust_m_s: 2, gust_hz: 0.5"), gusty);
-    assert_eq!(parse("drag: (linear_per_s: 1)").drag.unwrap().wind, None);
+    assert_eq!(parse("drag: (linear_per_s: 1)").laws.drag.unwrap().wind, None);
 }

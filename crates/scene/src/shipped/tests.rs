@@ -93,7 +93,7 @@ fn the_other_scenes_are_what_they_say() {
     let (start, fall) = (scene("verlet_start"), scene("terminal_speed"));
     let wrong = start.bodies[start.names.find("wrong").unwrap() as usize];
     assert_eq!((start.method, wrong.verlet_previous), (Method::PositionVerlet, Some(DVec3::ZERO)));
-    let drag = fall.drag.unwrap();
+    let drag = fall.laws.drag.unwrap();
     let terminal = (-fall.gravity.unwrap().acceleration.y / drag.quadratic).sqrt();
     assert!((terminal - 7.0).abs() < 1e-14 && drag.linear == 0.0);
     assert!(scene("coast").gravity.is_none() && scene("coast").damping.is_some());
@@ -141,8 +141,9 @@ fn the_orbits_are_keplers() {
         }
     };
     let planet = orbit.names.find("planet").unwrap();
-    check(&orbit.wells[0], &orbit.bodies[planet as usize]);
-    assert_eq!((orbit.wells.len(), race.wells.len(), race.own_laws.len()), (1, 0, Method::ALL.len()));
+    check(&orbit.laws.wells.as_ref().unwrap().0[0], &orbit.bodies[planet as usize]);
+    let wells = |scene: &Scene| scene.laws.wells.as_ref().map_or(0, |wells| wells.0.len());
+    assert_eq!((wells(&orbit), wells(&race), race.own_laws.len()), (1, 0, Method::ALL.len()));
     for method in Method::ALL {
         let id = race.names.find(method.name()).unwrap();
         let body = &race.bodies[id as usize];
@@ -217,7 +218,10 @@ fn everything_declares_each_effect_once() {
     let declared: Vec<_> = scene.declared.iter().map(|found| found.effect).collect();
     assert_eq!(declared, Effect::ALL);
     assert!(scene.declared.iter().all(|found| found.line.is_some()));
-    assert_eq!((scene.wells.len(), scene.own_laws.len(), scene.springs.len()), (1, 1, 1));
+    assert_eq!(
+        (scene.laws.wells.as_ref().unwrap().0.len(), scene.own_laws.len(), scene.springs.len()),
+        (1, 1, 1)
+    );
     assert_eq!((scene.emitters.len(), scene.soft_bodies.len()), (1, 0));
     assert_eq!(scene.bodies.iter().filter(|body| body.max_speed.is_some()).count(), 1);
 }
