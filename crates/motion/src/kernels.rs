@@ -67,7 +67,7 @@ pub(crate) struct Terms<'a, T: Real> {
     pub times: TickTimes,
     /// Bounds of the states that are stored.
     pub bounds: Bounds<T>,
-    method: Traits,
+    pub method: Traits,
 }
 
 impl<'a, T: Real> Terms<'a, T> {

@@ -103,8 +103,6 @@ pub(crate) struct GroupField<'a, T: Real> {
     with_gravity: u64,
     /// Whether the anchors are at rest: then all velocities may be multiplied by the same factor.
     anchors_rest: bool,
-    /// [`Integrator::LIMITS_AFTER_KICK`] of the method.
-    limits_after_kick: bool,
     watch: Watch,
     /// The rows that turned non-finite first, ascending, if they are searched for.
     found: Vec<usize>,
@@ -181,7 +179,6 @@ impl<'a, T: Real> GroupField<'a, T> {
             pushed: false,
             with_gravity: 0,
             anchors_rest: true,
-            limits_after_kick: false,
             watch: Watch::Off,
             found: Vec::new(),
         }
@@ -194,7 +191,6 @@ impl<'a, T: Real> GroupField<'a, T> {
         cache: Option<&mut GroupCache<T>>,
     ) -> Result<(), Vec<usize>> {
         self.watch = watch;
-        self.limits_after_kick = M::LIMITS_AFTER_KICK;
         self.sort_into_classes();
         self.apply_pushes();
         let mut step_state = StepState::new();

@@ -21,14 +21,9 @@ pub(crate) struct Class<T: Real> {
     pub(super) decay: Decay<T>,
     pub(super) limit: Option<T>,
     pub locks: Option<AxisLocks>,
+    /// Axes along which nothing accelerates the rows.
+    pub(super) closed: Option<AxisLocks>,
     pub(super) gravity_off: bool,
-}
-
-impl<T: Real> Class<T> {
-    /// Axes along which nothing accelerates the rows: locked axes, unless a speed limit acts after the kick.
-    pub(super) fn closed(&self, limits_after_kick: bool) -> Option<AxisLocks> {
-        self.locks.filter(|_| !(limits_after_kick && self.limit.is_some()))
-    }
 }
 
 impl<T: Real> GroupField<'_, T> {
@@ -56,6 +51,7 @@ impl<T: Real> GroupField<'_, T> {
                 decay: own.decay,
                 limit: options.speed_limit.map(T::of),
                 locks: options.locks,
+                closed: options.closed_axes(terms.method.limits_after_kick),
                 gravity_off: options.gravity_off,
             }
         };

@@ -15,7 +15,6 @@ impl<'a, T: Real> GroupField<'a, T> {
         if !self.pushed {
             return;
         }
-        let limits_after_kick = self.limits_after_kick;
         let Scratch { slots, pushes, classes, class_of, .. } = &mut *self.scratch;
         let applied = &mut slots[APPLIED];
         applied.resize(self.coupling.rows);
@@ -23,7 +22,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         for (row, force) in pushes.drain(..) {
             let w = self.rows.w[row];
             if row < self.coupling.movable && w > T::ZERO {
-                let closed = classes[class_at(class_of, row)].closed(limits_after_kick);
+                let closed = classes[class_at(class_of, row)].closed;
                 for axis in 0..3 {
                     applied[row][axis] = if is_open(closed, axis) { force[axis] * w } else { T::ZERO };
                 }
@@ -160,7 +159,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     pub(super) fn lock(&self, sum: &mut [Row<T>]) {
         for row in self.rows.with_options {
             let row = *row as usize;
-            let closed = self.class(row).closed(self.limits_after_kick);
+            let closed = self.class(row).closed;
             (0..3).filter(|axis| !is_open(closed, *axis)).for_each(|axis| sum[row][axis] = T::ZERO);
         }
     }
