@@ -4,7 +4,6 @@ use std::fmt;
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryData;
 
 use super::Bare;
 use super::bodies::{Kind, OwnOptions};
@@ -12,16 +11,12 @@ use super::groups::ArrayGroup;
 use crate::groups::{Group, Groups, update_groups};
 use crate::kernels::BodyOptions;
 use crate::laws::{Gravity, Law, WorldLaws};
-use crate::methods::markers::own_method;
 use crate::methods::table::Method;
 use crate::real::Real;
 use crate::state::clock::TimeStep;
-use crate::state::components::{PhysicsBody, Quarantined, StableId, Transform};
-use crate::state::coupling::Grouped;
-use crate::state::emitter::Dormant;
-use crate::state::method_state::LastStep;
+use crate::state::components::StableId;
 use crate::state::substeps::Substeps;
-use crate::tick::columns::OptionColumns;
+use crate::tick::columns::{ObservedColumns, ObservedColumnsItem};
 use crate::units::Vector;
 
 /// Why a world cannot be copied into plain arrays.
@@ -40,19 +35,6 @@ impl fmt::Display for NotForArrays {
 }
 
 impl std::error::Error for NotForArrays {}
-
-#[derive(QueryData)]
-struct Columns {
-    entity: Entity,
-    transform: &'static Transform,
-    body: &'static PhysicsBody,
-    id: Option<&'static StableId>,
-    last_step: Option<&'static LastStep>,
-    options: OptionColumns,
-    grouped: Has<Grouped>,
-    quarantined: Has<Quarantined>,
-    dormant: Has<Dormant>,
-}
 
 /// Laws of single bodies in the precision of the arrays.
 pub type LawsOf<'a, T> = &'a dyn Fn(Entity) -> Vec<Box<dyn Law<T>>>;
@@ -90,33 +72,31 @@ impl<T: Real> Bare<T> {
 
     /// Adds every body; returns their rows.
     fn add_bodies(&mut self, world: &mut World, laws: LawsOf<'_, T>) -> EntityHashMap<usize> {
-        let mut bodies = world.query::<Columns>();
+        let mut bodies = world.query::<ObservedColumns>();
         let world = &*world;
         let mut all: Vec<_> = bodies.iter(world).collect();
-        all.sort_unstable_by_key(|row| (row.id.map_or(u32::MAX, |id| id.0), row.entity));
+        all.sort_unstable_by_key(ObservedColumnsItem::key);
         let mut rows = EntityHashMap::default();
         for row in &all {
-            let ColumnsItem { entity, transform, body, id, last_step, options: columns, .. } = row;
             let numbers = |vector: Vector| vector.to_array().map(T::of);
-            let (x, v) = (numbers(transform.position), numbers(body.velocity));
-            let [a, b, c] = v;
-            rows.insert(*entity, self.bodies.len());
-            self.positions.push(x);
-            self.bodies.push([a, b, c, T::of(body.inverse_mass)]);
-            self.ids.push(id.copied().unwrap_or(StableId(u32::MAX)));
-            self.last_steps.push(T::of(last_step.map_or(0.0, |last| last.0)));
-            let options = columns.options();
+            let [a, b, c] = numbers(row.body.velocity);
+            rows.insert(row.entity, self.bodies.len());
+            self.positions.push(numbers(row.transform.position));
+            self.bodies.push([a, b, c, T::of(row.body.inverse_mass)]);
+            self.ids.push(StableId(row.key().0));
+            self.last_steps.push(T::of(row.last_step.map_or(0.0, |last| last.0)));
+            let options = row.options.options();
             let BodyOptions { gravity_off, substeps, .. } = options;
-            let has_laws = columns.laws.is_some();
+            let has_laws = row.options.laws.is_some();
             let is_more = BodyOptions { gravity_off: false, ..options }.changes_row();
             let own =
                 (is_more || has_laws || substeps.is_some()).then_some(self.individuals.own_options.len());
             if own.is_some() {
-                let laws = if has_laws { laws(*entity) } else { Vec::new() };
+                let laws = if has_laws { laws(row.entity) } else { Vec::new() };
                 self.individuals.own_options.push(OwnOptions { options: options.without_laws(), laws });
             }
             self.individuals.kinds.push(Kind {
-                method: own_method(world.entity(*entity)),
+                method: row.method(world),
                 gravity_off,
                 own,
                 apart: row.grouped || row.quarantined || row.dormant,

@@ -3,10 +3,10 @@
 use bevy_ecs::prelude::*;
 
 use crate::groups::{Groups, compile_groups};
-use crate::laws::own::OwnLaws;
-use crate::laws::{BodyState, Declared, Gravity};
-use crate::state::components::{GravityOff, PhysicsBody, StableId, Transform};
+use crate::laws::{Declared, Gravity};
+use crate::state::components::PhysicsBody;
 use crate::state::emitter::Dormant;
+use crate::tick::columns::ObservedColumns;
 use crate::units::{Scalar, Vector};
 
 /// Energy, momentum and angular momentum of all movable bodies.
@@ -27,36 +27,22 @@ pub struct Totals {
 /// changes no bit; bodies without an id come last, in table order.
 pub fn totals(world: &mut World) -> Totals {
     compile_groups(world);
-    type Body = (
-        Option<&'static StableId>,
-        &'static Transform,
-        &'static PhysicsBody,
-        Option<&'static OwnLaws>,
-        Has<GravityOff>,
-    );
-    let mut query = world.query_filtered::<Body, Without<Dormant>>();
+    let mut query = world.query_filtered::<ObservedColumns, Without<Dormant>>();
     let world = &*world;
     let gravity = world.get_resource::<Gravity>();
     let declared = Declared::of(world);
-    let mut rows: Vec<_> = query
-        .iter(world)
-        .filter(|(_, _, body, ..)| body.inverse_mass > 0.0)
-        .map(|(id, transform, body, own, gravity_off)| {
-            (id.map_or(u32::MAX, |id| id.0), transform.position, *body, own, gravity_off)
-        })
-        .collect();
-    rows.sort_by_key(|(id, ..)| *id);
+    let mut rows: Vec<_> = query.iter(world).filter(|row| row.body.inverse_mass > 0.0).collect();
+    rows.sort_by_key(|row| row.key().0);
     let mut sum = Totals {
         potential_energy: world.get_resource::<Groups>().map_or(0.0, |groups| groups.potential_energy(world)),
         ..Totals::default()
     };
-    for (_, position, body, own, gravity_off) in rows {
-        let momentum = body.momentum();
-        sum.kinetic_energy += body.kinetic_energy();
+    for row in rows {
+        let (momentum, state, options) = (row.body.momentum(), row.state(), row.options.options());
+        sum.kinetic_energy += row.body.kinetic_energy();
         sum.momentum += momentum;
-        sum.angular_momentum += position.cross(momentum);
-        let state = BodyState { position, velocity: body.velocity, inverse_mass: body.inverse_mass };
-        let laws = declared.on_body(gravity.filter(|_| !gravity_off), false, own.map_or(&[], OwnLaws::laws));
+        sum.angular_momentum += state.position.cross(momentum);
+        let laws = declared.on_body(gravity.filter(|_| !options.gravity_off), false, options.laws);
         for law in laws.filter(|law| law.has_potential()) {
             sum.potential_energy += law.potential_energy(state);
         }

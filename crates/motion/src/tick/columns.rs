@@ -4,9 +4,16 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::query::QueryData;
 
 use crate::kernels::{BodyOptions, RowOptions};
+use crate::laws::BodyState;
 use crate::laws::damping::DampingRate;
 use crate::laws::own::OwnLaws;
-use crate::state::components::{AxisLocks, Force, GravityOff, PhysicsBody, SpeedLimit, Transform};
+use crate::methods::markers::{OwnMethod, own_method};
+use crate::methods::table::Method;
+use crate::state::components::{
+    AxisLocks, Force, GravityOff, PhysicsBody, Quarantined, SpeedLimit, StableId, Transform,
+};
+use crate::state::coupling::Grouped;
+use crate::state::emitter::Dormant;
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::substeps::OwnSubsteps;
 use crate::units::Scalar;
@@ -35,6 +42,39 @@ pub struct BodyColumns {
     pub(super) options: OptionColumns,
     pub(super) last_step: Option<&'static mut LastStep>,
     pub(super) last_acceleration: Option<&'static mut LastAcceleration>,
+}
+
+/// The columns of a body that observers read.
+#[derive(QueryData)]
+pub(crate) struct ObservedColumns {
+    pub entity: Entity,
+    pub id: Option<&'static StableId>,
+    pub transform: &'static Transform,
+    pub body: &'static PhysicsBody,
+    pub options: OptionColumns,
+    pub last_step: Option<&'static LastStep>,
+    marked: Has<OwnMethod>,
+    pub grouped: Has<Grouped>,
+    pub quarantined: Has<Quarantined>,
+    pub dormant: Has<Dormant>,
+}
+
+impl ObservedColumnsItem<'_, '_> {
+    /// The state of the body.
+    pub fn state(&self) -> BodyState<Scalar> {
+        let PhysicsBody { velocity, inverse_mass } = *self.body;
+        BodyState { position: self.transform.position, velocity, inverse_mass }
+    }
+
+    /// The own method of the body, if it has one.
+    pub fn method(&self, world: &World) -> Option<Method> {
+        if self.marked { own_method(world.entity(self.entity)) } else { None }
+    }
+
+    /// Key of the order of sums: the stable id, then the entity.
+    pub fn key(&self) -> (u32, Entity) {
+        (self.id.map_or(u32::MAX, |id| id.0), self.entity)
+    }
 }
 
 /// The options of one body.

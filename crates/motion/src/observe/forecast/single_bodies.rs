@@ -1,7 +1,6 @@
 //! The forecast of single bodies: damping, drag, wells and your own laws.
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryData;
 use glam::{DMat3, DVec3};
 
 use super::cure::LinearSystem;
@@ -9,25 +8,11 @@ use super::lanczos::largest;
 use super::modes::{Modes, Stepping};
 use super::{Forecast, LimitingPart, Margin};
 use crate::laws::damping::Damping;
-use crate::laws::{BodyState, Declared, Drag, EvaluationTime, Gravity, Jacobians};
-use crate::methods::markers::{OwnMethod, own_method};
+use crate::laws::{Declared, Drag, EvaluationTime, Gravity, Jacobians};
 use crate::state::clock::StepClock;
-use crate::state::components::{PhysicsBody, Quarantined, Transform};
-use crate::state::coupling::Grouped;
-use crate::state::emitter::Dormant;
-use crate::tick::columns::OptionColumns;
+use crate::state::components::Quarantined;
+use crate::tick::columns::{ObservedColumns, ObservedColumnsItem};
 use crate::units::Scalar;
-
-#[derive(QueryData)]
-struct ForecastColumns {
-    entity: Entity,
-    transform: &'static Transform,
-    body: &'static PhysicsBody,
-    options: OptionColumns,
-    marked: Has<OwnMethod>,
-    grouped: Has<Grouped>,
-    dormant: Has<Dormant>,
-}
 
 /// One body as an oscillator.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +49,7 @@ impl Forecast {
         let gravity = world.get_resource::<Gravity>().and_then(Gravity::active_acceleration);
         let gravity = gravity.is_some_and(|acceleration| acceleration != DVec3::ZERO);
         let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
-        let mut query = world.query_filtered::<ForecastColumns, Without<Quarantined>>();
+        let mut query = world.query_filtered::<ObservedColumns, Without<Quarantined>>();
         let world = &*world;
         let laws = Declared::of(world);
         let others = Declared { drag: None, wells: None, ..laws };
@@ -72,22 +57,20 @@ impl Forecast {
         let at = EvaluationTime { time, within_step: time };
         let mut classes: Vec<StepClass> = Vec::new();
         for row in query.iter(world) {
-            let ForecastColumnsItem { entity, transform, body, marked, grouped, dormant, .. } = row;
-            if body.inverse_mass <= 0.0 {
+            let ObservedColumnsItem { entity, grouped, dormant, .. } = row;
+            let mut state = row.state();
+            if state.inverse_mass <= 0.0 {
                 continue;
             }
+            if dormant {
+                // The velocity of a particle that is not born yet is unknown.
+                state.velocity = DVec3::ZERO;
+            }
             let options = row.options.options();
-            let method = if marked { own_method(world.entity(entity)) } else { None };
             let stepping = Stepping {
-                method: method.unwrap_or(scenes.method),
+                method: row.method(world).unwrap_or(scenes.method),
                 substeps: options.substeps.unwrap_or(scenes.substeps),
                 ..scenes
-            };
-            let state = BodyState::<Scalar> {
-                position: transform.position,
-                // The velocity of a particle that is not born yet is unknown.
-                velocity: if dormant { DVec3::ZERO } else { body.velocity },
-                inverse_mass: body.inverse_mass,
             };
             // Without a driving force, k |u| u reverses and grows from k |u| h = 2 on. A falling body approaches its
             // terminal speed, where the slope is twice as steep.
@@ -113,7 +96,7 @@ impl Forecast {
                 continue;
             }
             for (number, well) in wells.iter().enumerate() {
-                let stiffness = well.squared_frequency(transform.position);
+                let stiffness = well.squared_frequency(state.position);
                 class.keep(Limit::Well(number), Oscillator { stiffness, ..oscillator });
             }
             for law in others.all().chain(options.laws.iter().map(|law| &**law)) {

@@ -2,17 +2,15 @@
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryData;
 
 use crate::kernels::BodyOptions;
 use crate::laws::BodyState;
-use crate::methods::markers::{OwnMethod, own_method};
 use crate::methods::table::Method;
 use crate::state::clock::StepClock;
-use crate::state::components::{AxisLocks, Force, PhysicsBody, Quarantined, StableId, Transform};
+use crate::state::components::{AxisLocks, Force};
 use crate::state::emitter::{Dormant, Emissions};
 use crate::state::forces::{PushQueue, sum_by_body};
-use crate::tick::columns::OptionColumns;
+use crate::tick::columns::ObservedColumns;
 use crate::units::{Scalar, Vector};
 
 /// A point of phase space: position, m, and velocity, m/s.
@@ -22,18 +20,14 @@ pub(super) struct PhasePoint {
     pub velocity: Vector,
 }
 
-impl PhasePoint {
-    fn of(transform: &Transform, body: &PhysicsBody) -> Self {
-        Self { position: transform.position, velocity: body.velocity }
+impl From<BodyState<Scalar>> for PhasePoint {
+    fn from(BodyState { position, velocity, .. }: BodyState<Scalar>) -> Self {
+        Self { position, velocity }
     }
 }
 
 /// Key of the order of sums: the stable id, then the entity.
 type Key = (u32, Entity);
-
-fn key(id: Option<&StableId>, entity: Entity) -> Key {
-    (id.map_or(u32::MAX, |id| id.0), entity)
-}
 
 /// The bodies at the start of a tick and the applied forces on them, in stable-id order.
 #[derive(Debug, Default)]
@@ -45,16 +39,14 @@ pub(super) struct Opening {
 
 impl Opening {
     pub fn of(world: &mut World) -> Self {
-        type Row =
-            (Entity, Option<&'static StableId>, &'static Transform, &'static PhysicsBody, &'static Force);
-        let mut bodies = world.query_filtered::<Row, Without<Dormant>>();
+        let mut bodies = world.query_filtered::<(ObservedColumns, &Force), Without<Dormant>>();
         let queued = world.get_resource::<PushQueue>().into_iter().flat_map(PushQueue::pending);
         let queued = sum_by_body(queued);
         let mut rows: Vec<_> = bodies
             .iter(world)
-            .map(|(entity, id, transform, body, force)| {
-                let push = force.newtons() + queued.get(&entity).copied().unwrap_or_default();
-                (key(id, entity), PhasePoint::of(transform, body), push)
+            .map(|(row, force)| {
+                let push = force.newtons() + queued.get(&row.entity).copied().unwrap_or_default();
+                (row.key(), row.state().into(), push)
             })
             .collect();
         rows.sort_unstable_by_key(|(key, ..)| *key);
@@ -122,20 +114,8 @@ impl BodyTick<'_> {
     }
 }
 
-/// The columns of a body that a ledger reads.
-#[derive(QueryData)]
-pub(super) struct LedgerColumns {
-    entity: Entity,
-    id: Option<&'static StableId>,
-    transform: &'static Transform,
-    body: &'static PhysicsBody,
-    options: OptionColumns,
-    quarantined: Has<Quarantined>,
-    marked: Has<OwnMethod>,
-}
-
 /// The query of all bodies.
-pub(super) type LedgerQuery = QueryState<LedgerColumns, Without<Dormant>>;
+pub(super) type LedgerQuery = QueryState<ObservedColumns, Without<Dormant>>;
 
 /// Every body that exists at the end of a tick, in stable-id order. For a body that did not exist at the start, or is
 /// quarantined, the start equals the end: its change is an intervention and not work.
@@ -148,24 +128,21 @@ pub(super) fn bodies<'w>(
     let mut rows: Vec<_> = query
         .iter(world)
         .map(|row| {
-            let LedgerColumnsItem { entity, id, transform, body, quarantined, marked, .. } = row;
-            let options = row.options.options();
-            let end = PhasePoint::of(transform, body);
-            let method = if marked { world.get_entity(entity).ok().and_then(own_method) } else { None };
+            let (options, method) = (row.options.options(), row.method(world));
             let limits_after_kick = method.unwrap_or(world_method).traits().limits_after_kick;
             let body = BodyTick {
-                entity,
-                ends: [end; 2],
-                born: opening.births.get(&entity).copied(),
-                inverse_mass: body.inverse_mass,
+                entity: row.entity,
+                ends: [row.state().into(); 2],
+                born: opening.births.get(&row.entity).copied(),
+                inverse_mass: row.body.inverse_mass,
                 push: Vector::ZERO,
-                quarantined,
+                quarantined: row.quarantined,
                 options,
                 locks: options.closed_axes(limits_after_kick),
                 method,
                 in_sheet: false,
             };
-            (key(id, entity), body)
+            (row.key(), body)
         })
         .collect();
     rows.sort_unstable_by_key(|(key, _)| *key);
