@@ -73,14 +73,8 @@ pub struct Bare<T: Real> {
     has_failed: bool,
 }
 
-/// The rounding errors of the state.
-#[derive(Clone, Debug)]
-struct Residues<T> {
-    /// Of positions, m.
-    x: Vec<[T; 3]>,
-    /// Of velocities, m/s.
-    v: Vec<[T; 3]>,
-}
+/// The rounding errors of positions, m, and of velocities, m/s.
+type Residues<T> = [Vec<[T; 3]>; 2];
 
 impl<T: Real> Bare<T> {
     /// Makes arrays without bodies, to be integrated by `method` in ticks of `step` seconds.
@@ -145,10 +139,7 @@ impl<T: Real> Bare<T> {
         let [x, y, z] = velocity;
         self.positions.push(position);
         self.bodies.push([x, y, z, inverse_mass]);
-        if let Some(Residues { x, v }) = &mut self.residues {
-            x.push([T::ZERO; 3]);
-            v.push([T::ZERO; 3]);
-        }
+        self.residues.iter_mut().flatten().for_each(|residues| residues.push([T::ZERO; 3]));
         self.individuals.add();
         self.bodies.len() - 1
     }
@@ -183,8 +174,8 @@ impl<T: Real> Bare<T> {
         if let Some(last) = self.last_steps.get_mut(body) {
             *last = T::ZERO;
         }
-        if let Some(residues) = &mut self.residues {
-            residues.v[body] = [T::ZERO; 3];
+        if let Some([_, v]) = &mut self.residues {
+            v[body] = [T::ZERO; 3];
         }
         self.individuals.outdated = true;
     }
@@ -196,8 +187,8 @@ impl<T: Real> Bare<T> {
             let (v, more) = (&mut self.bodies[body][axis], impulse * w);
             match &mut self.residues {
                 None => *v += more,
-                Some(residues) => {
-                    let residue = &mut residues.v[body][axis];
+                Some([_, residues]) => {
+                    let residue = &mut residues[body][axis];
                     (*v, *residue) = add_compensated((*v, *residue), (more, T::ZERO));
                 }
             }
@@ -209,8 +200,8 @@ impl<T: Real> Bare<T> {
         for body in &mut self.bodies {
             body[..3].iter_mut().for_each(|v| *v = T::ZERO - *v);
         }
-        if let Some(residues) = &mut self.residues {
-            residues.v.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
+        if let Some([_, residues]) = &mut self.residues {
+            residues.as_flattened_mut().iter_mut().for_each(|v| *v = -*v);
         }
         self.last_steps.iter_mut().for_each(|step| *step = -*step);
     }

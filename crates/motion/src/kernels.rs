@@ -39,7 +39,7 @@ pub(crate) use compensated::add_compensated;
 pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;
 pub(crate) use method_state::MethodStateRows;
-pub(crate) use options::{BodyOptions, RowOptions};
+pub(crate) use options::{BodyOptions, OfRows, RowOptions};
 
 /// Rows of a block, computed together before the first of them is stored.
 pub(crate) const BLOCK: usize = 4;

@@ -116,17 +116,10 @@ pub struct StepState<F: Field> {
     pub start: Option<F::Space>,
 }
 
-impl<F: Field> StepState<F> {
-    /// The method state at a start, without a last step.
-    #[must_use]
-    pub fn new() -> Self {
-        Self { last_step: F::Real::ZERO, start: None }
-    }
-}
-
 impl<F: Field> Default for StepState<F> {
+    /// The method state at a start, without a last step.
     fn default() -> Self {
-        Self::new()
+        Self { last_step: F::Real::ZERO, start: None }
     }
 }
 

@@ -112,31 +112,18 @@ impl<T: Real> Individuals<T> {
             self.outdated = true;
         }
     }
+}
 
-    /// The options of a row.
-    pub fn options(&self, row: usize) -> BodyOptions<'_, T> {
+impl<T: Real> RowOptions<T> for Individuals<T> {
+    fn row(&self, row: usize) -> BodyOptions<'_, T> {
         let Kind { gravity_off, own, .. } = self.kinds[row];
         own.map_or(BodyOptions { gravity_off, ..BodyOptions::NONE }, |own| self.own_options[own].options())
     }
 }
 
 /// The options of the rows of a run.
-pub(super) struct OfRun<'a, T: Real>(pub &'a [OwnOptions<T>]);
-
-impl<T: Real> RowOptions<T> for OfRun<'_, T> {
+impl<T: Real> RowOptions<T> for &[OwnOptions<T>] {
     fn row(&self, row: usize) -> BodyOptions<'_, T> {
-        self.0[row].options()
-    }
-}
-
-/// Looks up the options of the rows of a group.
-pub(super) struct OfRows<'a, T: Real> {
-    pub rows: &'a [usize],
-    pub individuals: &'a Individuals<T>,
-}
-
-impl<T: Real> RowOptions<T> for OfRows<'_, T> {
-    fn row(&self, row: usize) -> BodyOptions<'_, T> {
-        self.individuals.options(self.rows[row])
+        self[row].options()
     }
 }

@@ -51,9 +51,7 @@ impl<T: Real> Bare<T> {
                 // Nothing is left of an earlier life.
                 last_steps.get_mut(row).into_iter().for_each(|step| *step = T::ZERO);
                 cached.get_mut(row).into_iter().for_each(|cached| *cached = CachedAcceleration::default());
-                if let Some(residues) = residues {
-                    (residues.x[row], residues.v[row]) = ([T::ZERO; 3], [T::ZERO; 3]);
-                }
+                residues.iter_mut().flatten().for_each(|residues| residues[row] = [T::ZERO; 3]);
                 let kind = &mut individuals.kinds[row];
                 (kind.born, kind.apart) = (born, born.is_none());
                 individuals.outdated = true;

@@ -2,8 +2,8 @@
 
 use bevy_ecs::prelude::*;
 
+use super::Bare;
 use super::of_world::{LawsOf, NotForArrays};
-use super::{Bare, Residues};
 use crate::groups::GroupKernel;
 use crate::kernels::Kernel;
 use crate::laws::damping::Damping;
@@ -118,7 +118,7 @@ impl Bare<f32> {
     #[must_use]
     pub fn compensated(mut self) -> Self {
         let zero = vec![[0.0; 3]; self.bodies.len()];
-        self.residues = Some(Residues { x: zero.clone(), v: zero });
+        self.residues = Some([zero.clone(), zero]);
         self
     }
 }

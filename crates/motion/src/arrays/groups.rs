@@ -1,11 +1,10 @@
 //! Groups of bodies in plain arrays.
 
-use super::bodies::OfRows;
-use super::{Bare, Residues};
+use super::Bare;
 use crate::groups::{
     Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Row, RowArray, Scratch, Watch,
 };
-use crate::kernels::StepStatistics;
+use crate::kernels::{OfRows, StepStatistics};
 use crate::methods::table::Method;
 use crate::real::Real;
 
@@ -94,7 +93,7 @@ impl<T: Real> Bare<T> {
         let called = shared.called();
         let environment =
             GroupEnvironment::new(kernel.single.traits, shared, &called, self.resources.solver, &[]);
-        let options = OfRows { rows, individuals: &self.individuals };
+        let options = OfRows { whole: &self.individuals, rows };
         let ArrayGroup {
             coupling, with_options, with_laws, cache, x, v, residues: [rx, rv], w, last, ..
         } = group;
@@ -113,8 +112,8 @@ impl<T: Real> Bare<T> {
             let ([a, b, c], [d, e, f, _]) = (self.positions[*row], self.bodies[*row]);
             (*x, *v) = ([a, b, c, T::ZERO], [d, e, f, T::ZERO]);
         }
-        if let Some(Residues { x, v }) = &self.residues {
-            for (to, from) in group.residues.iter_mut().zip([x, v]) {
+        if let Some(residues) = &self.residues {
+            for (to, from) in group.residues.iter_mut().zip(residues) {
                 to.resize(rows.len());
                 for (to, row) in to.iter_mut().zip(rows) {
                     let [x, y, z] = from[*row];
@@ -156,9 +155,8 @@ impl<T: Real> Bare<T> {
             if kernel.keeps_last_step() {
                 self.last_steps[*row] = group.last[own];
             }
-            if let Some(Residues { x, v }) = &mut self.residues {
-                x[*row].copy_from_slice(&group.residues[0][own][..3]);
-                v[*row].copy_from_slice(&group.residues[1][own][..3]);
+            for (to, from) in self.residues.iter_mut().flatten().zip(&group.residues) {
+                to[*row].copy_from_slice(&from[own][..3]);
             }
         }
     }

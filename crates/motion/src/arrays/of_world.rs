@@ -9,7 +9,7 @@ use super::Bare;
 use super::bodies::{Kind, OwnOptions};
 use super::groups::ArrayGroup;
 use crate::groups::{Group, Groups, update_groups};
-use crate::kernels::BodyOptions;
+use crate::kernels::{BodyOptions, RowOptions as _};
 use crate::laws::{Gravity, Law, WorldLaws};
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -114,7 +114,7 @@ impl<T: Real> Bare<T> {
             let rows: Vec<_> = bodies.iter().filter_map(|body| rows.get(body).copied()).collect();
             let movable = || (0..).zip(&rows[..coupling.movable]);
             let rows_that = |has: &dyn Fn(BodyOptions<'_, T>) -> bool| {
-                let such = movable().filter(|(_, row)| has(self.individuals.options(**row)));
+                let such = movable().filter(|(_, row)| has(self.individuals.row(**row)));
                 such.map(|(own, _)| own).collect()
             };
             let with_options = rows_that(&|options| options.changes_row());

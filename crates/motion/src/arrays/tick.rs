@@ -1,7 +1,7 @@
 //! A tick of bodies in plain arrays.
 
-use super::bodies::{Kind, OfRun, Run};
-use super::{Bare, Residues};
+use super::Bare;
+use super::bodies::{Kind, Run};
 use crate::kernels::{Applied, Batch, Kernel, MethodStateRows, RowOptions, StepStatistics};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
@@ -85,9 +85,9 @@ impl<T: Real> Bare<T> {
             bodies: &mut bodies[rows.clone()],
             applied: (!applied.rows.is_empty()).then_some(applied),
             method_state: method_state.part(rows.clone()),
-            residues: residues.map(|Residues { x, v }| [x, v].map(|all| &mut all[rows.clone()])),
+            residues: residues.map(|both| both.each_mut().map(|all| &mut all[rows.clone()])),
         };
-        let options = own.map(|first| OfRun(&individuals.own_options[first..]));
+        let options = own.map(|first| &individuals.own_options[first..]);
         let options = options.as_ref().map(|options| options as &dyn RowOptions<T>);
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);

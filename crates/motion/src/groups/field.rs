@@ -193,7 +193,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         self.watch = watch;
         self.sort_into_classes();
         self.apply_pushes();
-        let mut step_state = StepState::new();
+        let mut step_state = StepState::default();
         if let Some(last) = &mut last {
             step_state.last_step = self.common_last_step(last);
         }

@@ -10,7 +10,7 @@ use super::split::Part;
 use super::suspects::{Before, Suspects, springs_by_row};
 use super::{Group, Groups};
 use crate::kernels::{
-    Applied, Batch, BodyOptions, Kernel, MethodStateRows, RowOptions, StepStatistics, Terms,
+    Applied, Batch, BodyOptions, Kernel, MethodStateRows, OfRows, RowOptions, StepStatistics, Terms,
 };
 use crate::laws::{Affine, Law};
 use crate::methods::MethodState;
@@ -25,18 +25,6 @@ pub(super) struct Rescue<'a, 'w, 's, 'n> {
     pub environment: &'a GroupEnvironment<'a, Scalar>,
     pub options: &'a MemberOptions<'w, 's>,
     pub output: &'a mut TickOutput<'n>,
-}
-
-/// Looks options up by the row of a part.
-struct OfPart<'a, 'w, 's> {
-    whole: ByRow<'a, 'w, 's>,
-    rows: &'a [usize],
-}
-
-impl RowOptions<Scalar> for OfPart<'_, '_, '_> {
-    fn row(&self, row: usize) -> BodyOptions<'_, Scalar> {
-        self.whole.row(self.rows[row])
-    }
 }
 
 impl Rescue<'_, '_, '_, '_> {
@@ -157,7 +145,7 @@ impl Rescue<'_, '_, '_, '_> {
             };
             let (with_options, with_laws) = (listed(&group.with_options), listed(&group.with_laws));
             let w = numbers(&before.w);
-            let options = OfPart { whole, rows: &part.rows };
+            let options = OfRows { whole: &whole, rows: &part.rows };
             for watch in [Watch::Off, Watch::On] {
                 let mut scratch = Scratch::default();
                 scratch.pushes.clone_from(&pushes);

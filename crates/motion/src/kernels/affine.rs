@@ -305,7 +305,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         last: Option<&mut [T; N]>,
     ) -> (Rows<T, S, N>, Rows<T, S, N>) {
         let Terms { decay, rate, .. } = self.terms;
-        let mut step_state = StepState::new();
+        let mut step_state = StepState::default();
         if let (MethodState::LastStep, Some(last)) = (M::STATE, &last) {
             step_state.last_step = last[0];
         }

@@ -63,6 +63,18 @@ pub(crate) trait RowOptions<T: Real> {
     fn row(&self, row: usize) -> BodyOptions<'_, T>;
 }
 
+/// The options of some rows of a whole.
+pub(crate) struct OfRows<'a, T: Real> {
+    pub whole: &'a dyn RowOptions<T>,
+    pub rows: &'a [usize],
+}
+
+impl<T: Real> RowOptions<T> for OfRows<'_, T> {
+    fn row(&self, row: usize) -> BodyOptions<'_, T> {
+        self.whole.row(self.rows[row])
+    }
+}
+
 /// The same options on every row.
 impl<T: Real> RowOptions<T> for BodyOptions<'_, T> {
     fn row(&self, _: usize) -> BodyOptions<'_, T> {
