@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use history::Snapshot;
+use history::Simulation;
 use motion::clock::FrameClock;
-use motion::{Gravity, PhysicsBody, Request, Requests, StableId, Stepper, Threads, TimeStep, Transform};
+use motion::{Gravity, PhysicsBody, Request, StableId, Stepper, Threads, TimeStep, Transform};
 use scene::{Scene, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
@@ -55,44 +56,42 @@ fn hash(world: &mut World) -> u64 {
 
 /// A scene on its way.
 struct Run {
-    world: World,
-    stepper: Stepper,
+    simulation: Simulation,
     clock: FrameClock,
-    follows_frames: bool,
-    fps: f64,
 }
 
 impl Run {
     /// `arrange` changes the world that the scene was spawned into, before anything is compiled.
     fn start(scene: &Scene, mut world: World, arrange: impl FnOnce(&mut World)) -> Self {
-        scene.spawn(&mut world);
+        let bodies = scene.spawn(&mut world);
         arrange(&mut world);
         let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-        let follows_frames = scene.step == StepKind::Frame;
-        Self { world, stepper, clock: FrameClock::default(), follows_frames, fps: fps(scene) }
+        let simulation = Simulation { scene: Arc::new(scene.clone()), world, stepper, bodies };
+        Self { simulation, clock: FrameClock::default() }
     }
 
     /// Simulates the ticks from number `from` on to number `to`.
     fn ticks(&mut self, from: u64, to: u64) {
+        let Self { simulation, clock } = self;
+        let fps = fps(&simulation.scene);
         for tick in from..to {
             if tick == BEFORE_SWITCH
-                && let Some(gravity) = self.world.get_resource::<Gravity>()
+                && let Some(gravity) = simulation.world.get_resource::<Gravity>()
             {
-                let request = Request::SwitchGravity(!gravity.on);
-                self.world.resource_mut::<Requests>().ask(request);
+                simulation.request(Request::SwitchGravity(!gravity.on));
             }
-            if self.follows_frames {
-                self.clock.advance_to(tick as f64 / self.fps).unwrap();
-                let length = self.clock.advance_to((tick + 1) as f64 / self.fps).unwrap().length();
-                self.world.insert_resource(TimeStep(length));
+            if simulation.scene.step == StepKind::Frame {
+                clock.advance_to(tick as f64 / fps).unwrap();
+                let length = clock.advance_to((tick + 1) as f64 / fps).unwrap().length();
+                simulation.world.insert_resource(TimeStep(length));
             }
-            self.stepper.tick(&mut self.world);
+            simulation.tick();
         }
     }
 
     fn hash(mut self) -> u64 {
         self.ticks(0, TICKS);
-        hash(&mut self.world)
+        hash(&mut self.simulation.world)
     }
 }
 
@@ -163,7 +162,7 @@ fn any_number_of_threads_hashes_a_crowd_alike() {
     for threads in [1, 2, 4] {
         let mut run = Run::start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
         run.ticks(0, 12);
-        let hash = hash(&mut run.world);
+        let hash = hash(&mut run.simulation.world);
         assert_eq!(hash, CROWD, "{threads} threads: {hash:016x}");
     }
 }
@@ -174,10 +173,10 @@ fn runs_that_are_saved_and_loaded_give_the_pinned_hashes() {
         all_are_pinned(|scene| {
             let mut run = Run::start(scene, World::new(), |_| {});
             run.ticks(0, at);
-            let snapshot = Snapshot::of(&mut run.world, scene.method);
-            (run.world, run.stepper, _) = snapshot.restore(scene).unwrap();
+            let snapshot = run.simulation.snapshot();
+            run.simulation = Simulation::restore(scene.clone(), &snapshot).unwrap();
             run.ticks(at, TICKS);
-            hash(&mut run.world)
+            hash(&mut run.simulation.world)
         });
     }
 }

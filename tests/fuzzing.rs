@@ -191,7 +191,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
     drive.run(4, 1000.0);
     let fault = drive.session.fault().expect("it explodes").clone();
     let bundle = drive.session.bundle(None).expect("a recorded run comes out the same");
-    let again = Rerun::of(drive.session.scene(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
+    let again = Rerun::of(drive.session.scene().clone(), &bundle, TIMELINE_BYTES, &mut |_| ()).unwrap();
     assert!(again.faults.contains(&fault), "{fault:?} is not among {:?}", again.faults);
 }
 

@@ -3,54 +3,28 @@
 mod interventions;
 mod shipped;
 
-use bevy_ecs::prelude::*;
-use history::Snapshot;
-use motion::{Evaluations, Iterations, Method, Quarantine, StableId, Stepper, TimeStep};
+use std::sync::Arc;
+
+use history::Simulation;
+use motion::{Evaluations, Iterations, Method, Quarantine, StableId};
 use scene::Scene;
 
-/// A world of a scene on its way.
-pub struct Run {
-    pub scene: Scene,
-    pub world: World,
-    pub stepper: Stepper,
-    /// By stable id.
-    pub bodies: Vec<Entity>,
+/// The same in a new world.
+pub fn restored(run: &mut Simulation) -> Simulation {
+    let snapshot = run.snapshot();
+    Simulation::restore(Arc::clone(&run.scene), &snapshot).unwrap()
 }
 
-impl Run {
-    pub fn of(scene: Scene) -> Self {
-        let mut world = World::new();
-        let bodies = scene.spawn(&mut world);
-        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-        Self { scene, world, stepper, bodies }
-    }
-
-    pub fn ticks(&mut self, ticks: u64) {
-        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
-    }
-
-    pub fn snapshot(&mut self) -> Snapshot {
-        Snapshot::of(&mut self.world, self.stepper.method())
-    }
-
-    /// The same in a new world.
-    pub fn restored(&mut self) -> Self {
-        let snapshot = self.snapshot();
-        let (world, stepper, bodies) = snapshot.restore(&self.scene).unwrap();
-        Self { scene: self.scene.clone(), world, stepper, bodies }
-    }
-
-    /// What must be equal in runs that are: the state, what was counted and who was frozen.
-    pub fn outcome(&mut self) -> Outcome {
-        let evaluations = self.world.resource::<Evaluations>().clone();
-        let records = self.world.resource::<Quarantine>().records().iter();
-        let frozen = records.map(|record| (record.id, record.tick, record.cause.what())).collect();
-        Outcome {
-            hash: self.snapshot().state_hash(),
-            method: self.stepper.method(),
-            evaluations: sorted(&evaluations),
-            frozen,
-        }
+/// What must be equal in runs that are: the state, what was counted and who was frozen.
+pub fn outcome(run: &mut Simulation) -> Outcome {
+    let evaluations = run.world.resource::<Evaluations>().clone();
+    let records = run.world.resource::<Quarantine>().records().iter();
+    let frozen = records.map(|record| (record.id, record.tick, record.cause.what())).collect();
+    Outcome {
+        hash: run.snapshot().state_hash(),
+        method: run.method(),
+        evaluations: sorted(&evaluations),
+        frozen,
     }
 }
 
@@ -80,18 +54,18 @@ fn steps_that_did_not_converge_are_counted_on() {
     let text = "(version: 1, method: implicit_euler, step_hz: 20,
         wells: [(position_m: (0, 0, 0), strength_m3_s2: 50, softening_m: 1e-4)],
         bodies: [(name: \"comet\", position_m: (1, 0, 0), velocity_m_s: (0, 0.1, 0))])";
-    let mut whole = Run::of(Scene::parse("comet", text).unwrap());
-    let counted = |run: &Run| run.world.resource::<Evaluations>().unconverged_steps();
+    let mut whole = Simulation::new(Scene::parse("comet", text).unwrap());
+    let counted = |run: &Simulation| run.world.resource::<Evaluations>().unconverged_steps();
     while counted(&whole) < 5 {
-        whole.ticks(1);
+        whole.tick();
     }
     let before = counted(&whole);
-    let mut restored = whole.restored();
-    for run in [&mut whole, &mut restored] {
-        run.ticks(100);
+    let mut again = restored(&mut whole);
+    for run in [&mut whole, &mut again] {
+        run.run(100);
     }
     assert!(before < counted(&whole), "{before} and no more");
-    assert_eq!(restored.outcome(), whole.outcome());
+    assert_eq!(outcome(&mut again), outcome(&mut whole));
 }
 
 /// What a run came to.

@@ -83,9 +83,9 @@ const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         mistake: "a hash over bodies in the order of a hash table",
-        file: "crates/sandbox/src/view/read.rs",
-        from: "self.entities.iter().copied().filter(",
-        to: "self.ids.keys().copied().filter(",
+        file: "crates/history/src/simulation.rs",
+        from: "let bodies = (0..).zip(&self.bodies);",
+        to: "let bodies = (0..).zip(&self.bodies).collect::<std::collections::HashMap<u32, _>>().into_iter();",
         killed_by: "determinism::the_program_gives_the_pinned_hashes",
     },
     Mutant {

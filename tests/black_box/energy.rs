@@ -1,31 +1,31 @@
 //! The watch for energy out of nowhere.
 
 use glam::DVec3;
-use history::{Fault, Watch};
+use history::{Fault, Simulation, Watch};
 use motion::ledger::Ledger;
-use motion::{Method, PushQueue, Request, Requests};
+use motion::{Method, Request};
 use scene::Scene;
 
 use super::program::STIFF;
 use crate::ghosts::mixed;
-use crate::snapshot::Run;
+use crate::snapshot::{outcome, restored};
 
-fn run(text: &str) -> Run {
-    Run::of(Scene::parse("watched", text).unwrap())
+fn run(text: &str) -> Simulation {
+    Simulation::new(Scene::parse("watched", text).unwrap())
 }
 
 /// The first fault of so many ticks, `act` acting before each, with books that are kept anyway or without them.
 fn first_fault(
-    mut run: Run,
+    mut run: Simulation,
     books: bool,
     ticks: u64,
-    act: impl Fn(&mut Run, u64),
+    act: impl Fn(&mut Simulation, u64),
 ) -> Option<(u64, Option<u32>, String)> {
     let mut ledger = books.then(|| Ledger::open(&mut run.world));
     let mut watch = Watch::new(&mut run.world);
     let fault = (0..ticks).find_map(|tick| {
         act(&mut run, tick);
-        watch.tick(&mut run.stepper, &mut run.world, ledger.as_mut())
+        watch.tick(&mut run, ledger.as_mut())
     });
     fault.map(|Fault { tick, body, what, quarantined, .. }| {
         assert!(!quarantined, "{what}");
@@ -49,9 +49,9 @@ fn an_explosion_is_found_without_a_ledger_and_is_the_same_fault_as_with_one() {
 
 #[test]
 fn an_explosion_that_begins_later_is_found_where_it_begins() {
-    let act = |run: &mut Run, tick| {
+    let act = |run: &mut Simulation, tick| {
         if tick == 50 {
-            run.stepper.set_method(&mut run.world, Method::ExplicitEuler);
+            run.set_method(Method::ExplicitEuler);
         }
     };
     assert_eq!(first_fault(run(SPRING), false, 300, |_, _| {}), None);
@@ -74,9 +74,9 @@ fn energy_that_grows_slowly_is_found_soon_and_from_where_it_began_to_grow() {
     assert!(tick <= 12 && body == Some(1), "tick {tick}, {what}");
     assert_eq!(found(true), Some((tick, body, what)));
 
-    let act = |run: &mut Run, tick| match tick {
-        0 => run.stepper.set_method(&mut run.world, Method::SemiImplicitEuler),
-        200 => run.stepper.set_method(&mut run.world, Method::ExplicitEuler),
+    let act = |run: &mut Simulation, tick| match tick {
+        0 => run.set_method(Method::SemiImplicitEuler),
+        200 => run.set_method(Method::ExplicitEuler),
         _ => {}
     };
     let (tick, ..) = first_fault(run(SLOW), false, 400, act).unwrap();
@@ -117,15 +117,15 @@ fn a_watch_that_goes_on_from_any_tick_finds_the_same_fault() {
     let mut going_on = Vec::new();
     let fault = loop {
         let energy = watch.energy();
-        let run = whole.restored();
+        let run = restored(&mut whole);
         going_on.push((run, energy));
-        if let Some(fault) = watch.tick(&mut whole.stepper, &mut whole.world, None) {
+        if let Some(fault) = watch.tick(&mut whole, None) {
             break fault;
         }
     };
     for (mut run, energy) in going_on {
         let mut watch = Watch::going_on(&mut run.world, energy);
-        let found = (0..150).find_map(|_| watch.tick(&mut run.stepper, &mut run.world, None));
+        let found = (0..150).find_map(|_| watch.tick(&mut run, None));
         assert_eq!(found, Some(fault.clone()), "{energy:?}");
     }
 }
@@ -136,12 +136,12 @@ fn pushes_requests_and_springs_that_are_let_go_are_no_faults() {
         (name: \"wall\", immovable: true), (name: \"ball\", position_m: (0.1, 0, 0)), (name: \"free\", position_m: (0, 9, 0))],
         springs: [(between: (\"wall\", \"ball\"), stiffness_n_m: 1000, rest_length_m: 1)])";
     for books in [false, true] {
-        let act = |run: &mut Run, tick| {
+        let act = |run: &mut Simulation, tick| {
             let (ball, free) = (run.bodies[1], run.bodies[2]);
             if tick % 20 == 7 {
                 // Each a hundred times the last.
                 let newtons = 100_f64.powi(1 + (tick / 20) as i32);
-                run.world.resource_mut::<PushQueue>().push_once(free, DVec3::X * newtons);
+                run.push(free, DVec3::X * newtons);
             }
             let velocity = |body, speed| Request::SetVelocity(body, DVec3::Y * speed);
             let requests = match tick {
@@ -149,7 +149,7 @@ fn pushes_requests_and_springs_that_are_let_go_are_no_faults() {
                 180 => vec![Request::Impulse(ball, DVec3::Z * 1e12)],
                 _ => vec![],
             };
-            requests.into_iter().for_each(|request| run.world.resource_mut::<Requests>().ask(request));
+            requests.into_iter().for_each(|request| run.request(request));
         };
         assert_eq!(first_fault(run(text), books, 250, act), None);
     }
@@ -158,13 +158,13 @@ fn pushes_requests_and_springs_that_are_let_go_are_no_faults() {
 #[test]
 fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
     for scene in [mixed(), Scene::parse("stiff", STIFF).unwrap(), scene::load("everything").unwrap()] {
-        let (mut alone, mut watched) = (Run::of(scene.clone()), Run::of(scene));
+        let (mut alone, mut watched) = (Simulation::new(scene.clone()), Simulation::new(scene));
         let mut watch = Watch::new(&mut watched.world);
         for _ in 0..60 {
-            alone.ticks(1);
-            watch.tick(&mut watched.stepper, &mut watched.world, None);
+            alone.tick();
+            watch.tick(&mut watched, None);
         }
-        assert_eq!(alone.outcome(), watched.outcome());
+        assert_eq!(outcome(&mut alone), outcome(&mut watched));
     }
 }
 
@@ -172,10 +172,10 @@ fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
 #[test]
 fn no_hard_case_is_at_fault_by_its_own_method() {
     for case in scene::cases() {
-        let mut run = Run::of(case.load().unwrap());
+        let mut run = Simulation::new(case.load().unwrap());
         let mut watch = Watch::new(&mut run.world);
         for _ in 0..600 {
-            assert_eq!(watch.tick(&mut run.stepper, &mut run.world, None), None, "{}", case.name);
+            assert_eq!(watch.tick(&mut run, None), None, "{}", case.name);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use history::{TIMELINE_BYTES, Timeline};
+use history::{Simulation, TIMELINE_BYTES, Timeline};
 use sandbox::Simulated;
 use sandbox::input::Input;
 
@@ -10,7 +10,7 @@ use super::going_back::{go, push, recording};
 use super::recording::{assert_outcome_at, outcome_at, recorded};
 use crate::drive::{Drive, tap};
 use crate::ghosts::mixed;
-use crate::snapshot::Run;
+use crate::snapshot::outcome;
 
 /// A frame that looks away after every tick, and how many there were on the way to another tick.
 fn short_frame(drive: &mut Drive, events: impl IntoIterator<Item = Input>) -> u32 {
@@ -119,10 +119,10 @@ fn a_fault_is_gone_back_from_in_frames_too() {
 
 #[test]
 fn the_second_of_two_long_ways_to_the_same_place_is_short() {
-    let mut run = Run::of(mixed());
+    let mut run = Simulation::new(mixed());
     let (mut thin, outcomes) = recorded(&mut run, TIMELINE_BYTES, 2000);
     let cap = thin.bytes() / 8;
-    let mut run = Run::of(mixed());
+    let mut run = Simulation::new(mixed());
     let (mut sparse, _) = recorded(&mut run, cap, 2000);
     let last_but = |timeline: &Timeline, ticks: u64| {
         // The end of the longest way that there is.
@@ -131,7 +131,7 @@ fn the_second_of_two_long_ways_to_the_same_place_is_short() {
         ends - ticks
     };
     let to = last_but(&sparse, 1);
-    let way = |timeline: &Timeline, to: u64| timeline.set_out(&run.scene, to).unwrap().ticks_left();
+    let way = |timeline: &Timeline, to: u64| timeline.begin_seek(&run.scene, to).unwrap().ticks_left();
     let long = way(&sparse, to);
     assert!(long > 100, "{long}: nothing was thinned out");
     let before = sparse.bytes();
@@ -150,19 +150,18 @@ fn the_second_of_two_long_ways_to_the_same_place_is_short() {
 
 #[test]
 fn a_way_is_turned_only_to_what_is_ahead_and_has_no_nearer_snapshot() {
-    let mut run = Run::of(mixed());
+    let mut run = Simulation::new(mixed());
     let (mut timeline, outcomes) = recorded(&mut run, TIMELINE_BYTES, 100);
-    let mut journey = timeline.set_out(&run.scene, 50).unwrap();
+    let mut seek = timeline.begin_seek(&run.scene, 50).unwrap();
     for _ in 0..10 {
-        assert!(timeline.go_on(&mut journey));
+        assert!(timeline.go_on(&mut seek));
     }
     // From the snapshot at 32 it is at 42 now.
     for (tick, turned) in [(41, false), (64, false), (99, false), (42, true), (63, true)] {
-        assert_eq!(timeline.turn(&mut journey, tick), turned, "{tick}");
+        assert_eq!(timeline.redirect(&mut seek, tick), turned, "{tick}");
     }
-    assert_eq!((journey.to(), journey.ticks_left()), (63, 21));
-    while timeline.go_on(&mut journey) {}
-    let history::Replay { world, stepper, bodies, .. } = timeline.arrive(journey);
-    let mut there = Run { scene: run.scene.clone(), world, stepper, bodies };
-    assert_eq!(there.outcome(), outcomes[63]);
+    assert_eq!((seek.to(), seek.ticks_left()), (63, 21));
+    while timeline.go_on(&mut seek) {}
+    let mut there = timeline.finish_seek(seek).simulation;
+    assert_eq!(outcome(&mut there), outcomes[63]);
 }

@@ -1,19 +1,19 @@
 //! Timelines of worlds: what they can go back to, and what they take.
 
 use glam::DVec3;
-use history::{EnergyState, Timeline};
+use history::{EnergyState, Simulation, Timeline};
 use motion::effects::Effect;
-use motion::{Method, PushQueue, Request, Requests};
+use motion::{Method, PushQueue, Request};
 
 use crate::ghosts::mixed;
-use crate::snapshot::Run;
+use crate::snapshot::{Outcome, outcome};
 
 /// Nothing is known of its energy.
 const UNWATCHED: EnergyState =
     EnergyState { largest_j: 0.0, looked_tick: 0, looked_j: 0.0, growth: None, look: None };
 
 /// What acts before tick number `tick`.
-fn act(run: &mut Run, tick: u64) {
+fn act(run: &mut Simulation, tick: u64) {
     let body = |name: &str| run.bodies[run.scene.names.find(name).unwrap() as usize];
     let (ball, second, spare) = (body("ball"), body("second"), body("spare"));
     let requests = match tick % 40 {
@@ -23,7 +23,7 @@ fn act(run: &mut Run, tick: u64) {
         33 if tick > 40 => vec![Request::Remove(spare)],
         _ => Vec::new(),
     };
-    requests.into_iter().for_each(|request| run.world.resource_mut::<Requests>().ask(request));
+    requests.into_iter().for_each(|request| run.request(request));
     let mut queue = run.world.resource_mut::<PushQueue>();
     if tick.is_multiple_of(7) {
         queue.push_once(ball, DVec3::new(1.0, 2.0, -1.0));
@@ -33,40 +33,33 @@ fn act(run: &mut Run, tick: u64) {
 }
 
 /// Ticks of a run with a timeline of at most so many bytes, and its outcomes after every tick.
-pub fn recorded(run: &mut Run, cap: usize, ticks: u64) -> (Timeline, Vec<crate::snapshot::Outcome>) {
-    let mut timeline = Timeline::new(&mut run.world, run.stepper.method(), cap, UNWATCHED).unwrap();
-    let mut outcomes = vec![run.outcome()];
+pub fn recorded(run: &mut Simulation, cap: usize, ticks: u64) -> (Timeline, Vec<Outcome>) {
+    let mut timeline = Timeline::new(run, cap, UNWATCHED).unwrap();
+    let mut outcomes = vec![outcome(run)];
     for tick in 0..ticks {
         act(run, tick);
         if tick == 60 {
-            timeline.note_requests(&run.world);
-            run.stepper.carry_out_requests(&mut run.world);
-            timeline.note(&run.world, history::Happening::Method(Method::VelocityVerlet));
-            run.stepper.set_method(&mut run.world, Method::VelocityVerlet);
+            timeline.note_requests(run);
+            run.carry_out_requests();
+            timeline.note(run, history::Intervention::Method(Method::VelocityVerlet));
+            run.set_method(Method::VelocityVerlet);
         }
-        timeline.before_tick(&run.world);
-        run.ticks(1);
-        timeline.after_tick(&mut run.world, run.stepper.method(), UNWATCHED);
+        timeline.before_tick(run);
+        run.tick();
+        timeline.after_tick(run, UNWATCHED);
         assert!(timeline.bytes() <= cap, "{} bytes", timeline.bytes());
-        outcomes.push(run.outcome());
+        outcomes.push(outcome(run));
     }
     (timeline, outcomes)
 }
 
-pub fn outcome_at(timeline: &mut Timeline, run: &Run, tick: u64) -> crate::snapshot::Outcome {
-    let replay = timeline.seek(&run.scene, tick).unwrap();
-    let history::Replay { world, stepper, bodies, .. } = replay;
-    Run { scene: run.scene.clone(), world, stepper, bodies }.outcome()
+pub fn outcome_at(timeline: &mut Timeline, run: &Simulation, tick: u64) -> Outcome {
+    outcome(&mut timeline.seek(&run.scene, tick).unwrap().simulation)
 }
 
 /// Goes back to a tick of a run with these outcomes: the way may have been restored from a snapshot of another way, and
 /// each time cached accelerations are evaluated once more.
-pub fn assert_outcome_at(
-    timeline: &mut Timeline,
-    run: &Run,
-    tick: u64,
-    outcomes: &[crate::snapshot::Outcome],
-) {
+pub fn assert_outcome_at(timeline: &mut Timeline, run: &Simulation, tick: u64, outcomes: &[Outcome]) {
     let again = 2 * run.bodies.len() as u64;
     let there = outcome_at(timeline, run, tick);
     there.assert_restored(&outcomes[usize::try_from(tick).unwrap()], again, &tick.to_string());
@@ -74,7 +67,7 @@ pub fn assert_outcome_at(
 
 #[test]
 fn each_of_the_last_200_ticks_is_what_it_was_bit_for_bit_but_for_what_was_cached_evaluation_for_evaluation() {
-    let mut run = Run::of(mixed());
+    let mut run = Simulation::new(mixed());
     let (mut timeline, outcomes) = recorded(&mut run, history::TIMELINE_BYTES, 240);
     assert_eq!(timeline.range(), 0..=240);
     for tick in 41..=240 {
@@ -89,14 +82,14 @@ fn each_of_the_last_200_ticks_is_what_it_was_bit_for_bit_but_for_what_was_cached
 
 #[test]
 fn at_its_bytes_snapshots_get_sparser_then_the_oldest_go_and_what_is_left_is_exact() {
-    let mut whole = Run::of(mixed());
+    let mut whole = Simulation::new(mixed());
     let (timeline, _) = recorded(&mut whole, usize::MAX, 300);
     let all = timeline.bytes();
-    let mut run = Run::of(mixed());
+    let mut run = Simulation::new(mixed());
     let (mut sparser, outcomes) = recorded(&mut run, all / 2, 300);
     let count = |timeline: &Timeline| timeline.keyframes().count();
     assert!(count(&sparser) < count(&timeline) && *sparser.range().start() == 0);
-    let mut run = Run::of(mixed());
+    let mut run = Simulation::new(mixed());
     let (mut shorter, _) = recorded(&mut run, all / 4, 300);
     assert!(*shorter.range().start() > 0, "{:?}", shorter.range());
     for timeline in [&mut sparser, &mut shorter] {
@@ -104,20 +97,19 @@ fn at_its_bytes_snapshots_get_sparser_then_the_oldest_go_and_what_is_left_is_exa
             assert_outcome_at(timeline, &run, tick, &outcomes);
         }
     }
-    let mut run = Run::of(mixed());
-    assert!(Timeline::new(&mut run.world, run.stepper.method(), 1000, UNWATCHED).is_none());
+    let mut run = Simulation::new(mixed());
+    assert!(Timeline::new(&mut run, 1000, UNWATCHED).is_none());
 }
 
 #[test]
 fn more_than_a_minute_is_not_kept() {
-    let mut run = Run::of(scene::load("oscillator").unwrap());
-    let method = run.stepper.method();
-    let mut timeline = Timeline::new(&mut run.world, method, history::TIMELINE_BYTES, UNWATCHED).unwrap();
+    let mut run = Simulation::new(scene::load("oscillator").unwrap());
+    let mut timeline = Timeline::new(&mut run, history::TIMELINE_BYTES, UNWATCHED).unwrap();
     let minute = (60.0 * run.scene.step_hz) as u64;
     for _ in 0..minute + 500 {
-        timeline.before_tick(&run.world);
-        run.ticks(1);
-        timeline.after_tick(&mut run.world, run.stepper.method(), UNWATCHED);
+        timeline.before_tick(&run);
+        run.tick();
+        timeline.after_tick(&mut run, UNWATCHED);
     }
     let first = *timeline.range().start();
     assert!((400..=500).contains(&first), "{first}");

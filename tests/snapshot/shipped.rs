@@ -1,11 +1,12 @@
 //! Every shipped scene by every method.
 
+use history::Simulation;
 use motion::{Evaluations, Method};
 use sandbox::report::state_hash;
 use sandbox::{Options, Session};
 use scene::unsolvable;
 
-use super::{Run, caches};
+use super::{caches, outcome, restored};
 
 /// Ticks of a run that is interrupted, and when: at the start, while methods have just begun, and later.
 const TICKS: u64 = 20;
@@ -25,26 +26,26 @@ fn every_scene_by_every_method_goes_on_bit_for_bit_and_evaluates_only_once_more_
             scene.method = method;
             let caching =
                 scene.bodies.iter().filter(|body| caches(body.method.unwrap_or(method))).count() as u64;
-            let evaluated = |run: &Run| run.world.resource::<Evaluations>().accelerations();
-            let mut whole = Run::of(scene);
-            let mut restored = Vec::new();
+            let evaluated = |run: &Simulation| run.world.resource::<Evaluations>().accelerations();
+            let mut whole = Simulation::new(scene);
+            let mut interrupted = Vec::new();
             let mut evaluations = Vec::new();
             for tick in 0..ticks {
                 if INTERRUPTED_AT.contains(&tick) {
-                    restored.push(whole.restored());
+                    interrupted.push(restored(&mut whole));
                 }
-                whole.ticks(1);
+                whole.tick();
                 evaluations.push(evaluated(&whole));
             }
-            let expected = whole.outcome();
-            for (mut run, tick) in restored.into_iter().zip(INTERRUPTED_AT) {
+            let expected = outcome(&mut whole);
+            for (mut run, tick) in interrupted.into_iter().zip(INTERRUPTED_AT) {
                 let what = format!("{} by {} from tick {tick}", shipped.name, method.name());
-                run.ticks(1);
+                run.tick();
                 let again = evaluated(&run) - evaluations[usize::try_from(tick).unwrap()];
                 assert!(again <= if tick == 0 { 0 } else { caching }, "{what}: {again} evaluations more");
-                run.ticks(ticks - tick - 1);
+                run.run(ticks - tick - 1);
                 assert_eq!(evaluated(&run) - evaluated(&whole), again, "{what}");
-                run.outcome().assert_restored(&expected, again, &what);
+                outcome(&mut run).assert_restored(&expected, again, &what);
             }
         }
     }
@@ -55,6 +56,6 @@ fn a_snapshot_has_the_hash_that_summaries_have() {
     for name in ["tutorial", "flag", "fountain"] {
         let scene = scene::load(name).unwrap();
         let session = Session::new(scene.clone(), Options::default());
-        assert_eq!(Run::of(scene).snapshot().state_hash(), state_hash(&session), "{name}");
+        assert_eq!(Simulation::new(scene).snapshot().state_hash(), state_hash(&session), "{name}");
     }
 }

@@ -3,9 +3,8 @@
 use std::io::{Cursor, Read as _, Write as _};
 
 use arbitrary::{Result, Unstructured};
-use bevy_ecs::prelude::World;
-use history::{BUNDLE_FORMAT, Bundle, Event, Happening, Manifest, Settings, Snapshot};
-use motion::{Method, Stepper, TimeStep};
+use history::{BUNDLE_FORMAT, Bundle, Event, Intervention, Manifest, Settings, Simulation};
+use motion::Method;
 use sandbox::{Options, Session};
 use scene::Scene;
 use xxhash_rust::xxh3::xxh3_64;
@@ -53,12 +52,12 @@ fn read(bytes: &[u8]) -> Option<Bundle> {
 /// Runs a bundle's snapshot for some ticks in `scene`; `false`: it was refused.
 fn goes_on(bundle: &Bundle, scene: &Scene) -> bool {
     let _ = bundle.snapshot.state_hash();
-    match bundle.snapshot.restore(scene) {
-        Ok((mut world, mut stepper, _)) => {
+    match Simulation::restore(scene.clone(), &bundle.snapshot) {
+        Ok(mut run) => {
             // A false number of substeps is allowed, and takes its time.
-            if world.get_resource::<motion::Substeps>().is_none_or(|parts| parts.0 <= 8) {
-                (0..2).for_each(|_| stepper.tick(&mut world));
-                assert_finite(&mut world);
+            if run.world.get_resource::<motion::Substeps>().is_none_or(|parts| parts.0 <= 8) {
+                run.run(2);
+                assert_finite(&mut run.world);
             }
             true
         }
@@ -94,16 +93,14 @@ fn opens(bundle: &Bundle) {
 fn whole(u: &mut Unstructured<'_>) -> Result<Option<(Bundle, Scene)>> {
     let text = scenes::text(u)?;
     let Ok(scene) = Scene::parse("any", &text) else { return Ok(None) };
-    let mut world = World::new();
-    scene.spawn(&mut world);
-    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-    (0..u.int_in_range(0..=3)?).for_each(|_| stepper.tick(&mut world));
-    let snapshot = Snapshot::of(&mut world, scene.method);
+    let mut run = Simulation::new(scene.clone());
+    run.run(u.int_in_range(0..=3)?);
+    let snapshot = run.snapshot();
     let what = match u.int_in_range(0..=3)? {
-        0 => Happening::Push(0, any_vector(u)?),
-        1 => Happening::Method(*u.choose(&Method::ALL)?),
-        2 => Happening::Step(at_least_0(u)?),
-        _ => Happening::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
+        0 => Intervention::Push(0, any_vector(u)?),
+        1 => Intervention::Method(*u.choose(&Method::ALL)?),
+        2 => Intervention::Step(at_least_0(u)?),
+        _ => Intervention::Requests(vec![motion::Request::SetVelocity(0, any_vector(u)?)]),
     };
     let (format, settings, tick) = (BUNDLE_FORMAT, Settings::of(&scene), snapshot.ticks());
     let manifest = Manifest { format, settings, snapshot_tick: tick, end_tick: tick, ..Manifest::default() };

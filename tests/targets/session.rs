@@ -101,8 +101,8 @@ fn replay(bundle: &Bundle) {
     let bytes = bundle.write().expect("small");
     let read = Bundle::read(&bytes).unwrap_or_else(|error| panic!("{error}"));
     let scene = read.scene("any").expect("it was one");
-    let again =
-        Rerun::of(&scene, &read, TIMELINE_BYTES, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let again = Rerun::of(scene.clone(), &read, TIMELINE_BYTES, &mut |_| ())
+        .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(again.diverged_at, None);
     assert_eq!(format!("{:016x}", again.state_hash), read.manifest.end_state_hash);
     let faults: Vec<_> = again.faults.iter().map(|fault| fault.named(&scene.names)).collect();

@@ -45,12 +45,12 @@ pub struct Event {
     /// Ticks that had been simulated.
     pub tick: u64,
     /// What it was.
-    pub what: Happening,
+    pub what: Intervention,
 }
 
 /// What can act on a run from outside. Bodies are stable ids.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Happening {
+pub enum Intervention {
     /// Changes that were carried out together, between two ticks.
     Requests(Vec<Request<u32>>),
     /// Another method of the scene.
@@ -68,7 +68,7 @@ impl Event {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let list = match &self.what {
-            Happening::Requests(requests) => requests.capacity() * size_of::<Request<u32>>(),
+            Intervention::Requests(requests) => requests.capacity() * size_of::<Request<u32>>(),
             _ => 0,
         };
         size_of::<Self>() + list
@@ -132,12 +132,12 @@ struct State<S> {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct SavedEvent {
     tick: u64,
-    what: SavedHappening,
+    what: SavedIntervention,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum SavedHappening {
+enum SavedIntervention {
     Requests(Vec<RequestEntry>),
     Method(Name<Method>),
     Substeps(u32),
@@ -148,11 +148,13 @@ enum SavedHappening {
 impl From<Event> for SavedEvent {
     fn from(event: Event) -> Self {
         let what = match event.what {
-            Happening::Requests(all) => SavedHappening::Requests(all.into_iter().map(RequestEntry).collect()),
-            Happening::Method(method) => SavedHappening::Method(Name(method)),
-            Happening::Substeps(substeps) => SavedHappening::Substeps(substeps),
-            Happening::Step(step) => SavedHappening::Step(step),
-            Happening::Push(body, newtons) => SavedHappening::Push(body, newtons.to_array()),
+            Intervention::Requests(all) => {
+                SavedIntervention::Requests(all.into_iter().map(RequestEntry).collect())
+            }
+            Intervention::Method(method) => SavedIntervention::Method(Name(method)),
+            Intervention::Substeps(substeps) => SavedIntervention::Substeps(substeps),
+            Intervention::Step(step) => SavedIntervention::Step(step),
+            Intervention::Push(body, newtons) => SavedIntervention::Push(body, newtons.to_array()),
         };
         Self { tick: event.tick, what }
     }
@@ -161,13 +163,13 @@ impl From<Event> for SavedEvent {
 impl From<SavedEvent> for Event {
     fn from(saved: SavedEvent) -> Self {
         let what = match saved.what {
-            SavedHappening::Requests(all) => {
-                Happening::Requests(all.into_iter().map(|entry| entry.0).collect())
+            SavedIntervention::Requests(all) => {
+                Intervention::Requests(all.into_iter().map(|entry| entry.0).collect())
             }
-            SavedHappening::Method(Name(method)) => Happening::Method(method),
-            SavedHappening::Substeps(substeps) => Happening::Substeps(substeps),
-            SavedHappening::Step(step) => Happening::Step(step),
-            SavedHappening::Push(body, newtons) => Happening::Push(body, Vector::from_array(newtons)),
+            SavedIntervention::Method(Name(method)) => Intervention::Method(method),
+            SavedIntervention::Substeps(substeps) => Intervention::Substeps(substeps),
+            SavedIntervention::Step(step) => Intervention::Step(step),
+            SavedIntervention::Push(body, newtons) => Intervention::Push(body, Vector::from_array(newtons)),
         };
         Self { tick: saved.tick, what }
     }

@@ -1,36 +1,27 @@
-//! How far apart the bodies of two worlds of one scene are.
+//! How far apart the bodies of two simulations of one scene are.
 
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{Dormant, PhysicsBody, Quarantined, Transform};
 
-/// The bodies of a world of a scene, by stable id.
-#[derive(Clone, Copy)]
-pub struct Bodies<'a> {
-    /// The world.
-    pub world: &'a World,
-    /// Its bodies as [`Scene::spawn`](scene::Scene::spawn) returned them; some may be gone.
-    pub entities: &'a [Entity],
-}
+use crate::Simulation;
 
-impl<'a> Bodies<'a> {
-    /// The body of that id, unless it is gone, frozen or not born.
+impl Simulation {
+    /// The body of that stable id, unless it is gone, quarantined or not born.
     #[must_use]
-    pub fn present(&self, id: u32) -> Option<EntityRef<'a>> {
-        let body = self.world.get_entity(*self.entities.get(id as usize)?).ok()?;
+    pub fn present(&self, id: u32) -> Option<EntityRef<'_>> {
+        let body = self.world.get_entity(*self.bodies.get(id as usize)?).ok()?;
         (!body.contains::<Quarantined>() && !body.contains::<Dormant>()).then_some(body)
     }
 
     /// The same if it moves: one that is immovable has no distance from anywhere.
     #[must_use]
-    pub fn moving(&self, id: u32) -> Option<EntityRef<'a>> {
+    pub fn moving(&self, id: u32) -> Option<EntityRef<'_>> {
         self.present(id)
             .filter(|body| body.get::<PhysicsBody>().is_some_and(|state| state.inverse_mass > 0.0))
     }
 
-    /// Where it is if it moves, m.
-    #[must_use]
-    pub fn position(&self, id: u32) -> Option<Vector> {
+    fn position(&self, id: u32) -> Option<Vector> {
         self.moving(id)?.get::<Transform>().map(|transform| transform.position)
     }
 }
@@ -38,16 +29,16 @@ impl<'a> Bodies<'a> {
 /// How far bodies are from where others have them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Distances {
-    /// Stable id and distance, m, of each body that moves in both worlds, ascending by id.
+    /// Stable id and distance, m, of each body that moves in both, ascending by id.
     pub each: Vec<(u32, f64)>,
 }
 
 impl Distances {
-    /// Those of `bodies` from `others`.
+    /// Those of the bodies of `simulation` from where `other`, of the same scene, has them.
     #[must_use]
-    pub fn between(bodies: Bodies<'_>, others: Bodies<'_>) -> Self {
-        let distance = |id| Some((id, bodies.position(id)?.distance(others.position(id)?)));
-        Self { each: (0..).take(bodies.entities.len()).filter_map(distance).collect() }
+    pub fn between(simulation: &Simulation, other: &Simulation) -> Self {
+        let distance = |id| Some((id, simulation.position(id)?.distance(other.position(id)?)));
+        Self { each: (0..).take(simulation.bodies.len()).filter_map(distance).collect() }
     }
 
     /// The farthest body of `who`, the first of several.

@@ -1,28 +1,28 @@
 //! Running scenes that can be copied, followed and gone back in.
 //!
-//! A [`Snapshot`] is the state of a world between two ticks, a [`Timeline`] the last minute of a run, a [`Bundle`] a run
-//! in a file. A [`Twin`] follows a world with a method of its own.
+//! A [`Simulation`] is a scene that runs, a [`Snapshot`] its state between two ticks, a [`Timeline`] its last minute, a
+//! [`Bundle`] a run in a file. A [`Twin`] follows a simulation with a method of its own.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod bundle;
 mod distances;
 mod input;
+mod simulation;
 mod snapshot;
-mod states;
 mod timeline;
 mod twin;
 
 pub use bundle::{
-    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Happening,
+    BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Intervention,
     Keyframe, Manifest, Settings,
 };
-pub use distances::{Bodies, Distances};
-pub use input::{Input, asked, give, pending};
-pub use snapshot::{BadSnapshot, EffectsState, Snapshot, hash_of_states};
-pub use states::states;
+pub use distances::Distances;
+pub use input::Input;
+pub use simulation::Simulation;
+pub use snapshot::{BadSnapshot, EffectsState, Snapshot};
 pub use timeline::{
-    BadRerun, Broken, ENERGY_JUMP, Fault, Journey, Replay, Rerun, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline,
-    Watch, happen,
+    BadRerun, Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline,
+    Watch,
 };
-pub use twin::{Failure, Leader, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin};
+pub use twin::{Failure, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin};

@@ -3,10 +3,9 @@
 //!
 //! What is in it decides every later bit. What the scene says is not in it, nor are cached accelerations: velocity Verlet
 //! and Yoshida 4 evaluate them again.
-//! A world is copied in no other way: twins, going back and bundles all restore a snapshot.
+//! A simulation is copied in no other way: twins, going back and bundles all restore a snapshot.
 
 mod entries;
-mod hash;
 mod restore;
 mod take;
 mod words;
@@ -14,8 +13,8 @@ mod words;
 use motion::Method;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::Xxh3;
 
-pub use hash::hash_of_states;
 pub use restore::BadSnapshot;
 pub use take::EffectsState;
 
@@ -23,7 +22,7 @@ pub(crate) use entries::RequestEntry;
 use entries::{ClockEntry, CountsEntry, EmissionEntry, PushEntry, RecordEntry, SavedFault};
 pub(crate) use words::Name;
 
-/// The state of a world of a scene between two ticks.
+/// The state of a simulation between two ticks.
 ///
 /// Numbers are those of the world, bit for bit, also in a file. A key that a file has beside these is passed over,
 /// one that it has not is empty.
@@ -165,6 +164,17 @@ impl Snapshot {
             self.last_steps.extend(start.map(|(_, last)| (id, last.0)));
         }
     }
+}
+
+/// XXH3-64 over the little-endian f64 bits of each position, m, and velocity, m/s, in the order that they come in.
+pub(crate) fn hash_of_states(states: impl IntoIterator<Item = ([f64; 3], [f64; 3])>) -> u64 {
+    let mut hash = Xxh3::new();
+    for (position, velocity) in states {
+        for number in position.into_iter().chain(velocity) {
+            hash.update(&number.to_bits().to_le_bytes());
+        }
+    }
+    hash.digest()
 }
 
 /// Bytes that a list has allocated for its own entries.

@@ -2,24 +2,22 @@
 //!
 //! A state at any tick is that of the nearest snapshot before it, with the ticks from there simulated again.
 
-mod journey;
 mod replay;
 mod rerun;
+mod seek;
 mod watch;
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
-use crate::{EnergyState, Event, Happening, Snapshot};
-use bevy_ecs::prelude::*;
+use motion::TimeStep;
 use motion::clock::StepClock;
-use motion::{Method, Request, TimeStep};
 
-use crate::input::{Input, asked, pending};
+use crate::{EnergyState, Event, Input, Intervention, Simulation, Snapshot};
 
-pub use journey::Journey;
-pub use replay::{Broken, Replay, happen};
+pub use replay::{Broken, Replay};
 pub use rerun::{BadRerun, Rerun};
+pub use seek::Seek;
 pub use watch::{ENERGY_JUMP, Fault, Watch};
 
 /// Bytes that a timeline takes at most.
@@ -43,11 +41,12 @@ struct Keyframe {
 }
 
 impl Keyframe {
-    fn of(world: &mut World, method: Method, energy: EnergyState) -> Self {
+    fn of(simulation: &mut Simulation, energy: EnergyState) -> Self {
         // What waits is noted as an event when the tick takes it.
-        let snapshot = Snapshot::of(world, method).without_inputs();
+        let snapshot = simulation.snapshot().without_inputs();
         let bytes = size_of::<Self>() + snapshot.bytes();
-        let (state_hash, seconds) = (snapshot.state_hash(), world.resource::<StepClock>().seconds());
+        let (state_hash, seconds) =
+            (snapshot.state_hash(), simulation.world.resource::<StepClock>().seconds());
         Self { snapshot, state_hash, bytes, seconds, energy }
     }
 }
@@ -72,24 +71,21 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// A timeline of `world` that begins now, between two ticks, and takes at most `cap` bytes. `None` where that
+    /// A timeline of `simulation` that begins now, between two ticks, and takes at most `cap` bytes. `None` where that
     /// is less than two snapshots take. `energy` is [`Watch::energy`].
-    ///
-    /// # Panics
-    /// In a world that no [`Stepper`](motion::Stepper) has prepared.
-    pub fn new(world: &mut World, method: Method, cap: usize, energy: EnergyState) -> Option<Self> {
+    pub fn new(simulation: &mut Simulation, cap: usize, energy: EnergyState) -> Option<Self> {
         let mut timeline = Self {
             cap,
             keyframes: VecDeque::new(),
             near: None,
             events: VecDeque::new(),
             spacing: FIRST_SPACING,
-            head: world.resource::<StepClock>().ticks(),
-            step: world.resource::<TimeStep>().0,
+            head: simulation.ticks(),
+            step: simulation.world.resource::<TimeStep>().0,
             keyframe_bytes: 0,
             event_bytes: 0,
         };
-        timeline.take_keyframe(world, method, energy);
+        timeline.take_keyframe(simulation, energy);
         (timeline.bytes() * 2 <= cap).then_some(timeline)
     }
 
@@ -117,12 +113,12 @@ impl Timeline {
         self.cap
     }
 
-    /// Notes what is done to `world` at once, between two ticks. What was recorded of ticks after the present one,
-    /// if the run went back, is forgotten.
-    pub fn note(&mut self, world: &World, what: Happening) {
-        let tick = world.resource::<StepClock>().ticks();
+    /// Notes what is done at once, between two ticks. What was recorded of ticks after the present one, if the run went
+    /// back, is forgotten.
+    pub fn note(&mut self, simulation: &Simulation, what: Intervention) {
+        let tick = simulation.ticks();
         self.forget_after(tick);
-        if let Happening::Step(step) = what {
+        if let Intervention::Step(step) = what {
             self.step = step;
         }
         let event = Event { tick, what };
@@ -130,27 +126,27 @@ impl Timeline {
         self.events.push_back(event);
     }
 
-    /// Notes the requests that `world` carries out now; whether there are some.
-    pub fn note_requests(&mut self, world: &World) -> bool {
-        let requests: Vec<Request<u32>> = asked(world).filter_map(request).collect();
+    /// Notes the requests that are carried out now; whether there are some.
+    pub fn note_requests(&mut self, simulation: &Simulation) -> bool {
+        let requests: Vec<_> = simulation.requested().collect();
         let some = !requests.is_empty();
         if some {
-            self.note(world, Happening::Requests(requests));
+            self.note(simulation, Intervention::Requests(requests));
         }
         some
     }
 
-    /// Notes what the coming tick takes in; whether somebody asked or pushed.
-    pub fn before_tick(&mut self, world: &World) -> bool {
-        self.forget_after(world.resource::<StepClock>().ticks());
-        let mut some = self.note_requests(world);
-        let TimeStep(step) = *world.resource::<TimeStep>();
+    /// Notes what the coming tick takes in; whether there are requests or pushes.
+    pub fn before_tick(&mut self, simulation: &Simulation) -> bool {
+        self.forget_after(simulation.ticks());
+        let mut some = self.note_requests(simulation);
+        let TimeStep(step) = *simulation.world.resource::<TimeStep>();
         if step.to_bits() != self.step.to_bits() {
-            self.note(world, Happening::Step(step));
+            self.note(simulation, Intervention::Step(step));
         }
-        for input in pending(world) {
+        for input in simulation.pending() {
             if let Input::Push(body, newtons) = input {
-                self.note(world, Happening::Push(body, newtons));
+                self.note(simulation, Intervention::Push(body, newtons));
                 some = true;
             }
         }
@@ -158,11 +154,11 @@ impl Timeline {
     }
 
     /// Notes that the tick is over. `energy` is [`Watch::energy`].
-    pub fn after_tick(&mut self, world: &mut World, method: Method, energy: EnergyState) {
-        self.head = world.resource::<StepClock>().ticks();
+    pub fn after_tick(&mut self, simulation: &mut Simulation, energy: EnergyState) {
+        self.head = simulation.ticks();
         let last = self.keyframes.back().map_or(0, |keyframe| keyframe.snapshot.ticks());
         if self.head >= last + self.spacing {
-            self.take_keyframe(world, method, energy);
+            self.take_keyframe(simulation, energy);
         }
         self.keep_within_cap();
     }
@@ -181,8 +177,8 @@ impl Timeline {
         self.events.iter().skip(first).take_while(move |event| event.tick == tick)
     }
 
-    fn take_keyframe(&mut self, world: &mut World, method: Method, energy: EnergyState) {
-        let keyframe = Keyframe::of(world, method, energy);
+    fn take_keyframe(&mut self, simulation: &mut Simulation, energy: EnergyState) {
+        let keyframe = Keyframe::of(simulation, energy);
         self.keyframe_bytes += keyframe.bytes;
         self.keyframes.push_back(keyframe);
     }
@@ -259,12 +255,5 @@ impl Timeline {
         while let Some(event) = self.events.pop_front_if(|event| event.tick < first) {
             self.event_bytes -= event.bytes();
         }
-    }
-}
-
-fn request(input: Input) -> Option<Request<u32>> {
-    match input {
-        Input::Request(request) => Some(request),
-        Input::Push(..) => None,
     }
 }

@@ -1,16 +1,13 @@
-//! Worlds that follow another one: the same scene and the same inputs in the same ticks, by a method of their own.
+//! Simulations that follow another one: the same scene and the same inputs in the same ticks, by a method of their own.
 
-use crate::Snapshot;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::{
-    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Requests, Stepper, Substeps, TimeStep,
-    remember_positions,
+    Cause, Method, OwnMethod, OwnSubsteps, Quarantine, Request, Substeps, TimeStep, remember_positions,
 };
 use scene::Scene;
 
-use crate::distances::Bodies;
-use crate::input::{Input, give};
+use crate::{Input, Simulation};
 
 /// The method that others are compared with: of those that take every law, the one of the highest order.
 pub const REFERENCE_METHOD: Method = Method::RungeKutta4;
@@ -20,15 +17,12 @@ pub const REFERENCE_METHOD: Method = Method::RungeKutta4;
 /// a push is a force over a tick, and another tick would be another problem.
 pub const REFERENCE_SUBSTEPS: u32 = 16;
 
-/// A world of the same scene as another one, its leader, that takes in what the leader takes in.
+/// A simulation of the same scene as another one, its leader, that takes in what the leader takes in.
 ///
 /// Every body of it has the one method of the twin, whatever methods bodies of the leader have. Particles of
 /// emitters come along.
 pub struct Twin {
-    method: Method,
-    world: World,
-    stepper: Stepper,
-    bodies: Vec<Entity>,
+    simulation: Simulation,
     failure: Option<Failure>,
 }
 
@@ -43,16 +37,6 @@ pub struct Failure {
     pub cause: Cause,
 }
 
-/// Who is followed.
-pub struct Leader<'a> {
-    /// The scene that its world was spawned from.
-    pub scene: &'a Scene,
-    /// Its world; left as it is, mutable for queries.
-    pub world: &'a mut World,
-    /// Its method, of the bodies without one of their own.
-    pub method: Method,
-}
-
 impl Twin {
     /// A twin that starts from the present state of `leader`, between two ticks, with `substeps` parts of a tick
     /// for every body or, where `None`, as the leader has them.
@@ -63,28 +47,29 @@ impl Twin {
     /// leader for the next tick is not taken over: that tick will bring it.
     ///
     /// # Panics
-    /// When `leader` has no [`Stepper`], or its bodies are not those of the scene.
+    /// When the bodies of `leader` are not those of its scene.
     #[must_use]
-    pub fn new(leader: &mut Leader<'_>, method: Method, substeps: Option<u32>) -> Self {
+    pub fn new(leader: &mut Simulation, method: Method, substeps: Option<u32>) -> Self {
         let begins = leader.world.resource::<StepClock>().scene_seconds() == 0.0;
-        let mut scene = leader.scene.clone();
+        let mut scene = Scene::clone(&leader.scene);
         scene.bodies.iter_mut().for_each(|body| body.method = None);
-        scene.method = if begins { method } else { leader.method };
-        let mut start = Snapshot::of(leader.world, leader.method).without_inputs().without_history();
+        scene.method = if begins { method } else { leader.method() };
+        let mut start = leader.snapshot().without_inputs().without_history();
         if begins {
             start.begin_by_method_of(&scene);
         }
-        let restored = start.restore(&scene);
-        let (mut world, mut stepper, bodies) = restored.expect("it was taken of a world of that scene");
-        unify_methods(&mut world, &mut stepper, method);
+        let mut simulation =
+            Simulation::restore(scene, &start).expect("it was taken of a simulation of that scene");
+        unify_methods(&mut simulation, method);
+        let Simulation { world, stepper, .. } = &mut simulation;
         if let Some(substeps) = substeps {
             world.insert_resource(Substeps(substeps));
-            for body in entities::<With<OwnSubsteps>>(&mut world) {
+            for body in entities::<With<OwnSubsteps>>(world) {
                 world.entity_mut(body).remove::<OwnSubsteps>();
             }
         }
-        stepper.recompile(&mut world);
-        Self { method, world, stepper, bodies, failure: None }
+        stepper.recompile(world);
+        Self { simulation, failure: None }
     }
 
     /// The reference for twins of `leader`; how fine it is, [`REFERENCE_SUBSTEPS`] says.
@@ -92,7 +77,7 @@ impl Twin {
     /// # Panics
     /// As [`Twin::new`].
     #[must_use]
-    pub fn reference(leader: &mut Leader<'_>) -> Self {
+    pub fn reference(leader: &mut Simulation) -> Self {
         let own = leader.scene.bodies.iter().filter_map(|body| body.substeps);
         let most = own.fold(leader.scene.substeps, u32::max);
         Self::new(leader, REFERENCE_METHOD, Some(REFERENCE_SUBSTEPS.max(most.saturating_mul(2))))
@@ -101,19 +86,13 @@ impl Twin {
     /// The method of all of its bodies.
     #[must_use]
     pub const fn method(&self) -> Method {
-        self.method
+        self.simulation.method()
     }
 
-    /// Its world.
+    /// What it is, to look at.
     #[must_use]
-    pub const fn world(&self) -> &World {
-        &self.world
-    }
-
-    /// Its bodies.
-    #[must_use]
-    pub fn bodies(&self) -> Bodies<'_> {
-        Bodies { world: &self.world, entities: &self.bodies }
+    pub const fn simulation(&self) -> &Simulation {
+        &self.simulation
     }
 
     /// Why it goes no further, if that is so.
@@ -122,41 +101,40 @@ impl Twin {
         self.failure
     }
 
-    /// Simulates a tick of `step` with what the leader's takes in, which is [`pending`](crate::pending) before it.
+    /// Simulates a tick of `step` with what the leader's takes in, which is [`Simulation::pending`] before it.
     pub fn tick(&mut self, step: TimeStep, inputs: &[Input]) {
         if self.failure.is_none() {
             self.take_in(inputs);
-            self.world.insert_resource(step);
-            self.stepper.tick(&mut self.world);
+            self.simulation.world.insert_resource(step);
+            self.simulation.tick();
             self.look_for_failure();
         }
     }
 
-    /// Takes in at once what the leader carries out between two ticks, which is [`asked`](crate::asked) before it.
-    pub fn carry_out(&mut self, inputs: &[Input]) {
-        if self.failure.is_none() && !inputs.is_empty() {
-            self.take_in(inputs);
-            self.stepper.carry_out_requests(&mut self.world);
+    /// Takes in at once what the leader carries out between two ticks, which is [`Simulation::requested`] before it.
+    pub fn carry_out(&mut self, requests: &[Request<u32>]) {
+        if self.failure.is_none() && !requests.is_empty() {
+            let inputs: Vec<_> = requests.iter().copied().map(Input::Request).collect();
+            self.take_in(&inputs);
+            self.simulation.carry_out_requests();
             self.look_for_failure();
         }
     }
 
     /// Remembers every position for drawing between two ticks; of a leader that does not, no twin does.
     pub fn remember_positions(&mut self) {
-        self.world.run_system_cached(remember_positions).expect("a query and nothing else");
+        self.simulation.world.run_system_cached(remember_positions).expect("a query and nothing else");
     }
 
     fn take_in(&mut self, inputs: &[Input]) {
         // A method of one body in the leader is no method of a twin.
         let of_twins = |input: &Input| !matches!(input, Input::Request(Request::SetBodyMethod(..)));
-        give(inputs.iter().copied().filter(of_twins), &mut self.world, &self.bodies);
+        self.simulation.give(inputs.iter().copied().filter(of_twins));
     }
 
     fn look_for_failure(&mut self) {
-        self.failure = self.world.resource::<Quarantine>().records().first().map(|record| Failure {
-            body: record.id.map_or(u32::MAX, |id| id.0),
-            tick: record.tick,
-            cause: record.cause,
+        self.failure = self.simulation.world.resource::<Quarantine>().records().first().map(|record| {
+            Failure { body: record.id.map_or(u32::MAX, |id| id.0), tick: record.tick, cause: record.cause }
         });
     }
 }
@@ -166,10 +144,10 @@ fn entities<Who: bevy_ecs::query::QueryFilter>(world: &mut World) -> Vec<Entity>
 }
 
 /// Lets every body go on with `method`.
-fn unify_methods(world: &mut World, stepper: &mut Stepper, method: Method) {
-    let own = entities::<With<OwnMethod>>(world);
-    let mut requests = world.resource_mut::<Requests>();
-    own.into_iter().for_each(|body| requests.ask(Request::SetBodyMethod(body, None)));
-    stepper.carry_out_requests(world);
-    stepper.set_method(world, method);
+fn unify_methods(simulation: &mut Simulation, method: Method) {
+    for body in entities::<With<OwnMethod>>(&mut simulation.world) {
+        simulation.request(Request::SetBodyMethod(body, None));
+    }
+    simulation.carry_out_requests();
+    simulation.set_method(method);
 }

@@ -1,10 +1,13 @@
 //! A scene run again without each of its effects in turn: what each one changes, and what it costs.
 
+use std::sync::Arc;
+
+use history::Simulation;
 use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, Method};
 use scene::Scene;
 
-use crate::run::{Run, step_times};
+use crate::run::{started, step_times};
 
 /// A run without one effect, against the full one.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,26 +56,28 @@ pub struct Ablation {
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let ticks = ticks.max(1);
-    let mut full = Run::of(scene, &[]);
+    let scene = Arc::new(scene.clone());
+    let mut full = Simulation::new(Arc::clone(&scene));
     let acts = |effect: &Effect| motion::effects::state(&mut full.world, *effect) == EffectState::On;
     let effects: Vec<_> = Effect::ALL.into_iter().filter(acts).collect();
-    full.ticks(ticks);
-    let evaluations = |run: &Run| -> u64 {
-        run.world.resource::<Evaluations>().laws().iter().map(|(_, count)| count).sum()
+    full.run(ticks);
+    let evaluations = |simulation: &Simulation| -> u64 {
+        simulation.world.resource::<Evaluations>().laws().iter().map(|(_, count)| count).sum()
     };
-    let (states, spent) = (full.states(), evaluations(&full));
+    let (states, spent) = (full.states().collect::<Vec<_>>(), evaluations(&full));
     let variants: Vec<_> =
         [Vec::new()].into_iter().chain(effects.iter().map(|effect| vec![*effect])).collect();
-    let times = step_times(scene, &variants, ticks);
+    let times = step_times(&scene, &variants, ticks);
     let ns = times[0];
     let rows = effects
         .iter()
         .zip(&times[1..])
         .map(|(effect, time)| {
-            let mut without = Run::of(scene, &[*effect]);
-            without.ticks(ticks);
+            let mut without = started(Arc::clone(&scene), &[*effect]);
+            without.run(ticks);
             let saved = spent as f64 - evaluations(&without) as f64;
-            let (max_distance, rms_distance, identical) = compare(&states, &without.states());
+            let (max_distance, rms_distance, identical) =
+                compare(&states, &without.states().collect::<Vec<_>>());
             Absence {
                 effect: *effect,
                 max_distance,

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use bevy_ecs::prelude::*;
 use cpu_time::ThreadTime;
-use motion::{Stepper, TimeStep};
+use history::Simulation;
 use scene::{BodySpec, Names, Scene};
 
 /// Bodies of the sample.
@@ -44,12 +43,10 @@ pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
         soft_bodies: Vec::new(),
         ..scene.clone()
     };
-    let mut world = World::new();
-    sample.spawn(&mut world);
-    let mut stepper = Stepper::new(&mut world, sample.method, TimeStep(1.0 / sample.step_hz));
+    let mut simulation = Simulation::new(sample);
     // The first tick makes columns and caches, and may have more to start.
-    stepper.tick(&mut world);
+    simulation.tick();
     let start = ThreadTime::now();
-    stepper.tick(&mut world);
+    simulation.tick();
     Some(AttractionTick { bodies, seconds: start.elapsed().as_secs_f64() * share * share })
 }

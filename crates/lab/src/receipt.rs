@@ -6,7 +6,7 @@ use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Dormant, Evaluations, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
-use crate::run::{Run, step_times};
+use crate::run::{started, step_times};
 
 /// One line of a receipt.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,10 +76,10 @@ pub fn receipt(scene: &Scene, ticks: u64) -> Receipt {
 #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 pub fn receipt_without(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let ticks = ticks.max(1);
-    let mut run = Run::of(scene, without);
-    run.ticks(ticks);
-    let evaluations = run.world.resource::<Evaluations>().clone();
-    let mut rows = look(scene, &mut run.world, scene.method);
+    let mut simulation = started(scene.clone(), without);
+    simulation.run(ticks);
+    let evaluations = simulation.world.resource::<Evaluations>().clone();
+    let mut rows = look(scene, &mut simulation.world, scene.method);
     let acting: Vec<_> =
         rows.iter().filter(|row| row.state == EffectState::On).filter_map(|row| row.effect).collect();
     let one_less = |effect: &Effect| without.iter().copied().chain([*effect]).collect();

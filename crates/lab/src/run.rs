@@ -1,11 +1,11 @@
 //! A scene on its way, and how long its steps take.
 
-use bevy_ecs::prelude::*;
+use std::sync::Arc;
+
 use cpu_time::ThreadTime;
-use history::Watch;
+use history::{Simulation, Watch};
+use motion::Request;
 use motion::effects::Effect;
-use motion::units::Vector;
-use motion::{PhysicsBody, Request, Requests, Stepper, TimeStep};
 use scene::Scene;
 
 /// Ticks before a measurement: schedules, caches and the columns of methods are there after them.
@@ -18,51 +18,12 @@ const ROUNDS: usize = 9;
 /// things too.
 const BLOCK: f64 = 1e-3;
 
-/// A world and its stepper.
-pub(crate) struct Run {
-    pub world: World,
-    pub stepper: Stepper,
-    /// By stable id.
-    bodies: Vec<Entity>,
-}
-
-impl Run {
-    /// The start of `scene`, with effects switched off; those that it never declared are off anyway.
-    pub fn of(scene: &Scene, without: &[Effect]) -> Self {
-        let mut world = World::new();
-        let bodies = scene.spawn(&mut world);
-        let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-        let mut requests = world.resource_mut::<Requests>();
-        without.iter().for_each(|effect| requests.ask(Request::Switch(*effect, false)));
-        stepper.carry_out_requests(&mut world);
-        Self { world, stepper, bodies }
-    }
-
-    /// The bodies of the scene, in the order of their stable ids.
-    pub fn bodies(&self) -> &[Entity] {
-        &self.bodies
-    }
-
-    pub fn ticks(&mut self, ticks: u64) {
-        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
-    }
-
-    /// Position and velocity of every body with physics, in stable-id order.
-    pub fn states(&mut self) -> Vec<(u32, Vector, Vector)> {
-        history::states(&mut self.world)
-    }
-
-    /// Stable ids of the bodies that can move, ascending.
-    pub fn movable_ids(&self) -> Vec<u32> {
-        let moves =
-            |body: &Entity| self.world.get::<PhysicsBody>(*body).is_some_and(|body| body.inverse_mass > 0.0);
-        (0..).zip(&self.bodies).filter(|(_, body)| moves(body)).map(|(id, _)| id).collect()
-    }
-
-    /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
-    fn time(&mut self, ticks: u64) -> f64 {
-        time(ticks, || self.ticks(1))
-    }
+/// The start of `scene`, with effects switched off; those that it never declared are off anyway.
+pub(crate) fn started(scene: impl Into<Arc<Scene>>, without: &[Effect]) -> Simulation {
+    let mut simulation = Simulation::new(scene);
+    without.iter().for_each(|effect| simulation.request(Request::Switch(*effect, false)));
+    simulation.carry_out_requests();
+    simulation
 }
 
 /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
@@ -85,18 +46,19 @@ fn block_of(tick: f64, ticks: u64) -> u64 {
 /// Every block starts from the same state, and blocks of all variants take turns: what else the machine does hits
 /// all of them alike.
 pub(crate) fn step_times(scene: &Scene, variants: &[Vec<Effect>], ticks: u64) -> Vec<f64> {
-    let started = |without: &[Effect]| {
-        let mut run = Run::of(scene, without);
-        run.ticks(WARM_UP);
-        run
+    let scene = Arc::new(scene.clone());
+    let time = |without: &[Effect], ticks| {
+        let mut simulation = started(Arc::clone(&scene), without);
+        simulation.run(WARM_UP);
+        time(ticks, || simulation.tick())
     };
     let ticks = ticks.max(1);
-    let first = started(&[]).time(ticks.min(10));
+    let first = time(&[], ticks.min(10));
     let block = block_of(first, ticks);
     let mut least = vec![f64::INFINITY; variants.len()];
     for _ in 0..ROUNDS {
         for (least, without) in least.iter_mut().zip(variants) {
-            *least = least.min(started(without).time(block));
+            *least = least.min(time(without, block));
         }
     }
     least.into_iter().map(|seconds| seconds * 1e9).collect()
@@ -109,14 +71,14 @@ const WATCH_WARM_UP: u64 = 32;
 /// beside a tick of many springs it would be lost in what measurements differ by.
 #[must_use]
 pub fn watch_time(scene: &Scene) -> f64 {
-    let mut run = Run::of(scene, &[]);
-    let mut watch = Watch::new(&mut run.world);
+    let mut simulation = Simulation::new(scene.clone());
+    let mut watch = Watch::new(&mut simulation.world);
     for _ in 0..WATCH_WARM_UP {
-        watch.tick(&mut run.stepper, &mut run.world, None);
+        watch.tick(&mut simulation, None);
     }
     let mut looks = |looks| {
         time(looks, || {
-            watch.look(&mut run.world, 0.0);
+            watch.look(&mut simulation.world, 0.0);
         })
     };
     let block = block_of(looks(1), u64::MAX);

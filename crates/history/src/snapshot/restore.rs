@@ -1,6 +1,7 @@
 //! Into a new world.
 
 use std::fmt;
+use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
@@ -16,12 +17,13 @@ use motion::{
 use scene::{FileIndex, Scene, unsolvable};
 
 use super::{EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
+use crate::Simulation;
 
 /// Largest count that a snapshot may go on from: no run comes near it, and none goes from it beyond what a `u64`
 /// holds.
 const MOST_COUNTED: u64 = 1 << 53;
 
-/// Why a snapshot is none of a scene.
+/// Why a snapshot does not match a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadSnapshot(pub(crate) &'static str);
 
@@ -41,33 +43,36 @@ fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
 #[derive(Component)]
 struct Moved;
 
-impl Snapshot {
-    /// A new world of `scene` in this state, its stepper, and its bodies by stable id. It goes on, bit for bit, as the one
-    /// that the snapshot was taken of; its first tick evaluates accelerations again that were cached there. `scene` is
-    /// what that one was spawned from, options that change scenes included.
+impl Simulation {
+    /// A simulation of `scene` in that state. It goes on, bit for bit, as the one that the snapshot was taken of; its first
+    /// tick evaluates accelerations again that were cached there. `scene` is what that one was spawned from, options that
+    /// change scenes included.
     ///
     /// # Errors
-    /// A snapshot that cannot have been taken of a world of that scene.
-    pub fn restore(&self, scene: &Scene) -> Result<(World, Stepper, Vec<Entity>), BadSnapshot> {
-        let ids = self.check(scene)?;
-        let clock = StepClock::from_state(self.clock.0).ok_or(BadSnapshot("its clock is none"))?;
+    /// A snapshot that cannot have been taken of a simulation of that scene.
+    pub fn restore(scene: impl Into<Arc<Scene>>, snapshot: &Snapshot) -> Result<Self, BadSnapshot> {
+        let scene = scene.into();
+        let ids = snapshot.check(&scene)?;
+        let clock = StepClock::from_state(snapshot.clock.0).ok_or(BadSnapshot("its clock is none"))?;
         let mut world = World::new();
         let bodies = scene.spawn(&mut world);
-        world.insert_resource(Substeps(self.substeps));
+        world.insert_resource(Substeps(snapshot.substeps));
         world.insert_resource(clock);
-        self.remove_absent(&mut world, &bodies);
-        self.put_bodies(&mut world, &bodies, &ids);
-        self.effects.put(&mut world);
-        self.put_emissions(&mut world);
-        let mut stepper = Stepper::new(&mut world, self.method.0, TimeStep(self.step_s));
-        self.put_counts(&mut world);
-        self.put_records(&mut world, &bodies);
+        snapshot.remove_absent(&mut world, &bodies);
+        snapshot.put_bodies(&mut world, &bodies, &ids);
+        snapshot.effects.put(&mut world);
+        snapshot.put_emissions(&mut world);
+        let mut stepper = Stepper::new(&mut world, snapshot.method.0, TimeStep(snapshot.step_s));
+        snapshot.put_counts(&mut world);
+        snapshot.put_records(&mut world, &bodies);
         put_in_order(&mut world, &ids);
-        self.put_inputs(&mut world, &bodies);
+        snapshot.put_inputs(&mut world, &bodies);
         stepper.recompile(&mut world);
-        Ok((world, stepper, bodies))
+        Ok(Self { scene, world, stepper, bodies })
     }
+}
 
+impl Snapshot {
     /// Whether it can be of `scene`; the ids of its bodies in their order.
     fn check(&self, scene: &Scene) -> Result<Vec<u32>, BadSnapshot> {
         let count = scene.bodies.len();

@@ -6,9 +6,9 @@ use motion::effects::{Effect, EffectState};
 use motion::snapshot::{LastStep, OffResource};
 use motion::units::Vector;
 use motion::{
-    Cause, Damping, DampingModel, Dormant, Emission, Evaluations, Fault, Gravity, Method, OwnMethod,
-    OwnSubsteps, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId,
-    Substeps, TimeStep, Transform, own_method,
+    Cause, Damping, DampingModel, Dormant, Emission, Evaluations, Fault, Gravity, OwnMethod, OwnSubsteps,
+    PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId, Substeps,
+    TimeStep, Transform, own_method,
 };
 use scene::FileIndex;
 use serde::{Deserialize, Serialize};
@@ -17,6 +17,7 @@ use super::{
     ClockEntry, CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, RequestEntry, SavedFault, Snapshot,
     list_bytes,
 };
+use crate::Simulation;
 
 /// Gravity and damping of a world, and what is switched off in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -68,28 +69,27 @@ impl EffectsState {
     }
 }
 
-impl Snapshot {
-    /// The state of `world`, which was spawned from a scene and is between two ticks; `method` is that of its
-    /// [`Stepper`](motion::Stepper).
-    ///
-    /// # Panics
-    /// In a world that no stepper has prepared.
-    pub fn of(world: &mut World, method: Method) -> Self {
-        let mut snapshot = Self {
+impl Simulation {
+    /// Its state, between two ticks.
+    pub fn snapshot(&mut self) -> Snapshot {
+        let (method, world) = (self.method(), &mut self.world);
+        let mut snapshot = Snapshot {
             clock: ClockEntry((*world.resource::<StepClock>()).into()),
             step_s: world.resource::<TimeStep>().0,
             method: Name(method),
             substeps: world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
             effects: EffectsState::of(world),
             counts: counts(world.resource::<Evaluations>()),
-            ..Self::default()
+            ..Snapshot::default()
         };
         snapshot.take_bodies(world);
         snapshot.take_emissions(world);
         snapshot.take_inputs(world);
         snapshot
     }
+}
 
+impl Snapshot {
     fn take_bodies(&mut self, world: &mut World) {
         let mut things: Vec<_> = world.query::<&StableId>().iter(world).map(|id| id.0).collect();
         things.sort_unstable();

@@ -1,10 +1,10 @@
 //! What a snapshot takes.
 
-use bevy_ecs::prelude::World;
 use motion::effects::Effect;
 use motion::snapshot::EmissionState;
 
 use super::*;
+use crate::Simulation;
 
 #[test]
 fn every_list_counts_as_it_is_allocated() {
@@ -19,8 +19,7 @@ fn every_list_counts_as_it_is_allocated() {
         + 5 * size_of::<(Name<&str>, u64)>();
     assert_eq!(snapshot.bytes(), size_of::<Snapshot>() + lists);
     let scene = Scene::parse("t", "(version: 1, drag: (linear_per_s: 1))").unwrap();
-    let mut world = World::new();
-    scene.spawn(&mut world);
+    let mut world = Simulation::new(scene).world;
     motion::effects::switch(&mut world, Effect::Drag, false).unwrap();
     snapshot.effects = EffectsState::of(&mut world);
     assert!(snapshot.bytes() > size_of::<Snapshot>() + lists);

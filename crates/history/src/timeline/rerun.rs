@@ -1,16 +1,17 @@
 //! A bundle, simulated again: the timeline that it was written of, and what differs from it.
 
 use std::fmt;
+use std::sync::Arc;
 
-use crate::{BadSnapshot, Bundle, EnergyState};
 use scene::Scene;
 
 use super::{Fault, Replay, Timeline};
+use crate::{BadSnapshot, Bundle, EnergyState};
 
 /// Why a bundle cannot be simulated again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BadRerun {
-    /// Its snapshot is none of its scene.
+    /// Its snapshot does not match its scene.
     Snapshot(BadSnapshot),
     /// Its ticks contradict each other.
     Ticks,
@@ -39,7 +40,7 @@ impl std::error::Error for BadRerun {}
 pub struct Rerun {
     /// Its timeline, as far back as the bytes allow.
     pub timeline: Timeline,
-    /// The world at its end, with everything that was done to it since the last tick.
+    /// The run at its end, with everything that was done to it since the last tick.
     pub end: Replay,
     /// Everything that went wrong.
     pub faults: Vec<Fault>,
@@ -56,7 +57,7 @@ impl Rerun {
     /// # Errors
     /// A bundle that contradicts itself, or that is too large.
     pub fn of(
-        scene: &Scene,
+        scene: impl Into<Arc<Scene>>,
         bundle: &Bundle,
         cap: usize,
         look: &mut dyn FnMut(u64),
@@ -64,38 +65,37 @@ impl Rerun {
         let manifest = &bundle.manifest;
         let energy = bundle.energy.unwrap_or(EnergyState::at(manifest.snapshot_tick, f64::INFINITY));
         let mut end = Replay::of(scene, &bundle.snapshot, energy).map_err(BadRerun::Snapshot)?;
-        if end.ticks() != manifest.snapshot_tick || manifest.end_tick < manifest.snapshot_tick {
+        if end.simulation.ticks() != manifest.snapshot_tick || manifest.end_tick < manifest.snapshot_tick {
             return Err(BadRerun::Ticks);
         }
-        let method = end.stepper.method();
-        let mut timeline = Timeline::new(&mut end.world, method, cap, energy).ok_or(BadRerun::TooLarge)?;
+        let mut timeline = Timeline::new(&mut end.simulation, cap, energy).ok_or(BadRerun::TooLarge)?;
         let mut keyframes = manifest.keyframes.iter().peekable();
         let mut events = bundle.events.iter().peekable();
         let (mut faults, mut diverged_at) = (Vec::new(), None);
         loop {
-            let now = end.ticks();
+            let now = end.simulation.ticks();
             if let Some(keyframe) = keyframes.next_if(|keyframe| keyframe.tick == now)
                 && diverged_at.is_none()
-                && format!("{:016x}", end.state_hash()) != keyframe.state_hash
+                && format!("{:016x}", end.simulation.hash()) != keyframe.state_hash
             {
                 diverged_at = Some(now);
             }
             while let Some(event) = events.next_if(|event| event.tick <= now) {
                 if event.tick == now {
-                    timeline.note(&end.world, event.what.clone());
+                    timeline.note(&end.simulation, event.what.clone());
                 }
             }
             let mut noted = timeline.events_after(now).peekable();
             if now >= manifest.end_tick {
-                let state_hash = end.state_hash();
+                let state_hash = end.simulation.hash();
                 end.carry_out(&mut noted);
                 drop(noted);
                 return Ok(Self { timeline, end, faults, diverged_at, state_hash });
             }
             faults.extend(end.tick(&mut noted));
             drop(noted);
-            timeline.after_tick(&mut end.world, end.stepper.method(), end.watch.energy());
-            look(end.ticks());
+            timeline.after_tick(&mut end.simulation, end.watch.energy());
+            look(end.simulation.ticks());
         }
     }
 }

@@ -1,11 +1,12 @@
 //! The watch for faults: bodies that are quarantined, and energy out of nowhere.
 
-use crate::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry};
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
-use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, Stepper, totals};
+use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, totals};
 use scene::{EXPLODES, Names};
+
+use crate::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry, Simulation};
 
 /// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a
 /// fault. The first tick of a fall from rest invents as much as it has, whatever comes after it; of a method beyond
@@ -98,16 +99,12 @@ impl Watch {
         size_of::<Self>()
     }
 
-    /// Simulates one tick, as [`Stepper::tick`] does and to the same bits, booked by `books` if there are some; what
-    /// went wrong in it.
-    pub fn tick(
-        &mut self,
-        stepper: &mut Stepper,
-        world: &mut World,
-        books: Option<&mut Ledger>,
-    ) -> Option<Fault> {
+    /// Simulates one tick, as [`Simulation::tick`] does and to the same bits, in `ledger` if there is one; what went wrong
+    /// in it.
+    pub fn tick(&mut self, simulation: &mut Simulation, ledger: Option<&mut Ledger>) -> Option<Fault> {
+        let Simulation { world, stepper, .. } = simulation;
         let own = self.energy.look.is_some().then_some(&mut self.ledger);
-        let ledger = books.or_else(|| Some(own?.get_or_insert_with(|| Ledger::open(world))));
+        let ledger = ledger.or_else(|| Some(own?.get_or_insert_with(|| Ledger::open(world))));
         let invented = match ledger {
             Some(ledger) => {
                 ledger.tick(stepper, world);

@@ -51,10 +51,10 @@ pub(super) fn affordable(subject: &mut Subject, plan: &Plan, clock: &Clock) -> V
 fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
     let probe = Setting { method: REFERENCE, substeps, precision: Precision::F64 };
     let mut run = subject.run(probe);
-    run.ticks(1);
+    run.tick();
     let (start, mut ticks) = (clock(), 0.0);
     while ticks < 8.0 && clock() - start < 0.02 {
-        run.ticks(1);
+        run.tick();
         ticks += 1.0;
     }
     (clock() - start) / ticks / (4.0 * f64::from(substeps))

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
+use history::Simulation;
 use motion::Law;
 use motion::arrays::{Bare, NotForArrays};
 use motion::groups::Groups;
@@ -12,7 +13,6 @@ use scene::Scene;
 use super::record::{Counts, Failure, Precision, Setting};
 use super::runner::{Runner, Sample};
 use super::subject::Subject;
-use crate::run::Run;
 
 /// A run of `subject` from its start.
 pub(super) fn make(subject: &Subject, setting: Setting) -> Result<Box<dyn Runner>, Failure> {
@@ -36,16 +36,16 @@ pub(super) fn make(subject: &Subject, setting: Setting) -> Result<Box<dyn Runner
 }
 
 /// Bodies of a group in the mean: an iteration of a solver is of one group.
-pub(super) fn mean_group(run: &Run) -> u64 {
+pub(super) fn mean_group(run: &Simulation) -> u64 {
     run.world.get_resource::<Groups>().map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
 }
 
 /// Laws of single bodies of a run of `scene`, in the precision of the arrays.
 pub(crate) fn laws_of_bodies<'a, T: Real>(
     scene: &'a Scene,
-    run: &Run,
+    run: &Simulation,
 ) -> impl Fn(Entity) -> Vec<Box<dyn Law<T>>> + use<'a, T> {
-    let ids: HashMap<_, u32> = run.bodies().iter().copied().zip(0..).collect();
+    let ids: HashMap<_, u32> = run.bodies.iter().copied().zip(0..).collect();
     move |body| {
         let spec = ids.get(&body).and_then(|id| scene.own_laws.get(id));
         spec.map_or_else(Vec::new, scene::OwnLawsSpec::laws)
@@ -59,14 +59,14 @@ struct ArraysRunner<T: Real> {
 
 /// Number types that plain arrays are compiled for.
 trait Arithmetic: Real {
-    fn arrays(subject: &Subject, setting: Setting, run: &mut Run) -> Result<Bare<Self>, NotForArrays>;
+    fn arrays(subject: &Subject, setting: Setting, run: &mut Simulation) -> Result<Bare<Self>, NotForArrays>;
     fn tick(bare: &mut Bare<Self>);
 }
 
 macro_rules! arithmetic {
     ($($t:ty)*) => {$(
         impl Arithmetic for $t {
-            fn arrays(subject: &Subject, setting: Setting, run: &mut Run) -> Result<Bare<Self>, NotForArrays> {
+            fn arrays(subject: &Subject, setting: Setting, run: &mut Simulation) -> Result<Bare<Self>, NotForArrays> {
                 let own = laws_of_bodies::<$t>(&subject.scene, run);
                 let shared = subject.law.map(|extra| extra.law::<Self>());
                 Bare::<Self>::of_world(&mut run.world, setting.method, &own, shared.into_iter().collect())

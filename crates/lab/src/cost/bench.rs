@@ -5,7 +5,8 @@
 
 use std::collections::VecDeque;
 
-use motion::Method;
+use bevy_ecs::prelude::*;
+use motion::{Method, PhysicsBody};
 
 use super::afford::affordable;
 use super::drift::Drifting;
@@ -97,7 +98,10 @@ impl Bench {
     fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>, rungs: &[u32]) -> Self {
         let run = subject.run(subject.own());
         let (truth, exact_damping) = subject.continuous();
-        let movable = run.movable_ids();
+        let moves =
+            |body: &Entity| run.world.get::<PhysicsBody>(*body).is_some_and(|body| body.inverse_mass > 0.0);
+        let movable: Vec<u32> =
+            (0..).zip(&run.bodies).filter(|(_, body)| moves(body)).map(|(id, _)| id).collect();
         let mut study = Study {
             subject: subject.name.clone(),
             description: subject.description.clone(),

@@ -1,11 +1,11 @@
 //! Energy that a method invents or loses over short and long runs, by the books.
 
+use history::Simulation;
 use motion::ledger::Ledger;
 
 use super::record::{Drift, Setting};
 use super::subject::Subject;
 use super::truth::larger;
-use crate::run::Run;
 
 /// Points of a series, about.
 const POINTS: u64 = 200;
@@ -13,7 +13,7 @@ const POINTS: u64 = 200;
 /// A run whose books are kept.
 pub(crate) struct Drifting {
     setting: Setting,
-    run: Run,
+    run: Simulation,
     ledger: Ledger,
     tick: u64,
     short: u64,

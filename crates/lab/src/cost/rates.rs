@@ -2,11 +2,11 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Damping, DampingModel, Method, PushQueue, Quarantine, Request, Requests, TimeStep, Transform};
+use history::Simulation;
+use motion::{Damping, DampingModel, Method, Quarantine, Request, TimeStep, Transform};
 
 use super::record::{Precision, RateRow, Setting};
 use super::subject::Subject;
-use crate::run::Run;
 
 /// Frames a second.
 const RATES: [f64; 5] = [15.0, 30.0, 60.0, 144.0, 240.0];
@@ -91,7 +91,7 @@ struct Second<'a> {
 }
 
 impl Second<'_> {
-    fn run(&self, setting: Setting) -> Run {
+    fn run(&self, setting: Setting) -> Simulation {
         let mut subject = self.subject.clone();
         subject.scene.damping =
             subject.scene.damping.zip(self.model).map(|(damping, model)| Damping { model, ..damping });
@@ -102,7 +102,7 @@ impl Second<'_> {
     fn force(&self, setting: Setting, tick_hz: f64) -> Option<DVec3> {
         let mut run = self.run(setting);
         let body = self.entity(&run)?;
-        run.world.resource_mut::<PushQueue>().push_once(body, DVec3::X * self.newtons);
+        run.push(body, DVec3::X * self.newtons);
         self.end(run, tick_hz)
     }
 
@@ -111,22 +111,22 @@ impl Second<'_> {
         let mut run = self.run(setting);
         let body = self.entity(&run)?;
         let impulse = DVec3::X * (self.newtons / EVEN);
-        run.world.resource_mut::<Requests>().ask(Request::Impulse(body, impulse));
+        run.request(Request::Impulse(body, impulse));
         self.end(run, tick_hz)
     }
 
-    fn end(&self, mut run: Run, tick_hz: f64) -> Option<DVec3> {
+    fn end(&self, mut run: Simulation, tick_hz: f64) -> Option<DVec3> {
         run.world.insert_resource(TimeStep(1.0 / tick_hz));
-        run.ticks(ticks(tick_hz));
+        run.run(ticks(tick_hz));
         let sound = run.world.resource::<Quarantine>().records().is_empty();
         self.place(&run).filter(|_| sound)
     }
 
-    fn entity(&self, run: &Run) -> Option<Entity> {
-        run.bodies().get(self.body as usize).copied()
+    fn entity(&self, run: &Simulation) -> Option<Entity> {
+        run.bodies.get(self.body as usize).copied()
     }
 
-    fn place(&self, run: &Run) -> Option<DVec3> {
+    fn place(&self, run: &Simulation) -> Option<DVec3> {
         run.world.get::<Transform>(self.entity(run)?).map(|transform| transform.position)
     }
 }

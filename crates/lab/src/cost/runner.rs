@@ -5,12 +5,13 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
+use history::Simulation;
 use motion::{Evaluations, Laws, Quarantine};
 use scene::Names;
 
 use super::record::{Counts, Failure, Host, Setting};
 use super::subject::Subject;
-use crate::run::Run;
+use crate::run::started;
 
 /// Stable id, position, m, and velocity, m/s.
 pub type Sample = (u32, DVec3, DVec3);
@@ -53,8 +54,8 @@ pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn R
 
 impl Subject {
     /// Its start, in a world.
-    pub(crate) fn run(&self, setting: Setting) -> Run {
-        let mut run = Run::of(&self.scene_with(setting), &self.without);
+    pub(crate) fn run(&self, setting: Setting) -> Simulation {
+        let mut run = started(self.scene_with(setting), &self.without);
         if let Some(extra) = self.law {
             run.world.insert_resource(Laws(vec![extra.law()]));
             run.stepper.recompile(&mut run.world);
@@ -64,17 +65,17 @@ impl Subject {
 }
 
 struct WorldRunner {
-    run: Run,
+    run: Simulation,
     names: Names,
 }
 
 impl Runner for WorldRunner {
     fn tick(&mut self) {
-        self.run.ticks(1);
+        self.run.tick();
     }
 
     fn states(&mut self) -> Vec<Sample> {
-        self.run.states()
+        self.run.states().collect()
     }
 
     fn counts(&mut self) -> Counts {

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use history::{Input, give};
+use history::{Input, Simulation};
 use motion::arrays::Bare;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
@@ -10,7 +10,6 @@ use motion::{Damping, DampingModel, Evaluations, Gravity, Quarantine, Request, S
 use scene::{Action, Names, Scene, Step, SurvivalRow, When};
 
 use crate::cost::{Sample, laws_of_bodies};
-use crate::run::Run;
 
 /// A run on its way.
 pub(super) struct Host {
@@ -25,7 +24,7 @@ pub(super) struct Host {
 }
 
 enum Engine {
-    World { run: Box<Run>, ledger: Option<Box<Ledger>> },
+    World { simulation: Box<Simulation>, ledger: Option<Box<Ledger>> },
     Single(Box<Bare<f32>>),
 }
 
@@ -35,14 +34,14 @@ impl Host {
     /// # Errors
     /// What keeps a world out of plain arrays.
     pub fn new(scene: &Scene, row: &SurvivalRow, with_ledger: bool) -> Result<Self, String> {
-        let mut run = Run::of(scene, &[]);
+        let mut simulation = Simulation::new(scene.clone());
         let engine = if row.single {
-            let laws = laws_of_bodies::<f32>(scene, &run);
-            let bare = Bare::<f32>::of_world(&mut run.world, scene.method, &laws, Vec::new());
+            let laws = laws_of_bodies::<f32>(scene, &simulation);
+            let bare = Bare::<f32>::of_world(&mut simulation.world, scene.method, &laws, Vec::new());
             Engine::Single(Box::new(bare.map_err(|error| error.to_string())?))
         } else {
-            let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut run.world)));
-            Engine::World { run: Box::new(run), ledger }
+            let ledger = with_ledger.then(|| Box::new(Ledger::open(&mut simulation.world)));
+            Engine::World { simulation: Box::new(simulation), ledger }
         };
         let script = row.script.iter().filter_map(|step| Some((step.when, input(step, scene)?))).collect();
         Ok(Self {
@@ -73,17 +72,14 @@ impl Host {
         }
         let changed = length.to_bits() != self.length.to_bits();
         match &mut self.engine {
-            Engine::World { run, ledger } => {
+            Engine::World { simulation, ledger } => {
                 if changed {
-                    run.world.insert_resource(TimeStep(length));
+                    simulation.world.insert_resource(TimeStep(length));
                 }
-                if !inputs.is_empty() {
-                    let bodies = run.bodies().to_vec();
-                    give(inputs, &mut run.world, &bodies);
-                }
+                simulation.give(inputs);
                 match ledger {
-                    Some(ledger) => ledger.tick(&mut run.stepper, &mut run.world),
-                    None => run.ticks(1),
+                    Some(ledger) => ledger.tick(&mut simulation.stepper, &mut simulation.world),
+                    None => simulation.tick(),
                 }
             }
             Engine::Single(bare) => {
@@ -101,7 +97,7 @@ impl Host {
     /// Stable id, position and velocity of every body with physics.
     pub fn states(&mut self) -> Vec<Sample> {
         match &mut self.engine {
-            Engine::World { run, .. } => run.states(),
+            Engine::World { simulation, .. } => simulation.states().collect(),
             Engine::Single(bare) => bare.states().map(|(id, x, v)| (id.0, x, v)).collect(),
         }
     }
@@ -117,8 +113,8 @@ impl Host {
     /// What turned non-finite, if something did.
     pub fn failure(&self) -> Option<String> {
         match &self.engine {
-            Engine::World { run, .. } => {
-                let record = run.world.resource::<Quarantine>().records().first()?;
+            Engine::World { simulation, .. } => {
+                let record = simulation.world.resource::<Quarantine>().records().first()?;
                 let id = record.id.map_or(u32::MAX, |id| id.0);
                 Some(format!("{}: {} in tick {}", self.name(id), record.cause.what(), record.tick))
             }
@@ -137,7 +133,9 @@ impl Host {
     /// Implicit steps that were taken as the last iteration left them.
     pub fn unconverged(&self) -> u64 {
         match &self.engine {
-            Engine::World { run, .. } => run.world.resource::<Evaluations>().unconverged_steps(),
+            Engine::World { simulation, .. } => {
+                simulation.world.resource::<Evaluations>().unconverged_steps()
+            }
             Engine::Single(bare) => bare.newton().1,
         }
     }

@@ -144,7 +144,7 @@ impl Session {
             _ => Vec::new(),
         };
         let (held, tapped) = (pushes(held), pushes(tapped));
-        let mut queue = self.world.resource_mut::<PushQueue>();
+        let mut queue = self.sim.world.resource_mut::<PushQueue>();
         queue.sustain(held);
         tapped.into_iter().for_each(|Push { body, newtons }| queue.push_once(body, newtons));
         if self.control.selecting {
@@ -239,7 +239,7 @@ impl Session {
     fn toggle_gravity(&mut self) {
         // Carried out at once: a second toggle in the same frame has to see the first.
         self.carry_out_requests();
-        match self.world.get_resource::<Gravity>() {
+        match self.sim.world.get_resource::<Gravity>() {
             Some(gravity) => {
                 let request = Request::SwitchGravity(!gravity.on);
                 self.ask(request);
@@ -254,8 +254,8 @@ impl Session {
     }
 
     pub(crate) fn change_method(&mut self, other: fn(Method) -> Method) {
-        let gravity = self.world.contains_resource::<motion::MutualGravity>();
-        let mut method = other(self.stepper.method());
+        let gravity = self.sim.world.contains_resource::<motion::MutualGravity>();
+        let mut method = other(self.sim.method());
         while unsolvable(method, gravity).is_some() {
             method = other(method);
         }
@@ -271,7 +271,7 @@ impl Session {
 
     fn open_neighbor(&mut self, step: isize) {
         let shipped = scene::shipped();
-        let here = shipped.iter().position(|shipped| shipped.name == self.scene.name);
+        let here = shipped.iter().position(|shipped| shipped.name == self.sim.scene.name);
         let next = match here {
             Some(here) => {
                 here.checked_add_signed(step).map_or(shipped.len() - 1, |next| next % shipped.len())
@@ -304,7 +304,7 @@ impl Session {
     /// wanted.
     fn select(&mut self) {
         let ray = self.picking_ray();
-        let wanted = self.control.held.holds(Action::SelectImmovable) || self.scene.select_immovable;
+        let wanted = self.control.held.holds(Action::SelectImmovable) || self.sim.scene.select_immovable;
         let hit = self.cast(&ray).map(|hit| hit.entity);
         self.control.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
     }
@@ -312,11 +312,11 @@ impl Session {
     /// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
     fn is_movable(&self, thing: Entity) -> bool {
         let moves = |body: Entity| {
-            let state = self.world.get::<PhysicsBody>(body);
+            let state = self.sim.world.get::<PhysicsBody>(body);
             state.is_some_and(|state| state.inverse_mass > 0.0)
-                || self.world.get::<Quarantined>(body).is_some()
+                || self.sim.world.get::<Quarantined>(body).is_some()
         };
-        match self.world.get::<SoftBody>(thing) {
+        match self.sim.world.get::<SoftBody>(thing) {
             Some(soft) => soft.points.iter().any(|point| moves(*point)),
             None => moves(thing),
         }
@@ -324,12 +324,12 @@ impl Session {
 
     /// Pushes the selection along the ray, if the ray meets it first.
     fn push_selected(&mut self) {
-        let (Some(selected), Some(_)) = (self.control.selection, self.scene.push) else { return };
+        let (Some(selected), Some(_)) = (self.control.selection, self.sim.scene.push) else { return };
         let ray = self.picking_ray();
         let hit = self.cast(&ray).filter(|hit| hit.entity == selected);
         if let Some(pushed) = hit.and_then(|hit| hit.pushed) {
             let newtons = ray.direction() * self.control.click_force;
-            self.world.resource_mut::<PushQueue>().push_once(pushed, newtons);
+            self.sim.world.resource_mut::<PushQueue>().push_once(pushed, newtons);
         }
     }
 
@@ -337,7 +337,7 @@ impl Session {
         match experiment {
             Experiment::Push(name, newtons) => {
                 if let Some(body) = self.body_or_refuse(name) {
-                    self.world.resource_mut::<PushQueue>().push_once(body, DVec3::from_array(*newtons));
+                    self.sim.world.resource_mut::<PushQueue>().push_once(body, DVec3::from_array(*newtons));
                 }
             }
             Experiment::OfBody(name, request, value) => {
@@ -352,7 +352,7 @@ impl Session {
                 }
             }
             Experiment::DampingRate(rate) => {
-                let damping = self.world.get_resource::<Damping>().copied();
+                let damping = self.sim.world.get_resource::<Damping>().copied();
                 let model = damping.map_or_else(Default::default, |damping| damping.model);
                 self.ask_by(Request::SetDamping(Damping { model, rate: *rate }), SwitchedBy::Script);
             }

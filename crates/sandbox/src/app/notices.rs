@@ -11,7 +11,7 @@ const TOLD: usize = 3;
 impl Session {
     pub(crate) fn note_quarantined(&mut self) {
         let seen = self.records_seen;
-        let records = self.world.resource::<Quarantine>().records()[seen..].to_vec();
+        let records = self.sim.world.resource::<Quarantine>().records()[seen..].to_vec();
         self.records_seen += records.len();
         for (number, QuarantineRecord { body, tick, cause, .. }) in (seen..).zip(records) {
             let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
@@ -39,7 +39,7 @@ impl Session {
     }
 
     fn unconverged(&self) -> u64 {
-        self.world.resource::<Evaluations>().unconverged_steps()
+        self.sim.world.resource::<Evaluations>().unconverged_steps()
     }
 
     /// Begins to count steps that do not converge.

@@ -115,23 +115,23 @@ impl Model {
     pub fn of(session: &mut Session, notices: Vec<String>) -> Self {
         let effects = if session.ui.shows(Panel::Effects) { session.receipt() } else { Vec::new() };
         let ghosts = if session.ui.shows(Panel::Ghosts) { session.ghosts() } else { Vec::new() };
-        let gravity = session.world.get_resource::<Gravity>().copied();
+        let gravity = session.sim.world.get_resource::<Gravity>().copied();
         let frozen = session.frozen();
         Self {
             mode: session.control.mode,
             gravity,
-            damping: session.world.get_resource::<Damping>().copied(),
-            step_hz: 1.0 / session.world.resource::<TimeStep>().0,
-            scene: session.scene.name.clone(),
-            method: session.stepper.method(),
-            own_methods: !session.stepper.plan().own.is_empty(),
+            damping: session.sim.world.get_resource::<Damping>().copied(),
+            step_hz: 1.0 / session.sim.world.resource::<TimeStep>().0,
+            scene: session.sim.scene.name.clone(),
+            method: session.sim.method(),
+            own_methods: !session.sim.stepper.plan().own.is_empty(),
             click_force: session.control.click_force,
-            pushes: session.scene.push.is_some(),
+            pushes: session.sim.scene.push.is_some(),
             locked: session.control.locked.is_some(),
             paused: session.control.paused,
             pace: session.clock.pace(),
-            scene_s: session.world.resource::<StepClock>().scene_seconds(),
-            bodies: session.entities.len(),
+            scene_s: session.sim.world.resource::<StepClock>().scene_seconds(),
+            bodies: session.sim.bodies.len(),
             drops_time: session.drops_time(),
             trails_left_out: session.trails.left_out().filter(|_| session.control.trails),
             measured: session.measured,
@@ -178,9 +178,9 @@ impl Selected {
     }
 
     fn of_thing(session: &mut Session, entity: Entity) -> Option<Self> {
-        let position = session.world.get::<Transform>(entity)?.position;
+        let position = session.sim.world.get::<Transform>(entity)?.position;
         let start =
-            session.ids.get(&entity).map_or(position, |id| session.scene.bodies[*id as usize].position);
+            session.ids.get(&entity).map_or(position, |id| session.sim.scene.bodies[*id as usize].position);
         let forces = session.forces_on(entity);
         Some(Self {
             entity,
@@ -189,7 +189,7 @@ impl Selected {
             displacement: position - start,
             body: session.synchronized(entity, &forces),
             forces: Self::named(session, &forces),
-            own_method: session.world.get_entity(entity).ok().and_then(motion::own_method),
+            own_method: session.sim.world.get_entity(entity).ok().and_then(motion::own_method),
             quarantined: session.frozen_because(entity),
             soft: None,
         })
@@ -303,18 +303,19 @@ mod tests {
             session.advance(&InputFrame::NOTHING, clock.advance_by(seconds).expect("a time"));
             let velocities = |session: &mut Session| {
                 let of = |session: &mut Session, thing| Selected::of(session, thing)?.body;
-                let mut softs = session.world.query_filtered::<Entity, With<SoftBody>>();
-                let softs: Vec<_> = softs.iter(&session.world).collect();
-                let bodies = session.entities.clone();
+                let mut softs = session.sim.world.query_filtered::<Entity, With<SoftBody>>();
+                let softs: Vec<_> = softs.iter(&session.sim.world).collect();
+                let bodies = session.sim.bodies.clone();
                 bodies
                     .into_iter()
                     .chain(softs)
                     .map(|body| of(session, body).map(|body| body.velocity))
                     .collect::<Vec<_>>()
             };
-            let stored =
-                |session: &Session, body| session.world.get::<PhysicsBody>(body).map(|body| body.velocity);
-            let lagged: Vec<_> = session.entities.iter().map(|body| stored(&session, *body)).collect();
+            let stored = |session: &Session, body| {
+                session.sim.world.get::<PhysicsBody>(body).map(|body| body.velocity)
+            };
+            let lagged: Vec<_> = session.sim.bodies.iter().map(|body| stored(&session, *body)).collect();
             let before = velocities(&mut session);
             session.set_method(Method::VelocityVerlet);
             let after = velocities(&mut session);

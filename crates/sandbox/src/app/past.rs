@@ -7,9 +7,9 @@
 use std::ops::{ControlFlow, RangeInclusive};
 
 use bevy_ecs::prelude::*;
-use history::{Fault, Happening, Journey, Replay, TIMELINE_BYTES, Timeline, Watch};
+use history::{Fault, Intervention, Replay, Seek, Simulation, TIMELINE_BYTES, Timeline, Watch};
 use motion::ledger::Ledger;
-use motion::{PushQueue, SoftBody, Stepper, TimeStep, remember_positions};
+use motion::{PushQueue, SoftBody, TimeStep, remember_positions};
 use pick::{SoftTargets, Targets};
 use scene::{FileIndex, StepKind};
 
@@ -46,7 +46,7 @@ pub(crate) struct Recorded {
 }
 
 struct Way {
-    journey: Journey,
+    seek: Seek,
     /// Whether it ends at the last good tick before a fault, which the person is told.
     tells: bool,
 }
@@ -57,8 +57,8 @@ impl Recorded {
     }
 
     /// One tick, booked by `books` if there are some.
-    pub(crate) fn tick(&mut self, stepper: &mut Stepper, world: &mut World, books: Option<&mut Ledger>) {
-        self.found = self.watch.tick(stepper, world, books);
+    pub(crate) fn tick(&mut self, simulation: &mut Simulation, books: Option<&mut Ledger>) {
+        self.found = self.watch.tick(simulation, books);
     }
 
     /// What was gone back behind, and is not ahead any more, is no fault.
@@ -131,24 +131,24 @@ impl Session {
         if self.recording.is_none() {
             return;
         }
-        let watch = Watch::new(&mut self.world);
-        match Timeline::new(&mut self.world, self.stepper.method(), TIMELINE_BYTES, watch.energy()) {
+        let watch = Watch::new(&mut self.sim.world);
+        match Timeline::new(&mut self.sim, TIMELINE_BYTES, watch.energy()) {
             Some(timeline) => self.recorded = Some(Box::new(Recorded::new(timeline, watch))),
             None => self.refuse("too many bodies to go back in time"),
         }
     }
 
     /// Records what is done to the world at once, between two ticks.
-    pub(crate) fn record(&mut self, what: Happening) {
+    pub(crate) fn record(&mut self, what: Intervention) {
         if let Some(recorded) = &mut self.recorded {
-            recorded.timeline.note(&self.world, what);
+            recorded.timeline.note(&self.sim, what);
             self.take_another_course();
         }
     }
 
     pub(crate) fn record_requests(&mut self) {
         if let Some(recorded) = &mut self.recorded
-            && recorded.timeline.note_requests(&self.world)
+            && recorded.timeline.note_requests(&self.sim)
         {
             self.take_another_course();
         }
@@ -171,7 +171,7 @@ impl Session {
     /// Records what the coming tick takes in, which nobody has recorded before.
     pub(crate) fn record_before_tick(&mut self) {
         if let Some(recorded) = &mut self.recorded {
-            if recorded.timeline.before_tick(&self.world) {
+            if recorded.timeline.before_tick(&self.sim) {
                 recorded.passed = None;
             }
             recorded.forget_fault();
@@ -186,7 +186,7 @@ impl Session {
         let at_the_end = repeated && now == *recorded.timeline.range().end();
         if !repeated {
             let energy = recorded.watch.energy();
-            recorded.timeline.after_tick(&mut self.world, self.stepper.method(), energy);
+            recorded.timeline.after_tick(&mut self.sim, energy);
         }
         let found = recorded.found.take();
         let news = found.as_ref().is_some_and(|fault| recorded.passed != Some(fault.tick));
@@ -253,27 +253,27 @@ impl Session {
         };
         let Recorded { timeline, way, .. } = &mut **recorded;
         if let Some(way) = way
-            && timeline.turn(&mut way.journey, tick)
+            && timeline.redirect(&mut way.seek, tick)
         {
             way.tells = false;
             return;
         }
         *way = None;
-        match timeline.set_out(&self.scene, tick) {
-            Ok(journey) => *way = Some(Box::new(Way { journey, tells: false })),
+        match timeline.begin_seek(&self.sim.scene, tick) {
+            Ok(seek) => *way = Some(Box::new(Way { seek, tells: false })),
             Err(broken) => self.notice(broken.to_string()),
         }
     }
 
-    /// Goes on with a journey for as long as `look` lets it; whether it has not arrived.
+    /// Goes on with a seek for as long as `look` lets it; whether it is not there.
     pub(crate) fn travel(&mut self, look: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>) -> bool {
         let Some(mut way) = self.recorded.as_mut().and_then(|recorded| recorded.way.take()) else {
             return false;
         };
         while let Some(recorded) = &mut self.recorded {
-            if !recorded.timeline.go_on(&mut way.journey) {
-                let Way { journey, tells } = *way;
-                let there = recorded.timeline.arrive(journey);
+            if !recorded.timeline.go_on(&mut way.seek) {
+                let Way { seek, tells } = *way;
+                let there = recorded.timeline.finish_seek(seek);
                 self.go_on_from(there);
                 if tells {
                     self.tell_of_last_good_tick();
@@ -314,13 +314,13 @@ impl Session {
     /// Pushes that wait for the next tick, while another one is gone to.
     pub(crate) fn pushes_on_the_way(&self) -> Option<usize> {
         self.recorded.as_ref()?.way.as_ref()?;
-        Some(self.world.resource::<PushQueue>().pending().count())
+        Some(self.sim.world.resource::<PushQueue>().pending().count())
     }
 
     /// What was done here makes the way to another tick worthless.
     pub(crate) fn give_up_journey(&mut self) {
         if let Some(way) = self.recorded.as_mut().and_then(|recorded| recorded.way.take()) {
-            let to = way.journey.to();
+            let to = way.seek.to();
             self.ui.notice(Topic::Place, format!("not gone to tick {to}, for something was done here"));
         }
     }
@@ -338,7 +338,7 @@ impl Session {
     pub(crate) fn step_back(&mut self) {
         self.control.paused = true;
         let way = self.recorded.as_ref().and_then(|recorded| recorded.way.as_ref());
-        let now = way.map_or_else(|| self.ticks(), |way| way.journey.to());
+        let now = way.map_or_else(|| self.ticks(), |way| way.seek.to());
         match self.recorded.as_ref().map(|recorded| *recorded.timeline.range().start()) {
             Some(first) if first >= now => {
                 self.ui.notice(Topic::Place, "nothing is kept of the time before this tick".to_owned());
@@ -350,24 +350,24 @@ impl Session {
     pub(crate) fn go_on_from(&mut self, replay: Replay) {
         let (selection, locked) = (self.thing(self.control.selection), self.thing(self.control.locked));
         let before = self.ticks();
-        let Replay { world, stepper, bodies, watch } = replay;
-        (self.world, self.stepper, self.entities) = (world, stepper, bodies);
+        let Replay { simulation, watch } = replay;
+        self.sim = simulation;
         if let Some(recorded) = &mut self.recorded {
             recorded.watch = watch;
         }
-        share_among_threads(&mut self.world, self.entities.len(), self.options);
+        share_among_threads(&mut self.sim.world, self.sim.bodies.len(), self.options);
         if self.options.interpolate {
-            draw_between_ticks(&mut self.world);
+            draw_between_ticks(&mut self.sim.world);
         }
-        self.world.run_system_cached(remember_positions).expect("a query and nothing else");
-        self.ids = ids_of(&self.entities);
+        self.sim.world.run_system_cached(remember_positions).expect("a query and nothing else");
+        self.ids = ids_of(&self.sim.bodies);
         self.control.selection = selection.and_then(|thing| self.entity_of(thing));
         self.control.locked = locked.and_then(|thing| self.entity_of(thing));
         let now = self.ticks();
         if let Some(left) = &mut self.ticks_left {
             *left = left.saturating_add(before).saturating_sub(now);
         }
-        self.records_seen = self.world.resource::<motion::Quarantine>().records().len();
+        self.records_seen = self.sim.world.resource::<motion::Quarantine>().records().len();
         (self.targets, self.soft) = (Targets::default(), SoftTargets::default());
         self.targets_current = false;
         self.trails = Trails::default();
@@ -384,9 +384,9 @@ impl Session {
 
     /// Lets the clock ask for ticks as often as their length says, which may have been another one then.
     fn keep_pace_with_step(&mut self) {
-        let rate = 1.0 / self.world.resource::<TimeStep>().0;
+        let rate = 1.0 / self.sim.world.resource::<TimeStep>().0;
         let differs = (rate / self.clock.rate() - 1.0).abs() > 1e-9;
-        if self.scene.step == StepKind::Fixed && differs {
+        if self.sim.scene.step == StepKind::Fixed && differs {
             // The length that 120 Hz have is that of 119.999... as well.
             let whole = (rate - rate.round()).abs() <= 1e-9 * rate;
             // A length that ticks have had is above 0 and finite.
@@ -397,21 +397,18 @@ impl Session {
     fn thing(&self, entity: Option<Entity>) -> Option<Thing> {
         let entity = entity?;
         let soft = || {
-            self.world.get::<SoftBody>(entity)?;
-            self.world.get::<FileIndex>(entity).copied().map(Thing::Soft)
+            self.sim.world.get::<SoftBody>(entity)?;
+            self.sim.world.get::<FileIndex>(entity).copied().map(Thing::Soft)
         };
         self.ids.get(&entity).copied().map(Thing::Body).or_else(soft)
     }
 
     fn entity_of(&mut self, thing: Thing) -> Option<Entity> {
         match thing {
-            Thing::Body(id) => {
-                let body = *self.entities.get(id as usize)?;
-                self.world.get_entity(body).is_ok().then_some(body)
-            }
+            Thing::Body(id) => self.sim.body(id),
             Thing::Soft(index) => {
-                let mut softs = self.world.query_filtered::<(Entity, &FileIndex), With<SoftBody>>();
-                softs.iter(&self.world).find(|(_, other)| **other == index).map(|(soft, _)| soft)
+                let mut softs = self.sim.world.query_filtered::<(Entity, &FileIndex), With<SoftBody>>();
+                softs.iter(&self.sim.world).find(|(_, other)| **other == index).map(|(soft, _)| soft)
             }
         }
     }
@@ -421,8 +418,8 @@ impl Session {
         let Recorded { timeline, fault, repeats, way, .. } = &**self.recorded.as_ref()?;
         Some(Within {
             range: timeline.range(),
-            at: way.as_ref().map_or_else(|| self.ticks(), |way| way.journey.to()),
-            left: way.as_ref().map_or(0, |way| way.journey.ticks_left()),
+            at: way.as_ref().map_or_else(|| self.ticks(), |way| way.seek.to()),
+            left: way.as_ref().map_or(0, |way| way.seek.ticks_left()),
             keyframes: timeline.keyframes().map(|(tick, _)| tick).collect(),
             fault: fault.clone(),
             repeats: *repeats,

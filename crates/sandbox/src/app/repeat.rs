@@ -1,6 +1,6 @@
 //! Going on in a past that is repeated: what came from outside then comes again.
 
-use history::{Event, Happening, Input, give, happen, pending};
+use history::{Event, Input, Intervention};
 
 use crate::app::session::Session;
 
@@ -10,7 +10,7 @@ impl Session {
         self.recorded.as_ref().is_some_and(|recorded| {
             recorded.repeats
                 && self.ticks() < *recorded.timeline.range().end()
-                && pending(&self.world).is_empty()
+                && self.sim.pending().is_empty()
         })
     }
 
@@ -29,12 +29,11 @@ impl Session {
         let Some(recorded) = &self.recorded else { return };
         let events: Vec<Event> = recorded.timeline.events_after(now).cloned().collect();
         for Event { what, .. } in events {
-            if let Happening::Requests(requests) = &what {
-                let inputs = requests.iter().copied().map(Input::Request);
-                give(inputs, &mut self.world, &self.entities);
+            if let Intervention::Requests(requests) = &what {
+                self.sim.give(requests.iter().copied().map(Input::Request));
                 self.carry_out_unrecorded();
             } else {
-                happen(&what, &mut self.world, &mut self.stepper, &self.entities);
+                self.sim.apply(&what);
             }
         }
     }

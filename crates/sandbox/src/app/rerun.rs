@@ -66,11 +66,11 @@ impl Session {
         look: &mut dyn FnMut(u64),
     ) -> Result<(Self, Repetition), Failure> {
         let scene = bundle.scene(&format!("{name}: scene.ron"))?;
-        let rerun = Rerun::of(&scene, bundle, TIMELINE_BYTES, look)
+        let rerun = Rerun::of(scene.clone(), bundle, TIMELINE_BYTES, look)
             .map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
         let Rerun { timeline, end, faults, diverged_at, state_hash } = rerun;
         let mut session = Self::new(scene, Options { paused: true, ..options });
-        let named = |fault: &Fault| fault.named(&session.scene.names);
+        let named = |fault: &Fault| fault.named(&session.sim.scene.names);
         let then = &bundle.manifest;
         let of_then = faults.iter().find(|fault| Some(named(fault)) == then.fault);
         let fault = of_then.or(faults.first()).cloned();
@@ -81,7 +81,7 @@ impl Session {
             same_fault: fault.as_ref().map(named) == then.fault,
             fault: fault.as_ref().map(named),
         };
-        let watch = Watch::going_on(&mut session.world, end.watch.energy());
+        let watch = Watch::going_on(&mut session.sim.world, end.watch.energy());
         let mut recorded = Recorded::new(timeline, watch);
         (recorded.fault, recorded.repeats) = (fault, true);
         session.recorded = Some(Box::new(recorded));
@@ -109,20 +109,20 @@ impl Session {
         let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
         let range = timeline.range();
         Some(Bundle {
-            scene: self.scene.text.0.to_string(),
+            scene: self.sim.scene.text.0.to_string(),
             manifest: Manifest {
                 format: BUNDLE_FORMAT,
                 program: PROGRAM.to_owned(),
-                scene: self.scene.name.clone(),
-                settings: Settings::of(&self.scene),
+                scene: self.sim.scene.name.clone(),
+                settings: Settings::of(&self.sim.scene),
                 snapshot_tick: *range.start(),
                 end_tick: *range.end(),
-                end_state_hash: hash(timeline.end_hash(&self.scene).ok()?),
+                end_state_hash: hash(timeline.end_hash(&self.sim.scene).ok()?),
                 keyframes: keyframes.collect(),
                 fault: fault
                     .as_ref()
                     .filter(|fault| *range.start() < fault.found && fault.found <= *range.end())
-                    .map(|fault| fault.named(&self.scene.names)),
+                    .map(|fault| fault.named(&self.sim.scene.names)),
             },
             snapshot: snapshot.clone(),
             events,

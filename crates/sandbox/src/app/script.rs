@@ -44,7 +44,7 @@ impl Session {
     /// Does what the script does before the next tick; whether that is something.
     pub(crate) fn play_tick(&mut self) -> bool {
         let Some(player) = &mut self.player else { return false };
-        let (clock, step) = (self.world.resource::<StepClock>(), self.world.resource::<TimeStep>());
+        let (clock, step) = (self.sim.world.resource::<StepClock>(), self.sim.world.resource::<TimeStep>());
         let inputs = player.of_tick(clock.ticks(), clock.seconds(), step.0);
         for input in &inputs {
             self.handle(input);

@@ -26,10 +26,10 @@ use std::ops::ControlFlow;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use history::Happening;
+use history::{Intervention, Simulation};
 use motion::clock::{FrameTime, TickClock};
 use motion::{
-    Method, MutualGravity, OwnMethod, Particle, Push, PushQueue, Request, Requests, Stepper, TimeStep,
+    Method, MutualGravity, OwnMethod, Particle, Push, PushQueue, Request, Requests, TimeStep,
     remember_positions,
 };
 use pick::{SoftTargets, Targets};
@@ -105,12 +105,8 @@ pub enum Order {
 
 /// A running scene.
 pub struct Session {
-    pub(crate) scene: Scene,
-    pub(crate) world: World,
-    pub(crate) stepper: Stepper,
+    pub(crate) sim: Simulation,
     pub(crate) clock: TickClock,
-    /// Entity of every body, by stable id.
-    pub(crate) entities: Vec<Entity>,
     pub(crate) ids: HashMap<Entity, u32>,
     pub(crate) options: Options,
     pub(crate) camera: Camera,
@@ -169,8 +165,9 @@ impl Session {
         let catch_up = options.catch_up.unwrap_or(CATCH_UP);
         let clock =
             TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
-        let (world, stepper, entities) = build(&scene, options);
         let push = scene.push.unwrap_or(PushSpec::TUTORIAL);
+        let sim = build(scene, options);
+        let scene = &sim.scene;
         Self {
             camera: Camera::new(scene.camera),
             control: Control { trails: scene.trails, ..Control::new(push, options.paused) },
@@ -193,7 +190,7 @@ impl Session {
             targets: Targets::default(),
             soft: SoftTargets::default(),
             targets_current: false,
-            ids: ids_of(&entities),
+            ids: ids_of(&sim.bodies),
             alpha: 1.0,
             ticks_left: None,
             frames: 0,
@@ -206,11 +203,8 @@ impl Session {
             acting: HashMap::new(),
             force_scale: None,
             labels: scene.labels.clone(),
-            scene,
-            world,
-            stepper,
+            sim,
             clock,
-            entities,
             options,
         }
     }
@@ -337,7 +331,7 @@ impl Session {
         let (mut ticks, step) = if self.control.paused {
             self.clock.pause(time);
             (steps_asked, None)
-        } else if self.scene.step == StepKind::Frame {
+        } else if self.sim.scene.step == StepKind::Frame {
             let length = time.length() * self.clock.pace();
             self.clock.pause(time);
             (u64::from(length > 0.0), Some(length))
@@ -354,7 +348,7 @@ impl Session {
         if let Some(length) = step.filter(|length| *length > 0.0)
             && !self.repeats()
         {
-            self.world.insert_resource(TimeStep(length));
+            self.sim.world.insert_resource(TimeStep(length));
         }
         if ticks > 0 {
             self.ui.retract(Topic::Place);
@@ -369,7 +363,7 @@ impl Session {
             let last = tick == ticks && self.options.interpolate;
             // A trail has to know of every tick where its bodies were before it.
             if last || (self.control.trails && self.options.interpolate) {
-                self.world.run_system_cached(remember_positions).expect("a query and nothing else");
+                self.sim.world.run_system_cached(remember_positions).expect("a query and nothing else");
             }
             let repeated = self.repeat_before_tick();
             self.tick_ghosts(last);
@@ -379,7 +373,7 @@ impl Session {
             self.tick();
             if self.control.trails {
                 let time = self.simulated();
-                self.trails.after_tick(&mut self.world, time);
+                self.trails.after_tick(&mut self.sim.world, time);
             }
             late = after_tick(self, Simulated::Anew).is_break();
             if self.record_after_tick(repeated) || late {
@@ -398,7 +392,7 @@ impl Session {
         }
         let between = self.options.interpolate
             && !self.control.paused
-            && self.scene.step == StepKind::Fixed
+            && self.sim.scene.step == StepKind::Fixed
             // Positions are remembered before the last tick, which was not reached.
             && undone == 0;
         self.alpha = if between { self.clock.fraction() } else { 1.0 };
@@ -412,7 +406,7 @@ impl Session {
     /// Notes the pushes of the coming tick. They are shown until the next one: a frame without a tick changes nothing.
     pub(crate) fn note_pushes(&mut self) {
         self.acting.clear();
-        for Push { body, newtons } in self.world.resource::<PushQueue>().pending() {
+        for Push { body, newtons } in self.sim.world.resource::<PushQueue>().pending() {
             *self.acting.entry(body).or_default() += newtons;
         }
     }
@@ -428,13 +422,13 @@ impl Session {
 
     /// Asks for a change at the start of the next tick.
     pub(crate) fn ask(&mut self, request: Request) {
-        self.world.resource_mut::<Requests>().ask(request);
+        self.sim.request(request);
     }
 
     /// Gives `body` a method of its own, or the scene's.
     pub(crate) fn set_body_method(&mut self, body: Entity, method: Option<Method>) {
-        let gravity = self.world.contains_resource::<MutualGravity>();
-        if self.refuses([method.unwrap_or(self.stepper.method())], gravity) {
+        let gravity = self.sim.world.contains_resource::<MutualGravity>();
+        if self.refuses([method.unwrap_or(self.sim.method())], gravity) {
             return;
         }
         self.ask(Request::SetBodyMethod(body, method));
@@ -452,24 +446,24 @@ impl Session {
     /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
     pub(crate) fn refuses_mutual_gravity(&mut self) -> bool {
         // Also of bodies that nothing moves now, and where every body has one of its own; particles are not attracted.
-        let mut bodies = self.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
-        let own = bodies.iter(&self.world).filter_map(motion::own_method);
-        let methods: Vec<_> = own.chain([self.stepper.method()]).collect();
+        let mut bodies = self.sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
+        let own = bodies.iter(&self.sim.world).filter_map(motion::own_method);
+        let methods: Vec<_> = own.chain([self.sim.method()]).collect();
         self.refuses(methods, true)
     }
 
     /// Goes on with another method of the scene.
     pub(crate) fn set_method(&mut self, method: Method) {
-        let gravity = self.world.contains_resource::<MutualGravity>();
+        let gravity = self.sim.world.contains_resource::<MutualGravity>();
         if self.refuses([method], gravity) {
             return;
         }
-        if method != self.stepper.method() {
-            self.record(Happening::Method(method));
+        if method != self.sim.method() {
+            self.record(Intervention::Method(method));
             self.ui.retract(Topic::Method);
             self.ui.retract(Topic::Forecast);
         }
-        self.stepper.set_method(&mut self.world, method);
+        self.sim.set_method(method);
     }
 
     /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
@@ -480,13 +474,13 @@ impl Session {
 
     pub(crate) fn carry_out_unrecorded(&mut self) {
         self.carry_out_in_ghosts();
-        if !self.world.resource::<Requests>().is_empty() {
+        if !self.sim.world.resource::<Requests>().is_empty() {
             self.outdate_forecast();
         }
-        self.stepper.carry_out_requests(&mut self.world);
+        self.sim.carry_out_requests();
         self.targets_current = false;
         for thing in [&mut self.control.selection, &mut self.control.locked] {
-            thing.take_if(|thing| self.world.get_entity(*thing).is_err());
+            thing.take_if(|thing| self.sim.world.get_entity(*thing).is_err());
         }
     }
 }

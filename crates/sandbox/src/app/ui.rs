@@ -3,7 +3,7 @@
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::clock::{FrameClock, FrameTime};
 
-use history::Happening;
+use history::Intervention;
 
 use crate::actions::Key;
 use crate::app::control::Mode;
@@ -357,9 +357,9 @@ impl Session {
                 Edit::ShowGhost(method, shown) => self.show_ghost(method, shown),
                 Edit::StepHz(rate) => {
                     if self.clock.set_rate(rate).is_ok() {
-                        self.record(Happening::Step(1.0 / rate));
+                        self.record(Intervention::Step(1.0 / rate));
                         self.ui.retract(Topic::Forecast);
-                        self.world.insert_resource(motion::TimeStep(1.0 / rate));
+                        self.sim.world.insert_resource(motion::TimeStep(1.0 / rate));
                     }
                 }
                 Edit::Seek(tick) => self.set_out(tick),

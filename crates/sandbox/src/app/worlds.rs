@@ -2,11 +2,12 @@
 
 use std::collections::HashMap;
 use std::num::NonZero;
+use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use history::EffectsState;
+use history::{EffectsState, Simulation};
 use motion::clock::StepClock;
-use motion::{Evaluations, PhysicsBody, PreviousPosition, Stepper, Threads, TimeStep, Transform};
+use motion::{Evaluations, PhysicsBody, PreviousPosition, Threads, TimeStep, Transform};
 use pick::{SoftTargets, Targets};
 use scene::Scene;
 
@@ -20,17 +21,17 @@ impl Session {
     pub(crate) fn reset_world(&mut self) {
         // Gravity and damping may have been asked for in this very frame.
         self.carry_out_requests();
-        let method = self.stepper.method();
-        let step = *self.world.resource::<TimeStep>();
-        let (mut world, stepper, entities) = build(&self.scene, self.options);
-        self.hand_over(&mut world);
-        world.insert_resource(step);
-        EffectsState::of(&mut self.world).put(&mut world);
-        (self.world, self.stepper, self.entities) = (world, stepper, entities);
-        self.ids = ids_of(&self.entities);
-        self.stepper.recompile(&mut self.world);
-        if method != self.stepper.method() {
-            self.stepper.set_method(&mut self.world, method);
+        let method = self.sim.method();
+        let step = *self.sim.world.resource::<TimeStep>();
+        let mut next = build(Arc::clone(&self.sim.scene), self.options);
+        self.hand_over(&mut next.world);
+        next.world.insert_resource(step);
+        EffectsState::of(&mut self.sim.world).put(&mut next.world);
+        self.sim = next;
+        self.ids = ids_of(&self.sim.bodies);
+        self.sim.stepper.recompile(&mut self.sim.world);
+        if method != self.sim.method() {
+            self.sim.set_method(method);
         }
         self.control.selection = None;
         self.control.locked = None;
@@ -63,7 +64,7 @@ impl Session {
         self.forget_ahead();
         (next.frames, next.quarantined) = (self.frames, std::mem::take(&mut self.quarantined));
         next.quarantined_before = next.quarantined.len();
-        self.hand_over(&mut next.world);
+        self.hand_over(&mut next.sim.world);
         next.count_effects_from_now();
         next.count_unconverged_from_now();
         next.ticks_left = self.ticks_left;
@@ -77,10 +78,10 @@ impl Session {
 
     /// Lets another world go on with the time and the counts of this one: it is the same run.
     fn hand_over(&mut self, world: &mut World) {
-        let mut clock = *self.world.resource::<StepClock>();
+        let mut clock = *self.sim.world.resource::<StepClock>();
         clock.begin_scene();
         world.insert_resource(clock);
-        world.insert_resource(std::mem::take(&mut *self.world.resource_mut::<Evaluations>()));
+        world.insert_resource(std::mem::take(&mut *self.sim.world.resource_mut::<Evaluations>()));
     }
 }
 
@@ -96,15 +97,14 @@ pub(crate) fn share_among_threads(world: &mut World, bodies: usize, options: Opt
     }
 }
 
-pub(crate) fn build(scene: &Scene, options: Options) -> (World, Stepper, Vec<Entity>) {
-    let mut world = World::new();
-    let entities = scene.spawn(&mut world);
-    share_among_threads(&mut world, entities.len(), options);
-    if options.interpolate {
-        draw_between_ticks(&mut world);
-    }
-    let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-    (world, stepper, entities)
+/// The start of `scene`, as `options` want it.
+pub(crate) fn build(scene: impl Into<Arc<Scene>>, options: Options) -> Simulation {
+    Simulation::prepared(scene, |world, bodies| {
+        share_among_threads(world, bodies.len(), options);
+        if options.interpolate {
+            draw_between_ticks(world);
+        }
+    })
 }
 
 /// Lets movable bodies be drawn between two ticks.

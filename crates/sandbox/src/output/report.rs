@@ -36,8 +36,7 @@ pub fn write_state(session: &Session, out: &mut impl Write) -> io::Result<()> {
 /// order.
 #[must_use]
 pub fn state_hash(session: &Session) -> u64 {
-    let states = bodies(session).map(|(_, at, body)| (at.position.to_array(), body.velocity.to_array()));
-    history::hash_of_states(states)
+    session.simulation().hash()
 }
 
 fn bodies(session: &Session) -> impl Iterator<Item = (Entity, Transform, PhysicsBody)> + '_ {

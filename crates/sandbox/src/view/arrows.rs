@@ -35,8 +35,9 @@ impl Session {
     }
 
     fn movable(&mut self) -> Vec<(Entity, DVec3, DVec3)> {
-        let mut bodies = self.world.query_filtered::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>();
-        let bodies = bodies.iter(&self.world).filter(|(.., body)| body.inverse_mass > 0.0);
+        let mut bodies =
+            self.sim.world.query_filtered::<(Entity, &Transform, &PhysicsBody), Without<Dormant>>();
+        let bodies = bodies.iter(&self.sim.world).filter(|(.., body)| body.inverse_mass > 0.0);
         bodies.map(|(entity, transform, body)| (entity, transform.position, body.velocity)).collect()
     }
 

@@ -25,13 +25,13 @@ impl Session {
     pub(crate) fn each_force(&mut self, bodies: &[Entity], each: impl FnMut(usize, ForceCause, DVec3)) {
         let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
         let pushes: Vec<_> = self.acting.iter().map(push).collect();
-        motion::each_force(&mut self.world, &pushes, bodies, each);
+        motion::each_force(&mut self.sim.world, &pushes, bodies, each);
     }
 
     /// The state of a body at the time of its position, from the forces on it: position Verlet keeps the velocity of half a
     /// step before.
     pub(crate) fn synchronized(&self, body: Entity, forces: &[(ForceCause, DVec3)]) -> Option<PhysicsBody> {
-        let state = *self.world.get::<PhysicsBody>(body)?;
+        let state = *self.sim.world.get::<PhysicsBody>(body)?;
         let damping = self.damping_model();
         let laws = forces.iter().filter(|(cause, _)| is_of_laws(*cause, damping));
         let newtons: DVec3 = laws.map(|(_, newtons)| *newtons).sum();
@@ -40,7 +40,7 @@ impl Session {
 
     /// The same of the points of a soft body, which move `together`.
     pub(crate) fn synchronized_points(&mut self, soft: Entity, together: PhysicsBody) -> PhysicsBody {
-        let points = self.world.get::<SoftBody>(soft).map_or_else(Vec::new, |soft| soft.points.clone());
+        let points = self.sim.world.get::<SoftBody>(soft).map_or_else(Vec::new, |soft| soft.points.clone());
         let halves: Vec<_> = points.iter().map(|point| self.half_step(*point)).collect();
         let (damping, mut impulse) = (self.damping_model(), DVec3::ZERO);
         if halves.iter().any(|half| *half != 0.0) {
@@ -54,11 +54,11 @@ impl Session {
     }
 
     fn half_step(&self, body: Entity) -> f64 {
-        self.world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0)
+        self.sim.world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0)
     }
 
     fn damping_model(&self) -> Option<DampingModel> {
-        self.world.get_resource::<Damping>().map(|damping| damping.model)
+        self.sim.world.get_resource::<Damping>().map(|damping| damping.model)
     }
 
     /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters

@@ -38,7 +38,7 @@ impl Session {
     pub(crate) fn visible_labels(&self) -> Vec<Label> {
         let labels = self.labels.iter();
         let mut seen: Vec<_> = labels
-            .filter_map(|(id, text)| self.label(*self.entities.get(*id as usize)?, text, beside))
+            .filter_map(|(id, text)| self.label(*self.sim.bodies.get(*id as usize)?, text, beside))
             .collect();
         seen.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         seen.into_iter().map(|(_, label)| label).collect()
@@ -52,7 +52,7 @@ impl Session {
             Some(0) => "went wrong in this tick".to_owned(),
             _ => format!("goes wrong in tick {}", fault.tick),
         };
-        let body = *self.entities.get(fault.body? as usize)?;
+        let body = *self.sim.bodies.get(fault.body? as usize)?;
         let label = self.label(body, &format!("{} {words}", self.name(body)), around);
         label.map(|(_, label)| label)
     }
@@ -66,9 +66,12 @@ impl Session {
         let drawn = (view.near_m..=view.far_m).contains(&distance);
         let at = view.project(place, size).filter(|_| drawn)?;
         let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
-        let turned = self.world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
-        let reach =
-            self.world.get::<Shape>(thing).map_or(0.0, |shape| reach(shape, turned.inverse() * view.right()));
+        let turned = self.sim.world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
+        let reach = self
+            .sim
+            .world
+            .get::<Shape>(thing)
+            .map_or(0.0, |shape| reach(shape, turned.inverse() * view.right()));
         let side = view.project(place + view.right() * reach, size)?;
         inside.then(|| (distance, Label { at, reach: side.distance(at), text: text.to_owned() }))
     }
@@ -94,7 +97,7 @@ mod tests {
             ])";
         let mut session =
             Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
-        let names: Vec<_> = session.scene.names.iter().map(std::borrow::Cow::into_owned).collect();
+        let names: Vec<_> = session.sim.scene.names.iter().map(std::borrow::Cow::into_owned).collect();
         session.labels = (0..).zip(names).collect();
         // A body that there is not.
         session.labels.push((99, "nobody".to_owned()));
@@ -121,8 +124,9 @@ mod tests {
         let mut session = Session::new(Scene::parse("thin", text).expect("a good scene"), Options::default());
         let reach = |session: &Session| session.visible_labels()[0].reach;
         assert!((reach(&session) - 18.0).abs() < 1e-9, "{}", reach(&session));
-        let mast = session.entities[0];
+        let mast = session.sim.bodies[0];
         session
+            .sim
             .world
             .entity_mut(mast)
             .insert(Orientation(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)));
@@ -134,7 +138,7 @@ mod tests {
     #[test]
     fn the_label_of_a_removed_body_is_gone_and_others_stay_after_a_reset() {
         let mut session = session();
-        let ahead = session.entities[0];
+        let ahead = session.sim.bodies[0];
         session.ask(motion::Request::Remove(ahead));
         session.carry_out_requests();
         assert_eq!(session.visible_labels().len(), 1);
@@ -178,7 +182,7 @@ mod tests {
         assert!(session.frozen().is_empty());
         assert_eq!(session.quarantined().len(), 1);
         nan(&mut session);
-        session.open(session.scene.clone());
+        session.open(session.scene().clone());
         assert!(session.frozen().is_empty());
         nan(&mut session);
         assert_eq!(session.all_quarantined().len(), 3);

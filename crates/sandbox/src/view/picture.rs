@@ -34,7 +34,7 @@ impl Session {
                 #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
                 far_m: view.far_m as f32,
             },
-            light: self.scene.light.map(|light| Light {
+            light: self.sim.scene.light.map(|light| Light {
                 position: (light.position - eye).as_vec3(),
                 target: (-eye).as_vec3(),
                 color: Vec3::from_array(light.color),
@@ -56,11 +56,11 @@ impl Session {
     }
 
     fn add_shapes(&mut self, frame: &mut Frame) {
-        let mut looks = self.world.query::<&Appearance>();
+        let mut looks = self.sim.world.query::<&Appearance>();
         let targets = self.targets();
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
-            let look = looks.get(&self.world, *entity).copied().unwrap_or(PLAIN);
+            let look = looks.get(&self.sim.world, *entity).copied().unwrap_or(PLAIN);
             let selected = self.control.selection == Some(*entity);
             let [r, g, b] = look.color;
             let mut surface = if look.checker { render::CHECKER } else { 0 };
@@ -86,14 +86,14 @@ impl Session {
     fn add_particles(&mut self, frame: &mut Frame, eye: DVec3) {
         let alpha = self.alpha;
         let of_soft_bodies = self.points_of_soft_bodies();
-        let mut particles = self.world.query_filtered::<(
+        let mut particles = self.sim.world.query_filtered::<(
             Entity,
             &Transform,
             Option<&PreviousPosition>,
             Option<&Appearance>,
             Option<&PointRadius>,
         ), (With<PhysicsBody>, Without<Shape>, Without<Dormant>)>();
-        let particles = particles.iter(&self.world);
+        let particles = particles.iter(&self.sim.world);
         let seen = |(_, now, before, look, radius): (_, _, _, Option<&Appearance>, Option<&PointRadius>)| {
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             Particle {
@@ -112,7 +112,7 @@ impl Session {
 
     fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
         let [r, g, b] = TRAIL_COLOR;
-        let drawn_at = self.simulated() - (1.0 - self.alpha) * self.world.resource::<TimeStep>().0;
+        let drawn_at = self.simulated() - (1.0 - self.alpha) * self.sim.world.resource::<TimeStep>().0;
         for (body, points) in self.trails.until(drawn_at) {
             let points = points.chain(self.drawn_position(body));
             let count = points.clone().count();

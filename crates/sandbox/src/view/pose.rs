@@ -28,15 +28,15 @@ pub(crate) fn drawn(now: &Transform, before: Option<&PreviousPosition>, alpha: f
 impl Session {
     /// Where a thing is drawn, m; of a soft body, its center of mass.
     pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
-        match self.world.get::<SoftBody>(thing) {
+        match self.sim.world.get::<SoftBody>(thing) {
             Some(body) => self.center_of_mass(body, |point| self.drawn_body(point)),
             None => self.drawn_body(thing),
         }
     }
 
     fn drawn_body(&self, thing: Entity) -> Option<DVec3> {
-        let now = self.world.get::<Transform>(thing)?;
-        Some(drawn(now, self.world.get::<PreviousPosition>(thing), self.alpha))
+        let now = self.sim.world.get::<Transform>(thing)?;
+        Some(drawn(now, self.sim.world.get::<PreviousPosition>(thing), self.alpha))
     }
 
     /// The ray that picks: through the pointer in selection mode, through the middle of the view otherwise.
@@ -50,7 +50,7 @@ impl Session {
     pub(crate) fn cast(&mut self, ray: &Ray) -> Option<Picked> {
         self.update_targets();
         let solid = self.targets.cast(ray);
-        let soft = self.soft.cast(ray, self.thinnest(), |body| self.world.get(body));
+        let soft = self.soft.cast(ray, self.thinnest(), |body| self.sim.world.get(body));
         match (solid, soft) {
             (solid, Some(soft)) if solid.is_none_or(|solid| soft.distance < solid.distance) => {
                 Some(Picked { entity: soft.entity, pushed: soft.pushed })
@@ -70,7 +70,7 @@ impl Session {
         if self.targets_current && self.targets.anchor() == self.camera.position {
             return;
         }
-        let mut things = self.world.query_filtered::<(
+        let mut things = self.sim.world.query_filtered::<(
             Entity,
             &Transform,
             Option<&PreviousPosition>,
@@ -78,7 +78,7 @@ impl Session {
             Option<&Orientation>,
         ), Without<Dormant>>();
         let tables =
-            things.contiguous_iter(&self.world).expect("every component of a thing is stored in tables");
+            things.contiguous_iter(&self.sim.world).expect("every component of a thing is stored in tables");
         let chunks = tables.map(|(entities, transforms, previous, shapes, orientations)| Chunk {
             entities,
             transforms,
@@ -92,17 +92,17 @@ impl Session {
     }
 
     fn update_soft(&mut self) {
-        let mut bodies = self.world.query::<(Entity, &SoftBody)>();
-        let mut points = self.world.query_filtered::<
+        let mut bodies = self.sim.world.query::<(Entity, &SoftBody)>();
+        let mut points = self.sim.world.query_filtered::<
             (&Transform, Option<&PreviousPosition>, &PhysicsBody),
             (Without<Quarantined>, Without<Dormant>),
         >();
-        let (alpha, points) = (self.alpha, points.query(&self.world));
+        let (alpha, points) = (self.alpha, points.query(&self.sim.world));
         let point = |entity| {
             let (now, before, body) = points.get(entity).ok()?;
             Some(SoftPoint { position: drawn(now, before, alpha), movable: body.inverse_mass > 0.0 })
         };
-        self.soft.update(self.camera.position, bodies.iter(&self.world), point);
+        self.soft.update(self.camera.position, bodies.iter(&self.sim.world), point);
     }
 
     pub(crate) const fn targets(&self) -> &Targets {

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
+use history::Simulation;
 use motion::clock::StepClock;
 use motion::{Evaluations, Method, PhysicsBody, Quarantine, Quarantined, Stepper};
 use scene::Scene;
@@ -13,27 +14,33 @@ use crate::app::session::{QuarantinedBody, Session};
 use crate::view::camera::Camera;
 
 impl Session {
+    /// What runs.
+    #[must_use]
+    pub const fn simulation(&self) -> &Simulation {
+        &self.sim
+    }
+
     /// The scene.
     #[must_use]
-    pub const fn scene(&self) -> &Scene {
-        &self.scene
+    pub fn scene(&self) -> &Scene {
+        &self.sim.scene
     }
 
     /// The world, to look at.
     #[must_use]
     pub const fn world(&self) -> &World {
-        &self.world
+        &self.sim.world
     }
 
     /// The world, for queries, which need it mutable; input and scripts never write it.
     pub const fn world_mut(&mut self) -> &mut World {
-        &mut self.world
+        &mut self.sim.world
     }
 
     /// The compiled step.
     #[must_use]
     pub const fn stepper(&self) -> &Stepper {
-        &self.stepper
+        &self.sim.stepper
     }
 
     /// Camera or selection mode.
@@ -69,7 +76,7 @@ impl Session {
     /// Ticks simulated, over every reset of the world.
     #[must_use]
     pub fn ticks(&self) -> u64 {
-        self.world.resource::<StepClock>().ticks()
+        self.sim.ticks()
     }
 
     /// Frames so far.
@@ -81,7 +88,7 @@ impl Session {
     /// Simulated time, s; it goes on over a reset of the world.
     #[must_use]
     pub fn simulated(&self) -> f64 {
-        self.world.resource::<StepClock>().seconds()
+        self.sim.world.resource::<StepClock>().seconds()
     }
 
     /// Time dropped in hitches, s.
@@ -98,15 +105,15 @@ impl Session {
     /// How often laws were evaluated so far, and what solvers did.
     #[must_use]
     pub fn evaluations(&self) -> &Evaluations {
-        self.world.resource::<Evaluations>()
+        self.sim.world.resource::<Evaluations>()
     }
 
     /// Bodies that forces move, by the method that moves them, in the order of [`motion::METHODS`].
     pub fn methods(&mut self) -> Vec<(Method, usize)> {
-        let scene = self.stepper.method();
-        let mut bodies = self.world.query_filtered::<(EntityRef, &PhysicsBody), Without<Quarantined>>();
+        let scene = self.sim.method();
+        let mut bodies = self.sim.world.query_filtered::<(EntityRef, &PhysicsBody), Without<Quarantined>>();
         let mut counts = BTreeMap::new();
-        for (entity, _) in bodies.iter(&self.world).filter(|(_, body)| body.inverse_mass > 0.0) {
+        for (entity, _) in bodies.iter(&self.sim.world).filter(|(_, body)| body.inverse_mass > 0.0) {
             *counts.entry(motion::own_method(entity).unwrap_or(scene)).or_default() += 1;
         }
         counts.into_iter().collect()
@@ -126,7 +133,7 @@ impl Session {
 
     /// Why `body` is frozen, in a few words.
     pub(crate) fn frozen_because(&self, body: Entity) -> Option<String> {
-        let records = self.world.resource::<Quarantine>().records();
+        let records = self.sim.world.resource::<Quarantine>().records();
         let record = records.iter().find(|record| record.body == body)?;
         Some(format!("in tick {} by {}", record.tick, record.cause.system))
     }
@@ -137,21 +144,19 @@ impl Session {
     }
 
     fn quarantined_end(&self) -> usize {
-        let frozen = self.world.resource::<Quarantine>().records().len();
+        let frozen = self.sim.world.resource::<Quarantine>().records().len();
         (self.quarantined_before + frozen).min(self.quarantined.len())
     }
 
     /// The body of that name, if there is one and it was not removed.
     #[must_use]
     pub fn body(&self, name: &str) -> Option<Entity> {
-        let id = self.scene.names.find(name)?;
-        let body = *self.entities.get(id as usize)?;
-        self.world.get_entity(body).is_ok().then_some(body)
+        self.sim.named(name)
     }
 
     /// Every thing of the scene that was not removed, in stable-id order.
     pub fn things(&self) -> impl Iterator<Item = Entity> + '_ {
-        self.entities.iter().copied().filter(|thing| self.world.get_entity(*thing).is_ok())
+        self.sim.bodies.iter().copied().filter(|thing| self.sim.world.get_entity(*thing).is_ok())
     }
 
     /// Ticks a second.
@@ -163,7 +168,7 @@ impl Session {
     /// Name of a thing of the scene, or of a soft body.
     #[must_use]
     pub fn name(&self, thing: Entity) -> String {
-        let name = self.ids.get(&thing).and_then(|id| self.scene.names.get(*id)).map(Cow::into_owned);
+        let name = self.ids.get(&thing).and_then(|id| self.sim.scene.names.get(*id)).map(Cow::into_owned);
         name.or_else(|| self.soft_name(thing)).unwrap_or_else(|| format!("{thing}"))
     }
 

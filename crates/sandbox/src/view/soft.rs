@@ -30,7 +30,7 @@ impl Session {
     /// The pushes that a force of `newtons` on `thing` consists of: on a soft body it is shared out by mass, so that
     /// all points gain the same speed; those that nothing moves get none.
     pub(crate) fn pushes_on(&self, thing: Entity, newtons: DVec3) -> Vec<Push> {
-        let Some(body) = self.world.get::<SoftBody>(thing) else {
+        let Some(body) = self.sim.world.get::<SoftBody>(thing) else {
             return vec![Push { body: thing, newtons }];
         };
         let mass = self.mass(body);
@@ -45,7 +45,7 @@ impl Session {
         body: &'a SoftBody,
     ) -> impl Iterator<Item = (Entity, &'a PhysicsBody)> + 'a {
         body.points.iter().filter_map(|point| {
-            let thing = self.world.get_entity(*point).ok()?;
+            let thing = self.sim.world.get_entity(*point).ok()?;
             let free = !thing.contains::<Quarantined>() && !thing.contains::<Dormant>();
             let state = thing.get::<PhysicsBody>().filter(|state| free && state.inverse_mass > 0.0)?;
             Some((*point, state))
@@ -75,11 +75,11 @@ impl Session {
 
     /// What the points of `thing` have together, if it is a soft body that has any.
     pub(crate) fn soft_sum(&self, thing: Entity) -> Option<SoftSum> {
-        let world = &self.world;
+        let world = &self.sim.world;
         let body = world.get::<SoftBody>(thing)?;
         let place = |point| Some(world.get::<Transform>(point)?.position);
         let at_start = |point| match self.ids.get(&point) {
-            Some(id) => Some(self.scene.bodies.get(*id as usize)?.position),
+            Some(id) => Some(self.sim.scene.bodies.get(*id as usize)?.position),
             None => place(point),
         };
         let position = self.center_of_mass(body, place)?;
@@ -114,11 +114,11 @@ impl Session {
 
     /// Name of a soft body: its own, or that of its first point up to the first dot.
     pub(crate) fn soft_name(&self, thing: Entity) -> Option<String> {
-        if let Some(name) = self.world.get::<SoftBodyName>(thing) {
+        if let Some(name) = self.sim.world.get::<SoftBodyName>(thing) {
             return Some(name.0.clone());
         }
-        let first = self.world.get::<SoftBody>(thing)?.points.first()?;
-        let name = self.scene.names.get(*self.ids.get(first)?)?;
+        let first = self.sim.world.get::<SoftBody>(thing)?.points.first()?;
+        let name = self.sim.scene.names.get(*self.ids.get(first)?)?;
         Some(name.split('.').next().unwrap_or_default().to_owned())
     }
 }

@@ -201,11 +201,11 @@ impl SoftPoints {
 
 impl Session {
     pub(crate) fn add_soft_bodies(&mut self, frame: &mut Frame) {
-        let mut looks = self.world.query::<(&SoftBody, Option<&Appearance>)>();
+        let mut looks = self.sim.world.query::<(&SoftBody, Option<&Appearance>)>();
         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
         let thinnest = self.thinnest() as f32;
         for pose in self.soft_targets().poses() {
-            let Ok((body, look)) = looks.get(&self.world, pose.entity()) else { continue };
+            let Ok((body, look)) = looks.get(&self.sim.world, pose.entity()) else { continue };
             let selected = self.control.selection == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let color = if selected { SELECTED } else { [r, g, b, 1.0] };
@@ -218,11 +218,13 @@ impl Session {
 
     /// Springs between bodies; one with an end that makes it inert is not drawn.
     pub(crate) fn add_springs(&mut self, frame: &mut Frame, eye: DVec3) {
-        let mut springs = self.world.query::<&Spring>();
-        let mut ends =
-            self.world.query_filtered::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>();
-        let ends = ends.query(&self.world);
-        for spring in springs.iter(&self.world) {
+        let mut springs = self.sim.world.query::<&Spring>();
+        let mut ends = self
+            .sim
+            .world
+            .query_filtered::<(), (With<PhysicsBody>, Without<Quarantined>, Without<Dormant>)>();
+        let ends = ends.query(&self.sim.world);
+        for spring in springs.iter(&self.sim.world) {
             let place = |end| self.drawn_position(end).filter(|_| ends.contains(end));
             if let [Some(from), Some(to)] = spring.ends.map(place) {
                 let color = if let Some(ratio) = self.spring_ratio(spring.ends) {
@@ -240,9 +242,9 @@ impl Session {
 
     /// What is drawn with its soft body, if it can be, and never as a particle.
     pub(crate) fn points_of_soft_bodies(&mut self) -> SoftPoints {
-        let mut bodies = self.world.query::<&SoftBody>();
+        let mut bodies = self.sim.world.query::<&SoftBody>();
         let mut points = SoftPoints::default();
-        bodies.iter(&self.world).flat_map(|body| &body.points).for_each(|point| points.insert(*point));
+        bodies.iter(&self.sim.world).flat_map(|body| &body.points).for_each(|point| points.insert(*point));
         points
     }
 }

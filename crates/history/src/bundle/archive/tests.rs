@@ -1,16 +1,17 @@
 //! Bundles as files: exact, open to other versions, closed to damage.
 
-use bevy_ecs::world::World;
 use ciborium::Value;
 use motion::units::Vector;
-use motion::{Method, Request, Stepper, TimeStep};
-
-use super::*;
-use crate::bundle::{BUNDLE_FORMAT, EnergyGrowth, EnergyLook, FaultEntry, Happening, Keyframe, Settings};
-use crate::snapshot::Name;
+use motion::{Method, Request};
 use scene::Scene;
 
-const TEXT: &str = "(version: 1, method: velocity_verlet, wells: [(strength_m3_s2: 5)], bodies: [
+use super::*;
+use crate::Simulation;
+use crate::bundle::{BUNDLE_FORMAT, EnergyGrowth, EnergyLook, FaultEntry, Intervention, Keyframe, Settings};
+use crate::snapshot::Name;
+
+const TEXT: &str =
+    "(version: 1, step_hz: 100, method: velocity_verlet, wells: [(strength_m3_s2: 5)], bodies: [
     (name: \"a\", position_m: (2, 0, 0)), (position_m: (0, 3, 0), method: position_verlet, substeps: 2)],
     emitters: [(rate_per_s: 60, life_s: 1, speed_m_s: 2, position_m: (0, 9, 0))])";
 
@@ -19,11 +20,9 @@ const NAN: f64 = f64::from_bits(0x7ff4_dead_beef_0001);
 
 fn bundle() -> Bundle {
     let scene = Scene::parse("test", TEXT).unwrap();
-    let mut world = World::new();
-    scene.spawn(&mut world);
-    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(0.01));
-    (0..20).for_each(|_| stepper.tick(&mut world));
-    let snapshot = Snapshot::of(&mut world, stepper.method());
+    let mut simulation = Simulation::new(scene.clone());
+    simulation.run(20);
+    let snapshot = simulation.snapshot();
     let event = |tick, what| Event { tick, what };
     Bundle {
         manifest: Manifest {
@@ -40,10 +39,10 @@ fn bundle() -> Bundle {
         scene: TEXT.to_owned(),
         snapshot,
         events: vec![
-            event(20, Happening::Method(Method::RungeKutta4)),
-            event(21, Happening::Requests(vec![Request::Remove(1), Request::SetInverseMass(0, 0.1)])),
-            event(22, Happening::Step(1e-3)),
-            event(22, Happening::Push(0, Vector::new(1e-320, -0.0, f64::INFINITY))),
+            event(20, Intervention::Method(Method::RungeKutta4)),
+            event(21, Intervention::Requests(vec![Request::Remove(1), Request::SetInverseMass(0, 0.1)])),
+            event(22, Intervention::Step(1e-3)),
+            event(22, Intervention::Push(0, Vector::new(1e-320, -0.0, f64::INFINITY))),
         ],
         energy: Some(EnergyState {
             growth: Some(EnergyGrowth { since: 3, own_j: f64::INFINITY, reported: true }),
@@ -59,9 +58,10 @@ fn a_bundle_reads_back_to_the_last_bit_also_where_it_is_not_a_number() {
     let written = bundle();
     assert_eq!(Bundle::read(&written.write().unwrap()).unwrap(), written);
     let mut odd = bundle();
-    odd.events = vec![Event { tick: 1, what: Happening::Push(0, Vector::new(NAN, -NAN, f64::NEG_INFINITY)) }];
+    odd.events =
+        vec![Event { tick: 1, what: Intervention::Push(0, Vector::new(NAN, -NAN, f64::NEG_INFINITY)) }];
     let read = Bundle::read(&odd.write().unwrap()).unwrap();
-    let Happening::Push(_, newtons) = read.events[0].what else { panic!("{:?}", read.events) };
+    let Intervention::Push(_, newtons) = read.events[0].what else { panic!("{:?}", read.events) };
     let bits = newtons.to_array().map(f64::to_bits);
     assert_eq!(bits, [NAN.to_bits(), (-NAN).to_bits(), f64::NEG_INFINITY.to_bits()]);
 }
@@ -151,7 +151,7 @@ fn keys_of_an_earlier_program_that_are_gone_are_passed_over_and_those_that_it_di
     expected.snapshot.emissions = Vec::new();
     assert_eq!(read, expected);
     let scene = read.scene("test").unwrap();
-    read.snapshot.restore(&scene).unwrap();
+    Simulation::restore(scene, &read.snapshot).unwrap();
 }
 
 #[test]
@@ -309,6 +309,6 @@ fn an_empty_run_of_things_is_refused_by_its_scene() {
         things.1 = Value::Array(vec![run(1, 0), run(0, 1)]);
     });
     let bundle = Bundle::read(&bytes).unwrap();
-    let error = bundle.snapshot.restore(&bundle.scene("test").unwrap()).err().unwrap();
+    let error = Simulation::restore(bundle.scene("test").unwrap(), &bundle.snapshot).err().unwrap();
     assert_eq!(error.to_string(), "it has things that the scene has not");
 }

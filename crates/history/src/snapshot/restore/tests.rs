@@ -5,29 +5,25 @@ use motion::Method;
 use super::*;
 use crate::snapshot::{CountsEntry, EffectsState};
 
-const TEXT: &str =
-    "(version: 1, mutual_gravity: (), bodies: [(name: \"a\"), (name: \"b\", position_m: (5, 0, 0))])";
+const TEXT: &str = "(version: 1, step_hz: 100, mutual_gravity: (), bodies: [(name: \"a\"), (name: \"b\", position_m: (5, 0, 0))])";
 
 fn scene() -> Scene {
     Scene::parse("test", TEXT).unwrap()
 }
 
 fn snapshot() -> Snapshot {
-    let scene = scene();
-    let mut world = World::new();
-    scene.spawn(&mut world);
-    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(0.01));
-    (0..9).for_each(|_| stepper.tick(&mut world));
-    Snapshot::of(&mut world, stepper.method())
+    let mut simulation = Simulation::new(scene());
+    simulation.run(9);
+    simulation.snapshot()
 }
 
 /// What is said of the snapshot after `change`; nothing if it is taken and goes on for two ticks.
 fn said(change: impl FnOnce(&mut Snapshot)) -> Option<&'static str> {
     let mut snapshot = snapshot();
     change(&mut snapshot);
-    match snapshot.restore(&scene()) {
-        Ok((mut world, mut stepper, _)) => {
-            (0..2).for_each(|_| stepper.tick(&mut world));
+    match Simulation::restore(scene(), &snapshot) {
+        Ok(mut simulation) => {
+            simulation.run(2);
             None
         }
         Err(BadSnapshot(what)) => Some(what),
@@ -105,9 +101,7 @@ fn a_method_need_not_solve_what_is_off() {
     let unsolvable = Some("its method cannot solve the scene");
     assert_eq!(said(|s| s.method = Name(Method::ImplicitEuler)), unsolvable);
     let off = |snapshot: &mut Snapshot| {
-        let scene = scene();
-        let mut world = World::new();
-        scene.spawn(&mut world);
+        let mut world = Simulation::new(scene()).world;
         motion::effects::switch(&mut world, Effect::MutualGravity, false).unwrap();
         (snapshot.method, snapshot.effects) = (Name(Method::ImplicitEuler), EffectsState::of(&mut world));
     };
@@ -116,16 +110,15 @@ fn a_method_need_not_solve_what_is_off() {
 
 #[test]
 fn particles_of_a_scene_with_mutual_gravity_may_have_any_method() {
-    let text = "(version: 1, mutual_gravity: (), bodies: [(name: \"a\")],
+    let text = "(version: 1, step_hz: 100, mutual_gravity: (), bodies: [(name: \"a\")],
         emitters: [(rate_per_s: 60, life_s: 1, speed_m_s: 2, method: implicit_euler)])";
     let scene = Scene::parse("test", text).unwrap();
-    let mut world = World::new();
-    scene.spawn(&mut world);
-    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(0.01));
-    (0..9).for_each(|_| stepper.tick(&mut world));
-    let mut snapshot = Snapshot::of(&mut world, stepper.method());
+    let scene = Arc::new(scene);
+    let mut simulation = Simulation::new(Arc::clone(&scene));
+    simulation.run(9);
+    let mut snapshot = simulation.snapshot();
     assert!(snapshot.own_methods.iter().all(|(_, Name(method))| *method == Method::ImplicitEuler));
-    assert!(snapshot.own_methods.len() > 50 && snapshot.restore(&scene).is_ok());
+    assert!(snapshot.own_methods.len() > 50 && Simulation::restore(Arc::clone(&scene), &snapshot).is_ok());
     snapshot.own_methods.push((0, Name(Method::ImplicitEuler)));
-    assert!(snapshot.restore(&scene).is_err());
+    assert!(Simulation::restore(scene, &snapshot).is_err());
 }

@@ -1,10 +1,13 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
-use history::Happening;
+use std::sync::Arc;
+
+use history::Intervention;
 use lab::cost::{Bench, Plan, Setting, Study, Subject};
 use motion::clock::FrameTime;
 use motion::effects::{Effect, EffectState};
 use motion::{Damping, Gravity, Substeps, TimeStep};
+use scene::Scene;
 
 use crate::app::session::Session;
 use crate::app::ui::{Panel, Topic};
@@ -47,18 +50,18 @@ impl Session {
     #[must_use]
     pub fn setting(&self) -> Setting {
         Setting {
-            method: self.stepper.method(),
-            substeps: self.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1)),
+            method: self.sim.method(),
+            substeps: self.sim.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1)),
             precision: lab::cost::Precision::F64,
         }
     }
 
     /// Goes on with another method and number of substeps of the scene.
     pub fn apply_setting(&mut self, setting: Setting) {
-        self.scene.substeps = setting.substeps;
-        self.record(Happening::Substeps(setting.substeps));
+        Arc::make_mut(&mut self.sim.scene).substeps = setting.substeps;
+        self.record(Intervention::Substeps(setting.substeps));
         self.ui.retract(Topic::Forecast);
-        self.world.insert_resource(Substeps(setting.substeps));
+        self.sim.world.insert_resource(Substeps(setting.substeps));
         self.set_method(setting.method);
         self.restart_ghosts();
     }
@@ -75,7 +78,7 @@ impl Session {
         }
         let settings = self.cost_settings();
         if self.cost.as_ref().is_none_or(|cost| cost.of != settings) {
-            let mut scene = self.scene.clone();
+            let mut scene = Scene::clone(&self.sim.scene);
             (scene.gravity, scene.damping) = (settings.gravity, settings.damping);
             scene.step_hz = 1.0 / settings.step;
             let subject = Subject::of_scene(scene, None).without(settings.off.clone());
@@ -87,15 +90,17 @@ impl Session {
     }
 
     fn cost_settings(&mut self) -> Settings {
-        let off = |effect: &Effect| motion::effects::state(&mut self.world, *effect) == EffectState::Off;
+        let off = |effect: &Effect| motion::effects::state(&mut self.sim.world, *effect) == EffectState::Off;
         let off: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
-        let gravity = self.world.get_resource::<Gravity>();
+        let gravity = self.sim.world.get_resource::<Gravity>();
         Settings {
             // A study has it on in any case.
-            gravity: gravity
-                .map(|gravity| Gravity { on: self.scene.gravity.is_none_or(|there| there.on), ..*gravity }),
-            damping: self.world.get_resource::<Damping>().copied().or(self.scene.damping),
-            step: self.world.resource::<TimeStep>().0,
+            gravity: gravity.map(|gravity| Gravity {
+                on: self.sim.scene.gravity.is_none_or(|there| there.on),
+                ..*gravity
+            }),
+            damping: self.sim.world.get_resource::<Damping>().copied().or(self.sim.scene.damping),
+            step: self.sim.world.resource::<TimeStep>().0,
             off: off.into_iter().filter(|effect| *effect != Effect::Gravity).collect(),
         }
     }

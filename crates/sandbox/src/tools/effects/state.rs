@@ -82,7 +82,7 @@ impl Session {
     }
 
     fn refuse_undeclared(&mut self, effect: Effect) -> Result<(), NeverDeclared> {
-        if motion::effects::state(&mut self.world, effect) != EffectState::NotDeclared {
+        if motion::effects::state(&mut self.sim.world, effect) != EffectState::NotDeclared {
             return Ok(());
         }
         let error = NeverDeclared(effect);
@@ -103,7 +103,7 @@ impl Session {
                 if self.refuse_undeclared(effect).is_err() {
                     return;
                 }
-            } else if motion::effects::state(&mut self.world, effect) == EffectState::NotDeclared {
+            } else if motion::effects::state(&mut self.sim.world, effect) == EffectState::NotDeclared {
                 self.notice(format!("{effect} is declared by the settings now, not by the scene"));
             }
             self.note_switched(effect, by);
@@ -124,7 +124,7 @@ impl Session {
     /// those since the last look, times those of the last measurement.
     pub fn receipt(&mut self) -> Vec<Row> {
         self.look_at_rates();
-        let mut rows = lab::look(&self.scene, &mut self.world, self.stepper.method());
+        let mut rows = lab::look(&self.sim.scene, &mut self.sim.world, self.sim.stepper.method());
         rows.extend(self.picture_rows());
         for row in &mut rows {
             if let Some(by) = row.effect.and_then(|effect| self.effects.switched.get(&effect)) {
@@ -148,14 +148,14 @@ impl Session {
             bytes: if on { bytes } else { 0 },
             ..Row::of(name, if on { EffectState::On } else { EffectState::Off })
         };
-        let drawn_between = self.world.query::<&PreviousPosition>().iter(&self.world).count();
+        let drawn_between = self.sim.world.query::<&PreviousPosition>().iter(&self.sim.world).count();
         let targets = self.targets();
         let (shapes, (xs, ys, zs)) = (targets.entities().len(), targets.positions());
         let picked = size_of_val(targets.entities()) + size_of_val(xs) + size_of_val(ys) + size_of_val(zs);
         let movable = self.methods().into_iter().map(|(_, bodies)| bodies).sum();
         let arrows = self.control.velocity_arrows || self.control.force_arrows;
         let timeline = self.timeline_bytes();
-        let shadows = self.scene.light.is_some_and(|light| light.shadows);
+        let shadows = self.sim.scene.light.is_some_and(|light| light.shadows);
         [
             row(
                 "interpolation",
@@ -177,14 +177,17 @@ impl Session {
 
     /// Measures on a copy of the scene, from its start, what each effect costs a step.
     pub(crate) fn measure_effects(&mut self) {
-        if self.scene.bodies.len() > MEASURED_BODIES {
-            self.notice(format!("too many bodies to wait for: run `sandbox effects {}`", self.scene.name));
+        if self.sim.scene.bodies.len() > MEASURED_BODIES {
+            self.notice(format!(
+                "too many bodies to wait for: run `sandbox effects {}`",
+                self.sim.scene.name
+            ));
             return;
         }
-        let off = |effect: &Effect| motion::effects::state(&mut self.world, *effect) == EffectState::Off;
+        let off = |effect: &Effect| motion::effects::state(&mut self.sim.world, *effect) == EffectState::Off;
         let without: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
-        let receipt = lab::receipt_without(&self.scene, MEASURED_TICKS, &without);
-        let watch = lab::watch_time(&self.scene);
+        let receipt = lab::receipt_without(&self.sim.scene, MEASURED_TICKS, &without);
+        let watch = lab::watch_time(&self.sim.scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.effects.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
     }
@@ -196,7 +199,7 @@ impl Session {
         if now <= *then {
             return;
         }
-        let counts = self.world.resource::<Evaluations>().laws().to_vec();
+        let counts = self.sim.world.resource::<Evaluations>().laws().to_vec();
         let ticks = (now - then) as f64;
         let was = |law| before.iter().find(|(name, _)| *name == law).map_or(0, |(_, count)| *count);
         self.effects.rates = counts
@@ -208,7 +211,7 @@ impl Session {
 
     /// Counts evaluations a step from here on: what was counted before was another scene.
     pub(crate) fn count_effects_from_now(&mut self) {
-        self.effects.seen = (self.ticks(), self.world.resource::<Evaluations>().laws().to_vec());
+        self.effects.seen = (self.ticks(), self.sim.world.resource::<Evaluations>().laws().to_vec());
     }
 }
 

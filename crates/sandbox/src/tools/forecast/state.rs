@@ -137,7 +137,7 @@ impl Session {
     /// How far everything is from instability as it is now, the worst first.
     #[must_use]
     pub fn forecast(&mut self) -> Vec<ForecastRow> {
-        let forecast = Forecast::of(&mut self.world, self.stepper.method());
+        let forecast = Forecast::of(&mut self.sim.world, self.sim.stepper.method());
         self.rows_of(&forecast)
     }
 
@@ -165,10 +165,10 @@ impl Session {
     /// Looks ahead at the start of a scene, whose frames are to have that length, s: what would grow is kept for the
     /// summary; what would soon be seen is told, and given here.
     pub fn foretell(&mut self, frame: f64) -> Vec<ForecastRow> {
-        if self.scene.step == StepKind::Frame {
-            self.world.insert_resource(TimeStep(frame));
+        if self.sim.scene.step == StepKind::Frame {
+            self.sim.world.insert_resource(TimeStep(frame));
         }
-        let tick = self.world.resource::<TimeStep>().0;
+        let tick = self.sim.world.resource::<TimeStep>().0;
         let grows = |row: &ForecastRow| row.margin.is_unstable;
         self.foretold = self.forecast().into_iter().filter(grows).collect();
         let is_seen = |row: &&ForecastRow| {
@@ -202,7 +202,7 @@ impl Session {
                 return;
             }
         }
-        let forecast = Forecast::with_springs(&mut self.world, self.stepper.method());
+        let forecast = Forecast::with_springs(&mut self.sim.world, self.sim.stepper.method());
         let mut springs = HashMap::new();
         for spring in forecast.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();
@@ -213,12 +213,12 @@ impl Session {
     }
 
     fn forecast_settings(&self) -> Settings {
-        let groups = self.world.get_resource::<Groups>();
+        let groups = self.sim.world.get_resource::<Groups>();
         Settings {
-            method: self.stepper.method(),
-            step: self.world.resource::<TimeStep>().0,
-            substeps: self.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
-            damping: self.world.get_resource::<Damping>().copied(),
+            method: self.sim.method(),
+            step: self.sim.world.resource::<TimeStep>().0,
+            substeps: self.sim.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
+            damping: self.sim.world.get_resource::<Damping>().copied(),
             structure: groups.map_or([0; 4], |groups| {
                 [groups.len(), groups.springs(), groups.bodies(), self.frozen().len()]
             }),

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Quat, Vec3};
-use history::Bodies;
+use history::Simulation;
 use motion::Orientation;
 use motion::snapshot::SpringsOff;
 use pick::Shape;
@@ -28,7 +28,7 @@ const FARTHEST: f32 = 1e9;
 
 /// One of the runs, seen from the camera.
 struct View<'a> {
-    bodies: Bodies<'a>,
+    simulation: &'a Simulation,
     alpha: f64,
     eye: DVec3,
 }
@@ -40,7 +40,7 @@ impl View<'_> {
     }
 
     fn place_of(&self, id: u32) -> Option<Vec3> {
-        self.place(self.bodies.present(id)?)
+        self.place(self.simulation.present(id)?)
     }
 
     fn edge(&self, frame: &mut Frame, ends: [u32; 2], color: [f32; 4]) {
@@ -50,7 +50,7 @@ impl View<'_> {
     }
 
     fn body(&self, frame: &mut Frame, id: u32, color: [f32; 4]) {
-        let Some(body) = self.bodies.moving(id) else { return };
+        let Some(body) = self.simulation.moving(id) else { return };
         let Some(position) = self.place(body) else { return };
         let Some(shape) = body.get::<Shape>() else {
             let radius_m = body.get::<PointRadius>().copied().unwrap_or_default().0;
@@ -85,7 +85,7 @@ fn single_bodies(scene: &Scene) -> u32 {
 
 fn add_run(frame: &mut Frame, bodies: u32, edges: &[[u32; 2]], view: &View<'_>, ink: Ink) {
     (0..bodies).for_each(|id| view.body(frame, id, color(ink, OPACITY)));
-    if !view.bodies.world.contains_resource::<SpringsOff>() {
+    if !view.simulation.world.contains_resource::<SpringsOff>() {
         edges.iter().for_each(|ends| view.edge(frame, *ends, color(ink, EDGE_OPACITY)));
     }
 }
@@ -113,19 +113,19 @@ impl Session {
     /// Ghosts, where there are any.
     pub(crate) fn add_ghosts(&self, frame: &mut Frame, eye: DVec3) {
         let Some(ghosts) = &self.ghosts else { return };
-        let view = |bodies| View { bodies, alpha: self.alpha, eye };
-        let (tracks, bodies) = (self.ghost_tracks(), single_bodies(&self.scene));
+        let view = |simulation| View { simulation, alpha: self.alpha, eye };
+        let (tracks, bodies) = (self.ghost_tracks(), single_bodies(&self.sim.scene));
         let shown = |track: &Track<'_>| ghosts.shows(Some(track.method));
         for track in tracks.iter().filter(|track| !track.solid && shown(track)) {
-            add_run(frame, bodies, ghosts.edges(), &view(track.bodies), track.ink());
+            add_run(frame, bodies, ghosts.edges(), &view(track.simulation), track.ink());
         }
         let Some(reference) = ghosts.reference().map(view) else { return };
         if ghosts.shows(None) {
             add_run(frame, bodies, ghosts.edges(), &reference, REFERENCE_INK);
         }
-        for (run, id) in longest_lines(&self.scene, &tracks, &self.ghost_focus()) {
+        for (run, id) in longest_lines(&self.sim.scene, &tracks, &self.ghost_focus()) {
             let track = &tracks[run];
-            if let (Some(from), Some(to)) = (view(track.bodies).place_of(id), reference.place_of(id))
+            if let (Some(from), Some(to)) = (view(track.simulation).place_of(id), reference.place_of(id))
                 && shown(track)
             {
                 frame.lines.push(Line::new(from, to, color(track.ink(), LINE_OPACITY), LINE_WIDTH_PX));

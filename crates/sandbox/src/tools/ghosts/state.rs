@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use history::{Bodies, Distances, Failure, Leader, Twin, asked, pending};
+use history::{Distances, Failure, Simulation, Twin};
 use motion::{Method, PreviousPosition, SoftBody, TimeStep, Transform};
 use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};
@@ -60,7 +60,7 @@ pub(crate) struct Ghosts {
 pub(crate) struct Track<'a> {
     pub method: Method,
     pub solid: bool,
-    pub bodies: Bodies<'a>,
+    pub simulation: &'a Simulation,
     /// From the reference.
     pub distances: Distances,
 }
@@ -75,18 +75,23 @@ pub(crate) struct GhostLabel {
     pub distance: f64,
 }
 
-impl Track<'_> {
+impl<'a> Track<'a> {
+    fn new(simulation: &'a Simulation, solid: bool, reference: &Simulation) -> Self {
+        let distances = Distances::between(simulation, reference);
+        Self { method: simulation.method(), solid, simulation, distances }
+    }
+
     pub fn ink(&self) -> Ink {
         ink(self.method)
     }
 }
 
 impl Ghosts {
-    fn new(leader: &mut Leader<'_>, hidden: BTreeSet<Option<Method>>) -> Self {
+    fn new(leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) -> Self {
         let declared = leader.scene.mutual_gravity.is_some();
         let solving = Method::ALL.into_iter().filter(|method| unsolvable(*method, declared).is_none());
         let twins = solving.map(|method| Twin::new(leader, method, None)).collect();
-        Self { reference: Twin::reference(leader), twins, hidden, edges: edges::of(leader.scene) }
+        Self { reference: Twin::reference(leader), twins, hidden, edges: edges::of(&leader.scene) }
     }
 
     fn all(&mut self) -> impl Iterator<Item = &mut Twin> {
@@ -102,8 +107,8 @@ impl Ghosts {
     }
 
     /// The reference, unless it failed.
-    pub fn reference(&self) -> Option<Bodies<'_>> {
-        self.reference.failure().is_none().then(|| self.reference.bodies())
+    pub fn reference(&self) -> Option<&Simulation> {
+        self.reference.failure().is_none().then(|| self.reference.simulation())
     }
 }
 
@@ -118,12 +123,12 @@ impl Session {
     pub fn ghosts(&self) -> Vec<GhostRow> {
         let Some(ghosts) = &self.ghosts else { return Vec::new() };
         let (tracks, focus) = (self.ghost_tracks(), self.ghost_focus());
-        let declared = self.scene.mutual_gravity.is_some();
+        let declared = self.sim.scene.mutual_gravity.is_some();
         let of_method = |method| {
             let track = tracks.iter().find(|track| track.method == method);
             let twin = ghosts.twins.iter().find(|twin| twin.method() == method);
             let state = match (twin.and_then(Twin::failure), unsolvable(method, declared)) {
-                _ if method == self.stepper.method() => GhostState::Solid,
+                _ if method == self.sim.method() => GhostState::Solid,
                 (_, Some(why)) => GhostState::Unsolvable(why),
                 (Some(failure), _) => GhostState::Failed(self.words_of(failure)),
                 (None, None) => GhostState::Runs,
@@ -151,7 +156,7 @@ impl Session {
 
     fn words_of(&self, failure: Failure) -> String {
         let Failure { body, tick, cause } = failure;
-        let body = self.scene.names.get(body).unwrap_or_default();
+        let body = self.sim.scene.names.get(body).unwrap_or_default();
         format!("{body} was quarantined in tick {tick}: {}", cause.what())
     }
 
@@ -160,7 +165,7 @@ impl Session {
         self.ui.retract(Topic::Ghosts);
         if self.ghosts.take().is_some() {
             self.ui.close(Panel::Ghosts);
-        } else if self.entities.len() > MOST_BODIES {
+        } else if self.sim.bodies.len() > MOST_BODIES {
             self.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
         } else {
             self.carry_out_requests();
@@ -170,9 +175,7 @@ impl Session {
     }
 
     fn begin_ghosts(&mut self, hidden: BTreeSet<Option<Method>>) {
-        let method = self.stepper.method();
-        let mut leader = Leader { scene: &self.scene, world: &mut self.world, method };
-        self.ghosts = Some(Ghosts::new(&mut leader, hidden));
+        self.ghosts = Some(Ghosts::new(&mut self.sim, hidden));
     }
 
     /// Lets ghosts begin anew with a world that was built anew.
@@ -206,7 +209,7 @@ impl Session {
     /// frame.
     pub(crate) fn tick_ghosts(&mut self, remember: bool) {
         let Some(ghosts) = &mut self.ghosts else { return };
-        let (step, inputs) = (*self.world.resource::<TimeStep>(), pending(&self.world));
+        let (step, inputs) = (*self.sim.world.resource::<TimeStep>(), self.sim.pending());
         for twin in ghosts.all() {
             if remember {
                 twin.remember_positions();
@@ -218,26 +221,19 @@ impl Session {
     /// What is asked for, for the ghosts too.
     pub(crate) fn carry_out_in_ghosts(&mut self) {
         let Some(ghosts) = &mut self.ghosts else { return };
-        let inputs: Vec<_> = asked(&self.world).collect();
-        ghosts.all().for_each(|twin| twin.carry_out(&inputs));
+        let requests: Vec<_> = self.sim.requested().collect();
+        ghosts.all().for_each(|twin| twin.carry_out(&requests));
     }
 
     /// Every run whose distances are known: the solid one and its ghosts, unless they or the reference failed.
     pub(crate) fn ghost_tracks(&self) -> Vec<Track<'_>> {
         let Some(ghosts) = &self.ghosts else { return Vec::new() };
         let Some(reference) = ghosts.reference() else { return Vec::new() };
-        let track = |method, solid, bodies| Track {
-            method,
-            solid,
-            bodies,
-            distances: Distances::between(bodies, reference),
-        };
-        let solid = self.stepper.method();
-        let own = Bodies { world: &self.world, entities: &self.entities };
+        let solid = self.sim.method();
         let running = ghosts.twins.iter().filter(|twin| twin.failure().is_none() && twin.method() != solid);
         let mut tracks: Vec<_> = running
-            .map(|twin| track(twin.method(), false, twin.bodies()))
-            .chain([track(solid, true, own)])
+            .map(|twin| Track::new(twin.simulation(), false, reference))
+            .chain([Track::new(&self.sim, true, reference)])
             .collect();
         tracks.sort_by_key(|track| track.method);
         tracks
@@ -245,16 +241,15 @@ impl Session {
 
     /// Stable ids whose distances are told: those of the selection, or all where nothing that moves is selected.
     pub(crate) fn ghost_focus(&self) -> Range<u32> {
-        let bodies = Bodies { world: &self.world, entities: &self.entities };
-        let moves = |ids: &Range<u32>| ids.clone().any(|id| bodies.moving(id).is_some());
+        let moves = |ids: &Range<u32>| ids.clone().any(|id| self.sim.moving(id).is_some());
         self.ids_selected().filter(moves).unwrap_or(0..u32::MAX)
     }
 
     fn ids_selected(&self) -> Option<Range<u32>> {
         let selection = self.control.selection?;
-        if self.world.get::<SoftBody>(selection).is_some() {
-            let FileIndex(index) = self.world.get(selection)?;
-            return self.scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
+        if self.sim.world.get::<SoftBody>(selection).is_some() {
+            let FileIndex(index) = self.sim.world.get(selection)?;
+            return self.sim.scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
         }
         self.ids.get(&selection).map(|id| *id..*id + 1)
     }
@@ -275,8 +270,8 @@ impl Session {
         let label = |track: &Track<'_>| {
             let (id, distance) =
                 track.distances.farthest(|id| focus.contains(&id)).filter(|(_, d)| *d > 0.0)?;
-            let place = |bodies: Bodies<'_>| place(bodies.moving(id)?, self.alpha);
-            let middle = (place(track.bodies)? + place(reference)?) / 2.0;
+            let place = |simulation: &Simulation| place(simulation.moving(id)?, self.alpha);
+            let middle = (place(track.simulation)? + place(reference)?) / 2.0;
             let depth = (middle - view.position).dot(view.forward());
             let at = view.project(middle, size).filter(|_| (view.near_m..=view.far_m).contains(&depth))?;
             let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();

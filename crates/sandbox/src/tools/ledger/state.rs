@@ -99,7 +99,7 @@ impl Session {
         if !(self.ui.shows(Panel::Ledger) || self.ledger_asked) {
             self.ledger = None;
         } else if self.ledger.is_none() {
-            let ledger = Ledger::open(&mut self.world);
+            let ledger = Ledger::open(&mut self.sim.world);
             let history = History::new(Kept::point(&ledger, self.simulated()));
             self.ledger = Some(Box::new(Kept { ledger, history }));
         }
@@ -110,9 +110,9 @@ impl Session {
         let mut kept = self.ledger.take();
         let books = kept.as_mut().map(|kept| &mut kept.ledger);
         match (&mut self.recorded, books) {
-            (Some(recorded), books) => recorded.tick(&mut self.stepper, &mut self.world, books),
-            (None, Some(books)) => books.tick(&mut self.stepper, &mut self.world),
-            (None, None) => self.stepper.tick(&mut self.world),
+            (Some(recorded), books) => recorded.tick(&mut self.sim, books),
+            (None, Some(books)) => books.tick(&mut self.sim.stepper, &mut self.sim.world),
+            (None, None) => self.sim.tick(),
         }
         if let Some(kept) = &mut kept {
             kept.history.note(Kept::point(&kept.ledger, self.simulated()));

@@ -1,0 +1,117 @@
+//! A scene that runs.
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use motion::clock::StepClock;
+use motion::units::Vector;
+use motion::{Method, PhysicsBody, PushQueue, Request, Requests, Stepper, TimeStep, Transform};
+use scene::Scene;
+
+use crate::snapshot::hash_of_states;
+
+/// A running scene: its world, the stepper of that world, and its bodies.
+///
+/// The fields are open: queries, resources and measurements need them. Between two ticks, a body is moved by requests and
+/// pushes, which keep what methods remember about it right.
+pub struct Simulation {
+    /// The scene that the world was spawned from.
+    pub scene: Arc<Scene>,
+    /// The world.
+    pub world: World,
+    /// Its stepper.
+    pub stepper: Stepper,
+    /// Its bodies by stable id, as [`Scene::spawn`] returned them; some may be gone.
+    pub bodies: Vec<Entity>,
+}
+
+impl Simulation {
+    /// The start of `scene`.
+    #[must_use]
+    pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
+        Self::prepared(scene, |_, _| ())
+    }
+
+    /// The start of `scene`, with what `prepare` does to the spawned world and its bodies before it has a stepper.
+    #[must_use]
+    pub fn prepared(scene: impl Into<Arc<Scene>>, prepare: impl FnOnce(&mut World, &[Entity])) -> Self {
+        let scene = scene.into();
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        prepare(&mut world, &bodies);
+        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+        Self { scene, world, stepper, bodies }
+    }
+
+    /// The method of bodies without one of their own.
+    #[must_use]
+    pub const fn method(&self) -> Method {
+        self.stepper.method()
+    }
+
+    /// Ticks simulated so far.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.world.resource::<StepClock>().ticks()
+    }
+
+    /// Goes on with another method of bodies without one of their own: see [`Stepper::set_method`].
+    pub fn set_method(&mut self, method: Method) {
+        self.stepper.set_method(&mut self.world, method);
+    }
+
+    /// Simulates one tick.
+    pub fn tick(&mut self) {
+        self.stepper.tick(&mut self.world);
+    }
+
+    /// Simulates so many ticks.
+    pub fn run(&mut self, ticks: u64) {
+        (0..ticks).for_each(|_| self.tick());
+    }
+
+    /// The body of that stable id, unless it is gone.
+    #[must_use]
+    pub fn body(&self, id: u32) -> Option<Entity> {
+        let body = *self.bodies.get(id as usize)?;
+        self.world.get_entity(body).is_ok().then_some(body)
+    }
+
+    /// The body of that name, unless it is gone.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Option<Entity> {
+        self.body(self.scene.names.find(name)?)
+    }
+
+    /// Pushes `body` in the coming tick, N.
+    pub fn push(&mut self, body: Entity, newtons: Vector) {
+        self.world.resource_mut::<PushQueue>().push_once(body, newtons);
+    }
+
+    /// Asks for a change before the coming tick.
+    pub fn request(&mut self, request: Request) {
+        self.world.resource_mut::<Requests>().ask(request);
+    }
+
+    /// Carries out at once what was asked for.
+    pub fn carry_out_requests(&mut self) {
+        self.stepper.carry_out_requests(&mut self.world);
+    }
+
+    /// Stable id, position, m, and velocity, m/s, of every body with physics, in stable-id order.
+    pub fn states(&self) -> impl Iterator<Item = (u32, Vector, Vector)> + '_ {
+        let bodies = (0..).zip(&self.bodies);
+        bodies.filter_map(|(id, body)| {
+            let body = self.world.get_entity(*body).ok()?;
+            Some((id, body.get::<Transform>()?.position, body.get::<PhysicsBody>()?.velocity))
+        })
+    }
+
+    /// Hash of the state, as summaries have it: see [`Snapshot::state_hash`](crate::Snapshot::state_hash).
+    #[must_use]
+    pub fn hash(&self) -> u64 {
+        hash_of_states(
+            self.states().map(|(_, position, velocity)| (position.to_array(), velocity.to_array())),
+        )
+    }
+}

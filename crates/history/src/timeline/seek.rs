@@ -1,0 +1,113 @@
+//! Going to another tick, a few ticks at a time.
+
+use std::sync::Arc;
+
+use scene::Scene;
+
+use super::{Broken, FIRST_SPACING, Keyframe, Replay, Timeline};
+
+/// A run that is simulated again, from a snapshot to the end of a later tick.
+pub struct Seek {
+    replay: Replay,
+    from: u64,
+    to: u64,
+    /// A snapshot shortly before the end of a long seek: the next one may go further back.
+    near: Option<Keyframe>,
+}
+
+impl Seek {
+    /// The tick at whose end it ends.
+    #[must_use]
+    pub const fn to(&self) -> u64 {
+        self.to
+    }
+
+    /// Ticks that are left.
+    #[must_use]
+    pub fn ticks_left(&self) -> u64 {
+        self.to.saturating_sub(self.replay.simulation.ticks())
+    }
+}
+
+impl Timeline {
+    /// Begins to seek the end of tick number `tick`, or of the nearest one that is left. What is noted meanwhile makes the
+    /// seek worthless.
+    ///
+    /// # Errors
+    /// A snapshot that gives another state than it was taken of, which is a fault of this program.
+    pub fn begin_seek(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
+        let to = self.nearest(tick);
+        let keyframe = self.keyframe_before(to).ok_or(Broken { tick: to })?;
+        let replay = Replay::of(Arc::clone(scene), &keyframe.snapshot, keyframe.energy)
+            .map_err(|_| Broken { tick: to })?;
+        if replay.simulation.hash() != keyframe.state_hash {
+            return Err(Broken { tick: keyframe.snapshot.ticks() });
+        }
+        Ok(Seek { from: replay.simulation.ticks(), to, near: None, replay })
+    }
+
+    /// Lets `seek` end at tick number `tick` instead, if that is ahead of it and no snapshot is nearer; whether it is so.
+    pub fn redirect(&self, seek: &mut Seek, tick: u64) -> bool {
+        let (to, now) = (self.nearest(tick), seek.replay.simulation.ticks());
+        let ahead = now <= to && self.keyframe_before(to).is_some_and(|near| near.snapshot.ticks() <= now);
+        if ahead {
+            seek.to = to;
+        }
+        ahead
+    }
+
+    /// Simulates a tick of `seek`; whether there was one left.
+    pub fn go_on(&self, seek: &mut Seek) -> bool {
+        let left = seek.ticks_left();
+        if left == 0 {
+            return false;
+        }
+        let Seek { replay, from, to, near } = seek;
+        let long = *to - *from > FIRST_SPACING;
+        if long && left <= FIRST_SPACING && near.is_none() {
+            *near = Some(Keyframe::of(&mut replay.simulation, replay.watch.energy()));
+        }
+        let mut events = self.events_after(replay.simulation.ticks()).peekable();
+        replay.tick(&mut events);
+        true
+    }
+
+    /// The run at the end of `seek`. At the last tick it is the present one, with everything that was done to it since.
+    pub fn finish_seek(&mut self, seek: Seek) -> Replay {
+        let Seek { mut replay, near, .. } = seek;
+        if replay.simulation.ticks() >= self.head {
+            replay.carry_out(&mut self.events_after(self.head).peekable());
+        }
+        if let Some(near) = near {
+            self.keep_near(near);
+        }
+        replay
+    }
+
+    /// The run at the end of tick number `tick`, out of the range the nearest that there is, simulated again in one go. At the last tick it is the present one, with everything that was done to it since.
+    ///
+    /// # Errors
+    /// As [`Timeline::begin_seek`].
+    pub fn seek(&mut self, scene: &Arc<Scene>, tick: u64) -> Result<Replay, Broken> {
+        let seek = self.at_its_end(scene, tick)?;
+        Ok(self.finish_seek(seek))
+    }
+
+    /// State hash at the end of the last tick, simulated again.
+    ///
+    /// # Errors
+    /// As [`Timeline::begin_seek`].
+    pub fn end_hash(&self, scene: &Arc<Scene>) -> Result<u64, Broken> {
+        Ok(self.at_its_end(scene, self.head)?.replay.simulation.hash())
+    }
+
+    fn at_its_end(&self, scene: &Arc<Scene>, tick: u64) -> Result<Seek, Broken> {
+        let mut seek = self.begin_seek(scene, tick)?;
+        while self.go_on(&mut seek) {}
+        Ok(seek)
+    }
+
+    fn nearest(&self, tick: u64) -> u64 {
+        tick.clamp(*self.range().start(), self.head)
+    }
+}
