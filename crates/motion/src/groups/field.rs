@@ -8,7 +8,7 @@ mod records;
 mod solving;
 
 pub(crate) use cached::GroupCache;
-pub(crate) use classes::Class;
+use classes::{Class, Classes};
 use solving::Workspace;
 
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
@@ -72,9 +72,7 @@ pub(crate) struct GroupRows<'a, T> {
 pub(crate) struct Scratch<T: Real> {
     slots: [RowArray<T>; SLOTS],
     stage: [RowArray<T>; 2],
-    classes: Vec<Class<T>>,
-    /// The class of every row, if there is more than one class.
-    class_of: Vec<u32>,
+    classes: Classes<T>,
     workspace: Workspace<T>,
     /// Pushed rows and their forces, N.
     pub pushes: Vec<(usize, Row<T>)>,
@@ -198,10 +196,9 @@ impl<'a, T: Real> GroupField<'a, T> {
             step_state.last_step = self.common_last_step(last);
         }
         let keeps = M::STATE == MethodState::LastAcceleration && !self.depends_on_velocity();
-        let own = self.versions();
         let cache = cache.filter(|_| keeps);
         if let Some(cache) = &cache {
-            step_state.start = self.recall(cache, own);
+            step_state.start = self.recall(cache);
         }
         let ((x, v), terms, segments) = (start(), &self.environment.terms, self.segments());
         drive::<M, _>(&mut self, terms, &segments, x, v, &mut step_state);
@@ -210,7 +207,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             last.fill(step_state.last_step);
         }
         if let Some(cache) = cache {
-            self.note(cache, own, step_state.start.is_some());
+            self.note(cache, step_state.start.is_some());
         }
         self.outcome()
     }
@@ -270,7 +267,7 @@ impl<T: Real> TickField for GroupField<'_, T> {
     fn enter<M: Integrator>(&mut self, segment: Segment<T>, _: Decay<T>) {
         self.segment = segment;
         if M::DAMPS_INSIDE {
-            for class in &mut self.scratch.classes {
+            for class in &mut self.scratch.classes.list {
                 let none = Decay::none(segment.length);
                 class.decay = class.damping.map_or(none, |damping| damping.factors(segment.length));
             }
@@ -324,13 +321,13 @@ impl<T: Real> Field for GroupField<'_, T> {
         let own =
             |row: &u32| self.options.row(*row as usize).laws.iter().any(|law| law.depends_on_velocity());
         self.coupling.depends_on_velocity(self.environment.shared.laws.drag.is_some())
-            || self.scratch.classes.iter().any(|class| class.rate != T::ZERO)
+            || self.scratch.classes.list.iter().any(|class| class.rate != T::ZERO)
             || self.environment.terms.laws.iter().any(|law| law.depends_on_velocity())
             || self.rows.with_laws.iter().any(own)
     }
 
     fn kick(&mut self, v: Combination<T>, a: Combination<T>) -> Combination<T> {
-        let kicked = match self.uniform() {
+        let kicked = match self.scratch.classes.uniform() {
             Some(Class { decay, .. }) if self.anchors_rest || decay.keep.is_none() => {
                 self.times(v, decay.keep) + a * decay.gain
             }

@@ -1,6 +1,6 @@
 //! The arrays of a step: claimed, computed, stored.
 
-use super::classes::{Class, class_at};
+use super::classes::Class;
 use super::{GroupField, Scratch};
 use crate::groups::combination::{APPLIED, CACHED, CHANGE, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use crate::groups::rows::{Row, RowArray};
@@ -125,9 +125,9 @@ impl<T: Real> GroupField<'_, T> {
         factor: impl Fn(&Class<T>) -> Option<T>,
     ) -> Combination<T> {
         let slot = self.own_array(&v);
-        let Scratch { slots, classes, class_of, .. } = &mut *self.scratch;
+        let Scratch { slots, classes, .. } = &mut *self.scratch;
         for (row, v) in slots[slot][..self.coupling.movable].iter_mut().enumerate() {
-            if let Some(factor) = factor(&classes[class_at(class_of, row)]) {
+            if let Some(factor) = factor(classes.of(row)) {
                 v[..3].iter_mut().for_each(|part| *part = *part * factor);
             }
         }
@@ -140,10 +140,10 @@ impl<T: Real> GroupField<'_, T> {
         v: Combination<T>,
         factor: impl Fn(&Decay<T>) -> Option<Factor<T>>,
     ) -> Combination<T> {
-        if self.scratch.classes.iter().all(|class| factor(&class.decay).is_none()) {
+        if self.scratch.classes.list.iter().all(|class| factor(&class.decay).is_none()) {
             return v;
         }
-        match self.uniform() {
+        match self.scratch.classes.uniform() {
             Some(class) if self.anchors_rest => self.times(v, factor(&class.decay)),
             _ => self.each_velocity(v, |class| factor(&class.decay)),
         }
@@ -151,7 +151,7 @@ impl<T: Real> GroupField<'_, T> {
 
     /// Applies speed limits and axis locks.
     pub(super) fn restrain(&mut self, v: Combination<T>) -> Combination<T> {
-        if self.scratch.classes.iter().all(|class| class.limit.is_none() && class.locks.is_none()) {
+        if self.scratch.classes.list.iter().all(|class| class.limit.is_none() && class.locks.is_none()) {
             return v;
         }
         let slot = self.own_array(&v);
@@ -162,10 +162,10 @@ impl<T: Real> GroupField<'_, T> {
             self.scratch.slots[slot].resize(self.coupling.rows);
             self.scratch.slots[slot].fill([T::ZERO; 4]);
         }
-        let Scratch { slots, stage, classes, class_of, .. } = &mut *self.scratch;
+        let Scratch { slots, stage, classes, .. } = &mut *self.scratch;
         for row in self.rows.with_options {
             let row = *row as usize;
-            let Class { limit, locks, .. } = classes[class_at(class_of, row)];
+            let Class { limit, locks, .. } = *classes.of(row);
             if compensated {
                 let (before, mut after) = (stage[1][row], stage[1][row]);
                 restrain(&mut after, limit, locks);

@@ -1,7 +1,7 @@
 //! The cached accelerations of a group.
 
 use super::GroupField;
-use super::classes::Class;
+use super::classes::Classes;
 use crate::groups::combination::{CACHED, Combination, FIRST, POSITION, VELOCITY};
 use crate::groups::rows::RowArray;
 use crate::kernels::add_compensated;
@@ -16,12 +16,18 @@ pub(crate) struct GroupCache<T: Real> {
     x: RowArray<T>,
     w: Vec<T>,
     a: RowArray<T>,
-    time: Option<Scalar>,
+    classes: Classes<T>,
+    conditions: Option<Conditions>,
+}
+
+/// What the accelerations depend on besides the rows and their classes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Conditions {
+    time: Scalar,
     epoch: u64,
+    /// A hash that changes whenever own laws of rows change.
     own: u64,
     attraction: Option<MutualGravity>,
-    classes: Vec<Class<T>>,
-    class_of: Vec<u32>,
 }
 
 impl<T: Real> GroupField<'_, T> {
@@ -51,19 +57,19 @@ impl<T: Real> GroupField<'_, T> {
         T::ZERO
     }
 
-    /// A hash that changes whenever own laws of rows change.
-    pub(super) fn versions(&self) -> u64 {
-        let own = self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version);
-        own.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3))
+    fn conditions(&self, time: Scalar) -> Conditions {
+        let versions = self.rows.with_laws.iter().map(|row| self.options.row(*row as usize).laws_version);
+        Conditions {
+            time,
+            epoch: self.environment.terms.epoch,
+            own: versions.fold(0, |sum, version| sum.wrapping_add(version).wrapping_mul(0x100_0000_01b3)),
+            attraction: self.environment.shared.attraction.copied(),
+        }
     }
 
-    pub(super) fn recall(&mut self, cache: &GroupCache<T>, own: u64) -> Option<Combination<T>> {
-        let terms = &self.environment.terms;
-        let fits = cache.time == Some(terms.times.start)
-            && (cache.epoch, cache.own) == (terms.epoch, own)
-            && cache.attraction.as_ref() == self.environment.shared.attraction
+    pub(super) fn recall(&mut self, cache: &GroupCache<T>) -> Option<Combination<T>> {
+        let fits = cache.conditions == Some(self.conditions(self.environment.terms.times.start))
             && cache.classes == self.scratch.classes
-            && cache.class_of == self.scratch.class_of
             && cache.w == self.rows.w
             && *cache.x == *self.rows.x;
         fits.then(|| {
@@ -72,14 +78,12 @@ impl<T: Real> GroupField<'_, T> {
         })
     }
 
-    pub(super) fn note(&self, cache: &mut GroupCache<T>, own: u64, is_cached: bool) {
-        let terms = &self.environment.terms;
-        cache.time = is_cached.then_some(terms.times.end);
+    pub(super) fn note(&self, cache: &mut GroupCache<T>, is_cached: bool) {
+        cache.conditions = is_cached.then(|| self.conditions(self.environment.terms.times.end));
         if is_cached {
-            (cache.epoch, cache.own) = (terms.epoch, own);
-            cache.attraction = self.environment.shared.attraction.copied();
-            cache.classes.clone_from(&self.scratch.classes);
-            cache.class_of.clone_from(&self.scratch.class_of);
+            // Allocates nothing once the lists have their lengths.
+            cache.classes.list.clone_from(&self.scratch.classes.list);
+            cache.classes.of_row.clone_from(&self.scratch.classes.of_row);
             cache.x.copy(self.rows.x);
             cache.w.clear();
             cache.w.extend_from_slice(self.rows.w);

@@ -1,6 +1,6 @@
 //! Classes of rows by their options: most groups have one class.
 
-use super::{GroupEnvironment, GroupField, Scratch};
+use super::{GroupEnvironment, GroupField};
 use crate::kernels::BodyOptions;
 use crate::laws::damping::{Damping, Decay};
 use crate::laws::tick_times::Segments;
@@ -26,13 +26,36 @@ pub(crate) struct Class<T: Real> {
     pub(super) gravity_off: bool,
 }
 
+/// The classes of all rows.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Classes<T: Real> {
+    pub list: Vec<Class<T>>,
+    /// The class of every row; empty if there is only one class.
+    pub of_row: Vec<u32>,
+}
+
+impl<T: Real> Classes<T> {
+    /// The class of a row.
+    pub fn of(&self, row: usize) -> &Class<T> {
+        &self.list[self.of_row.get(row).map_or(0, |class| *class as usize)]
+    }
+
+    /// The class of all rows, if there is only one.
+    pub fn uniform(&self) -> Option<Class<T>> {
+        match &self.list[..] {
+            [class] => Some(*class),
+            _ => None,
+        }
+    }
+}
+
 impl<T: Real> GroupField<'_, T> {
     pub(super) fn sort_into_classes(&mut self) {
         let GroupEnvironment { shared, terms, .. } = self.environment;
         let (gravity, drag) = (shared.free_fall(), shared.laws.drag);
         let none = Affine { constant: T::Vector::ZERO, rate: T::ZERO };
         let air = drag.and_then(Law::<T>::affine).unwrap_or(none);
-        let Scratch { classes, class_of, .. } = &mut *self.scratch;
+        let Classes { list: classes, of_row: class_of } = &mut self.scratch.classes;
         classes.clear();
         class_of.clear();
         let sheets: &[u32] = if drag.is_some() { &self.coupling.in_sheets } else { &[] };
@@ -81,20 +104,12 @@ impl<T: Real> GroupField<'_, T> {
         self.anchors_rest = anchors.iter().all(|[x, y, z, _]| [*x, *y, *z] == [T::ZERO; 3]);
     }
 
-    /// The class of all rows, if there is only one.
-    pub(super) fn uniform(&self) -> Option<Class<T>> {
-        match &self.scratch.classes[..] {
-            [class] => Some(*class),
-            _ => None,
-        }
-    }
-
     pub(super) fn decays(&self) -> bool {
         let multiplied = |class: &Class<T>| {
             let Decay { keep, before_move, after_move, .. } = class.decay;
             keep.is_some() || before_move.is_some() || after_move.is_some()
         };
-        self.depends_on_velocity() || self.scratch.classes.iter().any(multiplied)
+        self.depends_on_velocity() || self.scratch.classes.list.iter().any(multiplied)
     }
 
     pub(super) fn segments(&self) -> Segments {
@@ -103,9 +118,4 @@ impl<T: Real> GroupField<'_, T> {
         let own = self.rows.with_laws.iter().flat_map(|row| self.options.row(*row as usize).laws);
         terms.times.segments(&mut discontinuities.chain(own.flat_map(|law| law.discontinuities())))
     }
-}
-
-/// The class of a row; the list is empty if there is only one class.
-pub(super) fn class_at(class_of: &[u32], row: usize) -> usize {
-    class_of.get(row).map_or(0, |class| *class as usize)
 }

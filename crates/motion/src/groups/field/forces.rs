@@ -1,6 +1,6 @@
 //! The accelerations of a group in a state.
 
-use super::classes::{Class, class_at};
+use super::classes::Class;
 use super::{GroupField, Scratch};
 use crate::groups::combination::{APPLIED, Combination};
 use crate::groups::coupling::is_open;
@@ -15,14 +15,14 @@ impl<'a, T: Real> GroupField<'a, T> {
         if !self.pushed {
             return;
         }
-        let Scratch { slots, pushes, classes, class_of, .. } = &mut *self.scratch;
+        let Scratch { slots, pushes, classes, .. } = &mut *self.scratch;
         let applied = &mut slots[APPLIED];
         applied.resize(self.coupling.rows);
         applied.fill([T::ZERO; 4]);
         for (row, force) in pushes.drain(..) {
             let w = self.rows.w[row];
             if row < self.coupling.movable && w > T::ZERO {
-                let closed = classes[class_at(class_of, row)].closed;
+                let closed = classes.of(row).closed;
                 for axis in 0..3 {
                     applied[row][axis] = if is_open(closed, axis) { force[axis] * w } else { T::ZERO };
                 }
@@ -98,9 +98,9 @@ impl<'a, T: Real> GroupField<'a, T> {
     /// Turns forces into accelerations, and adds gravity and linear drag.
     pub(super) fn add_constants(&self, v: &[Row<T>], sum: &mut [Row<T>]) {
         let movable = self.coupling.movable;
-        let Scratch { classes, class_of, .. } = &*self.scratch;
+        let classes = &self.scratch.classes;
         let w = &self.rows.w[..movable];
-        match self.uniform() {
+        match classes.uniform() {
             Some(Class { constant, rate, .. }) => {
                 let g = constant.to_array();
                 let rows = sum[..movable].iter_mut().zip(w).zip(v);
@@ -114,7 +114,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             }
             None => {
                 for (row, (sum, w)) in sum[..movable].iter_mut().zip(w).enumerate() {
-                    let Class { constant, rate, .. } = classes[class_at(class_of, row)];
+                    let Class { constant, rate, .. } = *classes.of(row);
                     let (g, v) = (constant.to_array(), &v[row]);
                     to_acceleration(
                         sum,

@@ -1,7 +1,7 @@
 //! Implicit Euler steps of groups: linearized, and solved by conjugate gradients.
 
-use super::classes::{Class, class_at};
-use super::{GroupField, Scratch};
+use super::GroupField;
+use super::classes::Class;
 use crate::groups::combination::Combination;
 use crate::groups::coupling::{is_open, vector};
 use crate::groups::linear::LinearStep;
@@ -27,12 +27,11 @@ impl<T: Real> GroupField<'_, T> {
     }
 
     pub(super) fn class(&self, row: usize) -> &Class<T> {
-        let Scratch { classes, class_of, .. } = &*self.scratch;
-        &classes[class_at(class_of, row)]
+        self.scratch.classes.of(row)
     }
 
     fn any_locks(&self) -> bool {
-        self.scratch.classes.iter().any(|class| class.locks.is_some())
+        self.scratch.classes.list.iter().any(|class| class.locks.is_some())
     }
 
     /// Whether any law is called.
