@@ -8,7 +8,7 @@ use super::path::{Path, QuadratureNode, nodes};
 use super::tick::LedgerTick;
 use crate::groups::{Coupling, Group, Groups, Row, row_of};
 use crate::kernels::record::vector;
-use crate::laws::MutualGravity;
+use crate::laws::{Drag, MutualGravity};
 use crate::units::{Scalar, Vector};
 
 /// A group and its bodies.
@@ -21,10 +21,13 @@ pub(super) struct LedgerGroup<'w> {
     locked: bool,
 }
 
-/// Positions and velocities of the rows of a group at one time.
-struct GroupState {
+/// The rows of a group at a node of a tick.
+struct GroupNode<'a> {
+    bodies: &'a [BodyTick<'a>],
     x: Vec<Row<Scalar>>,
     v: Vec<Row<Scalar>>,
+    /// Weight of the node, s.
+    weight: Scalar,
 }
 
 /// The groups of a ledger. Marks those of `bodies` that are in sheets.
@@ -47,11 +50,10 @@ pub(super) fn ledger_groups<'w>(
 }
 
 impl LedgerGroup<'_> {
-    fn states(&self, state: impl Fn(usize) -> PhasePoint) -> GroupState {
+    /// Positions and velocities of the rows.
+    fn rows(&self, state: impl Fn(usize) -> PhasePoint) -> (Vec<Row<Scalar>>, Vec<Row<Scalar>>) {
         let states = self.rows.iter().map(|body| state(*body));
-        let (x, v) =
-            states.map(|PhasePoint { position, velocity }| (row_of(position), row_of(velocity))).unzip();
-        GroupState { x, v }
+        states.map(|PhasePoint { position, velocity }| (row_of(position), row_of(velocity))).unzip()
     }
 
     /// Adds the energies at the start (0) or end (1) of the tick.
@@ -62,7 +64,7 @@ impl LedgerGroup<'_> {
         end: usize,
         energies: &mut Energies,
     ) {
-        let GroupState { x, .. } = self.states(|body| bodies[body].ends[end]);
+        let (x, _) = self.rows(|body| bodies[body].ends[end]);
         if !self.coupling.springs.is_empty() {
             energies.add_potential("springs", self.coupling.elastic_energy(&x));
         }
@@ -85,23 +87,23 @@ impl LedgerGroup<'_> {
         paths: &[Path],
         totals: &mut LedgerTotals,
     ) {
-        for node in nodes(&tick.environment.times, &[0.0, tick.environment.times.tick]) {
-            let rows = self.states(|body| paths[body].at(node.after));
-            self.add_springs(bodies, &rows, node.weight, totals);
-            self.add_sheets(tick, bodies, &rows, &node, totals);
+        for QuadratureNode { after, weight, at } in
+            nodes(&tick.environment.times, &[0.0, tick.environment.times.tick])
+        {
+            let (x, v) = self.rows(|body| paths[body].at(after));
+            let node = GroupNode { bodies, x, v, weight };
+            self.add_springs(&node, totals);
+            if let Some(drag) = tick.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty()) {
+                self.add_sheets(drag, &node, at.time, totals);
+            }
             if let Some(law) = self.attraction(tick) {
-                self.add_attraction(law, bodies, &rows, node.weight, totals);
+                self.add_attraction(law, &node, totals);
             }
         }
     }
 
-    fn add_springs(
-        &self,
-        bodies: &[BodyTick<'_>],
-        GroupState { x, v }: &GroupState,
-        weight: Scalar,
-        totals: &mut LedgerTotals,
-    ) {
+    fn add_springs(&self, node: &GroupNode<'_>, totals: &mut LedgerTotals) {
+        let GroupNode { x, v, .. } = node;
         let movable = self.coupling.movable;
         if !self.coupling.springs.damped() && !self.locked && self.rows.len() == movable {
             // Work is in the potential, and the impulses cancel.
@@ -118,76 +120,52 @@ impl LedgerGroup<'_> {
                 lost += drag * rate;
                 if self.locked || a >= movable || b >= movable {
                     let pull = spring.elastic.stiffness * (length - spring.elastic.rest_length) + drag;
-                    self.add_pair(bodies, ends, d * (pull / length), v, weight, totals);
+                    self.add_pair(node, ends, d * (pull / length), totals);
                 }
             }
         }
         if self.coupling.springs.damped() {
-            totals.energy.add_law("spring_damping", -lost * weight);
+            totals.energy.add_law("spring_damping", -lost * node.weight);
         }
     }
 
     /// Adds a force on the first of two rows and the opposite force on the second to the line of anchors.
-    fn add_pair(
-        &self,
-        bodies: &[BodyTick<'_>],
-        ends: [usize; 2],
-        force: Vector,
-        v: &[Row<Scalar>],
-        weight: Scalar,
-        totals: &mut LedgerTotals,
-    ) {
+    fn add_pair(&self, node: &GroupNode<'_>, ends: [usize; 2], force: Vector, totals: &mut LedgerTotals) {
         let given = |end: usize, force: Vector| {
-            let body = &bodies[self.rows[end]];
+            let body = &node.bodies[self.rows[end]];
             if end < self.coupling.movable {
                 (body.open(force), 0.0)
             } else {
-                (Vector::ZERO, -force.dot(vector(&v[end])))
+                (Vector::ZERO, -force.dot(vector(&node.v[end])))
             }
         };
         let [(first, by_first), (second, by_second)] = [given(ends[0], force), given(ends[1], -force)];
-        totals.momentum.anchors += (first + second) * weight;
-        totals.energy.anchors += (by_first + by_second) * weight;
+        totals.momentum.anchors += (first + second) * node.weight;
+        totals.energy.anchors += (by_first + by_second) * node.weight;
     }
 
-    fn add_sheets(
-        &self,
-        tick: &LedgerTick<'_>,
-        bodies: &[BodyTick<'_>],
-        rows: &GroupState,
-        node: &QuadratureNode,
-        totals: &mut LedgerTotals,
-    ) {
-        let Some(drag) = tick.environment.laws.drag.filter(|_| !self.coupling.sheets.is_empty()) else {
-            return;
-        };
-        let mut forces = vec![[0.0; 4]; rows.x.len()];
-        self.coupling.blow(drag, node.at.time, &rows.x, &rows.v, &mut forces);
+    fn add_sheets(&self, drag: &Drag, node: &GroupNode<'_>, time: Scalar, totals: &mut LedgerTotals) {
+        let GroupNode { bodies, x, v, .. } = node;
+        let mut forces = vec![[0.0; 4]; x.len()];
+        self.coupling.blow(drag, time, x, v, &mut forces);
         let (mut work, mut impulse) = (0.0, Vector::ZERO);
         for (i, body) in self.rows[..self.coupling.movable].iter().enumerate() {
             let weighted = bodies[*body].open(vector(&forces[i])) * node.weight;
-            work += weighted.dot(vector(&rows.v[i]));
+            work += weighted.dot(vector(&v[i]));
             impulse += weighted;
         }
         totals.energy.add_law("drag", work);
         totals.momentum.add_law("drag", impulse);
     }
 
-    fn add_attraction(
-        &self,
-        law: &MutualGravity,
-        bodies: &[BodyTick<'_>],
-        GroupState { x, v }: &GroupState,
-        weight: Scalar,
-        totals: &mut LedgerTotals,
-    ) {
+    fn add_attraction(&self, law: &MutualGravity, node: &GroupNode<'_>, totals: &mut LedgerTotals) {
         let coupling = self.coupling;
         for a in 0..coupling.movable {
             // Between two movable bodies the impulses cancel.
             let from = if self.locked { a + 1 } else { coupling.movable };
             for b in from..coupling.rows {
-                if let Some(pull) = coupling.attraction_between(law, [a, b], x, &self.inverse_masses) {
-                    self.add_pair(bodies, [a, b], pull, v, weight, totals);
+                if let Some(pull) = coupling.attraction_between(law, [a, b], &node.x, &self.inverse_masses) {
+                    self.add_pair(node, [a, b], pull, totals);
                 }
             }
         }
