@@ -10,7 +10,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use common::{Contestant, compare};
 use motion::methods::{
-    Field, Integrator, MethodState, RungeKutta4, SemiImplicitEuler, StepState, VelocityVerlet,
+    Field, Integrator, MethodStateKind, RungeKutta4, SemiImplicitEuler, StepState, VelocityVerlet,
 };
 use motion::systems::{
     apply_forces, clear_forces, insert_step_resources, integrate_in_one_pass, quarantine_bodies,
@@ -26,7 +26,7 @@ struct Looking<M, const LOOKS: bool>(PhantomData<M>);
 
 impl<M: Integrator, const LOOKS: bool> Integrator for Looking<M, LOOKS> {
     const METHOD: Method = M::METHOD;
-    const STATE: MethodState = M::STATE;
+    const STATE: MethodStateKind = M::STATE;
     const DAMPS_INSIDE: bool = M::DAMPS_INSIDE;
     const SOLVES: bool = M::SOLVES;
     const MOVES: bool = M::MOVES;

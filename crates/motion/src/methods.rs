@@ -125,7 +125,7 @@ impl<F: Field> Default for StepState<F> {
 
 /// The kind of method state that a method has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MethodState {
+pub enum MethodStateKind {
     /// Nothing.
     None,
     /// [`StepState::last_step`].
@@ -139,7 +139,7 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     /// Its row of the table of methods.
     const METHOD: Method;
     /// The kind of its method state.
-    const STATE: MethodState = MethodState::None;
+    const STATE: MethodStateKind = MethodStateKind::None;
     /// Whether damping, speed limit and locks are part of each step, as in the tutorial, and not applied around each
     /// tick.
     const DAMPS_INSIDE: bool = false;
@@ -195,7 +195,7 @@ pub(crate) use with_method;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Traits {
     pub method: Method,
-    pub state: MethodState,
+    pub state: MethodStateKind,
     pub damps_inside: bool,
     pub moves: bool,
     pub kicks: bool,

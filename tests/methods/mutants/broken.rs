@@ -1,7 +1,7 @@
 //! The broken methods. Each is written like the one it breaks, but for the mistake.
 
 use motion::Method;
-use motion::methods::{Field, Integrator, MethodState, StepState};
+use motion::methods::{Field, Integrator, MethodStateKind, StepState};
 use motion::real::Real;
 
 use super::{
@@ -328,7 +328,7 @@ struct TwoPositions;
 
 impl Integrator for TwoPositions {
     const METHOD: Method = Method::PositionVerlet;
-    const STATE: MethodState = MethodState::LastAcceleration;
+    const STATE: MethodStateKind = MethodStateKind::LastAcceleration;
 
     fn step<F: Field>(
         field: &mut F,

@@ -22,7 +22,7 @@ macro_rules! broken {
 
         impl Integrator for $kind {
             const METHOD: Method = Method::SemiImplicitEuler;
-            const STATE: MethodState = MethodState::$memory;
+            const STATE: MethodStateKind = MethodStateKind::$memory;
             const DAMPS_INSIDE: bool = $inside;
 
             fn step<F: Field>(

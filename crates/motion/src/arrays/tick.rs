@@ -5,7 +5,7 @@ use super::bodies::{Kind, Run};
 use crate::kernels::{Applied, Batch, Kernel, MethodStateRows, RowOptions, StepStatistics};
 use crate::laws::tick_times::TickTimes;
 use crate::methods::table::Method;
-use crate::methods::{Integrator, MethodState};
+use crate::methods::{Integrator, MethodStateKind};
 use crate::real::Real;
 use crate::state::method_state::CachedAcceleration;
 
@@ -103,21 +103,21 @@ impl<T: Real> Bare<T> {
 
 /// The method state of all rows; `calls` tells whether laws are called.
 fn method_state<'a, T: Real>(
-    state: MethodState,
+    state: MethodStateKind,
     last_steps: &'a mut Vec<T>,
     cached: &'a mut Vec<CachedAcceleration<T>>,
     rows: usize,
     calls: bool,
 ) -> MethodStateRows<'a, T> {
     match state {
-        MethodState::LastStep => {
+        MethodStateKind::LastStep => {
             last_steps.resize(rows, T::ZERO);
             MethodStateRows::LastStep(last_steps)
         }
-        MethodState::LastAcceleration if calls => {
+        MethodStateKind::LastAcceleration if calls => {
             cached.resize(rows, CachedAcceleration::default());
             MethodStateRows::LastAcceleration(cached)
         }
-        MethodState::LastAcceleration | MethodState::None => MethodStateRows::None,
+        MethodStateKind::LastAcceleration | MethodStateKind::None => MethodStateRows::None,
     }
 }

@@ -19,7 +19,7 @@ use crate::kernels::{Kernel, RowOptions, StepStatistics, Terms, TickField, drive
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
 use crate::laws::{Declared, Law};
-use crate::methods::{Field, Integrator, MethodState, StepState, Traits};
+use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
 use crate::real::Real;
 use crate::state::range::Bounds;
 use crate::tick::environment::Environment;
@@ -135,7 +135,7 @@ impl<T: Real> GroupKernel<T> {
 
     /// Whether the method keeps the length of the last step.
     pub fn keeps_last_step(self) -> bool {
-        self.single.traits.state == MethodState::LastStep
+        self.single.traits.state == MethodStateKind::LastStep
     }
 
     /// Integrates a tick. `last` are the lengths of the last steps of the movable rows, if the method keeps them.
@@ -195,7 +195,7 @@ impl<'a, T: Real> GroupField<'a, T> {
         if let Some(last) = &mut last {
             step_state.last_step = self.common_last_step(last);
         }
-        let keeps = M::STATE == MethodState::LastAcceleration && !self.depends_on_velocity();
+        let keeps = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
         let cache = cache.filter(|_| keeps);
         if let Some(cache) = &cache {
             step_state.start = self.recall(cache);

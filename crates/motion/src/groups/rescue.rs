@@ -13,7 +13,7 @@ use crate::kernels::{
     Applied, Batch, BodyOptions, Kernel, MethodStateRows, OfRows, RowOptions, StepStatistics, Terms,
 };
 use crate::laws::{Affine, Law};
-use crate::methods::MethodState;
+use crate::methods::MethodStateKind;
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::range::{Breach, Quantity};
 use crate::tick::environment::TickOutput;
@@ -215,7 +215,7 @@ impl Rescue<'_, '_, '_, '_> {
         let [a, b, c, _] = x[0];
         let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w]]);
         let method_state = match kernel.traits.state {
-            MethodState::LastStep => MethodStateRows::LastStep(last),
+            MethodStateKind::LastStep => MethodStateRows::LastStep(last),
             _ => MethodStateRows::None,
         };
         let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });

@@ -9,7 +9,7 @@ use super::field::{BlockField, Constants, parts};
 use super::lanes::{Rows, each_row};
 use super::method_state::MethodStateRows;
 use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
-use crate::methods::{Integrator, MethodState, StepState};
+use crate::methods::{Integrator, MethodStateKind, StepState};
 use crate::real::{Lanes as _, Real};
 use crate::state::range::{Bounds, Breach};
 
@@ -166,7 +166,7 @@ fn step_with<T: Real, M: Integrator, S: Simd>(
     let rows = AffineKernel { simd, terms, batch, refuse };
     if !M::DAMPS_INSIDE {
         // Methods that save an evaluation under constant accelerations have a kernel for that.
-        let constant = M::STATE == MethodState::LastAcceleration && terms.rate == T::ZERO;
+        let constant = M::STATE == MethodStateKind::LastAcceleration && terms.rate == T::ZERO;
         return if constant { rows.run::<M, 0>() } else { rows.run::<M, DRAG>() };
     }
     let decay = &terms.decay;
@@ -246,7 +246,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         forces: Option<&Triples<T>>,
         mut last: Option<&mut [T; BLOCK]>,
     ) -> Block<T, S> {
-        if let (MethodState::LastStep, Some(last)) = (M::STATE, &mut last)
+        if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, &mut last)
             && !(last[1] == last[0] && last[2] == last[0] && last[3] == last[0])
         {
             return self.one_by_one::<M, PARTS>(simd, x, bodies, forces, last);
@@ -306,7 +306,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
     ) -> (Rows<T, S, N>, Rows<T, S, N>) {
         let Terms { decay, rate, .. } = self.terms;
         let mut step_state = StepState::default();
-        if let (MethodState::LastStep, Some(last)) = (M::STATE, &last) {
+        if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, &last) {
             step_state.last_step = last[0];
         }
         if !M::DAMPS_INSIDE && decay.before_move.is_some() {
@@ -320,7 +320,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
                 v = field.constants.snap(v);
             }
         }
-        if let (MethodState::LastStep, Some(last)) = (M::STATE, last) {
+        if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, last) {
             *last = [step_state.last_step; N];
         }
         (x, v)

@@ -16,7 +16,7 @@ use super::method_state::MethodStateRows;
 use super::{Applied, BLOCK, Batch, BodyOptions, Refuse, Row, StepStatistics, Terms};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::{Segment, Segments};
-use crate::methods::{Field, Integrator, MethodState, StepState};
+use crate::methods::{Field, Integrator, MethodStateKind, StepState};
 use crate::real::Real;
 use crate::state::components::AxisLocks;
 use crate::state::method_state::CachedAcceleration;
@@ -149,7 +149,8 @@ impl<T: Real> CallingKernel<'_, '_, T> {
     ) -> ([Row<T>; N], [Row<T>; N]) {
         let [x, v] = [&block.x, &block.bodies].map(|rows| Rows::of(Fallback::new(), rows));
         let mut field = self.field(block, statistics);
-        let last_step = if M::STATE == MethodState::LastStep { method_state.last_step() } else { T::ZERO };
+        let last_step =
+            if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { T::ZERO };
         let start = self.recall::<M, N>(block, &method_state, &field, v);
         let mut step_state = StepState { last_step, start };
         // In f64 compensated kernels are not compiled.
@@ -208,7 +209,7 @@ impl<T: Real> CallingKernel<'_, '_, T> {
         field: &BlockField<'_, T, Fallback, N, CALLS, true>,
         v: Rows<T, Fallback, N>,
     ) -> Option<Rows<T, Fallback, N>> {
-        let (MethodState::LastAcceleration, MethodStateRows::LastAcceleration(cached)) =
+        let (MethodStateKind::LastAcceleration, MethodStateRows::LastAcceleration(cached)) =
             (M::STATE, method_state)
         else {
             return None;

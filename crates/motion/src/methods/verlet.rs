@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Field, Integrator, MethodState, StepState};
+use super::{Field, Integrator, MethodStateKind, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -34,7 +34,7 @@ pub struct VelocityVerlet;
 
 impl Integrator for PositionVerlet {
     const METHOD: Method = Method::PositionVerlet;
-    const STATE: MethodState = MethodState::LastStep;
+    const STATE: MethodStateKind = MethodStateKind::LastStep;
 
     #[inline(always)]
     fn step<F: Field>(
@@ -58,7 +58,7 @@ impl Integrator for PositionVerlet {
 
 impl Integrator for VelocityVerlet {
     const METHOD: Method = Method::VelocityVerlet;
-    const STATE: MethodState = MethodState::LastAcceleration;
+    const STATE: MethodStateKind = MethodStateKind::LastAcceleration;
 
     #[inline(always)]
     fn step<F: Field>(
@@ -109,7 +109,7 @@ pub(crate) struct Synchronize;
 
 impl Integrator for Synchronize {
     const METHOD: Method = Method::PositionVerlet;
-    const STATE: MethodState = MethodState::LastStep;
+    const STATE: MethodStateKind = MethodStateKind::LastStep;
     const MOVES: bool = false;
     const PASSES_TIME: bool = false;
 

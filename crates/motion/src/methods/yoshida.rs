@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::verlet::kick_drift_kick;
-use super::{Field, Integrator, MethodState, StepState};
+use super::{Field, Integrator, MethodStateKind, StepState};
 use crate::methods::markers::OwnMethod;
 use crate::methods::table::Method;
 use crate::real::Real;
@@ -25,7 +25,7 @@ const INNER: f64 = 1.0 - 2.0 * OUTER;
 
 impl Integrator for Yoshida4 {
     const METHOD: Method = Method::Yoshida4;
-    const STATE: MethodState = MethodState::LastAcceleration;
+    const STATE: MethodStateKind = MethodStateKind::LastAcceleration;
 
     #[inline(always)]
     fn step<F: Field>(

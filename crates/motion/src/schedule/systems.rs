@@ -14,7 +14,7 @@ use crate::kernels::record::TickRecords;
 use crate::laws::epoch::Epoch;
 use crate::laws::own::OwnLaws;
 use crate::methods::table::Method;
-use crate::methods::{ExplicitEuler, MethodState, SemiImplicitEuler, with_method};
+use crate::methods::{ExplicitEuler, MethodStateKind, SemiImplicitEuler, with_method};
 use crate::schedule::emission::emit_particles;
 use crate::schedule::plan::{Passes, StepPlan};
 use crate::state::clock::{StepClock, TimeStep};
@@ -91,7 +91,7 @@ fn integration(world: &mut World, plan: &StepPlan) -> Vec<ScheduleConfigs<Schedu
     for own in &plan.groups {
         let (method, which) = (own.unwrap_or(plan.method), Which::of_method(world, *own));
         // A group caches the accelerations of its members itself.
-        if method.traits().state == MethodState::LastStep {
+        if method.traits().state == MethodStateKind::LastStep {
             let members = which.clone().with::<Grouped>(world);
             systems.push(remember_steps(world, &members));
         }
@@ -150,12 +150,12 @@ fn remember(
 ) -> Option<ScheduleConfigs<ScheduleSystem>> {
     let which = Which::of_method(world, own).without::<Grouped>(world);
     match own.unwrap_or(plan.method).traits().state {
-        MethodState::None => None,
-        MethodState::LastStep => Some(remember_steps(world, &which)),
-        MethodState::LastAcceleration if plan.caches_accelerations => {
+        MethodStateKind::None => None,
+        MethodStateKind::LastStep => Some(remember_steps(world, &which)),
+        MethodStateKind::LastAcceleration if plan.caches_accelerations => {
             Some(remember_accelerations(world, &which))
         }
-        MethodState::LastAcceleration => {
+        MethodStateKind::LastAcceleration => {
             let with_laws = which.with::<OwnLaws>(world);
             Some(remember_accelerations(world, &with_laws))
         }

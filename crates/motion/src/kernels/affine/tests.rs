@@ -35,7 +35,7 @@ impl<T: Real> State<T> {
 
     fn batch<'a, M: Integrator>(&'a mut self, applied: Applied<'a, T>) -> Batch<'a, T> {
         let method_state = match M::STATE {
-            MethodState::LastStep => MethodStateRows::LastStep(&mut self.steps),
+            MethodStateKind::LastStep => MethodStateRows::LastStep(&mut self.steps),
             _ => MethodStateRows::None,
         };
         Batch {
