@@ -63,9 +63,14 @@ fn motion_knows_no_device_no_file_and_no_clock() {
     never("crates/motion/src", &[], &["wgpu", "winit", "parry", "serde", "std::fs", "std::time"]);
 }
 
-/// The folders of `crates/motion/src`: each uses itself and those before it.
-const LAYERS: [&str; 11] = [
+/// The files and folders of `crates/motion/src`: each uses itself and those before it.
+const LAYERS: &[&str] = &[
     "units", "real", "state", "laws", "methods", "kernels", "tick", "groups", "schedule", "arrays", "observe",
+];
+
+/// The same of `crates/sandbox/src`.
+const ROOMS: &[&str] = &[
+    "failure", "numbers", "args", "methods", "input", "view", "tools", "app", "output", "window", "commands",
 ];
 
 /// The heads of the paths from the root of its crate that a module names, with their lines: those of `crate::` and of
@@ -89,11 +94,11 @@ fn named_at_the_root(text: &str, depth: usize) -> Vec<(usize, String)> {
     heads
 }
 
-/// The uses of a later layer, or of what is no layer, in the file of `motion` at that path below its sources.
-fn wrong_uses(path: &Path, text: &str) -> Vec<String> {
+/// The uses of a later layer, or of what is no layer, in the file at that path below the sources of its crate.
+fn wrong_uses(layers: &[&str], path: &Path, text: &str) -> Vec<String> {
     let modules: Vec<_> =
         path.with_extension("").iter().map(|part| part.to_str().unwrap().to_owned()).collect();
-    let place = |name: &str| LAYERS.iter().position(|layer| *layer == name);
+    let place = |name: &str| layers.iter().position(|layer| *layer == name);
     let own = place(&modules[0]);
     named_at_the_root(text, modules.len())
         .into_iter()
@@ -102,22 +107,33 @@ fn wrong_uses(path: &Path, text: &str) -> Vec<String> {
         .collect()
 }
 
-#[test]
-fn each_layer_of_motion_uses_only_those_before_it() {
-    let folder = root().join("crates/motion/src");
+/// Fails if a layer of a crate uses a later one, or one is not in the list.
+#[track_caller]
+fn in_layers(folder: &str, layers: &[&str]) {
+    let folder = root().join(folder);
     let names = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
     let names = names.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned());
-    let names: BTreeSet<_> = names.filter(|name| name != "lib").collect();
-    assert_eq!(names, LAYERS.map(str::to_owned).into());
+    let names: BTreeSet<_> = names.filter(|name| !["lib", "main"].contains(&&**name)).collect();
+    assert_eq!(names, layers.iter().map(|layer| (*layer).to_owned()).collect());
     let mut wrong = Vec::new();
     for (path, text) in sources() {
         if let Ok(path) = path.strip_prefix(&folder)
-            && path != Path::new("lib.rs")
+            && !["lib.rs", "main.rs"].map(Path::new).contains(&path)
         {
-            wrong.extend(wrong_uses(path, &text));
+            wrong.extend(wrong_uses(layers, path, &text));
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn each_layer_of_motion_uses_only_those_before_it() {
+    in_layers("crates/motion/src", LAYERS);
+}
+
+#[test]
+fn each_room_of_sandbox_uses_only_those_before_it() {
+    in_layers("crates/sandbox/src", ROOMS);
 }
 
 #[test]
@@ -136,7 +152,7 @@ fn a_use_of_a_later_layer_is_found() {
         ("tick.rs", "#[cfg(test)]\nmod tests {\n    use super::*;", false),
     ];
     for (path, text, is_wrong) in uses {
-        assert_eq!(!wrong_uses(Path::new(path), text).is_empty(), is_wrong, "{path}: {text}");
+        assert_eq!(!wrong_uses(LAYERS, Path::new(path), text).is_empty(), is_wrong, "{path}: {text}");
     }
 }
 
@@ -184,7 +200,7 @@ fn only_scene_parses_files() {
 
 #[test]
 fn input_never_writes_the_state_of_a_body() {
-    for file in ["actions.rs", "app", "input.rs", "tools", "view"] {
+    for file in ["app", "input.rs", "tools", "view"] {
         let path = format!("crates/sandbox/src/{file}");
         // The test of trails moves bodies itself.
         let except = ["crates/sandbox/src/view/trails.rs"];

@@ -126,8 +126,8 @@ fn script(u: &mut Unstructured<'_>) -> Result<String> {
 fn action(u: &mut Unstructured<'_>) -> Result<String> {
     let body = format!("\"b{}\"", u.int_in_range(0..=scenes::BODIES - 1)?);
     Ok(match u.int_in_range(0..=17)? {
-        0..=3 => format!("press(\"{}\")", u.choose(BINDINGS)?.name),
-        4 => format!("hold(\"{}\", {:?})", u.choose(BINDINGS)?.name, 0.05),
+        0..=3 => format!("press(\"{}\")", u.choose(&BINDINGS)?.name),
+        4 => format!("hold(\"{}\", {:?})", u.choose(&BINDINGS)?.name, 0.05),
         5 => format!("move_mouse({:?}, {:?})", finite(u)?, finite(u)?),
         6 => format!("click({})", u.choose(&["left", "right", "middle"])?),
         7 => format!("wheel({:?})", finite(u)?),

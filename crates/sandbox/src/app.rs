@@ -1,15 +1,14 @@
-//! A session: a scene that runs, what a person does to it, and the panels beside it.
+//! A session: a scene that runs, what a person or a script does to it, and its tools.
 
-pub(crate) mod control;
+pub mod actions;
+mod changes;
+mod control;
 mod held;
-mod notices;
-pub(crate) mod panels;
-pub(crate) mod past;
+mod past;
 pub mod player;
-mod repeat;
 pub(crate) mod rerun;
-pub(crate) mod rest;
 pub(crate) mod script;
 pub(crate) mod session;
+#[cfg(test)]
+mod tests;
 pub(crate) mod ui;
-pub(crate) mod worlds;

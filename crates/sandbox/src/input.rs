@@ -1,9 +1,118 @@
 //! What reaches the program from outside in one frame: the same events from a window, a script or a test.
 
+use std::fmt;
+use std::str::FromStr;
+
 use motion::effects::Effect;
 use motion::{Method, Request};
 
-use crate::actions::Key;
+/// A key as people name it: the character it types, in upper case, or a name such as `Space` or `F1`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Key {
+    name: String,
+    ctrl: bool,
+    shift: bool,
+}
+
+/// Keys that are named and not typed.
+const NAMED: [&str; 17] = [
+    "Space",
+    "Shift",
+    "Alt",
+    "Up",
+    "Down",
+    "Left",
+    "Right",
+    "PageUp",
+    "PageDown",
+    "Tab",
+    "Escape",
+    "Enter",
+    "Backspace",
+    "Delete",
+    "F1",
+    "F2",
+    "F12",
+];
+
+impl Key {
+    /// The key that types `character`.
+    #[must_use]
+    pub fn character(character: char) -> Self {
+        Self { name: character.to_uppercase().collect(), ctrl: false, shift: false }
+    }
+
+    /// The same key with the control key held.
+    #[must_use]
+    pub fn with_ctrl(self, ctrl: bool) -> Self {
+        Self { ctrl, ..self }
+    }
+
+    /// The same key with the shift key held, if it is a letter: elsewhere shift makes another character, which
+    /// is a key of its own.
+    #[must_use]
+    pub fn with_shift(self, shift: bool) -> Self {
+        let letter = self.name.chars().count() == 1 && self.name.chars().all(char::is_alphabetic);
+        Self { shift: shift && letter, ..self }
+    }
+
+    /// The name without the control and the shift key.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether the control key is held with it.
+    #[must_use]
+    pub const fn ctrl(&self) -> bool {
+        self.ctrl
+    }
+
+    /// Whether it is a letter with the shift key.
+    #[must_use]
+    pub const fn shift(&self) -> bool {
+        self.shift
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ctrl = if self.ctrl { "Ctrl+" } else { "" };
+        let shift = if self.shift { "Shift+" } else { "" };
+        write!(out, "{ctrl}{shift}{}", self.name)
+    }
+}
+
+/// A word that names no key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownKey(pub String);
+
+impl fmt::Display for UnknownKey {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "there is no key or action `{}`; `sandbox list keys` names them all", self.0)
+    }
+}
+
+impl std::error::Error for UnknownKey {}
+
+impl FromStr for Key {
+    type Err = UnknownKey;
+
+    fn from_str(text: &str) -> Result<Self, UnknownKey> {
+        let (ctrl, rest) = text.strip_prefix("Ctrl+").map_or((false, text), |rest| (true, rest));
+        let (shift, name) = rest.strip_prefix("Shift+").map_or((false, rest), |name| (true, name));
+        let mut characters = name.chars();
+        let key = match (characters.next(), characters.next()) {
+            (Some(one), None) if !one.is_whitespace() => Self::character(one).with_ctrl(ctrl),
+            _ => match NAMED.iter().find(|known| **known == name) {
+                Some(known) => Self { name: (*known).to_owned(), ctrl, shift: false },
+                None => return Err(UnknownKey(text.to_owned())),
+            },
+        };
+        let key = key.with_shift(shift);
+        if key.shift == shift { Ok(key) } else { Err(UnknownKey(text.to_owned())) }
+    }
+}
 
 /// A button of the mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -2,28 +2,28 @@
 //!
 //! Does not include: physics (`motion`), file formats (`scene`), rays (`pick`), pixels (`render`).
 
-pub mod actions;
 mod app;
 mod args;
 pub mod commands;
 mod failure;
 pub mod input;
 pub mod methods;
+mod numbers;
 mod output;
 mod tools;
 mod view;
 mod window;
 
-/// Name and version of the program, for files that it writes.
-pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
-
-pub use app::control::Mode;
-pub use app::player;
-pub use app::session::{
-    ForecastRow, GhostRow, GhostState, Measured, Options, Order, Overrides, QuarantinedBody, Repetition,
-    Session, Simulated, SwitchedBy,
-};
-pub use app::ui::Panel;
+pub use app::rerun::Repetition;
+pub use app::session::{Session, Simulated};
+pub use app::{actions, player};
 pub use commands::plan;
 pub use output::{files, report};
+pub use tools::Panel;
+pub use tools::effects::SwitchedBy;
+pub use tools::forecast::ForecastRow;
+pub use tools::ghosts::{GhostRow, GhostState};
+pub use tools::tool::ToolRow;
 pub use view::camera::Camera;
+pub use view::options::{Options, Overrides};
+pub use view::stage::{Measured, Mode, Order, QuarantinedBody, Stage};

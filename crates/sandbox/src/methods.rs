@@ -3,7 +3,7 @@
 use motion::{Claims, METHODS, Method};
 use serde_json::{Value, json};
 
-use crate::output::report::number;
+use crate::numbers::json_number as number;
 
 /// A column of the table of methods.
 pub(crate) struct Column {

@@ -1,4 +1,4 @@
-//! What is seen of a scene: the camera, where things are drawn, the picture and the words in it.
+//! A simulation and how it is looked at: the camera, where things are drawn, the picture and the words in it.
 
 mod arrows;
 pub(crate) mod camera;
@@ -7,10 +7,13 @@ mod forces;
 pub(crate) mod hud;
 pub(crate) mod labels;
 pub(crate) mod marks;
+pub(crate) mod notices;
 pub(crate) mod options;
 pub(crate) mod picture;
 pub(crate) mod pose;
 mod read;
-pub(crate) mod soft;
+pub(crate) mod recording;
+mod soft;
 pub(crate) mod springs;
-pub(crate) mod trails;
+pub(crate) mod stage;
+mod trails;

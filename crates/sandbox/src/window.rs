@@ -27,15 +27,18 @@ use self::pointer::Pointer;
 use self::recorder::Recorder;
 use self::speed::Speed;
 use self::wheel::Wheel;
-use crate::actions::{Action, Key, binding};
+use crate::app::actions::binding;
 use crate::app::script::{load_script, player_of};
-use crate::app::session::{DEFAULT_FPS, Options, Order, Overrides, Session};
+use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{StepArgs, size};
 use crate::failure::Failure;
-use crate::input::{Button, Input, InputFrame};
+use crate::input::{Button, Input, InputFrame, Key};
 use crate::output::bundle::{self, write_bundle};
 use crate::output::pictures::write_picture;
 use crate::output::progress::Loading;
+use crate::view::notices::Topic;
+use crate::view::options::{Options, Overrides};
+use crate::view::stage::Order;
 
 /// Shortest time between two frames: vertical sync does not pace every display.
 const SHORTEST_FRAME: Duration = Duration::from_micros(4_000);
@@ -315,7 +318,7 @@ impl Shell {
             ElementState::Pressed => {
                 let Some(key) = keys::named(event, self.modifiers) else { return };
                 if !event.repeat || self.session.takes_text() {
-                    self.mode_changes |= binding(&key).is_some_and(|row| row.action == Action::ToggleMode);
+                    self.mode_changes |= binding(&key).is_some_and(|row| row.name == "toggle_mode");
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
                 }
@@ -433,7 +436,7 @@ impl Shell {
         screen.renderer.draw(&screen.gpu, &frame, target.view());
         screen.window.pre_present_notify();
         target.present(&screen.gpu);
-        for order in self.session.orders().to_vec() {
+        for order in self.session.orders.clone() {
             if !matches!(order, Order::Screenshot(_) | Order::Bundle) {
                 continue;
             }
@@ -455,10 +458,13 @@ impl Shell {
                     (path, written)
                 }
             };
-            self.session.notice_of_file(match written {
-                Ok(()) => format!("wrote {}", path.display()),
-                Err(failure) => failure.to_string(),
-            });
+            self.session.notices.say(
+                Topic::File,
+                match written {
+                    Ok(()) => format!("wrote {}", path.display()),
+                    Err(failure) => failure.to_string(),
+                },
+            );
         }
         Ok(true)
     }
@@ -470,7 +476,7 @@ impl Shell {
                 self.session.foretell(1.0 / DEFAULT_FPS);
                 self.session.save_faults();
             }
-            Err(error) => self.session.notice_of_file(error.to_string()),
+            Err(error) => self.session.notices.say(Topic::File, error.to_string()),
         }
     }
 }

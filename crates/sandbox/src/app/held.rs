@@ -2,8 +2,11 @@
 
 use glam::DVec3;
 
-use crate::actions::{Action, Key, binding};
-use crate::app::session::KEY_PUSH;
+use crate::app::actions::{BINDINGS, Does, binding};
+use crate::input::Key;
+
+/// Newtons of a held push key.
+const KEY_PUSH: f64 = 10.0;
 
 /// A shift key that is held for less than this, s, before a key that goes with it, was not meant to fly.
 const CHORD_S: f64 = 0.5;
@@ -100,12 +103,10 @@ impl Held {
 
     /// Where the camera flies in a frame of `seconds`: right, up and forward, each -1, 0 or 1.
     pub fn flight(&mut self, tapped: &[Key], seconds: f64) -> DVec3 {
-        let keys = [&self.keys, tapped].concat();
-        let direction = DVec3::new(
-            axis(&keys, Action::FlyLeft, Action::FlyRight),
-            axis(&keys, Action::FlyDown, Action::FlyUp),
-            axis(&keys, Action::FlyBack, Action::FlyForward),
-        );
+        let direction = sum(&[&self.keys, tapped].concat(), |does| match does {
+            Does::Fly(along) => Some(along),
+            _ => None,
+        });
         if direction.y < 0.0 {
             self.shifted_s += seconds;
         }
@@ -117,29 +118,29 @@ impl Held {
         push(&self.keys)
     }
 
-    pub fn holds(&self, action: Action) -> bool {
-        holds(&self.keys, action)
+    /// Whether a key is held that lets clicks select what cannot be moved.
+    pub fn selects_immovable(&self) -> bool {
+        let mut rows = self.keys.iter().filter_map(binding);
+        rows.any(|row| matches!(row.does, Does::SelectImmovable))
     }
 }
 
 /// The push of `keys`, N.
 pub(crate) fn push(keys: &[Key]) -> DVec3 {
-    DVec3::new(
-        axis(keys, Action::PushMinusX, Action::PushPlusX),
-        axis(keys, Action::PushMinusY, Action::PushPlusY),
-        axis(keys, Action::PushMinusZ, Action::PushPlusZ),
-    ) * KEY_PUSH
+    let along = sum(keys, |does| match does {
+        Does::Push(along) => Some(along),
+        _ => None,
+    });
+    along * KEY_PUSH
 }
 
 fn is_shift(key: &Key) -> bool {
     key.name() == "Shift"
 }
 
-fn holds(keys: &[Key], action: Action) -> bool {
-    keys.iter().filter_map(binding).any(|binding| binding.action == action)
-}
-
-/// -1, 0 or 1 from two opposite actions of `keys`.
-fn axis(keys: &[Key], minus: Action, plus: Action) -> f64 {
-    f64::from(i8::from(holds(keys, plus)) - i8::from(holds(keys, minus)))
+/// The sum of what each action of `keys` does, once for all keys of an action: of two opposite ones, 0.
+fn sum(keys: &[Key], along: impl Fn(Does) -> Option<DVec3>) -> DVec3 {
+    let names: Vec<_> = keys.iter().filter_map(binding).map(|row| row.name).collect();
+    let held = BINDINGS.iter().filter(|row| names.contains(&row.name));
+    held.filter_map(|row| along(row.does)).sum()
 }

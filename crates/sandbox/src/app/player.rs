@@ -6,9 +6,9 @@ use motion::Request;
 use motion::units::Vector;
 use scene::{Action, MouseButton, Script, Step, When};
 
-use crate::actions::{self, Key, UnknownKey};
+use crate::app::actions;
 use crate::app::session::Session;
-use crate::input::{Button, Experiment, Input};
+use crate::input::{Button, Experiment, Input, Key, UnknownKey};
 
 /// Frames that a paused run waits for the next step of its script.
 const MOST_PAUSED_FRAMES: u64 = 100_000;

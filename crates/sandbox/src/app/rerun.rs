@@ -4,10 +4,13 @@ use history::{
     BUNDLE_FORMAT, Bundle, Fault, FaultEntry, Keyframe, Manifest, Rerun, Settings, TIMELINE_BYTES, Watch,
 };
 
-use crate::PROGRAM;
-use crate::app::past::{OnFault, Recorded};
-use crate::app::session::{Options, Session};
+use crate::app::session::{OnFault, Session};
 use crate::failure::Failure;
+use crate::view::options::Options;
+use crate::view::recording::Recorded;
+
+/// Name and version of the program, for files that it writes.
+pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));
 
 /// What a bundle came to when it was simulated again.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,26 +87,19 @@ impl Session {
         let watch = Watch::going_on(&mut session.sim.world, end.watch.energy());
         let mut recorded = Recorded::new(timeline, watch);
         (recorded.fault, recorded.repeats) = (fault, true);
-        session.recorded = Some(Box::new(recorded));
-        session.recording = Some(OnFault::Pause);
+        session.past = Some(Box::new(recorded));
+        session.settings.recording = Some(OnFault::Pause);
         session.go_on_from(end);
-        session.records_seen = 0;
+        session.seen.records_seen = 0;
         session.note_quarantined();
         Ok((session, repetition))
-    }
-
-    /// Goes to the last good tick before what went wrong, if something did, with the body selected.
-    pub fn rewind_before_fault(&mut self) {
-        if let Some(fault) = self.fault().cloned() {
-            self.rewind_before(&fault);
-        }
     }
 
     /// Everything that is recorded, to be repeated elsewhere, with a PNG of the last good tick. `None` where nothing
     /// is recorded, or the run does not come out the same here.
     #[must_use]
     pub fn bundle(&self, picture: Option<Vec<u8>>) -> Option<Bundle> {
-        let Recorded { timeline, fault, .. } = &**self.recorded.as_ref()?;
+        let Recorded { timeline, fault, .. } = &**self.past.as_ref()?;
         let (snapshot, events, energy) = timeline.origin()?;
         let hash = |hash: u64| format!("{hash:016x}");
         let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });

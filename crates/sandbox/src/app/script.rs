@@ -5,12 +5,11 @@
 
 use std::path::Path;
 
-use bevy_ecs::prelude::*;
 use motion::TimeStep;
 use motion::clock::{FrameTime, StepClock};
 use scene::{Recording, Scene, Script, Source, When};
 
-use crate::actions::{self, Action};
+use crate::app::actions;
 use crate::app::player::Player;
 use crate::app::session::Session;
 use crate::failure::Failure;
@@ -34,7 +33,7 @@ impl Session {
 
     /// Does what the script does at the start of a frame.
     pub(crate) fn play_frame(&mut self, time: FrameTime) {
-        let (frame, ticks) = (self.frames, self.ticks());
+        let (frame, ticks) = (self.stage.run.frames, self.ticks());
         let Some(player) = &mut self.player else { return };
         for input in player.of_frame(frame, ticks, time.total()) {
             self.handle(&input);
@@ -44,7 +43,8 @@ impl Session {
     /// Does what the script does before the next tick; whether that is something.
     pub(crate) fn play_tick(&mut self) -> bool {
         let Some(player) = &mut self.player else { return false };
-        let (clock, step) = (self.sim.world.resource::<StepClock>(), self.sim.world.resource::<TimeStep>());
+        let world = &self.stage.sim.world;
+        let (clock, step) = (world.resource::<StepClock>(), world.resource::<TimeStep>());
         let inputs = player.of_tick(clock.ticks(), clock.seconds(), step.0);
         for input in &inputs {
             self.handle(input);
@@ -59,16 +59,11 @@ impl Session {
             self.note_pushes();
         }
     }
-
-    /// A body of the scene; where it is gone, that is told.
-    pub(crate) fn body_or_refuse(&mut self, name: &str) -> Option<Entity> {
-        let body = self.body(name);
-        if body.is_none() {
-            self.refuse(format!("there is no body {name} any more"));
-        }
-        body
-    }
 }
+
+/// Actions after which bodies that were removed may be there again.
+const BRING_BACK: [&str; 6] =
+    ["reset_world", "previous_scene", "next_scene", "find_scene", "step_back", "toggle_timeline_panel"];
 
 /// Reads a script or a recording and checks its keys, and its bodies against those of a scene.
 pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure> {
@@ -79,7 +74,8 @@ pub(crate) fn load_script(path: &Path, scene: &Scene) -> Result<Script, Failure>
         check_scene(recording, &name, scene)?;
     }
     let is_key = |word: &str| actions::key_of_word(word).is_ok();
-    script.check(&name, &text, scene, is_key, |word| actions::is_bound(word, Action::brings_back))?;
+    let brings_back = |word: &str| actions::is_one_of(word, &BRING_BACK);
+    script.check(&name, &text, scene, is_key, brings_back)?;
     Ok(script)
 }
 

@@ -2,84 +2,31 @@
 //!
 //! The window, headless runs and tests all come through here, which is why a headless picture is the window's.
 
-use crate::app::past;
-pub(crate) use crate::app::past::Within;
-pub use crate::app::rerun::Repetition;
-pub(crate) use crate::app::rest::SpeedSetting;
-use crate::app::worlds::{build, ids_of};
-pub(crate) use crate::tools::cost::state::SHARE as COST_SHARE;
-pub(crate) use crate::tools::effects::state::ENERGY_WATCH;
-pub use crate::tools::effects::state::SwitchedBy;
-pub use crate::tools::forecast::state::ForecastRow;
-pub(crate) use crate::tools::forecast::state::digits;
-pub(crate) use crate::tools::ghosts::state::{GhostLabel, Track, place};
-pub use crate::tools::ghosts::state::{GhostRow, GhostState};
-pub(crate) use crate::tools::ledger::state::Point;
-use crate::tools::{cost, effects, forecast, ghosts, ledger};
-pub(crate) use crate::view::labels::Label;
-pub use crate::view::options::{Options, Overrides};
-pub(crate) use crate::view::pose::drawn;
-pub(crate) use crate::view::soft::SoftSum;
+use std::ops::{ControlFlow, Deref, DerefMut};
+use std::sync::Arc;
 
-use std::collections::HashMap;
-use std::ops::ControlFlow;
+use history::EffectsState;
+use lab::Row;
+use lab::cost::Study;
+use motion::clock::FrameTime;
+use motion::ledger::Ledger;
+use motion::{TimeStep, remember_positions};
+use scene::{Scene, StepKind};
 
-use bevy_ecs::prelude::*;
-use glam::DVec3;
-use history::{Intervention, Simulation};
-use motion::clock::{FrameTime, TickClock};
-use motion::{
-    Method, MutualGravity, OwnMethod, Particle, Push, PushQueue, Request, Requests, TimeStep,
-    remember_positions,
-};
-use pick::{SoftTargets, Targets};
-use scene::{PushSpec, Scene, StepKind, unsolvable};
-
-use crate::app::control::Control;
+use crate::app::control::Hands;
 use crate::app::player::Player;
-use crate::app::ui::{Topic, Ui};
-use crate::view::camera::Camera;
-use crate::view::trails::Trails;
+use crate::app::ui::Ui;
+use crate::input::InputFrame;
+pub(crate) use crate::tools::effects::SwitchedBy;
+use crate::tools::forecast::ForecastRow;
+use crate::tools::ghosts::GhostRow;
+use crate::tools::{Panel, Tools, forecast};
+use crate::view::notices::Topic;
+use crate::view::options::Options;
+use crate::view::stage::{Measured, Order, Run, Stage, hand_over, start};
 
-/// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.
-pub(crate) const CATCH_UP: f64 = 0.25;
-
-/// Frames a second of a run that does not say.
+/// Frames per second of a run that does not say.
 pub(crate) const DEFAULT_FPS: f64 = 60.0;
-
-/// Refusals that wait to be told.
-const MOST_REFUSALS: usize = 16;
-
-/// Newtons of a held push key.
-pub(crate) const KEY_PUSH: f64 = 10.0;
-
-/// What the window shell measured; a headless run has none, so that its pictures depend on nothing but input.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measured {
-    /// Frames a second.
-    pub frames_per_second: f64,
-    /// Time of a tick, s.
-    pub tick: f64,
-    /// Simulated seconds a second.
-    pub simulated_over_real: f64,
-}
-
-/// A body that was quarantined, by name.
-#[derive(Clone, Debug, PartialEq)]
-pub struct QuarantinedBody {
-    /// Name in the scene.
-    pub body: String,
-    /// The tick that it did not survive.
-    pub tick: u64,
-    /// What happened, as a sentence.
-    pub what: String,
-    /// The system that noticed.
-    pub system: &'static str,
-    /// The component or resource at fault.
-    pub component: &'static str,
-    /// What had happened to it: a word, with the name of the law or of the body at the other end of the spring.
-    pub cause: String,
-}
 
 /// A tick that is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,255 +37,197 @@ pub enum Simulated {
     Again,
 }
 
-/// What the program outside has to do after a frame.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// Write the picture of this frame; a name if a script gave one.
-    Screenshot(Option<String>),
-    /// Write the run into a file: a black box.
-    Bundle,
-    /// Load the scene of that name and go on with it.
-    Open(String),
-    /// Leave.
-    Quit,
+/// What a session does when something goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OnFault {
+    /// It goes back to the last good tick, pauses and selects the body.
+    Pause,
+    /// It simulates no further.
+    Stop,
 }
 
-/// A running scene.
-pub struct Session {
-    pub(crate) sim: Simulation,
-    pub(crate) clock: TickClock,
-    pub(crate) ids: HashMap<Entity, u32>,
-    pub(crate) options: Options,
-    pub(crate) camera: Camera,
-    pub(crate) control: Control,
-    pub(crate) ui: Ui,
-    pub(crate) trails: Trails,
-    pub(crate) measured: Option<Measured>,
-    pub(crate) orders: Vec<Order>,
-    pub(crate) player: Option<Player>,
-    pub(crate) effects: effects::state::Effects,
-    /// Twins of this world, while they are shown.
-    pub(crate) ghosts: Option<ghosts::state::Ghosts>,
-    pub(crate) cost: Option<cost::state::LiveCost>,
-    /// Books of energy and momentum, while somebody wants them.
-    pub(crate) ledger: Option<Box<ledger::state::Kept>>,
-    /// Whether they are kept while their panel is closed, too.
-    pub(crate) ledger_asked: bool,
-    pub(crate) refusals: Vec<String>,
-    /// The forecast, while its panel is open.
-    pub(crate) shown_forecast: Option<forecast::state::Shown>,
-    /// What would grow, as it was at the start of the scene.
-    pub(crate) foretold: Vec<ForecastRow>,
-    /// The last minute, if it is to be gone back to.
-    pub(crate) recorded: Option<Box<past::Recorded>>,
-    /// Whether it is, in this scene and the next, and what a fault does.
-    pub(crate) recording: Option<past::OnFault>,
+/// What was asked of a session for every scene that it opens.
+#[derive(Default)]
+pub(crate) struct Settings {
+    /// Whether the last minute is recorded, and what a fault does.
+    pub recording: Option<OnFault>,
     /// Whether the next fault of this scene orders a bundle.
-    pub(crate) saves_faults: bool,
-    pub(crate) targets: Targets,
-    pub(crate) soft: SoftTargets,
-    pub(crate) targets_current: bool,
-    /// Where between the last two ticks bodies are drawn, in [0, 1].
-    pub(crate) alpha: f64,
+    pub saves_faults: bool,
+    /// Whether a ledger is kept while its panel is closed, too.
+    pub keeps_ledger: bool,
+}
+
+/// What a person sets that changes how long a frame or a tick takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SpeedSetting {
+    pub pace: f64,
+    pub paused: bool,
+    pub ghosts: bool,
+}
+
+/// A running scene: the simulation with its view, and the tools. Both are replaced as a whole with the scene; what lasts is in
+/// the run, the settings and the panels.
+pub struct Session {
+    pub(crate) stage: Stage,
+    pub(crate) tools: Tools,
+    pub(crate) hands: Hands,
+    pub(crate) ui: Ui,
+    pub(crate) settings: Settings,
+    pub(crate) player: Option<Player>,
+    /// Ticks left to simulate, if they are limited.
     pub(crate) ticks_left: Option<u64>,
-    pub(crate) frames: u64,
-    pub(crate) dropped: f64,
-    pub(crate) dropped_lately: f64,
-    pub(crate) quarantined: Vec<QuarantinedBody>,
-    /// How many of them are of other worlds.
-    pub(crate) quarantined_before: usize,
-    pub(crate) records_seen: usize,
-    /// Implicit steps that had not converged when the scene began; none once the person was told of one in it.
-    pub(crate) unconverged_before: Option<u64>,
-    pub(crate) acting: HashMap<Entity, DVec3>,
-    /// Newtons of a force arrow of one meter, while these are drawn.
-    pub(crate) force_scale: Option<f64>,
-    /// Words beside bodies, by stable id.
-    pub(crate) labels: Vec<(u32, String)>,
+}
+
+impl Deref for Session {
+    type Target = Stage;
+
+    fn deref(&self) -> &Stage {
+        &self.stage
+    }
+}
+
+impl DerefMut for Session {
+    fn deref_mut(&mut self) -> &mut Stage {
+        &mut self.stage
+    }
 }
 
 impl Session {
     /// Starts `scene`.
     #[must_use]
-    pub fn new(mut scene: Scene, options: Options) -> Self {
-        options.overrides.apply(&mut scene);
-        let catch_up = options.catch_up.unwrap_or(CATCH_UP);
-        let clock =
-            TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
-        let push = scene.push.unwrap_or(PushSpec::TUTORIAL);
-        let sim = build(scene, options);
-        let scene = &sim.scene;
+    pub fn new(scene: Scene, options: Options) -> Self {
         Self {
-            camera: Camera::new(scene.camera),
-            control: Control { trails: scene.trails, ..Control::new(push, options.paused) },
+            stage: Stage::new(scene, Run { options, ..Run::default() }),
+            tools: Tools::default(),
+            hands: Hands::default(),
             ui: Ui::new(options.size_px),
-            trails: Trails::default(),
-            measured: None,
-            orders: Vec::new(),
+            settings: Settings::default(),
             player: None,
-            effects: effects::state::Effects::default(),
-            ghosts: None,
-            cost: None,
-            ledger: None,
-            ledger_asked: false,
-            refusals: Vec::new(),
-            shown_forecast: None,
-            foretold: Vec::new(),
-            recorded: None,
-            recording: None,
-            saves_faults: false,
-            targets: Targets::default(),
-            soft: SoftTargets::default(),
-            targets_current: false,
-            ids: ids_of(&sim.bodies),
-            alpha: 1.0,
             ticks_left: None,
-            frames: 0,
-            dropped: 0.0,
-            dropped_lately: 0.0,
-            quarantined: Vec::new(),
-            quarantined_before: 0,
-            records_seen: 0,
-            unconverged_before: Some(0),
-            acting: HashMap::new(),
-            force_scale: None,
-            labels: scene.labels.clone(),
-            sim,
-            clock,
-            options,
         }
     }
 
-    /// Simulates at most `ticks` more ticks; after that, frames change nothing but the camera.
-    pub const fn limit_ticks(&mut self, ticks: u64) {
-        self.ticks_left = Some(ticks);
+    /// Goes on with another scene; window size and panels stay.
+    pub fn open(&mut self, scene: Scene) {
+        self.forget_ahead();
+        let mut run = std::mem::take(&mut self.stage.run);
+        run.options.paused = false;
+        run.quarantined_before = run.quarantined.len();
+        let mut next = Stage::new(scene, run);
+        self.stage.hand_over(&mut next);
+        next.clock.start_at(self.clock.now());
+        (next.view.mode, next.view.pointer) = (self.view.mode, self.view.pointer);
+        next.notices = std::mem::take(&mut self.stage.notices);
+        next.notices.retract_run();
+        self.stage = next;
+        self.tools = Tools::default();
+        self.hands = Hands::default();
+        self.ui.close(Panel::Ghosts);
+        self.restart_tools();
+        self.keep_or_close_ledger();
+        self.restart_recording();
     }
 
-    /// Tells the HUD what the shell measured.
-    pub const fn set_measured(&mut self, measured: Measured) {
-        self.measured = Some(measured);
-    }
-
-    /// What is to be done outside after this frame; takes it.
-    pub fn take_orders(&mut self) -> Vec<Order> {
-        std::mem::take(&mut self.orders)
-    }
-
-    /// What is to be done outside after this frame, left in place.
-    #[must_use]
-    pub fn orders(&self) -> &[Order] {
-        &self.orders
-    }
-
-    /// Leaves an order for the next frame, because this one could not carry it out.
-    pub fn postpone(&mut self, order: Order) {
-        self.orders.push(order);
-    }
-
-    /// Whether a text field takes what is typed.
-    #[must_use]
-    pub fn takes_text(&self) -> bool {
-        self.ui.takes_keys()
-    }
-
-    /// Says something to the person for a few seconds.
-    pub fn notice(&mut self, text: impl Into<String>) {
-        self.ui.notice(Topic::Other, text.into());
-    }
-
-    /// Says what became of a file, in place of what was said of the last one.
-    pub(crate) fn notice_of_file(&mut self, text: String) {
-        self.ui.notice(Topic::File, text);
-    }
-
-    /// What is said to the person at present.
-    pub fn notices(&self) -> impl Iterator<Item = &str> {
-        self.ui.notices()
-    }
-
-    /// Says to the person, and to a run that nobody looks at, that something was not done.
-    pub(crate) fn refuse(&mut self, what: impl Into<String>) {
-        self.refuse_about(Topic::Other, what);
-    }
-
-    pub(crate) fn refuse_about(&mut self, topic: Topic, what: impl Into<String>) {
-        let what = what.into();
-        if self.refusals.len() < MOST_REFUSALS {
-            self.refusals.push(what.clone());
+    /// Builds the world again; camera, gravity, damping, what is switched off and click force stay, the selection does
+    /// not.
+    pub(crate) fn reset_world(&mut self) {
+        // Gravity and damping may have been asked for in this very frame.
+        self.carry_out_requests();
+        self.forget_ahead();
+        self.run.quarantined_before = self.run.quarantined.len();
+        let stage = &mut self.stage;
+        let method = stage.sim.method();
+        let step = *stage.sim.world.resource::<TimeStep>();
+        let mut next = start(Arc::clone(&stage.sim.scene), stage.run.options);
+        hand_over(&mut stage.sim.world, &mut next.world);
+        next.world.insert_resource(step);
+        EffectsState::of(&mut stage.sim.world).put(&mut next.world);
+        next.stepper.recompile(&mut next.world);
+        if method != next.method() {
+            next.set_method(method);
         }
-        self.ui.notice(topic, what);
+        stage.replace(next);
+        stage.notices.retract_run();
+        stage.clock.set_pace(1.0).expect("1 is positive and finite");
+        self.restart_tools();
+        self.restart_recording();
     }
 
-    /// What was asked for and not done, lately; takes it.
-    pub fn take_refusals(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.refusals)
+    /// Lets the tools go on with another world.
+    pub(crate) fn restart_tools(&mut self) {
+        for (_, tool) in self.tools.each() {
+            tool.restart(&mut self.stage);
+        }
     }
 
     /// One frame: everything but pixels.
-    pub fn frame(&mut self, input: &crate::input::InputFrame, time: FrameTime) -> render::Frame {
+    pub fn frame(&mut self, input: &InputFrame, time: FrameTime) -> render::Frame {
         self.advance(input, time);
         self.picture()
     }
 
     /// One frame without the picture: input, ticks, camera, panels.
-    pub fn advance(&mut self, input: &crate::input::InputFrame, time: FrameTime) {
+    pub fn advance(&mut self, input: &InputFrame, time: FrameTime) {
         self.advance_watched(input, time, &mut |_, _| ControlFlow::Continue(()));
     }
 
     /// [`Session::advance`] with a look at the state after every tick. A look that breaks drops the frame's other ticks,
-    /// which are counted as dropped time: who waits for them too long would never catch up. Those on the way to a past
+    /// which are counted as dropped time: a run that waits for them too long would never catch up. Those on the way to a past
     /// tick are left to the next frame instead, and nothing else is simulated until it is there.
     pub fn advance_watched(
         &mut self,
-        input: &crate::input::InputFrame,
+        input: &InputFrame,
         time: FrameTime,
         after_tick: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>,
     ) {
-        let pushes = self.pushes_on_the_way();
+        let pushes = self.pushes_while_seeking();
         for event in &input.events {
             self.handle(event);
         }
         self.play_frame(time);
         self.play_tick();
         self.steer(time.length());
-        if pushes.is_some_and(|before| self.pushes_on_the_way() > Some(before)) {
-            self.give_up_journey();
+        if pushes.is_some_and(|before| self.pushes_while_seeking() > Some(before)) {
+            self.give_up_seek();
         }
         self.simulate(time, after_tick);
         self.follow_locked();
-        self.work_on_cost(time);
-        self.look_ahead(time);
-        if self.options.pictures || self.ui.any_open() || self.ui.closing() {
+        for (panel, tool) in self.tools.each() {
+            tool.after_ticks(&mut self.stage, self.ui.shows(panel), time);
+        }
+        if self.run.options.pictures || self.ui.any_open() || self.ui.closing() {
             self.lay_out_panels(time);
         } else {
             self.ui.forget();
+            self.notices.clear();
         }
-        self.travel(after_tick);
-        self.frames += 1;
+        self.go_on_seeking(after_tick);
+        self.run.frames += 1;
     }
 
     fn simulate(&mut self, time: FrameTime, after_tick: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>) {
         // Before the requests: what they change is an intervention.
-        self.open_or_close_ledger();
+        self.keep_or_close_ledger();
         self.carry_out_requests();
-        self.dropped_lately = 0.0;
-        if self.travel(after_tick) {
+        self.run.dropped_lately = 0.0;
+        if self.go_on_seeking(after_tick) {
             self.clock.pause(time);
             return;
         }
         // Taken in any case: a step that was asked for before going on is not one of the next pause.
-        let steps_asked = std::mem::take(&mut self.control.steps_asked);
-        let (mut ticks, step) = if self.control.paused {
-            self.clock.pause(time);
+        let steps_asked = std::mem::take(&mut self.hands.steps_asked);
+        let stage = &mut self.stage;
+        let (mut ticks, step) = if stage.view.paused {
+            stage.clock.pause(time);
             (steps_asked, None)
-        } else if self.sim.scene.step == StepKind::Frame {
-            let length = time.length() * self.clock.pace();
-            self.clock.pause(time);
+        } else if stage.sim.scene.step == StepKind::Frame {
+            let length = time.length() * stage.clock.pace();
+            stage.clock.pause(time);
             (u64::from(length > 0.0), Some(length))
         } else {
-            let due = self.clock.due(time);
-            self.dropped_lately = due.dropped;
-            self.dropped += due.dropped;
+            let due = stage.clock.due(time);
+            stage.run.dropped_lately = due.dropped;
+            stage.run.dropped += due.dropped;
             (due.ticks, None)
         };
         if let Some(left) = &mut self.ticks_left {
@@ -351,8 +240,8 @@ impl Session {
             self.sim.world.insert_resource(TimeStep(length));
         }
         if ticks > 0 {
-            self.ui.retract(Topic::Place);
-            self.control.held.begin_tick();
+            self.notices.retract(Topic::Place);
+            self.hands.held.begin_tick();
             self.note_pushes();
         }
         let (mut undone, mut late) = (0, false);
@@ -360,20 +249,23 @@ impl Session {
             if tick > 1 {
                 self.play_between_ticks();
             }
-            let last = tick == ticks && self.options.interpolate;
+            let last = tick == ticks && self.run.options.interpolate;
             // A trail has to know of every tick where its bodies were before it.
-            if last || (self.control.trails && self.options.interpolate) {
+            if last || (self.view.trails && self.run.options.interpolate) {
                 self.sim.world.run_system_cached(remember_positions).expect("a query and nothing else");
             }
             let repeated = self.repeat_before_tick();
-            self.tick_ghosts(last);
+            for (_, tool) in self.tools.each() {
+                tool.before_tick(&self.stage, last);
+            }
             if !repeated {
                 self.record_before_tick();
             }
-            self.tick();
-            if self.control.trails {
+            self.tools.ledger.tick(&mut self.stage);
+            if self.view.trails {
                 let time = self.simulated();
-                self.trails.after_tick(&mut self.sim.world, time);
+                let Stage { seen, sim, .. } = &mut self.stage;
+                seen.trails.after_tick(&mut sim.world, time);
             }
             late = after_tick(self, Simulated::Anew).is_break();
             if self.record_after_tick(repeated) || late {
@@ -387,100 +279,150 @@ impl Session {
         if late {
             #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
             let dropped = undone as f64 / self.clock.rate();
-            self.dropped_lately += dropped;
-            self.dropped += dropped;
+            self.run.dropped_lately += dropped;
+            self.run.dropped += dropped;
         }
-        let between = self.options.interpolate
-            && !self.control.paused
+        let between = self.run.options.interpolate
+            && !self.view.paused
             && self.sim.scene.step == StepKind::Fixed
             // Positions are remembered before the last tick, which was not reached.
             && undone == 0;
-        self.alpha = if between { self.clock.fraction() } else { 1.0 };
-        self.targets_current = false;
+        self.seen.alpha = if between { self.clock.fraction() } else { 1.0 };
+        self.seen.targets_current = false;
         self.note_quarantined();
         self.note_unconverged();
         self.meet_fault();
-        self.travel(after_tick);
+        self.go_on_seeking(after_tick);
     }
 
-    /// Notes the pushes of the coming tick. They are shown until the next one: a frame without a tick changes nothing.
-    pub(crate) fn note_pushes(&mut self) {
-        self.acting.clear();
-        for Push { body, newtons } in self.sim.world.resource::<PushQueue>().pending() {
-            *self.acting.entry(body).or_default() += newtons;
+    /// The picture of the present state.
+    pub fn picture(&mut self) -> render::Frame {
+        let forecast = &self.tools.forecast;
+        let ratio = |ends| forecast.spring_ratio(ends).unwrap_or(0.0);
+        let mut frame = self.stage.begin_picture(forecast.shown().is_some().then_some(&ratio as _));
+        for (_, tool) in self.tools.each() {
+            tool.draw(&self.stage, &mut frame);
+        }
+        self.stage.finish_picture(&mut frame);
+        frame.panels = self.ui.panels();
+        frame
+    }
+
+    /// Simulates at most `ticks` more ticks; after that, frames change nothing but the camera.
+    pub const fn limit_ticks(&mut self, ticks: u64) {
+        self.ticks_left = Some(ticks);
+    }
+
+    /// Tells the HUD what the shell measured.
+    pub const fn set_measured(&mut self, measured: Measured) {
+        self.stage.run.measured = Some(measured);
+    }
+
+    /// Leaves an order for the next frame, because this one could not carry it out.
+    pub fn postpone(&mut self, order: Order) {
+        self.orders.push(order);
+    }
+
+    /// Whether a text field takes what is typed.
+    #[must_use]
+    pub fn takes_text(&self) -> bool {
+        self.ui.takes_keys()
+    }
+
+    /// Seconds after the last frame until something changes without input; infinite where nothing does.
+    #[must_use]
+    pub fn changes_in_s(&mut self) -> f64 {
+        let works = self.tools.each().any(|(panel, tool)| self.ui.shows(panel) && tool.works());
+        let plays = self.player.as_ref().is_some_and(|player| !player.finished());
+        let does = plays || works || !self.hands.held.is_empty() || !self.orders.is_empty();
+        if does || !self.view.paused || !self.arrived() {
+            return 0.0;
+        }
+        let now = self.clock.now();
+        (self.notices.next_end(now).min(self.ui.lays_out_at()) - now).max(0.0)
+    }
+
+    /// The open panels in the order in which they were opened.
+    #[must_use]
+    pub fn open_panels(&self) -> &[Panel] {
+        self.ui.opened()
+    }
+
+    /// Simulated time with the part of the next tick that has passed, s.
+    pub(crate) fn progress(&self) -> f64 {
+        self.simulated() + self.clock.fraction() / self.clock.rate()
+    }
+
+    pub(crate) fn speed_setting(&self) -> SpeedSetting {
+        SpeedSetting {
+            pace: self.clock.pace(),
+            paused: self.view.paused,
+            ghosts: self.tools.ghosts.are_shown(),
         }
     }
 
-    fn follow_locked(&mut self) {
-        if let Some(body) = self.control.locked {
-            match self.drawn_position(body) {
-                Some(position) => self.camera.follow(position),
-                None => self.control.locked = None,
-            }
-        }
+    /// Keeps a ledger of energy and momentum from now on, whether the panel is open or not.
+    pub fn keep_ledger(&mut self) {
+        self.settings.keeps_ledger = true;
+        self.keep_or_close_ledger();
     }
 
-    /// Asks for a change at the start of the next tick.
-    pub(crate) fn ask(&mut self, request: Request) {
-        self.sim.request(request);
+    fn keep_or_close_ledger(&mut self) {
+        let wanted = self.settings.keeps_ledger || self.ui.shows(Panel::Ledger);
+        self.tools.ledger.keep(&mut self.stage, wanted);
     }
 
-    /// Gives `body` a method of its own, or the scene's.
-    pub(crate) fn set_body_method(&mut self, body: Entity, method: Option<Method>) {
-        let gravity = self.sim.world.contains_resource::<MutualGravity>();
-        if self.refuses([method.unwrap_or(self.sim.method())], gravity) {
-            return;
-        }
-        self.ask(Request::SetBodyMethod(body, method));
+    /// The ledger, if one is kept.
+    #[must_use]
+    pub fn ledger(&self) -> Option<&Ledger> {
+        self.tools.ledger.kept()
     }
 
-    /// Says so where one of `methods` cannot solve what is declared.
-    fn refuses(&mut self, methods: impl IntoIterator<Item = Method>, mutual_gravity: bool) -> bool {
-        let why = methods.into_iter().find_map(|method| unsolvable(method, mutual_gravity));
-        if let Some(why) = why {
-            self.refuse(format!("{why}; take another method"));
-        }
-        why.is_some()
+    /// What there is to say of every method and, last, of the reference; nothing while no ghosts are shown.
+    #[must_use]
+    pub fn ghosts(&self) -> Vec<GhostRow> {
+        self.tools.ghosts.rows(&self.stage)
     }
 
-    /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
-    pub(crate) fn refuses_mutual_gravity(&mut self) -> bool {
-        // Also of bodies that nothing moves now, and where every body has one of its own; particles are not attracted.
-        let mut bodies = self.sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
-        let own = bodies.iter(&self.sim.world).filter_map(motion::own_method);
-        let methods: Vec<_> = own.chain([self.sim.method()]).collect();
-        self.refuses(methods, true)
+    /// How far everything is from instability as it is now, the worst first.
+    #[must_use]
+    pub fn forecast(&mut self) -> Vec<ForecastRow> {
+        forecast::rows(&mut self.stage)
     }
 
-    /// Goes on with another method of the scene.
-    pub(crate) fn set_method(&mut self, method: Method) {
-        let gravity = self.sim.world.contains_resource::<MutualGravity>();
-        if self.refuses([method], gravity) {
-            return;
-        }
-        if method != self.sim.method() {
-            self.record(Intervention::Method(method));
-            self.ui.retract(Topic::Method);
-            self.ui.retract(Topic::Forecast);
-        }
-        self.sim.set_method(method);
+    /// Looks ahead at the start of a scene, whose frames are to have that length, s: what would grow is kept for the
+    /// summary; what would soon be seen is told, and given here.
+    pub fn foretell(&mut self, frame: f64) -> Vec<ForecastRow> {
+        self.tools.forecast.begin(&mut self.stage, frame)
     }
 
-    /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
-    pub(crate) fn carry_out_requests(&mut self) {
-        self.record_requests();
-        self.carry_out_unrecorded();
+    /// What would grow, as it was at the start of the scene.
+    #[must_use]
+    pub fn foretold(&self) -> &[ForecastRow] {
+        self.tools.forecast.at_start()
     }
 
-    pub(crate) fn carry_out_unrecorded(&mut self) {
-        self.carry_out_in_ghosts();
-        if !self.sim.world.resource::<Requests>().is_empty() {
-            self.outdate_forecast();
-        }
-        self.sim.carry_out_requests();
-        self.targets_current = false;
-        for thing in [&mut self.control.selection, &mut self.control.locked] {
-            thing.take_if(|thing| self.sim.world.get_entity(*thing).is_err());
-        }
+    /// The forecast of the open panel, the worst first.
+    #[must_use]
+    pub fn shown_forecast(&self) -> Option<&[ForecastRow]> {
+        self.tools.forecast.shown()
+    }
+
+    /// The study of the running scene so far, while its panel is open.
+    #[must_use]
+    pub fn cost_study(&self) -> Option<&Study> {
+        self.tools.cost.study()
+    }
+
+    /// What is done of the study, in [0, 1].
+    #[must_use]
+    pub fn cost_progress(&self) -> f64 {
+        self.tools.cost.progress()
+    }
+
+    /// The receipt of the session as it is: what acts, because of what, on how many bodies; evaluations per step are
+    /// those since the last look, times those of the last measurement.
+    pub fn receipt(&mut self) -> Vec<Row> {
+        self.tools.effects.receipt(&mut self.stage)
     }
 }

@@ -1,67 +1,24 @@
 //! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
 
-use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
+use egui::{Event, LayerId, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::clock::{FrameClock, FrameTime};
 
-use history::Intervention;
-
-use crate::actions::Key;
-use crate::app::control::Mode;
-use crate::app::panels::{self, Edit, Finder};
-use crate::app::session::{Order, Session, SwitchedBy};
-use crate::input::Button;
-
-/// How long a notice stays, s.
-const NOTICE_S: f64 = 4.0;
+use crate::app::actions;
+use crate::app::session::Session;
+use crate::input::{Button, Key};
+use crate::tools::tool::{Desk, Edit};
+use crate::tools::{Panel, Tools};
+use crate::view::card::{self, Selected};
+use crate::view::stage::Stage;
+use crate::view::{hud, marks};
 
 /// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
 const FAR: f64 = 1e6;
 
 /// Points that the panels need, the help being the widest. A smaller picture has smaller points, down to half
-/// the size: below that nobody could read them.
+/// the size: below that no person could read them.
 const ROOM: [f32; 2] = [960.0, 540.0];
 const SMALLEST: f32 = 0.5;
-
-/// What a notice is about. Of each topic but the last there is one notice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Topic {
-    /// A file that was written or opened: true whatever is simulated.
-    File,
-    Fault,
-    Forecast,
-    Gravity,
-    Ghosts,
-    Method,
-    /// Where in the last minute the run stands.
-    Place,
-    Speed,
-    Unconverged,
-    Other,
-}
-
-/// Words in the picture.
-struct Notice {
-    topic: Topic,
-    text: String,
-    /// When it goes, s; known once it is seen.
-    until: Option<f64>,
-}
-
-/// What can be opened beside the tutorial's own words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "they say it themselves")]
-pub enum Panel {
-    Help,
-    Settings,
-    Effects,
-    Cost,
-    /// The list of ghosts, which it leaves alone when it is closed.
-    Ghosts,
-    Ledger,
-    Forecast,
-    Timeline,
-    Finder,
-}
 
 /// Which panels are open, and egui.
 pub(crate) struct Ui {
@@ -75,13 +32,9 @@ pub(crate) struct Ui {
     laid_out: bool,
     /// Open panels in the order in which they were opened.
     opened: Vec<Panel>,
-    /// What the axes of accuracy and cost count.
-    pub axes: panels::Axes,
-    pub finder: Finder,
     was_open: bool,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
     lays_out_at: f64,
-    notices: Vec<Notice>,
 }
 
 impl Ui {
@@ -102,11 +55,8 @@ impl Ui {
             pointer: Pos2::ZERO,
             laid_out: false,
             opened: Vec::new(),
-            axes: panels::Axes::default(),
-            finder: Finder::default(),
             was_open: false,
             lays_out_at: f64::INFINITY,
-            notices: Vec::new(),
         }
     }
 
@@ -119,9 +69,6 @@ impl Ui {
     pub fn open(&mut self, panel: Panel) {
         if !self.shows(panel) {
             self.opened.push(panel);
-            if panel == Panel::Finder {
-                self.finder = Finder::default();
-            }
         }
     }
 
@@ -129,48 +76,14 @@ impl Ui {
         self.opened.retain(|other| *other != panel);
     }
 
-    pub fn toggle(&mut self, panel: Panel) {
-        if self.shows(panel) {
-            self.close(panel);
-        } else {
-            self.open(panel);
-        }
+    /// When egui wants its next layout, s; infinite where nothing moves by itself.
+    pub const fn lays_out_at(&self) -> f64 {
+        self.lays_out_at
     }
 
-    /// Seconds from `now` until the panels look different without input.
-    pub fn changes_in_s(&self, now: f64) -> f64 {
-        // A notice that has not been laid out yet has no end.
-        let ends = self.notices.iter().map(|notice| notice.until.unwrap_or(now));
-        (ends.fold(self.lays_out_at, f64::min) - now).max(0.0)
-    }
-
-    /// Drops what waits for a layout that nobody will see.
+    /// Drops what waits for a layout that no person will see.
     pub fn forget(&mut self) {
         self.events.clear();
-        self.notices.clear();
-    }
-
-    /// Says something for a few seconds, in place of what was said of its topic before.
-    pub fn notice(&mut self, topic: Topic, text: String) {
-        if topic != Topic::Other {
-            self.retract(topic);
-        }
-        self.notices.push(Notice { topic, text, until: None });
-    }
-
-    /// Takes back what is no longer true.
-    pub fn retract(&mut self, topic: Topic) {
-        self.notices.retain(|notice| notice.topic != topic);
-    }
-
-    /// Takes back what was said of a run that has come to its end.
-    pub fn retract_run(&mut self) {
-        self.notices.retain(|notice| notice.topic == Topic::File);
-    }
-
-    /// What is said at present.
-    pub fn notices(&self) -> impl Iterator<Item = &str> {
-        self.notices.iter().map(|notice| notice.text.as_str())
     }
 
     pub fn opened(&self) -> &[Panel] {
@@ -284,6 +197,16 @@ impl Ui {
         self.size_px = size_px;
     }
 
+    /// The panels of the last layout as triangles; their textures are handed out once.
+    pub fn panels(&mut self) -> Option<render::Panels> {
+        let output = self.output.as_mut()?;
+        let shapes = output.shapes.clone();
+        let pixels_per_point = output.pixels_per_point;
+        let textures_delta = std::mem::take(&mut output.textures_delta);
+        let primitives = self.context.tessellate(shapes, pixels_per_point);
+        Some(render::Panels { primitives, textures_delta, pixels_per_point })
+    }
+
     #[expect(clippy::cast_precision_loss, reason = "pixels")]
     fn pixels_per_point(&self) -> f32 {
         let fits = |axis: usize| self.size_px[axis] as f32 / (ROOM[axis] * self.scale);
@@ -293,27 +216,53 @@ impl Ui {
 
 impl Drop for Ui {
     fn drop(&mut self) {
-        // Nobody will draw them any more; a debug build of egui asks to be told so.
+        // No picture will draw them any more; a debug build of egui asks to be told so.
         if let Some(output) = &mut self.output {
             output.textures_delta.clear();
         }
     }
 }
 
+/// Lays out all that is written over the picture; the changes that the person asks for.
+fn lay_out(ui: &mut Ui, context: &egui::Context, stage: &mut Stage, tools: &mut Tools) -> Vec<Edit> {
+    let (keys, mut edits, mut closed) = (actions::rows(), Vec::new(), Vec::new());
+    let titles: Vec<_> = ui.opened.iter().map(|panel| panel.row().title).collect();
+    for (panel, tool) in tools.each().filter(|(panel, _)| ui.opened.contains(panel)) {
+        let title = panel.row().title;
+        let (stage, edits) = (&mut *stage, &mut edits);
+        let mut desk = Desk { context, stage, title, open: &titles, keys: &keys, edits, closes: false };
+        tool.show(&mut desk);
+        if desk.closes {
+            closed.push(panel);
+        }
+    }
+    closed.into_iter().for_each(|panel| ui.close(panel));
+    let painter = context.layer_painter(LayerId::new(egui::Order::Background, egui::Id::unique("hud")));
+    let mut taken = marks::show(&painter, &stage.visible_labels());
+    taken.extend(stage.fault_mark().map(|mark| marks::show_mark(&painter, &mark)));
+    for (panel, tool) in tools.each() {
+        tool.write(stage, &painter, ui.shows(panel), taken.clone());
+    }
+    hud::show(&painter, stage);
+    let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
+    if let Some(selected) = selected {
+        card::show(context, &selected, stage.sim.method());
+    }
+    edits
+}
+
 impl Session {
     /// Lays the panels out for this frame and queues what the person changed in them.
     pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
         let now = time.total();
-        self.ui.notices.retain_mut(|notice| now <= *notice.until.get_or_insert(now + NOTICE_S));
-        let notices: Vec<_> = self.ui.notices().map(str::to_owned).collect();
-        let model = panels::Model::of(self, notices);
+        self.notices.expire(now);
         let context = self.ui.context.clone();
         // The first layout only measures; a second one of the same frame stands right.
         let passes = if self.ui.laid_out { 1 } else { 2 };
         let pixels_per_point = self.ui.pixels_per_point();
         let mut edits = Vec::new();
         for _ in 0..passes {
-            let [width, height] = self.options.size_px;
+            let [width, height] = self.run.options.size_px;
             #[expect(clippy::cast_precision_loss, reason = "pixels")]
             let size = Vec2::new(width as f32, height as f32) / pixels_per_point;
             let mut input = RawInput {
@@ -327,9 +276,9 @@ impl Session {
             if let Some(viewport) = input.viewports.get_mut(&egui::ViewportId::ROOT) {
                 viewport.native_pixels_per_point = Some(pixels_per_point);
             }
-            let ui_state = &mut self.ui;
+            let Self { stage, tools, ui, .. } = self;
             let mut output =
-                context.run_ui(input, |ui| edits.extend(panels::show(ui.ctx(), ui_state, &model)));
+                context.run_ui(input, |root| edits.extend(lay_out(ui, root.ctx(), stage, tools)));
             if let Some(mut earlier) = self.ui.output.take() {
                 // Textures that no picture has taken yet.
                 earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
@@ -344,28 +293,7 @@ impl Session {
         self.ui.laid_out = true;
         self.ui.was_open = self.ui.any_open();
         for edit in edits {
-            match edit {
-                Edit::Ask(request) => self.ask_by(request, SwitchedBy::Settings),
-                Edit::Try(experiment) => self.experiment(&experiment),
-                Edit::Switch(effect, on) => {
-                    // Only declared ones can be clicked.
-                    let _ = self.switch_effect(effect, on, SwitchedBy::Panel);
-                }
-                Edit::MeasureCost => self.measure_cost(),
-                Edit::ApplySetting(setting) => self.apply_setting(setting),
-                Edit::MeasureEffects => self.measure_effects(),
-                Edit::ShowGhost(method, shown) => self.show_ghost(method, shown),
-                Edit::StepHz(rate) => {
-                    if self.clock.set_rate(rate).is_ok() {
-                        self.record(Intervention::Step(1.0 / rate));
-                        self.ui.retract(Topic::Forecast);
-                        self.sim.world.insert_resource(motion::TimeStep(1.0 / rate));
-                    }
-                }
-                Edit::Seek(tick) => self.set_out(tick),
-                Edit::SaveBundle => self.ask_for_bundle(),
-                Edit::Open(scene) => self.orders.push(Order::Open(scene)),
-            }
+            self.edit(edit);
         }
     }
 
@@ -375,21 +303,5 @@ impl Session {
             // A card that is new stands at its place in the layout after those that measure it.
             (0..2).for_each(|_| self.lay_out_panels(now));
         }
-    }
-
-    /// The panels of the last layout as triangles; their textures are handed out once.
-    pub(crate) fn panels(&mut self) -> Option<render::Panels> {
-        let output = self.ui.output.as_mut()?;
-        let shapes = output.shapes.clone();
-        let pixels_per_point = output.pixels_per_point;
-        let textures_delta = std::mem::take(&mut output.textures_delta);
-        let primitives = self.ui.context.tessellate(shapes, pixels_per_point);
-        Some(render::Panels { primitives, textures_delta, pixels_per_point })
-    }
-
-    /// Whether the pointer is to be hidden and held by the window.
-    #[must_use]
-    pub fn grabs_pointer(&self) -> bool {
-        self.control.mode == Mode::Camera
     }
 }

@@ -6,11 +6,12 @@ use motion::effects::Effect;
 use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
 
-use crate::app::session::{Options, Session, SwitchedBy};
+use crate::app::session::{Session, SwitchedBy};
 use crate::args::{above_0, positive};
 use crate::commands::effects;
 use crate::commands::list::Format;
 use crate::output::show;
+use crate::view::options::Options;
 
 use crate::failure::Failure;
 use crate::input::InputFrame;

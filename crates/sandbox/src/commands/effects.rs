@@ -7,12 +7,14 @@ use motion::effects::{Effect, EffectState};
 use scene::Scene;
 use serde_json::{Value, json};
 
-use crate::app::session::{ENERGY_WATCH, Options, Session};
+use crate::app::session::Session;
 use crate::args::above_0;
 use crate::commands::list::{Format, aligned};
 use crate::failure::Failure;
-use crate::output::report::number;
+use crate::numbers::{json_number as number, tidy};
 use crate::output::show;
+use crate::tools::effects::{ENERGY_WATCH, picture_rows};
+use crate::view::options::Options;
 
 /// Ticks of a report that does not say.
 pub(crate) const DEFAULT_TICKS: u64 = 600;
@@ -43,7 +45,7 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     session.update_targets();
     // As the window does.
     session.keep_timeline();
-    rows.extend(session.picture_rows());
+    rows.extend(picture_rows(&mut session));
     if let Some(row) = rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
         (row.ns, row.share) = (Some(watch), Some(watch / ns));
     }
@@ -155,9 +157,4 @@ fn absence_json(row: &Absence) -> Value {
         "picture_differs": row.picture_differs,
         "needed": row.needed(),
     })
-}
-
-/// A count a step: whole where it is whole.
-pub(crate) fn tidy(count: f64) -> String {
-    if count == count.round() { format!("{count:.0}") } else { format!("{count:.2}") }
 }

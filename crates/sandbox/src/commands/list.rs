@@ -5,7 +5,7 @@ use motion::{LAWS, METHODS};
 use scene::{ShippedScene, key_of_law};
 use serde_json::{Value, json};
 
-use crate::actions::{BINDINGS, MOUSE};
+use crate::app::actions::{BINDINGS, MOUSE};
 use crate::failure::Failure;
 use crate::methods::COLUMNS;
 use crate::output::show;

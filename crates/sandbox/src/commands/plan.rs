@@ -4,11 +4,12 @@ use clap::Args;
 use motion::{LawTexts, Method};
 use scene::{Scene, StepKind};
 
-use crate::app::session::{Options, Overrides, Session};
+use crate::app::session::Session;
 use crate::args::method;
 use crate::failure::Failure;
 use crate::methods::cost;
 use crate::output::show;
+use crate::view::options::{Options, Overrides};
 
 /// Prints the systems of one step.
 #[derive(Args, Debug)]

@@ -9,12 +9,11 @@ use scene::{Part, Scene, Source};
 use serde_json::{Value, json};
 
 use crate::args::positive;
-use crate::commands::effects::tidy;
 use crate::commands::list::{Format, aligned};
 use crate::failure::Failure;
+use crate::numbers::{json_number as number, three_digits, tidy};
 use crate::output::files::{Output, output_file};
 use crate::output::progress::Progress;
-use crate::output::report::number;
 use crate::output::show;
 
 /// Measures which method and substeps suit each part of a scene.
@@ -169,7 +168,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
             row.pick.setting.substeps.to_string(),
             format!("{:.2e}", row.pick.error_m),
             format!("{:.1e}", row.reference_error_m),
-            amount(row.pick.price),
+            three_digits(row.pick.price),
             format!("{:.0} %", row.share * 100.0),
         ]
     };
@@ -180,7 +179,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         scene.step_hz,
         aligned(&lines)
     );
-    text += &format!("total {} {price}\n", amount(found.total));
+    text += &format!("total {} {price}\n", three_digits(found.total));
     let dearest = &found.rows[found.dearest];
     text += &format!("the price is set by {}: {:.0} % of it\n", dearest.part, dearest.share * 100.0);
     text += &next_words(found, price);
@@ -198,19 +197,7 @@ fn next_words(found: &Recommendation, price: &str) -> String {
     let change = |(row, point): &(usize, Point)| format!("{} by {}", found.rows[*row].part, point.setting);
     let changes: Vec<_> = picks.iter().map(change).collect();
     let with = if changes.is_empty() { "the same".to_owned() } else { changes.join(", ") };
-    format!("an error of {error_m:.2e} m costs {} {price}, with {with}\n", amount(*total))
-}
-
-/// Three digits.
-fn amount(price: f64) -> String {
-    if (0.01..1e4).contains(&price) {
-        let digits = (2.0 - price.log10().floor()).max(0.0);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 4")]
-        let digits = digits as usize;
-        format!("{price:.digits$}")
-    } else {
-        format!("{price:.2e}")
-    }
+    format!("an error of {error_m:.2e} m costs {} {price}, with {with}\n", three_digits(*total))
 }
 
 fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]) -> String {

@@ -6,13 +6,14 @@ use clap::Args;
 use history::Bundle;
 use serde_json::{Value, json};
 
-use crate::PROGRAM;
-use crate::app::session::{Options, Repetition, Session};
+use crate::app::rerun::{PROGRAM, Repetition};
+use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::{read, repeated};
 use crate::output::files::{make_folder, write};
 use crate::output::report::{STATE_HEADER, fault_json, write_state};
 use crate::output::show;
+use crate::view::options::Options;
 
 /// Runs a bundle again.
 #[derive(Args, Debug)]

@@ -11,20 +11,22 @@ use motion::effects::Effect;
 use render::Film;
 use scene::{Action, Scene, Script, StepKind};
 
-use crate::actions::{self, Action as Key};
+use crate::app::actions;
 use crate::app::player::Player;
 use crate::app::script::{load_script, player_of};
-use crate::app::session::{
-    CATCH_UP, DEFAULT_FPS, ForecastRow, Options, Order, Overrides, Session, Simulated, SwitchedBy,
-};
+use crate::app::session::{DEFAULT_FPS, Session, Simulated, SwitchedBy};
 use crate::args::{StepArgs, above_0, damping, effect, positive, rate, size, whole};
 use crate::failure::Failure;
 use crate::input::InputFrame;
+use crate::numbers::duration;
 use crate::output::bundle::write_bundle;
 use crate::output::files::output_file;
 use crate::output::pictures::Camera;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
+use crate::tools::forecast::ForecastRow;
+use crate::view::options::{Options, Overrides};
+use crate::view::stage::{CATCH_UP, Order};
 
 mod outputs;
 
@@ -139,8 +141,7 @@ const MOST_TICKS: f64 = 3e15;
 /// Whether a script presses a key that needs the last minute.
 fn goes_back(script: &Script) -> bool {
     let mut keys = script.steps.iter().filter_map(|step| step.action.key());
-    let needs = |action: Key| matches!(action, Key::StepBack | Key::Timeline | Key::SaveBundle);
-    keys.any(|word| actions::is_bound(word, needs))
+    keys.any(|word| actions::is_one_of(word, &["step_back", "toggle_timeline_panel", "save_bundle"]))
 }
 
 /// Does what `sandbox run` says.
@@ -362,18 +363,10 @@ fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
     let AttractionTick { bodies, seconds } = lab::attraction_tick(scene)?;
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     let all = seconds * ticks as f64;
-    let (name, tick, run) = (&scene.name, in_time(seconds), in_time(all));
+    let (name, tick, run) = (&scene.name, duration(seconds), duration(all));
     (all >= LONG).then(|| {
         format!("{name}: {bodies} bodies attract each other: a tick takes some {tick}, the run some {run}")
     })
-}
-
-/// Seconds as a person would say them.
-fn in_time(seconds: f64) -> String {
-    let units = [("days", 86_400.0), ("h", 3_600.0), ("min", 60.0), ("s", 1.0)];
-    let unit = units.iter().find(|(_, length)| seconds >= 1.5 * length);
-    let (name, length) = unit.copied().unwrap_or(("ms", 1e-3));
-    format!("{:.1} {name}", seconds / length)
 }
 
 /// The ends of the frames, `fps` a second where no list says otherwise.

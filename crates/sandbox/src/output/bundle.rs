@@ -7,11 +7,13 @@ use std::path::Path;
 use history::Bundle;
 use render::Image;
 
-use crate::app::session::{Options, Repetition, Session};
+use crate::app::rerun::Repetition;
+use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{Output, output_file};
 use crate::output::pictures::png;
 use crate::output::progress::progress_bar;
+use crate::view::options::Options;
 
 /// Largest file that is read, bytes.
 const MOST_BYTES: u64 = 1 << 30;

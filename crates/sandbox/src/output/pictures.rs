@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use render::{Gpu, Image, Offscreen, Quality, Renderer};
 
+use crate::app::rerun::PROGRAM;
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::files::{make_folder, write};
@@ -76,7 +77,7 @@ pub(crate) fn png(image: &Image, session: &Session) -> Vec<u8> {
 /// What `png` makes of the settings and the state of a session, as keyword and value pairs.
 pub(crate) fn with_settings<T>(session: &Session, png: impl FnOnce(&[(&str, &str)]) -> T) -> T {
     let text = [
-        ("Software", crate::PROGRAM.to_owned()),
+        ("Software", PROGRAM.to_owned()),
         ("Scene", session.scene().name.clone()),
         ("Tick", session.ticks().to_string()),
         ("Method", session.stepper().method().name().to_owned()),

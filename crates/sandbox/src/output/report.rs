@@ -9,8 +9,10 @@ use motion::ledger::{Ledger, LedgerLines};
 use motion::{LAWS, Method, PhysicsBody, Totals, Transform, totals};
 use serde_json::{Map, Value, json};
 
-use crate::app::session::{QuarantinedBody, Session};
+use crate::app::session::Session;
+use crate::numbers::json_number as number;
 use crate::output::black_box::BlackBox;
+use crate::view::stage::QuarantinedBody;
 
 /// Header of the state file.
 pub const STATE_HEADER: &str = "tick,time_s,body,position_x_m,position_y_m,position_z_m,\
@@ -224,17 +226,6 @@ pub(crate) fn fault_json(fault: Option<&FaultEntry>) -> Value {
         Value::Null,
         |FaultEntry { tick, body, what }| json!({ "tick": tick, "body": body, "what": what }),
     )
-}
-
-/// A number, or its name where JSON has none.
-pub(crate) fn number(value: f64) -> Value {
-    if value.is_nan() {
-        json!("nan")
-    } else if value.is_infinite() {
-        json!(if value > 0.0 { "inf" } else { "-inf" })
-    } else {
-        json!(value)
-    }
 }
 
 fn vector(v: glam::DVec3) -> Value {

@@ -1,4 +1,6 @@
 //! Accuracy and cost, measured on a copy of the running scene.
 
-pub(crate) mod panel;
-pub(crate) mod state;
+mod panel;
+mod state;
+
+pub(crate) use state::Cost;

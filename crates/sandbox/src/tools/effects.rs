@@ -1,4 +1,7 @@
 //! Effects: what acts, why, and at what cost.
 
-pub(crate) mod panel;
-pub(crate) mod state;
+mod panel;
+mod state;
+
+pub use state::SwitchedBy;
+pub(crate) use state::{ENERGY_WATCH, Effects, picture_rows};

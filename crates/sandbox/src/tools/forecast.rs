@@ -1,4 +1,7 @@
 //! The forecast: how near everything is to instability.
 
-pub(crate) mod panel;
-pub(crate) mod state;
+mod panel;
+mod state;
+
+pub use state::ForecastRow;
+pub(crate) use state::{Forecast, rows};

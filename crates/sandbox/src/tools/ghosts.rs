@@ -1,6 +1,9 @@
 //! Ghosts: the same run by every method, beside a fine reference.
 
 mod edges;
-pub(crate) mod panel;
+mod panel;
 mod picture;
-pub(crate) mod state;
+mod state;
+
+pub(crate) use state::Ghosts;
+pub use state::{GhostRow, GhostState};

@@ -1,4 +1,6 @@
 //! The ledger: where energy and momentum go.
 
-pub(crate) mod panel;
-pub(crate) mod state;
+mod panel;
+mod state;
+
+pub(crate) use state::Ledger;

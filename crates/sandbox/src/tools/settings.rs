@@ -4,10 +4,12 @@ mod method;
 
 use egui::{Align2, ComboBox, DragValue, Ui};
 use glam::DVec3;
-use motion::{Damping, DampingModel, Gravity, Method, Request};
+use motion::{Damping, DampingModel, Gravity, Method, Request, TimeStep};
 
-use crate::app::control::Mode;
-use crate::app::panels::{Edit, Model, Selected};
+use crate::tools::tool::{Desk, Edit, Tool};
+use crate::view::card::Selected;
+use crate::view::hud::mouse_hint;
+use crate::view::stage::Stage;
 
 /// Gravity at the surface, m/s² (Earth: the tutorial's value).
 const PRESETS: [(&str, f64); 5] =
@@ -16,43 +18,47 @@ const PRESETS: [(&str, f64); 5] =
 /// Rates between which `step_hz` can be dragged.
 const STEP_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
-pub(crate) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>) {
-    egui::Window::new("Settings")
-        .resizable(false)
-        .collapsible(false)
-        .anchor(Align2::LEFT_CENTER, [8.0, 0.0])
-        .show(context, |ui| {
-            if model.mode == Mode::Camera {
-                ui.weak("the pointer turns the camera: Q lets it click here");
-            }
-            gravity(ui, model, edits);
+/// The settings.
+#[derive(Default)]
+pub(crate) struct Settings;
+
+impl Tool for Settings {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        let selected = desk.stage.seen.selection.and_then(|thing| Selected::of(desk.stage, thing));
+        desk.window().anchor(Align2::LEFT_CENTER, [8.0, 0.0]).show(desk.context, |ui| {
+            let (stage, edits) = (&*desk.stage, &mut *desk.edits);
+            let method = stage.sim.method();
+            mouse_hint(ui, stage);
+            gravity(ui, stage, edits);
             ui.separator();
-            damping(ui, model, edits);
+            damping(ui, stage, edits);
             ui.separator();
             ui.horizontal(|ui| {
-                let mut rate = model.step_hz;
+                let mut rate = 1.0 / stage.sim.world.resource::<TimeStep>().0;
                 ui.label("step_hz");
                 if ui.add(DragValue::new(&mut rate).range(STEP_HZ).speed(1.0).suffix(" Hz")).changed() {
                     edits.push(Edit::StepHz(rate));
                 }
             });
             ui.separator();
-            method::of_scene(ui, model, edits);
+            method::of_scene(ui, method, edits);
             ui.separator();
-            match &model.selection {
-                Some(selected) => body(ui, selected, model.method, edits),
+            match &selected {
+                Some(selected) => body(ui, selected, method, edits),
                 None => {
                     ui.weak("select a body to edit its mass, velocity and method");
                 }
             }
         });
+    }
 }
 
-fn gravity(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
+fn gravity(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
     ui.label("gravity");
-    let mut on = model.gravity.is_some_and(|gravity| gravity.on);
+    let declared = stage.sim.world.get_resource::<Gravity>();
+    let mut on = declared.is_some_and(|gravity| gravity.on);
     if ui.checkbox(&mut on, "on").changed() {
-        edits.push(Edit::Ask(match model.gravity {
+        edits.push(Edit::Ask(match declared {
             Some(_) => Request::SwitchGravity(on),
             None => Request::SetGravity(Gravity::EARTH.acceleration),
         }));
@@ -64,15 +70,16 @@ fn gravity(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
             }
         }
     });
-    let acceleration = model.gravity.map_or(DVec3::ZERO, |gravity| gravity.acceleration);
+    let acceleration = declared.map_or(DVec3::ZERO, |gravity| gravity.acceleration);
     if let Some(changed) = vector(ui, acceleration, 0.1, "m/s²") {
         edits.push(Edit::Ask(Request::SetGravity(changed)));
     }
 }
 
-fn damping(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
+fn damping(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
     ui.label("damping");
-    let declared = model.damping.unwrap_or(Damping { model: DampingModel::default(), rate: 0.0 });
+    let declared = stage.sim.world.get_resource::<Damping>().copied();
+    let declared = declared.unwrap_or(Damping { model: DampingModel::default(), rate: 0.0 });
     let mut changed = declared;
     ui.horizontal(|ui| {
         ComboBox::from_id_salt("damping model").selected_text(changed.model.name()).show_ui(ui, |ui| {

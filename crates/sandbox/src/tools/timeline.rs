@@ -1,3 +1,115 @@
-//! The timeline: going back in the last minute.
+//! The panel of the timeline: anywhere in the last minute, and what went wrong.
 
-pub(crate) mod panel;
+use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
+
+use crate::tools::tool::{Desk, Edit, Tool};
+use crate::view::hud::mouse_hint;
+use crate::view::marks::FAULT;
+use crate::view::recording::Within;
+use crate::view::stage::QuarantinedBody;
+
+/// Going back in the last minute; the recording is the stage's.
+#[derive(Default)]
+pub(crate) struct Timeline;
+
+/// So many quarantined bodies are listed.
+const LISTED: usize = 6;
+
+const WIDTH: f32 = 460.0;
+const MARKS_HEIGHT: f32 = 14.0;
+const KEYFRAME: Color32 = Color32::from_gray(110);
+const NOW: Color32 = Color32::from_rgb(120, 190, 255);
+
+impl Tool for Timeline {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        desk.window().anchor(Align2::RIGHT_BOTTOM, [-8.0, -48.0]).show(desk.context, |ui| {
+            ui.set_width(WIDTH);
+            mouse_hint(ui, desk.stage);
+            match &desk.stage.within() {
+                Some(within) => scrubber(ui, within, desk.stage.paused(), desk.edits),
+                None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
+            }
+            quarantined(ui, desk.stage.quarantined_here());
+        });
+    }
+}
+
+fn scrubber(ui: &mut Ui, within: &Within, paused: bool, edits: &mut Vec<Edit>) {
+    let mut tick = within.at;
+    ui.spacing_mut().slider_width = WIDTH - 90.0;
+    let slider = Slider::new(&mut tick, within.range.clone()).show_value(true).prefix("tick ");
+    if ui.add(slider).changed() && tick != within.at {
+        edits.push(Edit::Seek(tick));
+    }
+    marks(ui, within);
+    ui.horizontal(|ui| {
+        let (first, last) = (*within.range.start(), *within.range.end());
+        let back = [("|<", first), ("<", within.at.saturating_sub(1).max(first))];
+        for (text, to) in back.into_iter().chain([(">|", last)]) {
+            if ui.add_enabled(within.at != to, egui::Button::new(text)).clicked() {
+                edits.push(Edit::Seek(to));
+            }
+        }
+        if let Some(fault) = &within.fault
+            && ui.button("last good tick").clicked()
+        {
+            edits.push(Edit::Seek(fault.tick.saturating_sub(1)));
+        }
+        if ui.button("save bundle").on_hover_text("one file that `sandbox replay` runs again").clicked() {
+            edits.push(Edit::SaveBundle);
+        }
+    });
+    if let Some(fault) = &within.fault {
+        ui.colored_label(FAULT, format!("tick {} goes wrong: {}", fault.tick, fault.what));
+    }
+    if within.left > 0 {
+        ui.label(format!("on the way: {} ticks left to simulate again", within.left));
+    } else if within.at < *within.range.end() {
+        ui.label(match within.repeats {
+            true => "going on from here repeats what came after; doing something drops it",
+            false => "going on from here drops what came after",
+        });
+    } else if paused {
+        ui.label("the present, paused");
+    }
+    #[expect(clippy::cast_precision_loss, reason = "bytes for people")]
+    let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
+    ui.weak(format!(
+        "snapshots: {}, {:.2} of {:.0} MiB",
+        within.keyframes.len(),
+        mebibytes(within.bytes),
+        mebibytes(within.cap)
+    ));
+}
+
+/// Which bodies were quarantined, when, by which system and why.
+fn quarantined(ui: &mut Ui, bodies: &[QuarantinedBody]) {
+    for QuarantinedBody { body, tick, what, system, cause, .. } in bodies.iter().take(LISTED) {
+        ui.separator();
+        ui.label(format!("{body}: quarantined in tick {tick} by {system}, cause {cause}"));
+        ui.weak(what);
+    }
+    if bodies.len() > LISTED {
+        ui.weak(format!("and {} more", bodies.len() - LISTED));
+    }
+}
+
+/// Snapshots, the present and the fault along the slider.
+#[expect(clippy::cast_precision_loss, reason = "ticks of a minute, pixels")]
+fn marks(ui: &mut Ui, within: &Within) {
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(WIDTH - 90.0, MARKS_HEIGHT), Sense::hover());
+    let (first, last) = (*within.range.start(), *within.range.end());
+    let length = (last - first).max(1) as f32;
+    let x = |tick: u64| rect.left() + rect.width() * (tick.saturating_sub(first) as f32 / length).min(1.0);
+    let line = |tick: u64, color: Color32, width: f32| {
+        let ends = [Pos2::new(x(tick), rect.top()), Pos2::new(x(tick), rect.bottom())];
+        ui.painter().line_segment(ends, Stroke::new(width, color));
+    };
+    let axis = Rect::from_min_max(rect.left_center(), rect.right_center());
+    ui.painter().line_segment([axis.min, axis.max], Stroke::new(1.0, KEYFRAME));
+    within.keyframes.iter().for_each(|tick| line(*tick, KEYFRAME, 1.0));
+    line(within.at, NOW, 2.0);
+    if let Some(fault) = &within.fault {
+        line(fault.tick, FAULT, 2.0);
+    }
+}

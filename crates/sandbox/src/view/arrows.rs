@@ -5,7 +5,7 @@ use glam::DVec3;
 use motion::{Dormant, ForceCause, PhysicsBody, Transform};
 use render::{Frame, Line};
 
-use crate::app::session::Session;
+use crate::view::stage::Stage;
 
 const VELOCITY_COLOR: [f32; 4] = [0.3, 0.75, 1.0, 1.0];
 const FORCE_COLOR: [f32; 4] = [1.0, 0.35, 0.2, 1.0];
@@ -15,16 +15,16 @@ const ARROW_WIDTH_PX: f32 = 2.5;
 /// Meters of an arrow per m/s.
 const VELOCITY_SCALE: f64 = 0.5;
 
-impl Session {
+impl Stage {
     pub(crate) fn add_arrows(&mut self, frame: &mut Frame, eye: DVec3) {
         let mut arrows = Vec::new();
-        if self.control.velocity_arrows {
+        if self.view.velocity_arrows {
             self.add_velocities(&mut arrows);
         }
-        if self.control.force_arrows {
+        if self.view.force_arrows {
             self.add_forces(&mut arrows, eye);
         } else {
-            self.force_scale = None;
+            self.view.force_scale = None;
         }
         for (body, vector, color) in arrows {
             if let Some(from) = self.drawn_position(body).filter(|_| vector.is_finite()) {

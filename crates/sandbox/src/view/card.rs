@@ -1,17 +1,103 @@
 //! The card of the selection: the tutorial's quantities with their units.
 
+use bevy_ecs::prelude::*;
 use egui::{Align2, Grid, RichText};
 use glam::DVec3;
-use motion::Method;
+use motion::{ForceCause, Method, PhysicsBody, Transform};
 
-use crate::app::panels::Selected;
-use crate::app::session::SoftSum;
+use crate::numbers::{three_decimals, vector};
+use crate::view::soft::SoftSum;
+use crate::view::stage::Stage;
 
 /// Points between the card and the edge of the picture.
 const MARGIN: f32 = 8.0;
 
 /// Points that three components of two digits before the point need.
 const WIDTH: f32 = 340.0;
+
+/// So many springs of one body are listed each by itself.
+const SPRINGS: usize = 3;
+
+/// The selected thing in the tutorial's terms.
+pub(crate) struct Selected {
+    pub entity: Entity,
+    pub name: String,
+    pub position: DVec3,
+    pub displacement: DVec3,
+    /// At the time of the position; absent for scenery.
+    pub body: Option<PhysicsBody>,
+    /// The forces on it, N, by cause; springs together if there are many. Of a soft body, none.
+    pub forces: Vec<(String, DVec3)>,
+    /// The method that it asks for, whatever the scene's is.
+    pub own_method: Option<Method>,
+    /// Why and when it was frozen, if it was.
+    pub quarantined: Option<String>,
+    /// What is summed up over the points, of a soft body.
+    pub soft: Option<SoftSum>,
+}
+
+impl Selected {
+    pub(crate) fn of(stage: &mut Stage, entity: Entity) -> Option<Self> {
+        match stage.soft_sum(entity) {
+            Some(soft) => Some(Self::of_points(stage, entity, soft)),
+            None => Self::of_thing(stage, entity),
+        }
+    }
+
+    /// A soft body as its center of mass.
+    fn of_points(stage: &mut Stage, entity: Entity, mut soft: SoftSum) -> Self {
+        soft.body = stage.synchronized_points(entity, soft.body);
+        Self {
+            entity,
+            name: stage.name(entity),
+            position: soft.position,
+            displacement: soft.displacement,
+            body: Some(soft.body),
+            forces: Vec::new(),
+            own_method: None,
+            quarantined: None,
+            soft: Some(soft),
+        }
+    }
+
+    fn of_thing(stage: &mut Stage, entity: Entity) -> Option<Self> {
+        let position = stage.sim.world.get::<Transform>(entity)?.position;
+        let start =
+            stage.seen.ids.get(&entity).map_or(position, |id| stage.sim.scene.bodies[*id as usize].position);
+        let forces = stage.forces_on(entity);
+        Some(Self {
+            entity,
+            name: stage.name(entity),
+            position,
+            displacement: position - start,
+            body: stage.synchronized(entity, &forces),
+            forces: Self::named(stage, &forces),
+            own_method: stage.sim.world.get_entity(entity).ok().and_then(motion::own_method),
+            quarantined: stage.quarantined_because(entity),
+            soft: None,
+        })
+    }
+
+    /// The forces under their names: a few springs each by its other end, many as one sum.
+    fn named(stage: &Stage, forces: &[(ForceCause, DVec3)]) -> Vec<(String, DVec3)> {
+        let springs = forces.iter().filter(|(cause, _)| matches!(cause, ForceCause::Spring(_))).count();
+        let mut named: Vec<(String, DVec3)> = Vec::new();
+        for (cause, newtons) in forces {
+            let name = match cause {
+                ForceCause::Spring(other) if springs <= SPRINGS => {
+                    format!("by spring to {}", stage.name(*other))
+                }
+                ForceCause::Spring(_) => format!("by {springs} springs"),
+                cause => format!("by {}", cause.name().replace('_', " ")),
+            };
+            match named.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, sum)) => *sum += *newtons,
+                None => named.push((name, *newtons)),
+            }
+        }
+        named
+    }
+}
 
 pub(crate) fn show(context: &egui::Context, selected: &Selected, scene: Method) {
     // Read-only and not interactive: clicks over it reach the scene.
@@ -56,7 +142,7 @@ fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, String)> {
     rows
 }
 
-fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
+pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     let mut rows = vec![
         ("position", vector(selected.position, "m")),
         ("displacement", vector(selected.displacement, "m")),
@@ -75,16 +161,16 @@ fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     let weight = weight.map_or(DVec3::ZERO, |(_, newtons)| *newtons);
     rows.extend([
         ("velocity", vector(body.velocity, "m/s")),
-        ("speed", format!("{} m/s", number(length(body.velocity)))),
+        ("speed", format!("{} m/s", three_decimals(length(body.velocity)))),
         ("acceleration", vector(force * body.inverse_mass, "m/s²")),
         ("force", vector(force, "N")),
     ]);
     rows.extend(causes(&selected.forces));
     rows.extend([
-        ("mass", if movable { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() }),
-        ("inverse mass", format!("{} 1/kg", number(body.inverse_mass))),
+        ("mass", if movable { format!("{} kg", three_decimals(body.mass())) } else { "infinite".to_owned() }),
+        ("inverse mass", format!("{} 1/kg", three_decimals(body.inverse_mass))),
         ("momentum", vector(body.momentum(), "kg m/s")),
-        ("weight", format!("{} N", number(length(weight)))),
+        ("weight", format!("{} N", three_decimals(length(weight)))),
     ]);
     if movable {
         let (method, whose) = selected.own_method.map_or((scene, "the scene's"), |own| (own, "its own"));
@@ -105,91 +191,25 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
             counted += &format!(", {count} {word}");
         }
     }
-    let mass =
-        if body.inverse_mass > 0.0 { format!("{} kg", number(body.mass())) } else { "infinite".to_owned() };
+    let mass = if body.inverse_mass > 0.0 {
+        format!("{} kg", three_decimals(body.mass()))
+    } else {
+        "infinite".to_owned()
+    };
     vec![
         ("velocity", vector(body.velocity, "m/s")),
-        ("speed", format!("{} m/s", number(length(body.velocity)))),
+        ("speed", format!("{} m/s", three_decimals(length(body.velocity)))),
         ("points", counted),
         ("springs", springs.to_string()),
         ("mass", mass),
         ("momentum", vector(body.momentum(), "kg m/s")),
-        ("kinetic energy", format!("{} J", number(soft.kinetic_energy))),
-        ("energy in springs", format!("{} J", number(soft.spring_energy))),
+        ("kinetic energy", format!("{} J", three_decimals(soft.kinetic_energy))),
+        ("energy in springs", format!("{} J", three_decimals(soft.spring_energy))),
     ]
-}
-
-fn vector(v: DVec3, unit: &str) -> String {
-    format!("({}, {}, {}) {unit}", number(v.x), number(v.y), number(v.z))
 }
 
 /// Also where its square is beyond every number.
 fn length(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest > 0.0 && largest.is_finite() { (v / largest).length() * largest } else { largest }
-}
-
-/// Three decimals, or a power of ten where they would say nothing.
-fn number(value: f64) -> String {
-    // -0 is 0.
-    let (value, size) = (value + 0.0, value.abs());
-    if value == 0.0 || (1e-2..1e6).contains(&size) { format!("{value:.3}") } else { format!("{value:.3e}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use motion::clock::FrameClock;
-    use scene::Scene;
-
-    use super::*;
-    use crate::app::session::{Options, Session};
-    use crate::input::InputFrame;
-
-    /// The card of that body after some ticks.
-    fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
-        let tick = 1.0 / scene.step_hz;
-        let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
-        for _ in 0..ticks {
-            session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time goes on"));
-        }
-        let body = session.body(body).expect("a body of the scene");
-        let selected = Selected::of(&mut session, body).expect("a thing");
-        rows(&selected, Method::default()).into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
-    }
-
-    fn value<'a>(rows: &'a [(String, String)], name: &str) -> Option<&'a str> {
-        rows.iter().find(|(known, _)| known == name).map(|(_, value)| &**value)
-    }
-
-    #[test]
-    fn the_card_has_the_force_and_the_acceleration_that_act() {
-        let shipped = |name| scene::load(name).expect("it is shipped");
-        let rows = card(shipped("oscillator"), "ball", 0);
-        // k (L - L0) = pi² 3 N on 1 kg.
-        assert_eq!(value(&rows, "force"), Some("(-29.609, 0.000, 0.000) N"));
-        assert_eq!(value(&rows, "acceleration"), Some("(-29.609, 0.000, 0.000) m/s²"));
-        assert_eq!(value(&rows, "by spring to anchor"), None, "it is all there is");
-        let rows = card(shipped("third_law"), "heavy", 0);
-        assert_eq!(value(&rows, "force"), Some("(60.000, 0.000, 0.000) N"));
-        assert_eq!(value(&rows, "acceleration"), Some("(6.000, 0.000, 0.000) m/s²"));
-        let text = "(version: 1, step_hz: 10, gravity: (), damping: (model: tutorial, rate_per_s: 1),
-            bodies: [(name: \"ball\", mass_kg: 2, velocity_m_s: (3, 0, 0))])";
-        let rows = card(Scene::parse("t", text).expect("a good scene"), "ball", 0);
-        let shown = ["force", "by gravity", "by damping", "weight"].map(|name| value(&rows, name));
-        let expected = [
-            "(-6.000, -19.600, 0.000) N",
-            "(0.000, -19.600, 0.000) N",
-            "(-6.000, 0.000, 0.000) N",
-            "19.600 N",
-        ];
-        assert_eq!(shown, expected.map(Some));
-    }
-
-    #[test]
-    fn the_causes_of_a_force_are_few() {
-        let rows = card(scene::load("flag").expect("it is shipped"), "flag.r8.c12", 30);
-        let causes: Vec<_> =
-            rows.iter().map(|(name, _)| &**name).filter(|name| name.starts_with("by ")).collect();
-        assert_eq!(causes, ["by gravity", "by 12 springs", "by drag"]);
-    }
 }

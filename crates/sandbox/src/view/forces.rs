@@ -5,7 +5,7 @@ use glam::DVec3;
 use motion::snapshot::LastStep;
 use motion::{Damping, DampingModel, ForceCause, PhysicsBody, Push, SoftBody};
 
-use crate::app::session::Session;
+use crate::view::stage::Stage;
 
 /// Length of the longest force arrow where its scale is chosen, as a share of the distance from the camera.
 const SHARE: f64 = 0.15;
@@ -13,7 +13,7 @@ const SHARE: f64 = 0.15;
 /// How much longer an arrow may grow before the scale is chosen again.
 const GROWTH: f64 = 3.0;
 
-impl Session {
+impl Stage {
     /// The forces on `body` at its present state, N, by cause; pushes are those of the last tick.
     pub fn forces_on(&mut self, body: Entity) -> Vec<(ForceCause, DVec3)> {
         let mut forces = Vec::new();
@@ -24,7 +24,7 @@ impl Session {
     /// Calls `each` with every force on `bodies`, given by their places among them.
     pub(crate) fn each_force(&mut self, bodies: &[Entity], each: impl FnMut(usize, ForceCause, DVec3)) {
         let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
-        let pushes: Vec<_> = self.acting.iter().map(push).collect();
+        let pushes: Vec<_> = self.seen.acting.iter().map(push).collect();
         motion::each_force(&mut self.sim.world, &pushes, bodies, each);
     }
 
@@ -65,11 +65,11 @@ impl Session {
     /// from the camera. It stays as it is chosen once, so that arrows can be seen to grow.
     pub(crate) fn newtons_per_meter(&mut self, newtons: f64, distance: f64) -> Option<f64> {
         let longest = SHARE * distance;
-        if self.force_scale.is_none_or(|scale| newtons > scale * longest * GROWTH) {
+        if self.view.force_scale.is_none_or(|scale| newtons > scale * longest * GROWTH) {
             let scale = round_up(newtons / longest);
-            self.force_scale = scale.is_normal().then_some(scale);
+            self.view.force_scale = scale.is_normal().then_some(scale);
         }
-        self.force_scale
+        self.view.force_scale
     }
 }
 

@@ -1,11 +1,11 @@
 //! The tutorial's words in the tutorial's places, a cross-hair, and the state of the clock.
 
 use egui::text::LayoutJob;
-use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Stroke, Vec2};
+use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Sense, Stroke, Ui, Vec2};
+use motion::clock::StepClock;
+use motion::{Gravity, TimeStep};
 
-use crate::app::control::Mode;
-use crate::app::panels::Model;
-use crate::app::session::Measured;
+use crate::view::stage::{Measured, Mode, Stage};
 
 /// The light gray in which the tutorial's texts are drawn.
 const TEXT: Color32 = Color32::from_rgb(191, 191, 191);
@@ -27,7 +27,7 @@ const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
 /// Widest line of a notice, of the width of the window.
 const NOTICE_WIDTH: f32 = 0.94;
 
-pub(crate) fn show(painter: &Painter, model: &Model) {
+pub(crate) fn show(painter: &Painter, stage: &Stage) {
     let screen = painter.ctx().content_rect();
     // The tutorial's glyphs are 1.9 % of the width apart.
     let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75);
@@ -36,22 +36,23 @@ pub(crate) fn show(painter: &Painter, model: &Model) {
         let at = screen.min + screen.size() * at / 100.0;
         text(painter, at, Align2::LEFT_BOTTOM, words, font.clone(), TEXT);
     };
-    if model.pushes {
-        tutorial(CLICK_FORCE_AT, &format!("Click Force:{:.6}", model.click_force));
+    let view = &stage.view;
+    if stage.sim.scene.push.is_some() {
+        tutorial(CLICK_FORCE_AT, &format!("Click Force:{:.6}", view.click_force));
     }
-    match (model.locked, &model.selection) {
-        (true, _) => tutorial(LOCK_HINT_AT, "Press L to unlock object!"),
-        (false, Some(_)) => tutorial(LOCK_HINT_AT, "Press L to lock selected object!"),
+    match (stage.seen.locked, stage.seen.selection) {
+        (Some(_), _) => tutorial(LOCK_HINT_AT, "Press L to unlock object!"),
+        (None, Some(_)) => tutorial(LOCK_HINT_AT, "Press L to lock selected object!"),
         _ => {}
     }
     tutorial(
         MODE_HINT_AT,
-        match model.mode {
+        match view.mode {
             Mode::Camera => "Press Q to change to select mode!",
             Mode::Selection => "Press Q to change to camera mode!",
         },
     );
-    if let Some(gravity) = model.gravity {
+    if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
         tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
     }
     text(
@@ -62,21 +63,21 @@ pub(crate) fn show(painter: &Painter, model: &Model) {
         FontId::proportional(font.size * 0.8),
         THIN,
     );
-    state(painter, at(Vec2::new(99.0, 2.0)), model, font.size * 0.8);
-    notices(painter, at(NOTICES_AT), &model.notices, font.size * 0.8);
-    if model.mode == Mode::Camera {
+    state(painter, at(Vec2::new(99.0, 2.0)), stage, font.size * 0.8);
+    notices(painter, at(NOTICES_AT), stage.notices(), font.size * 0.8);
+    if view.mode == Mode::Camera {
         cross_hair(painter, screen.center());
     }
 }
 
 /// One below the other; what is wider than the window has several lines.
-fn notices(painter: &Painter, mut place: Pos2, notices: &[String], size: f32) {
+fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item = &'a str>, size: f32) {
     let font = FontId::proportional(size);
     let most = painter.ctx().content_rect().width() * NOTICE_WIDTH;
     for notice in notices {
-        let line = painter.layout_no_wrap(notice.clone(), font.clone(), WARNING);
+        let line = painter.layout_no_wrap(notice.to_owned(), font.clone(), WARNING);
         let lines = if line.size().x > most {
-            let mut job = LayoutJob::simple(notice.clone(), font.clone(), WARNING, most);
+            let mut job = LayoutJob::simple(notice.to_owned(), font.clone(), WARNING, most);
             job.halign = Align::Center;
             let lines = painter.layout_job(job);
             for corner in RIM {
@@ -94,15 +95,18 @@ fn notices(painter: &Painter, mut place: Pos2, notices: &[String], size: f32) {
 }
 
 /// Scene and clock in the top right corner.
-fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
-    let own = if model.own_methods { " and bodies' own" } else { "" };
-    let method = model.method.claims().title;
+fn state(painter: &Painter, corner: Pos2, stage: &Stage, size: f32) {
+    let (view, stepper, world) = (&stage.view, &stage.sim.stepper, &stage.sim.world);
+    let own = if !stepper.plan().own.is_empty() { " and bodies' own" } else { "" };
+    let method = stepper.method().claims().title;
+    let (bodies, scene_s) = (stage.sim.bodies.len(), world.resource::<StepClock>().scene_seconds());
+    let step_hz = 1.0 / world.resource::<TimeStep>().0;
     let mut lines = vec![
-        (format!("{}   {} bodies   {method}{own}", model.scene, model.bodies), THIN),
-        (format!("{:.2} s at {} Hz", model.scene_s, (model.step_hz * 1e6).round() / 1e6), THIN),
+        (format!("{}   {bodies} bodies   {method}{own}", stage.sim.scene.name), THIN),
+        (format!("{scene_s:.2} s at {} Hz", (step_hz * 1e6).round() / 1e6), THIN),
     ];
     // Paused, frames are drawn when something changes.
-    if let Some(measured) = model.measured.filter(|_| !model.paused) {
+    if let Some(measured) = stage.run.measured.filter(|_| !view.paused) {
         let Measured { frames_per_second, tick, simulated_over_real } = measured;
         let tick = tick * 1e6;
         let words = format!(
@@ -110,27 +114,28 @@ fn state(painter: &Painter, corner: Pos2, model: &Model, size: f32) {
         );
         lines.push((words, THIN));
     }
-    if let Some(newtons) = model.newtons_per_meter {
+    if let Some(newtons) = view.force_scale {
         lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
     }
-    if model.pace != 1.0 {
-        lines.push((format!("{} x speed", model.pace), WARNING));
+    let pace = stage.clock.pace();
+    if pace != 1.0 {
+        lines.push((format!("{pace} x speed"), WARNING));
     }
-    if model.paused {
+    if view.paused {
         lines.push(("paused: P goes on, . steps".to_owned(), WARNING));
     }
-    if let Some((some, all)) = model.trails_left_out {
+    if let Some((some, all)) = stage.seen.trails.left_out().filter(|_| view.trails) {
         lines.push((format!("trails of the first {some} of {all} bodies"), THIN));
     }
-    if model.drops_time {
+    if stage.run.dropped_lately > 0.0 {
         lines.push(("slower than real time: simulated time is dropped".to_owned(), WARNING));
     }
-    match model.quarantined.0 {
+    match stage.quarantined_here().len() {
         0 => {}
         1 => lines.push(("1 body quarantined: R says why".to_owned(), WARNING)),
         many => lines.push((format!("{many} bodies quarantined: R says why"), WARNING)),
     }
-    if cfg!(debug_assertions) && model.measured.is_some() {
+    if cfg!(debug_assertions) && stage.run.measured.is_some() {
         lines.push(("debug build: slow".to_owned(), WARNING));
     }
     let mut place = corner;
@@ -161,4 +166,17 @@ pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, fon
         painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }
     painter.text(at, anchor, words, font, color);
+}
+
+/// A small square of that color.
+pub(crate) fn swatch(ui: &mut Ui, color: Color32) {
+    let (place, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
+    ui.painter().rect(place, 2.0, color, Stroke::new(1.0, Color32::GRAY), egui::StrokeKind::Inside);
+}
+
+/// Says how to click in a panel while the pointer turns the camera.
+pub(crate) fn mouse_hint(ui: &mut Ui, stage: &Stage) {
+    if stage.view.mode == Mode::Camera {
+        ui.weak("Press Q to use the mouse here.");
+    }
 }

@@ -2,8 +2,8 @@
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2};
 
-use crate::app::session::Label;
 use crate::view::hud::{THIN, text};
+use crate::view::labels::Label;
 
 const SIZE: f32 = 17.0;
 

@@ -7,7 +7,8 @@ use pick::Shape;
 use render::{Camera, Frame, Instance, Light, Line, Particle};
 use scene::{Appearance, PointRadius};
 
-use crate::app::session::{Session, drawn};
+use crate::view::pose::drawn;
+use crate::view::stage::Stage;
 
 /// The tutorial's color of the selection.
 pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
@@ -17,14 +18,18 @@ pub(crate) const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: fals
 
 const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
 
-impl Session {
-    /// The picture of the present state.
-    pub fn picture(&mut self) -> Frame {
+/// How much of its limit a spring between two bodies takes.
+pub(crate) type Ratio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
+
+impl Stage {
+    /// The picture of the present state, up to what other runs and arrows add. Springs have the colors of `ratio` where there
+    /// is one.
+    pub(crate) fn begin_picture(&mut self, ratio: Ratio<'_>) -> Frame {
         self.update_targets();
-        let eye = self.camera.position;
-        let view = self.camera.viewpoint();
+        let eye = self.view.camera.position;
+        let view = self.view.camera.viewpoint();
         let mut frame = Frame {
-            size_px: self.options.size_px,
+            size_px: self.run.options.size_px,
             camera: Camera {
                 orientation: view.orientation.as_quat(),
                 #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
@@ -43,25 +48,28 @@ impl Session {
             ..Default::default()
         };
         self.add_shapes(&mut frame);
-        self.add_soft_bodies(&mut frame);
-        self.add_springs(&mut frame, eye);
+        self.add_soft_bodies(&mut frame, ratio);
+        self.add_springs(&mut frame, ratio);
         self.add_particles(&mut frame, eye);
-        self.add_ghosts(&mut frame, eye);
-        self.add_arrows(&mut frame, eye);
-        if self.control.trails {
-            self.add_trails(&mut frame, eye);
-        }
-        frame.panels = self.panels();
         frame
+    }
+
+    /// Adds arrows and trails.
+    pub(crate) fn finish_picture(&mut self, frame: &mut Frame) {
+        let eye = self.view.camera.position;
+        self.add_arrows(frame, eye);
+        if self.view.trails {
+            self.add_trails(frame, eye);
+        }
     }
 
     fn add_shapes(&mut self, frame: &mut Frame) {
         let mut looks = self.sim.world.query::<&Appearance>();
-        let targets = self.targets();
+        let targets = &self.seen.targets;
         let (xs, ys, zs) = targets.positions();
         for (i, entity) in targets.entities().iter().enumerate() {
             let look = looks.get(&self.sim.world, *entity).copied().unwrap_or(PLAIN);
-            let selected = self.control.selection == Some(*entity);
+            let selected = self.seen.selection == Some(*entity);
             let [r, g, b] = look.color;
             let mut surface = if look.checker { render::CHECKER } else { 0 };
             if selected {
@@ -84,7 +92,7 @@ impl Session {
     }
 
     fn add_particles(&mut self, frame: &mut Frame, eye: DVec3) {
-        let alpha = self.alpha;
+        let alpha = self.seen.alpha;
         let of_soft_bodies = self.points_of_soft_bodies();
         let mut particles = self.sim.world.query_filtered::<(
             Entity,
@@ -112,8 +120,8 @@ impl Session {
 
     fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
         let [r, g, b] = TRAIL_COLOR;
-        let drawn_at = self.simulated() - (1.0 - self.alpha) * self.sim.world.resource::<TimeStep>().0;
-        for (body, points) in self.trails.until(drawn_at) {
+        let drawn_at = self.simulated() - (1.0 - self.seen.alpha) * self.sim.world.resource::<TimeStep>().0;
+        for (body, points) in self.seen.trails.until(drawn_at) {
             let points = points.chain(self.drawn_position(body));
             let count = points.clone().count();
             #[expect(clippy::cast_precision_loss, reason = "at most thousands of points")]

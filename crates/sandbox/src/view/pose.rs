@@ -3,10 +3,10 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform};
-use pick::{Chunk, Ray, Shape, SoftPoint, SoftTargets, Targets};
+use pick::{Chunk, Ray, Shape, SoftPoint};
 
-use crate::app::control::Mode;
-use crate::app::session::Session;
+use crate::view::stage::Mode;
+use crate::view::stage::Stage;
 
 /// Width below which nothing of a soft body is drawn, and hit, pixels.
 const THINNEST_PX: f64 = 2.0;
@@ -25,7 +25,7 @@ pub(crate) fn drawn(now: &Transform, before: Option<&PreviousPosition>, alpha: f
     before.map_or(now.position, |before| before.0 + (now.position - before.0) * alpha)
 }
 
-impl Session {
+impl Stage {
     /// Where a thing is drawn, m; of a soft body, its center of mass.
     pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
         match self.sim.world.get::<SoftBody>(thing) {
@@ -36,21 +36,21 @@ impl Session {
 
     fn drawn_body(&self, thing: Entity) -> Option<DVec3> {
         let now = self.sim.world.get::<Transform>(thing)?;
-        Some(drawn(now, self.sim.world.get::<PreviousPosition>(thing), self.alpha))
+        Some(drawn(now, self.sim.world.get::<PreviousPosition>(thing), self.seen.alpha))
     }
 
     /// The ray that picks: through the pointer in selection mode, through the middle of the view otherwise.
     pub(crate) fn picking_ray(&self) -> Ray {
-        let size = DVec2::new(f64::from(self.options.size_px[0]), f64::from(self.options.size_px[1]));
-        let pixel = if self.control.mode == Mode::Selection { self.control.pointer } else { size / 2.0 };
-        self.camera.viewpoint().ray_through(pixel, size)
+        let size = DVec2::new(f64::from(self.run.options.size_px[0]), f64::from(self.run.options.size_px[1]));
+        let pixel = if self.view.mode == Mode::Selection { self.view.pointer } else { size / 2.0 };
+        self.view.camera.viewpoint().ray_through(pixel, size)
     }
 
     /// The closest thing on `ray` as drawn.
     pub(crate) fn cast(&mut self, ray: &Ray) -> Option<Picked> {
         self.update_targets();
-        let solid = self.targets.cast(ray);
-        let soft = self.soft.cast(ray, self.thinnest(), |body| self.sim.world.get(body));
+        let solid = self.seen.targets.cast(ray);
+        let soft = self.seen.soft.cast(ray, self.thinnest(), |body| self.sim.world.get(body));
         match (solid, soft) {
             (solid, Some(soft)) if solid.is_none_or(|solid| soft.distance < solid.distance) => {
                 Some(Picked { entity: soft.entity, pushed: soft.pushed })
@@ -61,13 +61,13 @@ impl Session {
 
     /// Smallest radius with which ropes are drawn, as a share of the distance.
     pub(crate) fn thinnest(&self) -> f64 {
-        let height = f64::from(self.options.size_px[1].max(1));
-        THINNEST_PX * (0.5 * self.camera.viewpoint().fov_y_rad).tan() / height
+        let height = f64::from(self.run.options.size_px[1].max(1));
+        THINNEST_PX * (0.5 * self.view.camera.viewpoint().fov_y_rad).tan() / height
     }
 
     /// Drawn poses relative to the camera, brought up to date once a frame.
     pub(crate) fn update_targets(&mut self) {
-        if self.targets_current && self.targets.anchor() == self.camera.position {
+        if self.seen.targets_current && self.seen.targets.anchor() == self.view.camera.position {
             return;
         }
         let mut things = self.sim.world.query_filtered::<(
@@ -86,9 +86,9 @@ impl Session {
             shapes,
             orientations,
         });
-        self.targets.update(self.camera.position, self.alpha, chunks);
+        self.seen.targets.update(self.view.camera.position, self.seen.alpha, chunks);
         self.update_soft();
-        self.targets_current = true;
+        self.seen.targets_current = true;
     }
 
     fn update_soft(&mut self) {
@@ -97,19 +97,11 @@ impl Session {
             (&Transform, Option<&PreviousPosition>, &PhysicsBody),
             (Without<Quarantined>, Without<Dormant>),
         >();
-        let (alpha, points) = (self.alpha, points.query(&self.sim.world));
+        let (alpha, points) = (self.seen.alpha, points.query(&self.sim.world));
         let point = |entity| {
             let (now, before, body) = points.get(entity).ok()?;
             Some(SoftPoint { position: drawn(now, before, alpha), movable: body.inverse_mass > 0.0 })
         };
-        self.soft.update(self.camera.position, bodies.iter(&self.sim.world), point);
-    }
-
-    pub(crate) const fn targets(&self) -> &Targets {
-        &self.targets
-    }
-
-    pub(crate) const fn soft_targets(&self) -> &SoftTargets {
-        &self.soft
+        self.seen.soft.update(self.view.camera.position, bodies.iter(&self.sim.world), point);
     }
 }

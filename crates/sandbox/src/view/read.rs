@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 
 use bevy_ecs::prelude::*;
 use history::Simulation;
+use lab::cost::{Precision, Setting};
 use motion::clock::StepClock;
-use motion::{Evaluations, Method, PhysicsBody, Quarantine, Quarantined, Stepper};
+use motion::{Evaluations, Method, PhysicsBody, Quarantine, Quarantined, Stepper, Substeps};
 use scene::Scene;
 
-use crate::app::control::Mode;
-use crate::app::session::{QuarantinedBody, Session};
 use crate::view::camera::Camera;
+use crate::view::stage::{Mode, Order, QuarantinedBody, Stage};
 
-impl Session {
+impl Stage {
     /// What runs.
     #[must_use]
     pub const fn simulation(&self) -> &Simulation {
@@ -46,31 +46,31 @@ impl Session {
     /// Camera or selection mode.
     #[must_use]
     pub const fn mode(&self) -> Mode {
-        self.control.mode
+        self.view.mode
     }
 
     /// The camera.
     #[must_use]
     pub const fn camera(&self) -> &Camera {
-        &self.camera
+        &self.view.camera
     }
 
     /// The selected thing.
     #[must_use]
     pub const fn selection(&self) -> Option<Entity> {
-        self.control.selection
+        self.seen.selection
     }
 
     /// Newtons of a click.
     #[must_use]
     pub const fn click_force(&self) -> f64 {
-        self.control.click_force
+        self.view.click_force
     }
 
     /// Size of the picture, pixels.
     #[must_use]
     pub const fn size_px(&self) -> [u32; 2] {
-        self.options.size_px
+        self.run.options.size_px
     }
 
     /// Ticks simulated, over every reset of the world.
@@ -82,7 +82,7 @@ impl Session {
     /// Frames so far.
     #[must_use]
     pub const fn frames(&self) -> u64 {
-        self.frames
+        self.run.frames
     }
 
     /// Simulated time, s; it goes on over a reset of the world.
@@ -94,12 +94,7 @@ impl Session {
     /// Time dropped in hitches, s.
     #[must_use]
     pub const fn dropped(&self) -> f64 {
-        self.dropped
-    }
-
-    /// Whether the last frame dropped time.
-    pub(crate) fn drops_time(&self) -> bool {
-        self.dropped_lately > 0.0
+        self.run.dropped
     }
 
     /// How often laws were evaluated so far, and what solvers did.
@@ -122,30 +117,30 @@ impl Session {
     /// Every body that was quarantined in the run up to now, in earlier scenes and before a reset too, in that order.
     #[must_use]
     pub fn quarantined(&self) -> &[QuarantinedBody] {
-        &self.quarantined[..self.quarantined_end()]
+        &self.run.quarantined[..self.quarantined_end()]
     }
 
     /// The same with those that the run has gone back before, and whose ticks it has not dropped.
     #[must_use]
     pub fn all_quarantined(&self) -> &[QuarantinedBody] {
-        &self.quarantined
+        &self.run.quarantined
     }
 
-    /// Why `body` is frozen, in a few words.
-    pub(crate) fn frozen_because(&self, body: Entity) -> Option<String> {
+    /// When and by which system `body` was quarantined, in a few words.
+    pub(crate) fn quarantined_because(&self, body: Entity) -> Option<String> {
         let records = self.sim.world.resource::<Quarantine>().records();
         let record = records.iter().find(|record| record.body == body)?;
         Some(format!("in tick {} by {}", record.tick, record.cause.system))
     }
 
     /// Those of this world.
-    pub(crate) fn frozen(&self) -> &[QuarantinedBody] {
-        &self.quarantined[self.quarantined_before..self.quarantined_end()]
+    pub(crate) fn quarantined_here(&self) -> &[QuarantinedBody] {
+        &self.run.quarantined[self.run.quarantined_before..self.quarantined_end()]
     }
 
     fn quarantined_end(&self) -> usize {
         let frozen = self.sim.world.resource::<Quarantine>().records().len();
-        (self.quarantined_before + frozen).min(self.quarantined.len())
+        (self.run.quarantined_before + frozen).min(self.run.quarantined.len())
     }
 
     /// The body of that name, if there is one and it was not removed.
@@ -168,13 +163,40 @@ impl Session {
     /// Name of a thing of the scene, or of a soft body.
     #[must_use]
     pub fn name(&self, thing: Entity) -> String {
-        let name = self.ids.get(&thing).and_then(|id| self.sim.scene.names.get(*id)).map(Cow::into_owned);
+        let name =
+            self.seen.ids.get(&thing).and_then(|id| self.sim.scene.names.get(*id)).map(Cow::into_owned);
         name.or_else(|| self.soft_name(thing)).unwrap_or_else(|| format!("{thing}"))
+    }
+
+    /// Method and substeps of the bodies without their own.
+    #[must_use]
+    pub fn setting(&self) -> Setting {
+        Setting {
+            method: self.sim.method(),
+            substeps: self.sim.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1)),
+            precision: Precision::F64,
+        }
+    }
+
+    /// Whether the pointer is to be hidden and held by the window.
+    #[must_use]
+    pub fn grabs_pointer(&self) -> bool {
+        self.view.mode == Mode::Camera
+    }
+
+    /// What is to be done outside after this frame; takes it.
+    pub fn take_orders(&mut self) -> Vec<Order> {
+        std::mem::take(&mut self.orders)
+    }
+
+    /// What was asked for and not done, lately; takes it.
+    pub fn take_refusals(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.refusals)
     }
 
     /// Whether it is paused.
     #[must_use]
     pub const fn paused(&self) -> bool {
-        self.control.paused
+        self.view.paused
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use motion::{Dormant, PhysicsBody, Push, Quarantined, SoftBody, Transform};
 use scene::SoftBodyName;
 
-use crate::app::session::Session;
+use crate::view::stage::Stage;
 
 /// What the points of a soft body have together.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub(crate) struct SoftSum {
     pub spring_energy: f64,
 }
 
-impl Session {
+impl Stage {
     /// The pushes that a force of `newtons` on `thing` consists of: on a soft body it is shared out by mass, so that
     /// all points gain the same speed; those that nothing moves get none.
     pub(crate) fn pushes_on(&self, thing: Entity, newtons: DVec3) -> Vec<Push> {
@@ -78,7 +78,7 @@ impl Session {
         let world = &self.sim.world;
         let body = world.get::<SoftBody>(thing)?;
         let place = |point| Some(world.get::<Transform>(point)?.position);
-        let at_start = |point| match self.ids.get(&point) {
+        let at_start = |point| match self.seen.ids.get(&point) {
             Some(id) => Some(self.sim.scene.bodies.get(*id as usize)?.position),
             None => place(point),
         };
@@ -118,7 +118,7 @@ impl Session {
             return Some(name.0.clone());
         }
         let first = self.sim.world.get::<SoftBody>(thing)?.points.first()?;
-        let name = self.sim.scene.names.get(*self.ids.get(first)?)?;
+        let name = self.sim.scene.names.get(*self.seen.ids.get(first)?)?;
         Some(name.split('.').next().unwrap_or_default().to_owned())
     }
 }

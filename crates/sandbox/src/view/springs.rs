@@ -1,14 +1,14 @@
 //! Soft bodies and springs in the picture: surfaces, ropes, pins and the view of springs by strain.
 
 use bevy_ecs::prelude::*;
-use glam::{DVec3, Quat, Vec3};
+use glam::{Quat, Vec3};
 use motion::{Dormant, PhysicsBody, Quarantined, SoftBody, Spring};
 use pick::SoftPose;
 use render::{Frame, Instance, Line, Particle, Surface};
 use scene::Appearance;
 
-use crate::app::session::Session;
-use crate::view::picture::{PLAIN, SELECTED};
+use crate::view::picture::{PLAIN, Ratio, SELECTED};
+use crate::view::stage::Stage;
 
 /// A spring outside the view of springs.
 const SPRING_COLOR: [f32; 4] = [0.30, 0.30, 0.34, 1.0];
@@ -130,21 +130,16 @@ impl Drawing<'_> {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
-    fn add(
-        &self,
-        frame: &mut Frame,
-        body: &SoftBody,
-        springs_alone: Option<&dyn Fn([Entity; 2]) -> Option<f64>>,
-    ) {
+    fn add(&self, frame: &mut Frame, body: &SoftBody, springs_alone: bool, ratio: Ratio<'_>) {
         let pose = self.pose;
         let (radius, link_radius) = (pose.point_radius() as f32, pose.link_radius() as f32);
-        if let Some(ratio) = springs_alone {
+        if springs_alone {
             for link in body.springs.iter() {
                 if let Some([from, to]) = pose.corners(link.ends) {
                     let length = from.as_dvec3().distance(to.as_dvec3());
                     let by_strain = || strain_color(strain(length, link.elastic.rest_length));
                     let ends = link.ends.map(|end| body.points[end as usize]);
-                    let color = ratio(ends).map_or_else(by_strain, margin_color);
+                    let color = ratio.map_or_else(by_strain, |ratio| margin_color(ratio(ends)));
                     frame.lines.push(Line::new(from, to, color, SPRING_WIDTH_PX));
                 }
             }
@@ -161,7 +156,7 @@ impl Drawing<'_> {
             frame.surfaces.push(Surface::smooth(pose.points(), triangles, self.color, self.selected));
         }
         // On the line of a thin rope points would be dark beads; where springs are drawn they show the selection.
-        let shown = |point: Vec3| match (springs_alone.is_some(), body.triangles.is_empty()) {
+        let shown = |point: Vec3| match (springs_alone, body.triangles.is_empty()) {
             (true, _) => self.selected,
             (false, rope) => rope && (body.springs.is_empty() || self.shows_body(point, link_radius)),
         };
@@ -199,25 +194,24 @@ impl SoftPoints {
     }
 }
 
-impl Session {
-    pub(crate) fn add_soft_bodies(&mut self, frame: &mut Frame) {
+impl Stage {
+    pub(crate) fn add_soft_bodies(&mut self, frame: &mut Frame, ratio: Ratio<'_>) {
         let mut looks = self.sim.world.query::<(&SoftBody, Option<&Appearance>)>();
         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
         let thinnest = self.thinnest() as f32;
-        for pose in self.soft_targets().poses() {
+        for pose in self.seen.soft.poses() {
             let Ok((body, look)) = looks.get(&self.sim.world, pose.entity()) else { continue };
-            let selected = self.control.selection == Some(pose.entity());
+            let selected = self.seen.selection == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
             let color = if selected { SELECTED } else { [r, g, b, 1.0] };
-            let alone = self.control.springs || self.shown_forecast().is_some();
-            let ratio = |ends| self.spring_ratio(ends);
-            let alone = alone.then_some(&ratio as &dyn Fn([Entity; 2]) -> Option<f64>);
-            Drawing { pose, color, selected, thinnest }.add(frame, body, alone);
+            let alone = self.view.springs || ratio.is_some();
+            Drawing { pose, color, selected, thinnest }.add(frame, body, alone, ratio);
         }
     }
 
     /// Springs between bodies; one with an end that makes it inert is not drawn.
-    pub(crate) fn add_springs(&mut self, frame: &mut Frame, eye: DVec3) {
+    pub(crate) fn add_springs(&mut self, frame: &mut Frame, ratio: Ratio<'_>) {
+        let eye = self.view.camera.position;
         let mut springs = self.sim.world.query::<&Spring>();
         let mut ends = self
             .sim
@@ -227,9 +221,9 @@ impl Session {
         for spring in springs.iter(&self.sim.world) {
             let place = |end| self.drawn_position(end).filter(|_| ends.contains(end));
             if let [Some(from), Some(to)] = spring.ends.map(place) {
-                let color = if let Some(ratio) = self.spring_ratio(spring.ends) {
-                    margin_color(ratio)
-                } else if self.control.springs {
+                let color = if let Some(ratio) = ratio {
+                    margin_color(ratio(spring.ends))
+                } else if self.view.springs {
                     strain_color(strain(from.distance(to), spring.elastic.rest_length))
                 } else {
                     SPRING_COLOR

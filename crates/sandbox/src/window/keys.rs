@@ -3,7 +3,7 @@
 use winit::event::KeyEvent;
 use winit::keyboard::{Key as Logical, ModifiersState, NamedKey};
 
-use crate::actions::Key;
+use crate::input::Key;
 
 /// The key that went down; `None` for keys that mean nothing to the program.
 pub(super) fn named(event: &KeyEvent, modifiers: ModifiersState) -> Option<Key> {

@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use crate::app::session::{Measured, SpeedSetting};
+use crate::app::session::SpeedSetting;
+use crate::view::stage::Measured;
 
 /// Time over which means are taken, s.
 const SPAN_S: f64 = 0.5;

@@ -6,25 +6,9 @@ use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
 use motion::Method;
 use report::ink;
 
-use crate::app::control::Mode;
-use crate::app::panels::{Edit, Model};
-use crate::app::session::{COST_SHARE, Session};
-use crate::tools::ghosts::panel::swatch;
-
-/// What the panel shows.
-pub(crate) struct View {
-    pub study: Study,
-    pub progress: f64,
-    pub setting: Setting,
-}
-
-impl View {
-    /// Of a session whose scene is being studied.
-    pub fn of(session: &Session) -> Option<Self> {
-        let study = session.cost_study()?.clone();
-        Some(Self { study, progress: session.cost_progress(), setting: session.setting() })
-    }
-}
+use crate::tools::cost::state::{self, SHARE};
+use crate::tools::tool::{Desk, Edit};
+use crate::view::hud::{mouse_hint, swatch};
 
 /// What the axes count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,50 +30,45 @@ const REACH: f32 = 14.0;
 const FRONT: Color32 = Color32::from_gray(150);
 const FAILED: Color32 = Color32::from_rgb(255, 90, 80);
 
-pub(crate) fn show(
-    context: &egui::Context,
-    model: &Model,
-    view: Option<&View>,
-    axes: &mut Axes,
-    edits: &mut Vec<Edit>,
-) {
-    egui::Window::new("Accuracy and cost")
-        .resizable(false)
-        .collapsible(false)
-        .anchor(Align2::RIGHT_BOTTOM, [-8.0, -8.0])
-        .show(context, |ui| {
-            ui.set_width(WIDTH);
-            let Some(view) = view else {
-                ui.label("the first run begins with the next frame");
-                return;
-            };
-            head(ui, model, view, edits);
-            choose(ui, axes);
-            plot(ui, view, *axes, edits);
-            legend(ui, &view.study);
-            foot(ui, &view.study, *axes);
-        });
+/// The panel; whether the study is to start again.
+pub(super) fn show(cost: &mut state::Cost, desk: &mut Desk<'_>) -> bool {
+    let mut again = false;
+    desk.window().anchor(Align2::RIGHT_BOTTOM, [-8.0, -8.0]).show(desk.context, |ui| {
+        ui.set_width(WIDTH);
+        let mut axes = cost.axes;
+        let Some(study) = cost.study() else {
+            ui.label("the first run begins with the next frame");
+            return;
+        };
+        mouse_hint(ui, desk.stage);
+        again = head(ui, study, cost.progress());
+        choose(ui, &mut axes);
+        if let Some(setting) = plot(ui, study, axes, desk.stage.setting()) {
+            desk.edits.push(Edit::ApplySetting(setting));
+        }
+        legend(ui, study);
+        foot(ui, study, axes);
+        cost.axes = axes;
+    });
+    again
 }
 
-fn head(ui: &mut Ui, model: &Model, view: &View, edits: &mut Vec<Edit>) {
-    if model.mode == Mode::Camera {
-        ui.weak("Press Q to use the mouse here.");
-    }
+/// How far the study is; whether it is to start again.
+fn head(ui: &mut Ui, study: &Study, progress: f64) -> bool {
     ui.horizontal(|ui| {
-        if view.progress < 1.0 {
+        if progress < 1.0 {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
-            let done = view.progress as f32;
-            let words = format!("measuring on a copy, {:.0} % of each frame", COST_SHARE * 100.0);
+            let done = progress as f32;
+            let words = format!("measuring on a copy, {:.0} % of each frame", SHARE * 100.0);
             ui.add(ProgressBar::new(done).desired_width(WIDTH - 110.0).text(words));
         } else {
-            let Study { simulated_s, bodies, .. } = view.study;
-            let s = if bodies == 1 { "y" } else { "ies" };
+            let Study { simulated_s, bodies, .. } = study;
+            let s = if *bodies == 1 { "y" } else { "ies" };
             ui.label(format!("{bodies} bod{s}, {simulated_s:.3} s from the start, measured on a copy"));
         }
-        if ui.button("again").clicked() {
-            edits.push(Edit::MeasureCost);
-        }
-    });
+        ui.button("again").clicked()
+    })
+    .inner
 }
 
 fn choose(ui: &mut Ui, axes: &mut Axes) {
@@ -130,8 +109,8 @@ fn dots(study: &Study, axes: Axes, method: Method) -> Vec<Dot<'_>> {
 /// Errors below are drawn there: exact is nowhere on a logarithmic axis.
 const LEAST: f64 = 1e-16;
 
-fn plot(ui: &mut Ui, view: &View, axes: Axes, edits: &mut Vec<Edit>) {
-    let study = &view.study;
+/// The plot; the setting whose dot was clicked.
+fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Setting> {
     let all: Vec<_> = Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
     let power = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
         0.0 => format!("1e{:.0}", mark.value),
@@ -166,8 +145,8 @@ fn plot(ui: &mut Ui, view: &View, axes: Axes, edits: &mut Vec<Edit>) {
         .x_grid_spacer(decades)
         .y_grid_spacer(decades)
         .label_formatter(|_| None);
-    let clicked = plot.show(ui, |ui| {
-        draw(ui, study, axes, &all, view.setting);
+    plot.show(ui, |ui| {
+        draw(ui, study, axes, &all, present);
         let pointer = ui.response().hover_pos()?;
         let distance =
             |dot: &Dot<'_>| ui.screen_from_plot(PlotPoint::new(dot.at[0], dot.at[1])).distance(pointer);
@@ -177,10 +156,8 @@ fn plot(ui: &mut Ui, view: &View, axes: Axes, edits: &mut Vec<Edit>) {
         let clicked = ui.response().clicked();
         ui.response().clone().on_hover_text_at_pointer(words);
         clicked.then_some(dot.cell.setting)
-    });
-    if let Some(setting) = clicked.inner {
-        edits.push(Edit::ApplySetting(setting));
-    }
+    })
+    .inner
 }
 
 fn draw(ui: &mut PlotUi<'_>, study: &Study, axes: Axes, all: &[Dot<'_>], present: Setting) {

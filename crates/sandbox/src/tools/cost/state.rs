@@ -1,16 +1,14 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
-use std::sync::Arc;
-
-use history::Intervention;
-use lab::cost::{Bench, Plan, Setting, Study, Subject};
+use lab::cost::{Bench, Plan, Study, Subject};
 use motion::clock::FrameTime;
 use motion::effects::{Effect, EffectState};
-use motion::{Damping, Gravity, Substeps, TimeStep};
+use motion::{Damping, Gravity, TimeStep};
 use scene::Scene;
 
-use crate::app::session::Session;
-use crate::app::ui::{Panel, Topic};
+use crate::tools::cost::panel::{self, Axes};
+use crate::tools::tool::{Desk, Tool};
+use crate::view::stage::Stage;
 
 /// Part of a frame's time that the study may take.
 pub(crate) const SHARE: f64 = 0.1;
@@ -19,7 +17,7 @@ pub(crate) const SHARE: f64 = 0.1;
 const LONGEST_FRAME: f64 = 0.05;
 
 /// A study of the scene as it is set at present.
-pub(crate) struct LiveCost {
+struct Live {
     bench: Bench,
     of: Settings,
 }
@@ -33,75 +31,67 @@ struct Settings {
     off: Vec<Effect>,
 }
 
-impl Session {
+/// The study of the running scene, and how its panel shows it.
+#[derive(Default)]
+pub(crate) struct Cost {
+    live: Option<Live>,
+    pub(super) axes: Axes,
+}
+
+impl Cost {
     /// The study of the running scene so far, while its panel is open.
-    #[must_use]
-    pub fn cost_study(&self) -> Option<&Study> {
-        self.cost.as_ref().map(|cost| cost.bench.study())
+    pub fn study(&self) -> Option<&Study> {
+        self.live.as_ref().map(|live| live.bench.study())
     }
 
     /// What is done of the study, in [0, 1].
-    #[must_use]
-    pub fn cost_progress(&self) -> f64 {
-        self.cost.as_ref().map_or(0.0, |cost| cost.bench.progress())
+    pub fn progress(&self) -> f64 {
+        self.live.as_ref().map_or(0.0, |live| live.bench.progress())
     }
+}
 
-    /// Method and substeps of the bodies without their own.
-    #[must_use]
-    pub fn setting(&self) -> Setting {
-        Setting {
-            method: self.sim.method(),
-            substeps: self.sim.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0.max(1)),
-            precision: lab::cost::Precision::F64,
+impl Tool for Cost {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        if panel::show(self, desk) {
+            // The next frame begins another study.
+            self.live = None;
         }
-    }
-
-    /// Goes on with another method and number of substeps of the scene.
-    pub fn apply_setting(&mut self, setting: Setting) {
-        Arc::make_mut(&mut self.sim.scene).substeps = setting.substeps;
-        self.record(Intervention::Substeps(setting.substeps));
-        self.ui.retract(Topic::Forecast);
-        self.sim.world.insert_resource(Substeps(setting.substeps));
-        self.set_method(setting.method);
-        self.restart_ghosts();
-    }
-
-    /// Begins the study anew.
-    pub(crate) fn measure_cost(&mut self) {
-        self.cost = None;
     }
 
     /// Goes on with the study for its part of a frame.
-    pub(crate) fn work_on_cost(&mut self, time: FrameTime) {
-        if !self.ui.shows(Panel::Cost) {
+    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
+        if !open {
             return;
         }
-        let settings = self.cost_settings();
-        if self.cost.as_ref().is_none_or(|cost| cost.of != settings) {
-            let mut scene = Scene::clone(&self.sim.scene);
+        let settings = settings(stage);
+        if self.live.as_ref().is_none_or(|live| live.of != settings) {
+            let mut scene = Scene::clone(&stage.sim.scene);
             (scene.gravity, scene.damping) = (settings.gravity, settings.damping);
             scene.step_hz = 1.0 / settings.step;
             let subject = Subject::of_scene(scene, None).without(settings.off.clone());
-            self.cost = Some(LiveCost { bench: Bench::new(subject, Plan::live()), of: settings });
+            self.live = Some(Live { bench: Bench::new(subject, Plan::live()), of: settings });
         }
-        if let Some(cost) = &mut self.cost {
-            cost.bench.work(time.length().min(LONGEST_FRAME) * SHARE);
+        if let Some(live) = &mut self.live {
+            live.bench.work(time.length().min(LONGEST_FRAME) * SHARE);
         }
     }
 
-    fn cost_settings(&mut self) -> Settings {
-        let off = |effect: &Effect| motion::effects::state(&mut self.sim.world, *effect) == EffectState::Off;
-        let off: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
-        let gravity = self.sim.world.get_resource::<Gravity>();
-        Settings {
-            // A study has it on in any case.
-            gravity: gravity.map(|gravity| Gravity {
-                on: self.sim.scene.gravity.is_none_or(|there| there.on),
-                ..*gravity
-            }),
-            damping: self.sim.world.get_resource::<Damping>().copied().or(self.sim.scene.damping),
-            step: self.sim.world.resource::<TimeStep>().0,
-            off: off.into_iter().filter(|effect| *effect != Effect::Gravity).collect(),
-        }
+    fn works(&self) -> bool {
+        self.progress() < 1.0
+    }
+}
+
+fn settings(stage: &mut Stage) -> Settings {
+    let off = |effect: &Effect| motion::effects::state(&mut stage.sim.world, *effect) == EffectState::Off;
+    let off: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
+    let (scene, world) = (&stage.sim.scene, &stage.sim.world);
+    Settings {
+        // A study has it on in any case.
+        gravity: world
+            .get_resource::<Gravity>()
+            .map(|gravity| Gravity { on: scene.gravity.is_none_or(|there| there.on), ..*gravity }),
+        damping: world.get_resource::<Damping>().copied().or(scene.damping),
+        step: world.resource::<TimeStep>().0,
+        off: off.into_iter().filter(|effect| *effect != Effect::Gravity).collect(),
     }
 }

@@ -1,16 +1,19 @@
-//! What is foretold of a session: which steps are too long, by the names of the scene.
+//! The forecast of a session: which steps are too long, by the names of the scene.
 
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
 use motion::clock::FrameTime;
-use motion::forecast::{Forecast, LimitingPart, Margin};
+use motion::forecast::{LimitingPart, Margin};
 use motion::groups::Groups;
-use motion::{Damping, Method, Substeps, TimeStep};
+use motion::{Damping, Method, Requests, Substeps, TimeStep, forecast};
 use scene::StepKind;
 
-use crate::app::session::Session;
-use crate::app::ui::{Panel, Topic};
+use crate::numbers::digits;
+use crate::tools::forecast::panel;
+use crate::tools::tool::{Desk, Tool};
+use crate::view::notices::Topic;
+use crate::view::stage::Stage;
 
 /// How long a forecast is shown before it is made anew, s: speeds and distances change all the time.
 const FRESH_S: f64 = 0.25;
@@ -75,27 +78,6 @@ impl ForecastRow {
     }
 }
 
-/// Four digits.
-pub(crate) fn digits(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e4).contains(&size) {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a power of ten from -3 to 3"
-        )]
-        let decimals = (3.0 - size.log10().floor()) as usize;
-        let text = format!("{value:.decimals$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    } else if size.is_infinite() {
-        "infinite".to_owned()
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
 fn cure_in_words(margin: &Margin) -> String {
     if !margin.is_unstable {
         return String::new();
@@ -121,7 +103,7 @@ struct Settings {
 
 /// The forecast that is shown.
 #[derive(Clone, Debug)]
-pub(crate) struct Shown {
+struct Shown {
     of: Settings,
     /// Time since it was made, s.
     age: f64,
@@ -133,134 +115,139 @@ fn in_order([a, b]: [Entity; 2]) -> [Entity; 2] {
     if a < b { [a, b] } else { [b, a] }
 }
 
-impl Session {
-    /// How far everything is from instability as it is now, the worst first.
-    #[must_use]
-    pub fn forecast(&mut self) -> Vec<ForecastRow> {
-        let forecast = Forecast::of(&mut self.sim.world, self.sim.stepper.method());
-        self.rows_of(&forecast)
+/// The forecast of an open panel, and that of the start of the scene.
+#[derive(Default)]
+pub(crate) struct Forecast {
+    shown: Option<Shown>,
+    at_start: Vec<ForecastRow>,
+}
+
+impl Forecast {
+    /// What would grow, as it was at the start of the scene.
+    pub fn at_start(&self) -> &[ForecastRow] {
+        &self.at_start
     }
 
-    fn rows_of(&self, forecast: &Forecast) -> Vec<ForecastRow> {
-        let row = |margin: &Margin| ForecastRow {
-            margin: *margin,
-            element: self.part_name(margin.part),
-            cure: cure_in_words(margin),
-        };
-        forecast.margins().iter().map(row).collect()
+    /// The forecast of the open panel, the worst first.
+    pub fn shown(&self) -> Option<&[ForecastRow]> {
+        self.shown.as_ref().map(|shown| &shown.rows[..])
     }
 
-    fn part_name(&self, part: LimitingPart) -> String {
-        let name = |body: Entity| self.name(body);
-        match part {
-            LimitingPart::Spring([a, b]) => format!("spring {} - {}", name(a), name(b)),
-            LimitingPart::Damper([a, b]) => format!("damper {} - {}", name(a), name(b)),
-            LimitingPart::Drag(body) => format!("drag on {}", name(body)),
-            LimitingPart::Damping(body) => format!("damping of {}", name(body)),
-            LimitingPart::Well(number, body) => format!("well {number} at {}", name(body)),
-            LimitingPart::Law(law, body) => format!("{} at {}", law.replace('_', " "), name(body)),
-        }
+    /// How much of its limit a spring between two bodies takes, while the panel is open: 0 for one that is in no group.
+    pub fn spring_ratio(&self, ends: [Entity; 2]) -> Option<f64> {
+        self.shown.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
     }
 
     /// Looks ahead at the start of a scene, whose frames are to have that length, s: what would grow is kept for the
     /// summary; what would soon be seen is told, and given here.
-    pub fn foretell(&mut self, frame: f64) -> Vec<ForecastRow> {
-        if self.sim.scene.step == StepKind::Frame {
-            self.sim.world.insert_resource(TimeStep(frame));
+    pub fn begin(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
+        if stage.sim.scene.step == StepKind::Frame {
+            stage.sim.world.insert_resource(TimeStep(frame));
         }
-        let tick = self.sim.world.resource::<TimeStep>().0;
+        let tick = stage.sim.world.resource::<TimeStep>().0;
         let grows = |row: &ForecastRow| row.margin.is_unstable;
-        self.foretold = self.forecast().into_iter().filter(grows).collect();
+        self.at_start = rows(stage).into_iter().filter(grows).collect();
         let is_seen = |row: &&ForecastRow| {
             let a_second = row.margin.growth_per_s;
             a_second.max(a_second.powf(tick)) >= TOLD_GROWTH
         };
-        let told: Vec<_> = self.foretold.iter().filter(is_seen).cloned().collect();
+        let told: Vec<_> = self.at_start.iter().filter(is_seen).cloned().collect();
         if let Some(worst) = told.first() {
-            self.ui.notice(Topic::Forecast, format!("unstable: {}", worst.line()));
+            stage.notices.say(Topic::Forecast, format!("unstable: {}", worst.line()));
         }
         told
     }
 
-    /// What would grow when it was looked at last, at the start of the scene.
-    #[must_use]
-    pub fn foretold(&self) -> &[ForecastRow] {
-        &self.foretold
-    }
-
-    /// Keeps the forecast of an open panel fresh.
-    pub(crate) fn look_ahead(&mut self, time: FrameTime) {
-        if !self.ui.shows(Panel::Forecast) {
-            self.shown_forecast = None;
-            return;
-        }
-        let of = self.forecast_settings();
-        let fresh = if of.structure[1] > LARGE_NET { FRESH_LARGE_S } else { FRESH_S };
-        if let Some(shown) = &mut self.shown_forecast {
-            shown.age += time.length();
-            if shown.of == of && shown.age < fresh {
-                return;
-            }
-        }
-        let forecast = Forecast::with_springs(&mut self.sim.world, self.sim.stepper.method());
+    fn refresh(&mut self, stage: &mut Stage, of: Settings) {
+        let method = stage.sim.method();
+        let forecast = forecast::Forecast::with_springs(&mut stage.sim.world, method);
         let mut springs = HashMap::new();
         for spring in forecast.springs() {
             let ratio: &mut f64 = springs.entry(in_order(spring.ends)).or_default();
             *ratio = ratio.max(spring.ratio);
         }
-        let rows = self.rows_of(&forecast);
-        self.shown_forecast = Some(Shown { of, age: 0.0, rows, springs });
+        self.shown = Some(Shown { of, age: 0.0, rows: rows_of(stage, &forecast), springs });
     }
+}
 
-    fn forecast_settings(&self) -> Settings {
-        let groups = self.sim.world.get_resource::<Groups>();
-        Settings {
-            method: self.sim.method(),
-            step: self.sim.world.resource::<TimeStep>().0,
-            substeps: self.sim.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
-            damping: self.sim.world.get_resource::<Damping>().copied(),
-            structure: groups.map_or([0; 4], |groups| {
-                [groups.len(), groups.springs(), groups.bodies(), self.frozen().len()]
-            }),
+impl Tool for Forecast {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        if let Some(rows) = self.shown() {
+            panel::show(desk, rows);
         }
     }
 
-    /// Lets the list be made again in the next frame.
-    pub(crate) fn outdate_forecast(&mut self) {
-        if let Some(shown) = &mut self.shown_forecast {
+    /// What is asked for may change the forecast: it is made again in this frame.
+    fn before_requests(&mut self, stage: &mut Stage) {
+        if let Some(shown) =
+            self.shown.as_mut().filter(|_| !stage.sim.world.resource::<Requests>().is_empty())
+        {
             shown.age = f64::INFINITY;
         }
     }
 
-    /// The forecast of the open panel, the worst first.
-    #[must_use]
-    pub fn shown_forecast(&self) -> Option<&[ForecastRow]> {
-        self.shown_forecast.as_ref().map(|shown| &shown.rows[..])
+    /// Keeps the forecast of an open panel fresh.
+    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
+        if !open {
+            self.shown = None;
+            return;
+        }
+        let of = settings(stage);
+        let fresh = if of.structure[1] > LARGE_NET { FRESH_LARGE_S } else { FRESH_S };
+        if let Some(shown) = &mut self.shown {
+            shown.age += time.length();
+            if shown.of == of && shown.age < fresh {
+                return;
+            }
+        }
+        self.refresh(stage, of);
     }
 
-    /// Of a spring between two bodies, while the panel is open, how much of its limit is taken: 0 for one that is in no
-    /// group.
-    pub(crate) fn spring_ratio(&self, ends: [Entity; 2]) -> Option<f64> {
-        self.shown_forecast.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
+    fn restart(&mut self, stage: &mut Stage) {
+        if self.shown.is_some() {
+            let of = settings(stage);
+            self.refresh(stage, of);
+        }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// How far everything is from instability as it is now, the worst first.
+pub(crate) fn rows(stage: &mut Stage) -> Vec<ForecastRow> {
+    let forecast = forecast::Forecast::of(&mut stage.sim.world, stage.sim.stepper.method());
+    rows_of(stage, &forecast)
+}
 
-    #[test]
-    fn numbers_have_at_most_four_digits() {
-        for (value, text) in [
-            (0.0, "0"),
-            (2.0, "2"),
-            (166.666, "166.7"),
-            (0.012_345_6, "0.01235"),
-            (9_999.6, "10000"),
-            (12_345.6, "1.235e4"),
-            (1e-5, "1.000e-5"),
-        ] {
-            assert_eq!(digits(value), text);
-        }
+fn rows_of(stage: &Stage, forecast: &forecast::Forecast) -> Vec<ForecastRow> {
+    let row = |margin: &Margin| ForecastRow {
+        margin: *margin,
+        element: part_name(stage, margin.part),
+        cure: cure_in_words(margin),
+    };
+    forecast.margins().iter().map(row).collect()
+}
+
+fn part_name(stage: &Stage, part: LimitingPart) -> String {
+    let name = |body: Entity| stage.name(body);
+    match part {
+        LimitingPart::Spring([a, b]) => format!("spring {} - {}", name(a), name(b)),
+        LimitingPart::Damper([a, b]) => format!("damper {} - {}", name(a), name(b)),
+        LimitingPart::Drag(body) => format!("drag on {}", name(body)),
+        LimitingPart::Damping(body) => format!("damping of {}", name(body)),
+        LimitingPart::Well(number, body) => format!("well {number} at {}", name(body)),
+        LimitingPart::Law(law, body) => format!("{} at {}", law.replace('_', " "), name(body)),
+    }
+}
+
+fn settings(stage: &Stage) -> Settings {
+    let world = &stage.sim.world;
+    let groups = world.get_resource::<Groups>();
+    Settings {
+        method: stage.sim.method(),
+        step: world.resource::<TimeStep>().0,
+        substeps: world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
+        damping: world.get_resource::<Damping>().copied(),
+        structure: groups.map_or([0; 4], |groups| {
+            [groups.len(), groups.springs(), groups.bodies(), stage.quarantined_here().len()]
+        }),
     }
 }

@@ -1,12 +1,13 @@
 //! The panel of ghosts: color and distances of each method, and which are drawn. And the distances in the picture.
 
-use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2};
+use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, Ui, Vec2};
 use report::{Ink, REFERENCE_INK, ink};
 
-use crate::app::control::Mode;
-use crate::app::panels::{Edit, Model};
-use crate::app::session::{GhostLabel, GhostRow, GhostState};
-use crate::view::hud::{THIN, text};
+use crate::numbers::meters;
+use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
+use crate::tools::tool::Desk;
+use crate::view::hud::{THIN, swatch, text};
+use crate::view::stage::Mode;
 
 /// Size of the words in the picture, points.
 const SIZE: f32 = 15.0;
@@ -21,34 +22,32 @@ const BETWEEN: f32 = 1.0;
 const WIDTH: f32 = 300.0;
 
 /// The panel; where it stands.
-pub(crate) fn show(context: &egui::Context, model: &Model, edits: &mut Vec<Edit>) -> Option<Rect> {
-    let shown = egui::Window::new("Ghosts")
-        .resizable(false)
-        .collapsible(false)
-        .anchor(Align2::LEFT_CENTER, [8.0, 0.0])
-        .show(context, |ui| {
-            if model.mode == Mode::Camera {
-                ui.weak("the pointer turns the camera: Q lets it click here");
+pub(super) fn show(ghosts: &mut Ghosts, desk: &mut Desk<'_>) -> Option<Rect> {
+    let rows = ghosts.rows(desk.stage);
+    let shown = desk.window().anchor(Align2::LEFT_CENTER, [8.0, 0.0]).show(desk.context, |ui| {
+        if desk.stage.view.mode == Mode::Camera {
+            // The words of the reference picture.
+            ui.weak("the pointer turns the camera: Q lets it click here");
+        }
+        Grid::new("ghosts").num_columns(3).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+            for heading in ["", subject(desk.stage).as_str(), "rms of all"] {
+                ui.weak(heading);
             }
-            Grid::new("ghosts").num_columns(3).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-                for heading in ["", model.ghost_subject.as_str(), "rms of all"] {
-                    ui.weak(heading);
-                }
+            ui.end_row();
+            for row in &rows {
+                line(ui, row, ghosts.twins.as_mut());
                 ui.end_row();
-                for row in &model.ghosts {
-                    line(ui, row, edits);
-                    ui.end_row();
-                }
-            });
-            ui.scope(|ui| {
-                ui.set_max_width(WIDTH);
-                for row in &model.ghosts {
-                    if let Some(why) = trouble(row) {
-                        ui.weak(format!("{}: {why}", ink_of(row).short));
-                    }
-                }
-            });
+            }
         });
+        ui.scope(|ui| {
+            ui.set_max_width(WIDTH);
+            for row in &rows {
+                if let Some(why) = trouble(row) {
+                    ui.weak(format!("{}: {why}", ink_of(row).short));
+                }
+            }
+        });
+    });
     shown.map(|shown| shown.response.rect)
 }
 
@@ -69,7 +68,7 @@ fn trouble(row: &GhostRow) -> Option<&str> {
     }
 }
 
-fn line(ui: &mut Ui, row: &GhostRow, edits: &mut Vec<Edit>) {
+fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>) {
     let there = trouble(row).is_none();
     ui.horizontal(|ui| {
         swatch(ui, color(ink_of(row).srgb));
@@ -79,8 +78,9 @@ fn line(ui: &mut Ui, row: &GhostRow, edits: &mut Vec<Edit>) {
             GhostState::Solid => RichText::new(format!("{title}, solid")).strong(),
             _ => RichText::new(title),
         };
-        if ui.add_enabled(there, egui::Checkbox::new(&mut shown, words)).changed() {
-            edits.push(Edit::ShowGhost(row.method, shown));
+        let changed = ui.add_enabled(there, egui::Checkbox::new(&mut shown, words)).changed();
+        if let Some(twins) = twins.filter(|_| changed) {
+            twins.show(row.method, shown);
         }
     });
     match &row.state {
@@ -89,24 +89,6 @@ fn line(ui: &mut Ui, row: &GhostRow, edits: &mut Vec<Edit>) {
         GhostState::Solid | GhostState::Runs => ui.label(row.distance.map_or_else(String::new, meters)),
     };
     ui.label(row.rms.map_or_else(String::new, meters));
-}
-
-pub(crate) fn swatch(ui: &mut Ui, color: Color32) {
-    let (place, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
-    ui.painter().rect(place, 2.0, color, Stroke::new(1.0, Color32::GRAY), egui::StrokeKind::Inside);
-}
-
-/// A distance with three digits at most: what is read while it changes.
-fn meters(distance: f64) -> String {
-    match distance {
-        0.0 => "0 m".to_owned(),
-        d if d < 1e-3 => format!("{d:.1e} m"),
-        d if d < 1.0 => format!("{d:.3} m"),
-        d if d < 10.0 => format!("{d:.2} m"),
-        d if d < 100.0 => format!("{d:.1} m"),
-        d if d < 1e5 => format!("{d:.0} m"),
-        d => format!("{d:.1e} m"),
-    }
 }
 
 /// What words in the picture keep away from.
@@ -142,7 +124,7 @@ fn arranged(words: &[(Pos2, Vec2)], mut taken: Vec<Rect>, around: &Around) -> Ve
 }
 
 /// Distances beside the lines that they belong to, not on other words and not under the panel.
-pub(crate) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<Rect>, panel: Option<Rect>) {
+pub(super) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<Rect>, panel: Option<Rect>) {
     let scale = painter.ctx().pixels_per_point();
     let font = FontId::proportional(SIZE);
     let write = |label: &GhostLabel| {
@@ -172,13 +154,6 @@ fn point(at: glam::DVec2, scale: f32) -> Pos2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn distances_have_three_digits_at_every_size() {
-        let seen = [0.0, 1.26e-7, 0.0132, 0.999_4, 1.234, 56.78, 1234.4, 3e7].map(meters);
-        let expected = ["0 m", "1.3e-7 m", "0.013 m", "0.999 m", "1.23 m", "56.8 m", "1234 m", "3.0e7 m"];
-        assert_eq!(seen, expected);
-    }
 
     #[test]
     fn words_stand_beside_their_places_and_not_on_anything_else() {

@@ -10,7 +10,8 @@ use render::{Frame, Instance, Line, Particle};
 use report::{Ink, REFERENCE_INK};
 use scene::{PointRadius, Scene};
 
-use crate::app::session::{Session, Track, place};
+use crate::tools::ghosts::state::{Track, Twins, focus, place};
+use crate::view::stage::Stage;
 
 /// How much of what is behind a ghost it hides.
 const OPACITY: f32 = 0.35;
@@ -109,27 +110,24 @@ fn longest_lines(scene: &Scene, tracks: &[Track<'_>], focus: &std::ops::Range<u3
     lines.into_iter().take(MOST_LINES).map(|(run, id, _)| (run, id)).collect()
 }
 
-impl Session {
-    /// Ghosts, where there are any.
-    pub(crate) fn add_ghosts(&self, frame: &mut Frame, eye: DVec3) {
-        let Some(ghosts) = &self.ghosts else { return };
-        let view = |simulation| View { simulation, alpha: self.alpha, eye };
-        let (tracks, bodies) = (self.ghost_tracks(), single_bodies(&self.sim.scene));
-        let shown = |track: &Track<'_>| ghosts.shows(Some(track.method));
-        for track in tracks.iter().filter(|track| !track.solid && shown(track)) {
-            add_run(frame, bodies, ghosts.edges(), &view(track.simulation), track.ink());
-        }
-        let Some(reference) = ghosts.reference().map(view) else { return };
-        if ghosts.shows(None) {
-            add_run(frame, bodies, ghosts.edges(), &reference, REFERENCE_INK);
-        }
-        for (run, id) in longest_lines(&self.sim.scene, &tracks, &self.ghost_focus()) {
-            let track = &tracks[run];
-            if let (Some(from), Some(to)) = (view(track.simulation).place_of(id), reference.place_of(id))
-                && shown(track)
-            {
-                frame.lines.push(Line::new(from, to, color(track.ink(), LINE_OPACITY), LINE_WIDTH_PX));
-            }
+/// Adds the ghosts to the picture.
+pub(super) fn add_ghosts(twins: &Twins, stage: &Stage, frame: &mut Frame) {
+    let view = |simulation| View { simulation, alpha: stage.seen.alpha, eye: stage.view.camera.position };
+    let (tracks, bodies) = (twins.tracks(stage), single_bodies(&stage.sim.scene));
+    let shown = |track: &Track<'_>| twins.shows(Some(track.method));
+    for track in tracks.iter().filter(|track| !track.solid && shown(track)) {
+        add_run(frame, bodies, &twins.edges, &view(track.simulation), track.ink());
+    }
+    let Some(reference) = twins.reference().map(view) else { return };
+    if twins.shows(None) {
+        add_run(frame, bodies, &twins.edges, &reference, REFERENCE_INK);
+    }
+    for (run, id) in longest_lines(&stage.sim.scene, &tracks, &focus(stage)) {
+        let track = &tracks[run];
+        if let (Some(from), Some(to)) = (view(track.simulation).place_of(id), reference.place_of(id))
+            && shown(track)
+        {
+            frame.lines.push(Line::new(from, to, color(track.ink(), LINE_OPACITY), LINE_WIDTH_PX));
         }
     }
 }

@@ -4,15 +4,19 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use bevy_ecs::prelude::*;
+use egui::{Painter, Rect};
 use glam::{DVec2, DVec3};
 use history::{Distances, Failure, Simulation, Twin};
 use motion::{Method, PreviousPosition, SoftBody, TimeStep, Transform};
+use render::Frame;
 use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};
 
-use super::edges;
-use crate::app::session::{Session, drawn};
-use crate::app::ui::{Panel, Topic};
+use crate::tools::ghosts::{edges, panel, picture};
+use crate::tools::tool::{Desk, Tool};
+use crate::view::notices::Topic;
+use crate::view::pose::drawn;
+use crate::view::stage::Stage;
 
 /// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
 const MOST_BODIES: usize = 10_000;
@@ -46,18 +50,26 @@ pub enum GhostState {
     Unsolvable(&'static str),
 }
 
-/// The twins of a session.
+/// The ghosts of a session, while they are shown.
+#[derive(Default)]
 pub(crate) struct Ghosts {
+    pub(super) twins: Option<Twins>,
+    /// Where the panel stands.
+    pub(super) panel: Option<Rect>,
+}
+
+/// The twins of a world.
+pub(super) struct Twins {
     reference: Twin,
     /// In the order of [`motion::METHODS`], that of the solid bodies too: it may be another one soon.
     twins: Vec<Twin>,
     hidden: BTreeSet<Option<Method>>,
     /// Stable ids of what thin lines join: the ends of springs, the points of ropes, the neighbors on surfaces.
-    edges: Vec<[u32; 2]>,
+    pub edges: Vec<[u32; 2]>,
 }
 
 /// One of the runs that are compared: solid or a ghost, not the reference.
-pub(crate) struct Track<'a> {
+pub(super) struct Track<'a> {
     pub method: Method,
     pub solid: bool,
     pub simulation: &'a Simulation,
@@ -67,7 +79,7 @@ pub(crate) struct Track<'a> {
 
 /// A distance that is written into the picture.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct GhostLabel {
+pub(super) struct GhostLabel {
     /// The middle between a body and where the reference has it, pixels from the top left.
     pub at: DVec2,
     pub ink: Ink,
@@ -86,7 +98,7 @@ impl<'a> Track<'a> {
     }
 }
 
-impl Ghosts {
+impl Twins {
     fn new(leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) -> Self {
         let declared = leader.scene.mutual_gravity.is_some();
         let solving = Method::ALL.into_iter().filter(|method| unsolvable(*method, declared).is_none());
@@ -98,186 +110,184 @@ impl Ghosts {
         self.twins.iter_mut().chain([&mut self.reference])
     }
 
-    pub fn edges(&self) -> &[[u32; 2]] {
-        &self.edges
-    }
-
     pub fn shows(&self, method: Option<Method>) -> bool {
         !self.hidden.contains(&method)
+    }
+
+    /// Draws the ghost of that method, or of the reference, or leaves it out.
+    pub fn show(&mut self, method: Option<Method>, shown: bool) {
+        if shown {
+            self.hidden.remove(&method);
+        } else {
+            self.hidden.insert(method);
+        }
     }
 
     /// The reference, unless it failed.
     pub fn reference(&self) -> Option<&Simulation> {
         self.reference.failure().is_none().then(|| self.reference.simulation())
     }
+
+    /// Every run whose distances are known: the solid one and its ghosts, unless they or the reference failed.
+    pub fn tracks<'a>(&'a self, stage: &'a Stage) -> Vec<Track<'a>> {
+        let Some(reference) = self.reference() else { return Vec::new() };
+        let solid = stage.sim.method();
+        let running = self.twins.iter().filter(|twin| twin.failure().is_none() && twin.method() != solid);
+        let mut tracks: Vec<_> = running
+            .map(|twin| Track::new(twin.simulation(), false, reference))
+            .chain([Track::new(&stage.sim, true, reference)])
+            .collect();
+        tracks.sort_by_key(|track| track.method);
+        tracks
+    }
 }
 
 /// Where a body of one of the runs is drawn, m.
-pub(crate) fn place(body: EntityRef<'_>, alpha: f64) -> Option<DVec3> {
+pub(super) fn place(body: EntityRef<'_>, alpha: f64) -> Option<DVec3> {
     Some(drawn(body.get::<Transform>()?, body.get::<PreviousPosition>(), alpha))
 }
 
-impl Session {
+impl Ghosts {
     /// What there is to say of every method and, last, of the reference; nothing while no ghosts are shown.
-    #[must_use]
-    pub fn ghosts(&self) -> Vec<GhostRow> {
-        let Some(ghosts) = &self.ghosts else { return Vec::new() };
-        let (tracks, focus) = (self.ghost_tracks(), self.ghost_focus());
-        let declared = self.sim.scene.mutual_gravity.is_some();
+    pub fn rows(&self, stage: &Stage) -> Vec<GhostRow> {
+        let Some(twins) = &self.twins else { return Vec::new() };
+        let (tracks, focus) = (twins.tracks(stage), focus(stage));
+        let declared = stage.sim.scene.mutual_gravity.is_some();
         let of_method = |method| {
             let track = tracks.iter().find(|track| track.method == method);
-            let twin = ghosts.twins.iter().find(|twin| twin.method() == method);
+            let twin = twins.twins.iter().find(|twin| twin.method() == method);
             let state = match (twin.and_then(Twin::failure), unsolvable(method, declared)) {
-                _ if method == self.sim.method() => GhostState::Solid,
+                _ if method == stage.sim.method() => GhostState::Solid,
                 (_, Some(why)) => GhostState::Unsolvable(why),
-                (Some(failure), _) => GhostState::Failed(self.words_of(failure)),
+                (Some(failure), _) => GhostState::Failed(words_of(stage, failure)),
                 (None, None) => GhostState::Runs,
             };
             GhostRow {
                 method: Some(method),
                 state,
-                shown: ghosts.shows(Some(method)),
+                shown: twins.shows(Some(method)),
                 distance: track
                     .and_then(|track| track.distances.farthest(|id| focus.contains(&id)))
                     .map(|(_, d)| d),
                 rms: track.and_then(|track| track.distances.rms()),
             }
         };
-        let failed = ghosts.reference.failure().map(|failure| GhostState::Failed(self.words_of(failure)));
+        let failed = twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));
         let reference = GhostRow {
             method: None,
             state: failed.unwrap_or(GhostState::Runs),
-            shown: ghosts.shows(None),
+            shown: twins.shows(None),
             distance: None,
             rms: None,
         };
         Method::ALL.into_iter().map(of_method).chain([reference]).collect()
     }
 
-    fn words_of(&self, failure: Failure) -> String {
-        let Failure { body, tick, cause } = failure;
-        let body = self.sim.scene.names.get(body).unwrap_or_default();
-        format!("{body} was quarantined in tick {tick}: {}", cause.what())
-    }
-
-    /// Ghosts where there are none, and the other way round.
-    pub(crate) fn toggle_ghosts(&mut self) {
-        self.ui.retract(Topic::Ghosts);
-        if self.ghosts.take().is_some() {
-            self.ui.close(Panel::Ghosts);
-        } else if self.sim.bodies.len() > MOST_BODIES {
-            self.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
-        } else {
-            self.carry_out_requests();
-            self.begin_ghosts(BTreeSet::new());
-            self.ui.open(Panel::Ghosts);
-        }
-    }
-
-    fn begin_ghosts(&mut self, hidden: BTreeSet<Option<Method>>) {
-        self.ghosts = Some(Ghosts::new(&mut self.sim, hidden));
-    }
-
-    /// Lets ghosts begin anew with a world that was built anew.
-    pub(crate) fn restart_ghosts(&mut self) {
-        if let Some(ghosts) = self.ghosts.take() {
-            self.begin_ghosts(ghosts.hidden);
-        }
-    }
-
-    /// Lets the next method be the solid one.
-    pub(crate) fn next_solid(&mut self) {
-        if self.ghosts.is_some() {
-            self.change_method(Method::next);
-        } else {
-            self.ui.notice(Topic::Ghosts, "there are no ghosts to choose from; T shows them".to_owned());
-        }
-    }
-
-    /// Draws the ghost of that method, or of the reference, or leaves it out.
-    pub(crate) fn show_ghost(&mut self, method: Option<Method>, shown: bool) {
-        if let Some(ghosts) = &mut self.ghosts {
-            if shown {
-                ghosts.hidden.remove(&method);
-            } else {
-                ghosts.hidden.insert(method);
-            }
-        }
-    }
-
-    /// A tick of the ghosts, with what the coming one of the world takes in; `remember`: it is the last one of the
-    /// frame.
-    pub(crate) fn tick_ghosts(&mut self, remember: bool) {
-        let Some(ghosts) = &mut self.ghosts else { return };
-        let (step, inputs) = (*self.sim.world.resource::<TimeStep>(), self.sim.pending());
-        for twin in ghosts.all() {
-            if remember {
-                twin.remember_positions();
-            }
-            twin.tick(step, &inputs);
-        }
-    }
-
-    /// What is asked for, for the ghosts too.
-    pub(crate) fn carry_out_in_ghosts(&mut self) {
-        let Some(ghosts) = &mut self.ghosts else { return };
-        let requests: Vec<_> = self.sim.requested().collect();
-        ghosts.all().for_each(|twin| twin.carry_out(&requests));
-    }
-
-    /// Every run whose distances are known: the solid one and its ghosts, unless they or the reference failed.
-    pub(crate) fn ghost_tracks(&self) -> Vec<Track<'_>> {
-        let Some(ghosts) = &self.ghosts else { return Vec::new() };
-        let Some(reference) = ghosts.reference() else { return Vec::new() };
-        let solid = self.sim.method();
-        let running = ghosts.twins.iter().filter(|twin| twin.failure().is_none() && twin.method() != solid);
-        let mut tracks: Vec<_> = running
-            .map(|twin| Track::new(twin.simulation(), false, reference))
-            .chain([Track::new(&self.sim, true, reference)])
-            .collect();
-        tracks.sort_by_key(|track| track.method);
-        tracks
-    }
-
-    /// Stable ids whose distances are told: those of the selection, or all where nothing that moves is selected.
-    pub(crate) fn ghost_focus(&self) -> Range<u32> {
-        let moves = |ids: &Range<u32>| ids.clone().any(|id| self.sim.moving(id).is_some());
-        self.ids_selected().filter(moves).unwrap_or(0..u32::MAX)
-    }
-
-    fn ids_selected(&self) -> Option<Range<u32>> {
-        let selection = self.control.selection?;
-        if self.sim.world.get::<SoftBody>(selection).is_some() {
-            let FileIndex(index) = self.sim.world.get(selection)?;
-            return self.sim.scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
-        }
-        self.ids.get(&selection).map(|id| *id..*id + 1)
-    }
-
-    /// Whose distances are told, in words.
-    pub(crate) fn ghost_subject(&self) -> String {
-        let told = self.ghost_focus() == (0..u32::MAX);
-        let selection = self.control.selection.filter(|_| !told);
-        selection.map_or_else(|| "the farthest body".to_owned(), |thing| self.name(thing))
+    /// Whether there are ghosts.
+    pub const fn are_shown(&self) -> bool {
+        self.twins.is_some()
     }
 
     /// The distances that are written into the picture: of each run, that of the selection or the farthest.
-    pub(crate) fn ghost_labels(&self) -> Vec<GhostLabel> {
-        let Some(ghosts) = &self.ghosts else { return Vec::new() };
-        let Some(reference) = ghosts.reference() else { return Vec::new() };
-        let (view, focus) = (self.camera.viewpoint(), self.ghost_focus());
-        let size = DVec2::from_array(self.options.size_px.map(f64::from));
+    pub(super) fn labels(&self, stage: &Stage) -> Vec<GhostLabel> {
+        let Some(twins) = &self.twins else { return Vec::new() };
+        let Some(reference) = twins.reference() else { return Vec::new() };
+        let (view, focus) = (stage.view.camera.viewpoint(), focus(stage));
+        let size = DVec2::from_array(stage.run.options.size_px.map(f64::from));
         let label = |track: &Track<'_>| {
             let (id, distance) =
                 track.distances.farthest(|id| focus.contains(&id)).filter(|(_, d)| *d > 0.0)?;
-            let place = |simulation: &Simulation| place(simulation.moving(id)?, self.alpha);
+            let place = |simulation: &Simulation| place(simulation.moving(id)?, stage.seen.alpha);
             let middle = (place(track.simulation)? + place(reference)?) / 2.0;
             let depth = (middle - view.position).dot(view.forward());
             let at = view.project(middle, size).filter(|_| (view.near_m..=view.far_m).contains(&depth))?;
             let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
             inside.then(|| GhostLabel { at, ink: track.ink(), distance })
         };
-        let tracks = self.ghost_tracks();
-        tracks.iter().filter(|track| ghosts.shows(Some(track.method))).filter_map(label).collect()
+        let tracks = twins.tracks(stage);
+        tracks.iter().filter(|track| twins.shows(Some(track.method))).filter_map(label).collect()
     }
+}
+
+impl Tool for Ghosts {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        self.panel = panel::show(self, desk);
+    }
+
+    /// Ghosts where there are none, and the other way round. The list can be closed without them.
+    fn toggle(&mut self, stage: &mut Stage, open: bool) -> bool {
+        stage.notices.retract(Topic::Ghosts);
+        if self.twins.take().is_some() {
+            return false;
+        }
+        if stage.sim.bodies.len() > MOST_BODIES {
+            stage.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
+            return open;
+        }
+        self.twins = Some(Twins::new(&mut stage.sim, BTreeSet::new()));
+        true
+    }
+
+    fn before_requests(&mut self, stage: &mut Stage) {
+        let Some(twins) = &mut self.twins else { return };
+        let requests: Vec<_> = stage.sim.requested().collect();
+        twins.all().for_each(|twin| twin.carry_out(&requests));
+    }
+
+    /// A tick of the ghosts, with what the coming one of the world takes in.
+    fn before_tick(&mut self, stage: &Stage, last: bool) {
+        let Some(twins) = &mut self.twins else { return };
+        let (step, inputs) = (*stage.sim.world.resource::<TimeStep>(), stage.sim.pending());
+        for twin in twins.all() {
+            if last {
+                twin.remember_positions();
+            }
+            twin.tick(step, &inputs);
+        }
+    }
+
+    fn restart(&mut self, stage: &mut Stage) {
+        if let Some(Twins { hidden, .. }) = self.twins.take() {
+            self.twins = Some(Twins::new(&mut stage.sim, hidden));
+        }
+    }
+
+    fn draw(&self, stage: &Stage, frame: &mut Frame) {
+        if let Some(twins) = &self.twins {
+            picture::add_ghosts(twins, stage, frame);
+        }
+    }
+
+    fn write(&mut self, stage: &Stage, painter: &Painter, open: bool, taken: Vec<Rect>) {
+        let panel = self.panel.filter(|_| open);
+        panel::show_labels(painter, &self.labels(stage), taken, panel);
+    }
+}
+
+fn words_of(stage: &Stage, failure: Failure) -> String {
+    let Failure { body, tick, cause } = failure;
+    let body = stage.sim.scene.names.get(body).unwrap_or_default();
+    format!("{body} was quarantined in tick {tick}: {}", cause.what())
+}
+
+/// Stable ids whose distances are told: those of the selection, or all where nothing that moves is selected.
+pub(super) fn focus(stage: &Stage) -> Range<u32> {
+    let moves = |ids: &Range<u32>| ids.clone().any(|id| stage.sim.moving(id).is_some());
+    ids_selected(stage).filter(moves).unwrap_or(0..u32::MAX)
+}
+
+fn ids_selected(stage: &Stage) -> Option<Range<u32>> {
+    let selection = stage.seen.selection?;
+    if stage.sim.world.get::<SoftBody>(selection).is_some() {
+        let FileIndex(index) = stage.sim.world.get(selection)?;
+        return stage.sim.scene.soft_bodies.get(*index as usize).map(|soft| soft.points.clone());
+    }
+    stage.seen.ids.get(&selection).map(|id| *id..*id + 1)
+}
+
+/// Whose distances are told, in words.
+pub(super) fn subject(stage: &Stage) -> String {
+    let all = focus(stage) == (0..u32::MAX);
+    let selection = stage.seen.selection.filter(|_| !all);
+    selection.map_or_else(|| "the farthest body".to_owned(), |thing| stage.name(thing))
 }

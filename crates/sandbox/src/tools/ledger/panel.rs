@@ -3,39 +3,12 @@
 use egui::{Align2, Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
 use glam::DVec3;
-use motion::ledger::{Energies, LedgerLines, LedgerTotals};
+use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
 
-use crate::app::panels::Model;
-use crate::app::session::{Point, Session};
-
-/// What the panel shows.
-pub(crate) struct View {
-    pub since_opening: LedgerTotals,
-    pub last_second: LedgerTotals,
-    pub energies: Energies,
-    pub at_opening: Energies,
-    pub momentum: DVec3,
-    pub seconds: f64,
-    pub relative: f64,
-    pub points: Vec<Point>,
-}
-
-impl View {
-    /// Of a session that keeps books.
-    pub fn of(session: &Session) -> Option<Self> {
-        let ledger = session.ledger()?;
-        Some(Self {
-            since_opening: ledger.since_opening().clone(),
-            last_second: ledger.last_second(),
-            energies: ledger.energies().clone(),
-            at_opening: ledger.energies_at_opening().clone(),
-            momentum: ledger.momentum(),
-            seconds: ledger.seconds(),
-            relative: ledger.relative_residual(),
-            points: session.ledger_points().to_vec(),
-        })
-    }
-}
+use crate::numbers::{four_digits, signed};
+use crate::tools::ledger::state::Point;
+use crate::tools::tool::Desk;
+use crate::view::stage::Stage;
 
 /// What stands out: the residual.
 const RESIDUAL: Color32 = Color32::from_rgb(255, 140, 90);
@@ -54,68 +27,63 @@ const PLOT_HEIGHT: f32 = 72.0;
 /// Small: a scene with everything in it has 26 lines.
 const TEXT_SIZE: f32 = 11.0;
 
-/// `place` is what other panels leave free.
-pub(crate) fn show(context: &egui::Context, model: &Model, view: &View, place: Align2) {
-    let inward = match place {
-        Align2::LEFT_CENTER => [8.0, 0.0],
-        Align2::CENTER_BOTTOM => [0.0, -8.0],
-        _ => [-8.0, 0.0],
+/// It stands where other panels leave room.
+pub(super) fn show(desk: &mut Desk<'_>, ledger: &Ledger, points: &[Point]) {
+    let any = |titles: [&str; 2]| titles.iter().any(|title| desk.open.contains(title));
+    let (place, inward) = match (any(["Effects", "Accuracy and cost"]), any(["Settings", "Ghosts"])) {
+        (false, _) => (Align2::RIGHT_CENTER, [-8.0, 0.0]),
+        (true, false) => (Align2::LEFT_CENTER, [8.0, 0.0]),
+        (true, true) => (Align2::CENTER_BOTTOM, [0.0, -8.0]),
     };
-    egui::Window::new("Ledger").resizable(false).collapsible(false).anchor(place, inward).show(
-        context,
-        |ui| {
-            ui.set_width(WIDTH);
-            for style in [TextStyle::Body, TextStyle::Monospace] {
-                if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
-                    font.size = TEXT_SIZE;
-                }
+    desk.window().anchor(place, inward).show(desk.context, |ui| {
+        ui.set_width(WIDTH);
+        for style in [TextStyle::Body, TextStyle::Monospace] {
+            if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
+                font.size = TEXT_SIZE;
             }
-            ui.label(RichText::new(sentence(model, view)).color(RESIDUAL).strong());
-            energy(ui, view);
-            ui.separator();
-            momentum(ui, view);
-            ui.separator();
-            plots(ui, view);
-        },
-    );
+        }
+        let last_second = ledger.last_second();
+        ui.label(RichText::new(sentence(desk.stage, ledger, &last_second)).color(RESIDUAL).strong());
+        energy(ui, ledger, &last_second);
+        ui.separator();
+        momentum(ui, ledger, &last_second);
+        ui.separator();
+        plots(ui, points);
+    });
 }
 
 /// What the method has done, in words.
-fn sentence(model: &Model, view: &View) -> String {
-    let (method, have) = match model.own_methods {
-        true => ("the methods", "have"),
-        false => (model.method.claims().title, "has"),
+fn sentence(stage: &Stage, ledger: &Ledger, last_second: &LedgerTotals) -> String {
+    let stepper = &stage.sim.stepper;
+    let method = match stepper.plan().own.is_empty() {
+        true => stepper.method().claims().title,
+        false => "The methods",
     };
-    let residual = view.since_opening.energy.residual;
-    if view.seconds <= 0.0 {
+    let (residual, seconds) = (ledger.since_opening().energy.residual, ledger.seconds());
+    if seconds <= 0.0 {
         return format!("{method}: nothing simulated yet");
     }
-    if residual == 0.0 || view.relative < ROUNDING {
-        return format!("{method} {have} kept the books in {:.2} s: what is left is rounding", view.seconds);
+    if residual == 0.0 || ledger.relative_residual() < ROUNDING {
+        return format!("{method} conserved energy to rounding over {seconds:.2} s.");
     }
     let verb = if residual > 0.0 { "invented" } else { "lost" };
-    let rate = view.last_second.energy.residual;
-    format!(
-        "{method} {have} {verb} {} J in {:.2} s, {} J/s in the last",
-        number(residual.abs()),
-        view.seconds,
-        signed(rate)
-    )
+    let (size, rate) = (four_digits(residual.abs()), signed(last_second.energy.residual));
+    format!("{method} {verb} {size} J in {seconds:.2} s, {rate} J/s in the last second")
 }
 
-fn energy(ui: &mut Ui, view: &View) {
+fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
     Grid::new("ledger energy").num_columns(4).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
         ui,
         |ui| {
             heading(ui, ["energy", "now, J", "since open, J", "last second, W"]);
-            let then = &view.at_opening;
-            held(ui, "kinetic", view.energies.kinetic, then.kinetic);
-            for (law, now) in &view.energies.potential {
+            let (now, then) = (ledger.energies(), ledger.energies_at_opening());
+            held(ui, "kinetic", now.kinetic, then.kinetic);
+            for (law, now) in &now.potential {
                 let before =
                     then.potential.iter().find(|(name, _)| name == law).map_or(0.0, |(_, energy)| *energy);
                 held(ui, &law.replace('_', " "), *now, before);
             }
-            let (sums, rates) = (&view.since_opening.energy, &view.last_second.energy);
+            let (sums, rates) = (&ledger.since_opening().energy, &last_second.energy);
             for (name, sum, rate) in lines(sums, rates) {
                 row(ui, &name, ["".to_owned(), signed(sum), signed(rate)]);
             }
@@ -125,13 +93,13 @@ fn energy(ui: &mut Ui, view: &View) {
     );
 }
 
-fn momentum(ui: &mut Ui, view: &View) {
+fn momentum(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
     Grid::new("ledger momentum").num_columns(3).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
         ui,
         |ui| {
             heading(ui, ["momentum", "since open, N s", "last second, N"]);
-            row(ui, "now", [triple(view.momentum), String::new()]);
-            let (sums, rates) = (&view.since_opening.momentum, &view.last_second.momentum);
+            row(ui, "now", [triple(ledger.momentum()), String::new()]);
+            let (sums, rates) = (&ledger.since_opening().momentum, &last_second.momentum);
             for (name, sum, rate) in lines(sums, rates) {
                 row(ui, &name, [triple(sum), triple(rate)]);
             }
@@ -171,7 +139,7 @@ fn heading<const N: usize>(ui: &mut Ui, words: [&str; N]) {
 }
 
 fn held(ui: &mut Ui, name: &str, now: f64, then: f64) {
-    row(ui, name, [number(now), signed(now - then), String::new()]);
+    row(ui, name, [four_digits(now), signed(now - then), String::new()]);
 }
 
 fn row<const N: usize>(ui: &mut Ui, name: &str, cells: [String; N]) {
@@ -189,12 +157,12 @@ fn emphasised<const N: usize>(ui: &mut Ui, cells: [String; N]) {
     ui.end_row();
 }
 
-/// A curve of the books.
+/// A curve of the ledger.
 type Curve = fn(&Point) -> f64;
 
-fn plots(ui: &mut Ui, view: &View) {
+fn plots(ui: &mut Ui, points: &[Point]) {
     let drawn = |of: Curve| {
-        let points = view.points.iter().map(move |point| [point.time, of(point)]);
+        let points = points.iter().map(move |point| [point.time, of(point)]);
         points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN))
     };
     let show = |ui: &mut Ui, plot: Plot<'static>, curves: &[(&str, Color32, Curve)]| {
@@ -236,7 +204,7 @@ fn plot(name: &'static str) -> Plot<'static> {
         .allow_boxed_zoom(false)
         .y_axis_min_width(56.0)
         .y_grid_spacer(|input: GridInput| marks(input.bounds))
-        .y_axis_formatter(|mark, _| number(mark.value))
+        .y_axis_formatter(|mark, _| four_digits(mark.value))
         .legend(Legend::default())
 }
 
@@ -252,28 +220,6 @@ fn marks((low, high): (f64, f64)) -> Vec<GridMark> {
     let first = (low / step_size).ceil() * step_size;
     let mark = |number: u8| GridMark { value: first + f64::from(number) * step_size, step_size };
     (0..5).map(mark).filter(|mark| mark.value <= high).collect()
-}
-
-/// Four digits.
-fn number(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e5).contains(&size) {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a power of ten from -3 to 4"
-        )]
-        let decimals = (3.0 - size.log10().floor()).clamp(0.0, 6.0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.2e}")
-    }
-}
-
-fn signed(value: f64) -> String {
-    if value > 0.0 { format!("+{}", number(value)) } else { number(value) }
 }
 
 /// Three parts in columns, or the magnitude alone where that is too small or too large for them.
@@ -306,19 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_four_digits_and_a_sign_where_they_are_changes() {
-        let cases = [
-            (0.0, "0"),
-            (1.0, "1.000"),
-            (-12.345_67, "-12.35"),
-            (0.012_345, "0.01235"),
-            (99_999.0, "99999"),
-            (1e-7, "1.00e-7"),
-        ];
-        for (value, expected) in cases {
-            assert_eq!(number(value), expected);
-        }
-        assert_eq!([signed(2.5), signed(-2.5), signed(0.0)], ["+2.500", "-2.500", "0"]);
+    fn momenta_are_triples_or_magnitudes() {
         assert_eq!(triple(DVec3::new(1.0, -2.5, 0.0)), "   1.000  -2.500   0.000");
         assert_eq!(triple(DVec3::new(0.0, 3e-9, 4e-9)), "magnitude 5.0e-9");
         assert_eq!(triple(DVec3::ZERO), "0");

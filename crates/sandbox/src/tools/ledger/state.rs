@@ -1,16 +1,17 @@
 //! The ledger of a running session, kept while its panel is open or a run asked for it, and what the panel plots.
 
-use motion::ledger::Ledger;
+use motion::ledger;
 
-use crate::app::session::Session;
-use crate::app::ui::Panel;
+use crate::tools::ledger::panel;
+use crate::tools::tool::{Desk, Tool};
+use crate::view::stage::Stage;
 
 /// Points that a plot has at most: twice as many as there are pixels.
 const MOST_POINTS: usize = 2_000;
 
 /// Energies at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Point {
+pub(super) struct Point {
     /// Simulated time, s.
     pub time: f64,
     /// Kinetic and potential energy, J.
@@ -23,7 +24,7 @@ pub(crate) struct Point {
 /// Energies over time. When there are too many points, every second one is dropped and half as many are taken from
 /// then on.
 #[derive(Clone, Debug)]
-pub(crate) struct History {
+pub(super) struct History {
     points: Vec<Point>,
     /// Ticks from one point to the next.
     every: u64,
@@ -57,67 +58,70 @@ impl History {
     }
 }
 
-/// A ledger and its history.
-#[derive(Clone, Debug)]
-pub(crate) struct Kept {
-    pub ledger: Ledger,
-    pub history: History,
+/// The ledger, while it is wanted, and its history.
+#[derive(Default)]
+pub(crate) struct Ledger {
+    kept: Option<Box<(ledger::Ledger, History)>>,
 }
 
-impl Kept {
-    fn point(ledger: &Ledger, time: f64) -> Point {
-        let energies = ledger.energies();
-        Point {
-            time,
-            energy: energies.total(),
-            kinetic: energies.kinetic,
-            residual: ledger.since_opening().energy.residual,
-        }
+fn point(ledger: &ledger::Ledger, time: f64) -> Point {
+    let energies = ledger.energies();
+    Point {
+        time,
+        energy: energies.total(),
+        kinetic: energies.kinetic,
+        residual: ledger.since_opening().energy.residual,
     }
 }
 
-impl Session {
-    /// Keeps books of energy and momentum from now on, whether the panel is open or not.
-    pub fn keep_ledger(&mut self) {
-        self.ledger_asked = true;
-        self.open_or_close_ledger();
-    }
-
-    /// The books, if any are kept.
-    #[must_use]
-    pub fn ledger(&self) -> Option<&Ledger> {
-        self.ledger.as_ref().map(|kept| &kept.ledger)
+impl Ledger {
+    /// The ledger, if one is kept.
+    pub fn kept(&self) -> Option<&ledger::Ledger> {
+        self.kept.as_ref().map(|kept| &kept.0)
     }
 
     /// What the panel plots.
-    pub(crate) fn ledger_points(&self) -> &[Point] {
-        self.ledger.as_ref().map_or(&[], |kept| kept.history.points())
+    pub(super) fn points(&self) -> &[Point] {
+        self.kept.as_ref().map_or(&[], |kept| kept.1.points())
     }
 
     /// Opens the ledger when it is first wanted, and forgets it when it is not.
-    pub(crate) fn open_or_close_ledger(&mut self) {
-        if !(self.ui.shows(Panel::Ledger) || self.ledger_asked) {
-            self.ledger = None;
-        } else if self.ledger.is_none() {
-            let ledger = Ledger::open(&mut self.sim.world);
-            let history = History::new(Kept::point(&ledger, self.simulated()));
-            self.ledger = Some(Box::new(Kept { ledger, history }));
+    pub fn keep(&mut self, stage: &mut Stage, wanted: bool) {
+        if !wanted {
+            self.kept = None;
+        } else if self.kept.is_none() {
+            let ledger = ledger::Ledger::open(&mut stage.sim.world);
+            let history = History::new(point(&ledger, stage.simulated()));
+            self.kept = Some(Box::new((ledger, history)));
         }
     }
 
-    /// One tick, booked if books are kept and watched if it is recorded.
-    pub(crate) fn tick(&mut self) {
-        let mut kept = self.ledger.take();
-        let books = kept.as_mut().map(|kept| &mut kept.ledger);
-        match (&mut self.recorded, books) {
-            (Some(recorded), books) => recorded.tick(&mut self.sim, books),
-            (None, Some(books)) => books.tick(&mut self.sim.stepper, &mut self.sim.world),
-            (None, None) => self.sim.tick(),
+    /// Opens it again if one was kept: the run goes on from another tick.
+    pub fn reopen(&mut self, stage: &mut Stage) {
+        let kept = self.kept.take().is_some();
+        self.keep(stage, kept);
+    }
+
+    /// One tick of the stage, entered if a ledger is kept and watched if it is recorded.
+    pub fn tick(&mut self, stage: &mut Stage) {
+        let sim = &mut stage.sim;
+        let ledger = self.kept.as_mut().map(|kept| &mut kept.0);
+        match (&mut stage.past, ledger) {
+            (Some(past), ledger) => past.tick(sim, ledger),
+            (None, Some(ledger)) => ledger.tick(&mut sim.stepper, &mut sim.world),
+            (None, None) => sim.tick(),
         }
-        if let Some(kept) = &mut kept {
-            kept.history.note(Kept::point(&kept.ledger, self.simulated()));
+        if let Some((ledger, history)) = self.kept.as_deref_mut() {
+            history.note(point(ledger, stage.simulated()));
         }
-        self.ledger = kept;
+    }
+}
+
+impl Tool for Ledger {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        if let Some(ledger) = self.kept() {
+            panel::show(desk, ledger, self.points());
+        }
     }
 }
 

@@ -3,16 +3,17 @@
 use egui::{ComboBox, Grid, Ui};
 use motion::{Claims, Method};
 
-use crate::app::panels::{Edit, Model, Selected};
 use crate::input::Experiment;
 use crate::methods::{stable, yes_or_no};
+use crate::tools::tool::Edit;
+use crate::view::card::Selected;
 
 /// Points in which a long source is broken into lines.
 const WIDTH: f32 = 280.0;
 
 /// The scene's method.
-pub(crate) fn of_scene(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
-    let mut chosen = model.method;
+pub(super) fn of_scene(ui: &mut Ui, method: Method, edits: &mut Vec<Edit>) {
+    let mut chosen = method;
     ui.horizontal(|ui| {
         ui.label("method");
         ComboBox::from_id_salt("method").selected_text(chosen.claims().title).height(400.0).show_ui(
@@ -24,10 +25,10 @@ pub(crate) fn of_scene(ui: &mut Ui, model: &Model, edits: &mut Vec<Edit>) {
             },
         );
     });
-    if chosen != model.method {
+    if chosen != method {
         edits.push(Edit::Try(Experiment::Method(chosen)));
     }
-    promises(ui, model.method.claims());
+    promises(ui, method.claims());
 }
 
 fn promises(ui: &mut Ui, claims: &Claims) {
@@ -54,7 +55,7 @@ fn promises(ui: &mut Ui, claims: &Claims) {
 }
 
 /// The selected body's method: the scene's, or one of its own.
-pub(crate) fn of_body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) {
+pub(super) fn of_body(ui: &mut Ui, selected: &Selected, scene: Method, edits: &mut Vec<Edit>) {
     let mut chosen = selected.own_method;
     let like_the_scene = format!("the scene's: {}", scene.claims().title);
     ui.horizontal(|ui| {

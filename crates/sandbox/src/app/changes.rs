@@ -1,0 +1,214 @@
+//! Changes of the running simulation that a person, a script or a panel asks for.
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use history::Intervention;
+use lab::cost::Setting;
+use motion::effects::{Effect, EffectState, NeverDeclared};
+use motion::{Damping, Method, MutualGravity, OwnMethod, Particle, PushQueue, Request, Substeps, TimeStep};
+use scene::unsolvable;
+
+use crate::app::session::{Session, SwitchedBy};
+use crate::input::Experiment;
+use crate::tools::tool::{Edit, Tool as _};
+use crate::view::notices::Topic;
+use crate::view::stage::Order;
+
+impl Session {
+    pub(crate) fn experiment(&mut self, experiment: &Experiment) {
+        match experiment {
+            Experiment::Push(name, newtons) => {
+                if let Some(body) = self.body_or_refuse(name) {
+                    self.sim.world.resource_mut::<PushQueue>().push_once(body, DVec3::from_array(*newtons));
+                }
+            }
+            Experiment::OfBody(name, request, value) => {
+                if let Some(body) = self.body_or_refuse(name) {
+                    self.ask(request(body, DVec3::from_array(*value)));
+                }
+            }
+            Experiment::OfWorld(request) => self.ask_by(*request, SwitchedBy::Script),
+            Experiment::Remove(name) => {
+                if let Some(body) = self.body_or_refuse(name) {
+                    self.ask(Request::Remove(body));
+                }
+            }
+            Experiment::DampingRate(rate) => {
+                let damping = self.sim.world.get_resource::<Damping>().copied();
+                let model = damping.map_or_else(Default::default, |damping| damping.model);
+                self.ask_by(Request::SetDamping(Damping { model, rate: *rate }), SwitchedBy::Script);
+            }
+            Experiment::Method(method) => self.set_method(*method),
+            Experiment::BodyMethod(name, method) => {
+                if let Some(body) = self.body_or_refuse(name) {
+                    self.set_body_method(body, *method);
+                }
+            }
+            Experiment::SwitchEffect(effect, on) => {
+                // The person was told if there is no such effect in the scene.
+                let _ = self.switch_effect(*effect, *on, SwitchedBy::Script);
+            }
+            Experiment::Screenshot(name) => self.orders.push(Order::Screenshot(Some(name.clone()))),
+        }
+    }
+
+    /// Does what a panel asks for.
+    pub(crate) fn edit(&mut self, edit: Edit) {
+        match edit {
+            Edit::Ask(request) => self.ask_by(request, SwitchedBy::Settings),
+            Edit::Try(experiment) => self.experiment(&experiment),
+            Edit::Switch(effect, on) => {
+                // Only declared ones can be clicked.
+                let _ = self.switch_effect(effect, on, SwitchedBy::Panel);
+            }
+            Edit::ApplySetting(setting) => self.apply_setting(setting),
+            Edit::StepHz(rate) => {
+                if self.clock.set_rate(rate).is_ok() {
+                    self.record(Intervention::Step(1.0 / rate));
+                    self.notices.retract(Topic::Forecast);
+                    self.sim.world.insert_resource(TimeStep(1.0 / rate));
+                }
+            }
+            Edit::Seek(tick) => self.begin_seek(tick),
+            Edit::SaveBundle => self.order_bundle(),
+            Edit::Open(scene) => self.orders.push(Order::Open(scene)),
+        }
+    }
+
+    /// A body of the scene; where it is gone, that is told.
+    fn body_or_refuse(&mut self, name: &str) -> Option<Entity> {
+        let body = self.body(name);
+        if body.is_none() {
+            self.refuse(format!("there is no body {name} any more"));
+        }
+        body
+    }
+
+    /// Gives `body` a method of its own, or the scene's.
+    fn set_body_method(&mut self, body: Entity, method: Option<Method>) {
+        let gravity = self.sim.world.contains_resource::<MutualGravity>();
+        if !self.refuses([method.unwrap_or(self.sim.method())], gravity) {
+            self.ask(Request::SetBodyMethod(body, method));
+        }
+    }
+
+    /// Goes on with another method of the scene.
+    pub(crate) fn set_method(&mut self, method: Method) {
+        let gravity = self.sim.world.contains_resource::<MutualGravity>();
+        if self.refuses([method], gravity) {
+            return;
+        }
+        if method != self.sim.method() {
+            self.record(Intervention::Method(method));
+            self.notices.retract(Topic::Method);
+            self.notices.retract(Topic::Forecast);
+        }
+        self.sim.set_method(method);
+    }
+
+    /// Goes on with another method and number of substeps of the scene.
+    fn apply_setting(&mut self, setting: Setting) {
+        Arc::make_mut(&mut self.sim.scene).substeps = setting.substeps;
+        self.record(Intervention::Substeps(setting.substeps));
+        self.notices.retract(Topic::Forecast);
+        self.sim.world.insert_resource(Substeps(setting.substeps));
+        self.set_method(setting.method);
+        self.tools.ghosts.restart(&mut self.stage);
+    }
+
+    /// Says so where one of `methods` cannot solve what is declared.
+    fn refuses(&mut self, methods: impl IntoIterator<Item = Method>, mutual_gravity: bool) -> bool {
+        let why = methods.into_iter().find_map(|method| unsolvable(method, mutual_gravity));
+        if let Some(why) = why {
+            self.refuse(format!("{why}; take another method"));
+        }
+        why.is_some()
+    }
+
+    /// Whether mutual gravity cannot come back, because a method was chosen meanwhile that cannot solve it.
+    fn refuses_mutual_gravity(&mut self) -> bool {
+        let sim = &mut self.stage.sim;
+        // Also of bodies that nothing moves now, and where every body has one of its own; particles are not attracted.
+        let mut bodies = sim.world.query_filtered::<EntityRef, (With<OwnMethod>, Without<Particle>)>();
+        let own = bodies.iter(&sim.world).filter_map(motion::own_method);
+        let methods: Vec<_> = own.chain([sim.method()]).collect();
+        self.refuses(methods, true)
+    }
+
+    /// Switches an effect off or on again, at once. One that the scene never declared is told to the person.
+    ///
+    /// # Errors
+    /// An effect that the scene never declared.
+    pub fn switch_effect(&mut self, effect: Effect, on: bool, by: SwitchedBy) -> Result<(), NeverDeclared> {
+        // What was asked for before comes first.
+        self.carry_out_requests();
+        self.refuse_undeclared(effect)?;
+        if effect == Effect::MutualGravity && on && self.refuses_mutual_gravity() {
+            // It is there and stays off: the person was told why.
+            return Ok(());
+        }
+        self.ask(Request::Switch(effect, on));
+        self.carry_out_requests();
+        self.note_switched(effect, by);
+        Ok(())
+    }
+
+    fn refuse_undeclared(&mut self, effect: Effect) -> Result<(), NeverDeclared> {
+        if motion::effects::state(&mut self.sim.world, effect) != EffectState::NotDeclared {
+            return Ok(());
+        }
+        let error = NeverDeclared(effect);
+        self.refuse(error.to_string());
+        Err(error)
+    }
+
+    /// Asks for a change, and remembers who did if it is one of an effect. The settings may declare one, which is told; for all
+    /// others one that is not declared is refused.
+    pub(crate) fn ask_by(&mut self, request: Request, by: SwitchedBy) {
+        let effect = match request {
+            Request::SetGravity(_) | Request::SwitchGravity(_) => Some(Effect::Gravity),
+            Request::SetDamping(_) => Some(Effect::Damping),
+            _ => None,
+        };
+        if let Some(effect) = effect {
+            if by != SwitchedBy::Settings {
+                if self.refuse_undeclared(effect).is_err() {
+                    return;
+                }
+            } else if motion::effects::state(&mut self.sim.world, effect) == EffectState::NotDeclared {
+                self.notice(format!("{effect} is declared by the settings now, not by the scene"));
+            }
+            self.note_switched(effect, by);
+        }
+        self.ask(request);
+    }
+
+    /// Remembers who switched an effect last.
+    pub(crate) fn note_switched(&mut self, effect: Effect, by: SwitchedBy) {
+        self.tools.effects.switched.insert(effect, by);
+        self.notices.retract(Topic::Forecast);
+        if effect == Effect::Gravity {
+            self.notices.retract(Topic::Gravity);
+        }
+    }
+
+    /// Carries out at once what was asked for; what is gone after that is not selected, followed or hit.
+    pub(crate) fn carry_out_requests(&mut self) {
+        self.record_requests();
+        self.carry_out_unrecorded();
+    }
+
+    pub(crate) fn carry_out_unrecorded(&mut self) {
+        for (_, tool) in self.tools.each() {
+            tool.before_requests(&mut self.stage);
+        }
+        let (sim, seen) = (&mut self.stage.sim, &mut self.stage.seen);
+        sim.carry_out_requests();
+        seen.targets_current = false;
+        for thing in [&mut seen.selection, &mut seen.locked] {
+            thing.take_if(|thing| sim.world.get_entity(*thing).is_err());
+        }
+    }
+}

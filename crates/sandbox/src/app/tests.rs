@@ -1,0 +1,277 @@
+//! Sessions, as the words and panels in the picture show them.
+
+use bevy_ecs::prelude::*;
+use glam::{DQuat, DVec2, DVec3};
+use motion::clock::{FrameClock, StepClock};
+use motion::{Gravity, Method, Orientation, PhysicsBody, Request, SoftBody};
+use scene::Scene;
+
+use crate::app::session::{Session, SwitchedBy};
+use crate::input::{Experiment, Input, InputFrame};
+use crate::view::card::{Selected, rows};
+use crate::view::labels::around;
+use crate::view::options::Options;
+
+#[test]
+fn the_clock_shown_is_the_scenes() {
+    let scene = Scene::parse("empty", "(version: 1)").expect("a good scene");
+    let mut session = Session::new(scene.clone(), Options::default());
+    let mut clock = FrameClock::default();
+    let mut shown = |session: &mut Session| {
+        session.advance(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
+        session.sim.world.resource::<StepClock>().scene_seconds()
+    };
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} s is not {b} s");
+    close(shown(&mut session), 0.1);
+    close(shown(&mut session), 0.2);
+    session.reset_world();
+    close(shown(&mut session), 0.1);
+    session.open(scene);
+    close(shown(&mut session), 0.1);
+    close(session.simulated(), 0.4);
+}
+
+#[test]
+fn a_change_of_the_method_while_time_stands_still_changes_no_velocity_on_the_card() {
+    for name in ["orbit", "oscillator", "cape", "jelly", "everything"] {
+        let mut scene = scene::load(name).expect("it is shipped");
+        // Mutual gravity is not for every method.
+        scene.method = Method::PositionVerlet;
+        let options = Options { pictures: false, ..Options::default() };
+        // A few ticks: the cape does not live long under position Verlet.
+        let seconds = 2.0 / scene.step_hz;
+        let (mut session, mut clock) = (Session::new(scene, options), FrameClock::default());
+        session.advance(&InputFrame::NOTHING, clock.advance_by(seconds).expect("a time"));
+        let velocities = |session: &mut Session| {
+            let of = |session: &mut Session, thing| Selected::of(session, thing)?.body;
+            let mut softs = session.sim.world.query_filtered::<Entity, With<SoftBody>>();
+            let softs: Vec<_> = softs.iter(&session.sim.world).collect();
+            let bodies = session.sim.bodies.clone();
+            bodies
+                .into_iter()
+                .chain(softs)
+                .map(|body| of(session, body).map(|body| body.velocity))
+                .collect::<Vec<_>>()
+        };
+        let stored =
+            |session: &Session, body| session.sim.world.get::<PhysicsBody>(body).map(|body| body.velocity);
+        let lagged: Vec<_> = session.sim.bodies.iter().map(|body| stored(&session, *body)).collect();
+        let before = velocities(&mut session);
+        session.set_method(Method::VelocityVerlet);
+        let after = velocities(&mut session);
+        let most = |a: &[Option<DVec3>], b: &[Option<DVec3>]| {
+            let apart = a.iter().zip(b).filter_map(|(a, b)| Some(a.as_ref()?.distance(*b.as_ref()?)));
+            apart.fold(0.0, f64::max)
+        };
+        let (changed, lag) = (most(&before, &after), most(&lagged, &after));
+        assert!(changed < 1e-9 * lag && lag > 1e-3, "{name}: {changed} m/s of {lag} m/s");
+    }
+}
+
+#[test]
+fn a_card_that_gets_wider_stays_in_the_picture_in_the_same_frame() {
+    let text = "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1), position_m: (0, 0, -9))])";
+    let mut session = Session::new(Scene::parse("card", text).expect("a good scene"), Options::default());
+    session.seen.selection = session.body("ball");
+    let mut clock = FrameClock::default();
+    let mut right = |session: &mut Session, x: f64| {
+        let put = Experiment::OfBody("ball".to_owned(), Request::SetPosition, [x; 3]);
+        let input = [Input::Experiment(put)].into_iter().collect();
+        let frame = session.frame(&input, clock.advance_by(0.1).expect("a time"));
+        let of_mesh = |primitive: &egui::ClippedPrimitive| match &primitive.primitive {
+            egui::epaint::Primitive::Mesh(mesh) => {
+                mesh.vertices.iter().map(|vertex| vertex.pos.x).fold(0.0, f32::max)
+            }
+            egui::epaint::Primitive::Callback(_) => 0.0,
+        };
+        frame.panels.expect("pictures").primitives.iter().map(of_mesh).fold(0.0, f32::max)
+    };
+    for x in [1.0, 1.0, 1e5, -1.234_567e-7, -1e5] {
+        let edge = right(&mut session, x);
+        // With the card's shadow.
+        assert!((1272.0..=1290.0).contains(&edge), "at {x} m the card ends at {edge}");
+    }
+}
+
+/// The card of that body after some ticks.
+fn card(scene: Scene, body: &str, ticks: u32) -> Vec<(String, String)> {
+    let tick = 1.0 / scene.step_hz;
+    let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
+    for _ in 0..ticks {
+        session.advance(&InputFrame::NOTHING, clock.advance_by(tick).expect("time goes on"));
+    }
+    let body = session.body(body).expect("a body of the scene");
+    let selected = Selected::of(&mut session, body).expect("a thing");
+    rows(&selected, Method::default()).into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+fn value<'a>(rows: &'a [(String, String)], name: &str) -> Option<&'a str> {
+    rows.iter().find(|(known, _)| known == name).map(|(_, value)| &**value)
+}
+
+#[test]
+fn the_card_has_the_force_and_the_acceleration_that_act() {
+    let shipped = |name| scene::load(name).expect("it is shipped");
+    let rows = card(shipped("oscillator"), "ball", 0);
+    // k (L - L0) = pi² 3 N on 1 kg.
+    assert_eq!(value(&rows, "force"), Some("(-29.609, 0.000, 0.000) N"));
+    assert_eq!(value(&rows, "acceleration"), Some("(-29.609, 0.000, 0.000) m/s²"));
+    assert_eq!(value(&rows, "by spring to anchor"), None, "it is all there is");
+    let rows = card(shipped("third_law"), "heavy", 0);
+    assert_eq!(value(&rows, "force"), Some("(60.000, 0.000, 0.000) N"));
+    assert_eq!(value(&rows, "acceleration"), Some("(6.000, 0.000, 0.000) m/s²"));
+    let text = "(version: 1, step_hz: 10, gravity: (), damping: (model: tutorial, rate_per_s: 1),
+        bodies: [(name: \"ball\", mass_kg: 2, velocity_m_s: (3, 0, 0))])";
+    let rows = card(Scene::parse("t", text).expect("a good scene"), "ball", 0);
+    let shown = ["force", "by gravity", "by damping", "weight"].map(|name| value(&rows, name));
+    let expected =
+        ["(-6.000, -19.600, 0.000) N", "(0.000, -19.600, 0.000) N", "(-6.000, 0.000, 0.000) N", "19.600 N"];
+    assert_eq!(shown, expected.map(Some));
+}
+
+#[test]
+fn the_causes_of_a_force_are_few() {
+    let rows = card(scene::load("flag").expect("it is shipped"), "flag.r8.c12", 30);
+    let causes: Vec<_> =
+        rows.iter().map(|(name, _)| &**name).filter(|name| name.starts_with("by ")).collect();
+    assert_eq!(causes, ["by gravity", "by 12 springs", "by drag"]);
+}
+
+/// Seen from the origin along -z, 90 degrees high.
+fn labelled() -> Session {
+    let text = "(version: 1,
+        camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0, fov_y_deg: 90, near_m: 0.1, far_m: 100),
+        bodies: [
+            (name: \"ahead\", shape: sphere(radius_m: 2), position_m: (0, 0, -10)),
+            (name: \"particle\", position_m: (5, 5, -20)),
+            (name: \"behind\", shape: sphere(radius_m: 2), position_m: (0, 0, 10)),
+            (name: \"beside\", position_m: (40, 0, -10)),
+            (name: \"distant\", position_m: (0, 0, -200)),
+        ])";
+    let mut session = Session::new(Scene::parse("labels", text).expect("a good scene"), Options::default());
+    let names: Vec<_> = session.sim.scene.names.iter().map(std::borrow::Cow::into_owned).collect();
+    session.view.labels = (0..).zip(names).collect();
+    // A body that there is not.
+    session.view.labels.push((99, "no body".to_owned()));
+    session
+}
+
+#[test]
+fn labels_stand_where_their_bodies_are_seen_and_only_in_the_picture() {
+    let seen = labelled().visible_labels();
+    let words: Vec<_> = seen.iter().map(|label| label.text.as_str()).collect();
+    assert_eq!(words, ["particle", "ahead"]);
+    let close = |a: DVec2, b: DVec2| assert!((a - b).length() < 1e-9, "{a} is not {b}");
+    // 360 pixels are 45 degrees.
+    close(seen[0].at, DVec2::new(640.0 + 90.0, 360.0 - 90.0));
+    close(seen[1].at, DVec2::new(640.0, 360.0));
+    assert!(seen[0].reach == 0.0 && (seen[1].reach - 72.0).abs() < 1e-9);
+}
+
+#[test]
+fn words_stand_beside_thin_bodies_and_a_ring_goes_around_all_of_one() {
+    let text = "(version: 1,
+        camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0, fov_y_deg: 90, near_m: 0.1, far_m: 100),
+        bodies: [(name: \"mast\", label: \"mast\", shape: cuboid(half_extents_m: (0.5, 5, 3)), position_m: (0, 0, -10))])";
+    let mut session = Session::new(Scene::parse("thin", text).expect("a good scene"), Options::default());
+    let reach = |session: &Session| session.visible_labels()[0].reach;
+    assert!((reach(&session) - 18.0).abs() < 1e-9, "{}", reach(&session));
+    let mast = session.sim.bodies[0];
+    session
+        .sim
+        .world
+        .entity_mut(mast)
+        .insert(Orientation(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)));
+    assert!((reach(&session) - 180.0).abs() < 1e-9, "{}", reach(&session));
+    let (_, ring) = session.label(mast, "", around).expect("it is in the picture");
+    assert!((ring.reach - 180.0).abs() < 1e-9);
+}
+
+#[test]
+fn the_label_of_a_removed_body_is_gone_and_others_stay_after_a_reset() {
+    let mut session = labelled();
+    let ahead = session.sim.bodies[0];
+    session.ask(Request::Remove(ahead));
+    session.carry_out_requests();
+    assert_eq!(session.visible_labels().len(), 1);
+    session.reset_world();
+    assert_eq!(session.visible_labels().len(), 2);
+}
+
+#[test]
+fn a_label_is_drawn_with_the_panels_of_the_frame() {
+    let mut session = labelled();
+    let words = |session: &mut Session, total: f64| {
+        let time = FrameClock::default().advance_to(total).expect("a time");
+        let frame = session.frame(&InputFrame::NOTHING, time);
+        let triangles = |primitive: &egui::ClippedPrimitive| match &primitive.primitive {
+            egui::epaint::Primitive::Mesh(mesh) => mesh.indices.len(),
+            egui::epaint::Primitive::Callback(_) => 0,
+        };
+        frame.panels.expect("a session with pictures").primitives.iter().map(triangles).sum::<usize>()
+    };
+    let labelled = words(&mut session, 0.0);
+    session.view.labels.clear();
+    assert!(words(&mut session, 0.0) < labelled);
+}
+
+#[test]
+fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
+    let mut session = labelled();
+    let mut clock = FrameClock::default();
+    let mut nan = |session: &mut Session| {
+        let push = Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
+        let input = [Input::Experiment(push)].into_iter().collect();
+        session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
+        let names: Vec<_> = session.quarantined_here().iter().map(|frozen| frozen.body.as_str()).collect();
+        assert_eq!(names, ["ahead"]);
+        let body = session.body("ahead").expect("it is there");
+        let why = session.quarantined_because(body).expect("it is frozen");
+        assert!(why.ends_with(" by integrate_acceleration"), "{why}");
+    };
+    nan(&mut session);
+    session.reset_world();
+    assert!(session.quarantined_here().is_empty());
+    assert_eq!(session.quarantined().len(), 1);
+    nan(&mut session);
+    let scene = session.scene().clone();
+    session.open(scene);
+    assert!(session.quarantined_here().is_empty());
+    nan(&mut session);
+    assert_eq!(session.all_quarantined().len(), 3);
+}
+
+#[test]
+fn the_body_that_goes_wrong_is_marked_while_the_run_stands_beside_that() {
+    let mut session = labelled();
+    session.keep_timeline();
+    let mut clock = FrameClock::default();
+    let mut frame = |session: &mut Session, input: InputFrame| {
+        session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
+    };
+    let push = Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
+    assert!(session.fault_mark().is_none());
+    frame(&mut session, [Input::Experiment(push)].into_iter().collect());
+    let mark = session.fault_mark().expect("a mark");
+    assert_eq!(mark.text, "ahead goes wrong in the next tick");
+    assert!((mark.at - DVec2::new(640.0, 360.0)).length() < 1e-9 && (mark.reach - 72.0).abs() < 1e-9);
+    session.seek(1);
+    assert_eq!(session.fault_mark().expect("a mark").text, "ahead went wrong in this tick");
+    session.view.paused = false;
+    assert!(session.fault_mark().is_none());
+}
+
+#[test]
+fn the_settings_declare_an_effect_and_say_so_and_a_script_is_refused() {
+    let scene = Scene::parse("bare", "(version: 1)").expect("it is a scene");
+    let mut session = Session::new(scene, Options::default());
+    let mut declared_by = |by| {
+        session.ask_by(Request::SetGravity(DVec3::Y), by);
+        session.carry_out_requests();
+        let said = session.notices().last().expect("either is told").to_owned();
+        (session.world().contains_resource::<Gravity>(), said)
+    };
+    assert_eq!(declared_by(SwitchedBy::Script), (false, "this scene never declared gravity".to_owned()));
+    let said = "gravity is declared by the settings now, not by the scene".to_owned();
+    assert_eq!(declared_by(SwitchedBy::Settings), (true, said));
+}

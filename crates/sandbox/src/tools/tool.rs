@@ -1,0 +1,95 @@
+//! What a tool is: something that a key opens beside the picture.
+
+use egui::{Context, Painter, Rect};
+use lab::cost::Setting;
+use motion::Request;
+use motion::clock::FrameTime;
+use motion::effects::Effect;
+use render::Frame;
+
+use crate::input::Experiment;
+use crate::view::stage::Stage;
+
+/// How a tool is named and opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ToolRow {
+    /// Its name in scripts.
+    pub name: &'static str,
+    /// The keys that open and close it.
+    pub keys: &'static [&'static str],
+    /// The title of its panel.
+    pub title: &'static str,
+    /// What it is, for the person.
+    pub what: &'static str,
+}
+
+/// A change that a panel asks for.
+#[derive(Clone, Debug)]
+pub(crate) enum Edit {
+    Ask(Request),
+    Try(Experiment),
+    Switch(Effect, bool),
+    ApplySetting(Setting),
+    StepHz(f64),
+    /// Goes to the end of that tick.
+    Seek(u64),
+    SaveBundle,
+    Open(String),
+}
+
+/// What a panel is laid out with.
+pub(crate) struct Desk<'a> {
+    pub context: &'a Context,
+    pub stage: &'a mut Stage,
+    /// The title of the panel.
+    pub title: &'static str,
+    /// The titles of all open panels.
+    pub open: &'a [&'static str],
+    /// Input, what it does and when, for every key and for the mouse.
+    pub keys: &'a [(String, &'static str, &'static str)],
+    /// Takes the changes that the person asks for.
+    pub edits: &'a mut Vec<Edit>,
+    /// Set by a panel that is done.
+    pub closes: bool,
+}
+
+impl Desk<'_> {
+    /// A window that stands still, with the panel's title.
+    pub fn window(&self) -> egui::Window<'static> {
+        egui::Window::new(self.title).resizable(false).collapsible(false)
+    }
+}
+
+/// A tool: its state, and what it does at each point of a frame. All but the panel can be left out.
+pub(crate) trait Tool {
+    /// Lays out the open panel.
+    fn show(&mut self, desk: &mut Desk<'_>);
+
+    /// Its key was pressed while the panel was `open` or not; whether the panel is open after that. No request is pending.
+    fn toggle(&mut self, _stage: &mut Stage, open: bool) -> bool {
+        !open
+    }
+
+    /// Requests of the stage are about to be carried out.
+    fn before_requests(&mut self, _stage: &mut Stage) {}
+
+    /// A tick is about to be simulated; it is the `last` one that is drawn in this frame, or not.
+    fn before_tick(&mut self, _stage: &Stage, _last: bool) {}
+
+    /// The ticks of a frame are over.
+    fn after_ticks(&mut self, _stage: &mut Stage, _open: bool, _time: FrameTime) {}
+
+    /// The stage has another world of the same scene.
+    fn restart(&mut self, _stage: &mut Stage) {}
+
+    /// Adds to the picture.
+    fn draw(&self, _stage: &Stage, _frame: &mut Frame) {}
+
+    /// Writes into the picture, not over what is `taken`.
+    fn write(&mut self, _stage: &Stage, _painter: &Painter, _open: bool, _taken: Vec<Rect>) {}
+
+    /// Whether it goes on without ticks while its panel is open.
+    fn works(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,180 @@
+//! The last minute of a simulation, recorded for going back, and what went wrong in it.
+
+use std::ops::RangeInclusive;
+
+use history::{Fault, Intervention, Seek, Simulation, TIMELINE_BYTES, Timeline, Watch};
+use motion::PushQueue;
+use motion::ledger::Ledger;
+
+use crate::view::notices::Topic;
+use crate::view::stage::{Order, Stage};
+
+/// A timeline and the watch over it.
+pub(crate) struct Recorded {
+    pub timeline: Timeline,
+    pub watch: Watch,
+    /// What the tick that was simulated last did wrong.
+    pub found: Option<Fault>,
+    /// What went wrong last, and is still ahead or just happened.
+    pub fault: Option<Fault>,
+    /// Whether it has been met at the end of its frame.
+    pub met: bool,
+    /// The tick of a fault that the person was told of: going on goes through it, if nothing is done before.
+    pub passed: Option<u64>,
+    /// Whether going on from the past repeats what came from outside, until something else does.
+    pub repeats: bool,
+    /// The seek to another tick, while it takes frames.
+    pub way: Option<Box<Way>>,
+}
+
+/// A seek, and what follows it.
+pub(crate) struct Way {
+    pub seek: Seek,
+    /// Whether it ends at the last good tick before a fault, which the person is told.
+    pub tells: bool,
+}
+
+impl Recorded {
+    pub const fn new(timeline: Timeline, watch: Watch) -> Self {
+        Self { timeline, watch, found: None, fault: None, met: true, passed: None, repeats: false, way: None }
+    }
+
+    /// One tick, entered into `ledger` if there is one.
+    pub fn tick(&mut self, sim: &mut Simulation, ledger: Option<&mut Ledger>) {
+        self.found = self.watch.tick(sim, ledger);
+    }
+}
+
+/// Where in the last minute a session is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Within {
+    pub range: RangeInclusive<u64>,
+    /// The tick of the state that is shown, or the one that is sought.
+    pub at: u64,
+    /// Ticks left to simulate until then.
+    pub left: u64,
+    pub keyframes: Vec<u64>,
+    pub fault: Option<Fault>,
+    /// Whether going on repeats what is ahead, instead of dropping it.
+    pub repeats: bool,
+    pub bytes: usize,
+    pub cap: usize,
+}
+
+impl Stage {
+    /// What went wrong, if something did and it was recorded.
+    #[must_use]
+    pub fn fault(&self) -> Option<&Fault> {
+        self.past.as_ref()?.fault.as_ref()
+    }
+
+    /// Whether the last minute is recorded.
+    #[must_use]
+    pub const fn records(&self) -> bool {
+        self.past.is_some()
+    }
+
+    /// Whether it is at the tick that was sought.
+    #[must_use]
+    pub fn arrived(&self) -> bool {
+        self.past.as_ref().is_none_or(|past| past.way.is_none())
+    }
+
+    /// Begins a recording.
+    pub(crate) fn begin_recording(&mut self) {
+        let watch = Watch::new(&mut self.sim.world);
+        let timeline = Timeline::new(&mut self.sim, TIMELINE_BYTES, watch.energy());
+        self.past = timeline.map(|timeline| Box::new(Recorded::new(timeline, watch)));
+        if self.past.is_none() {
+            self.refuse("too many bodies to go back in time");
+        }
+    }
+
+    /// Records what is done to the world at once, between two ticks.
+    pub(crate) fn record(&mut self, what: Intervention) {
+        if let Some(past) = &mut self.past {
+            past.timeline.note(&self.sim, what);
+            self.leave_the_recorded_run();
+        }
+    }
+
+    pub(crate) fn record_requests(&mut self) {
+        if let Some(past) = &mut self.past
+            && past.timeline.note_requests(&self.sim)
+        {
+            self.leave_the_recorded_run();
+        }
+    }
+
+    /// What was done now makes another run of what is ahead.
+    fn leave_the_recorded_run(&mut self) {
+        if let Some(past) = &mut self.past {
+            past.passed = None;
+        }
+        self.forget_ahead();
+        self.give_up_seek();
+    }
+
+    /// What was gone back before, and is dropped, was not quarantined.
+    pub(crate) fn forget_ahead(&mut self) {
+        self.run.quarantined.truncate(self.run.quarantined_before + self.seen.records_seen);
+    }
+
+    /// Records what the coming tick takes in, if it is no repeated one.
+    pub(crate) fn record_before_tick(&mut self) {
+        if let Some(past) = &mut self.past {
+            if past.timeline.before_tick(&self.sim) {
+                past.passed = None;
+            }
+            // What was gone back behind, and is not ahead any more, is no fault.
+            let head = *past.timeline.range().end();
+            past.fault.take_if(|fault| fault.tick > head);
+            self.forget_ahead();
+        }
+    }
+
+    /// Whether the coming tick is one that was recorded and is repeated.
+    pub(crate) fn repeats(&self) -> bool {
+        self.past.as_ref().is_some_and(|past| {
+            past.repeats && self.ticks() < *past.timeline.range().end() && self.sim.pending().is_empty()
+        })
+    }
+
+    /// Pushes that wait for the next tick, while another one is sought.
+    pub(crate) fn pushes_while_seeking(&self) -> Option<usize> {
+        self.past.as_ref()?.way.as_ref()?;
+        Some(self.sim.world.resource::<PushQueue>().pending().count())
+    }
+
+    /// Gives up a seek, for what was done here made it worthless.
+    pub(crate) fn give_up_seek(&mut self) {
+        if let Some(way) = self.past.as_mut().and_then(|past| past.way.take()) {
+            let to = way.seek.to();
+            self.notices.say(Topic::Place, format!("not gone to tick {to}, for something was done here"));
+        }
+    }
+
+    /// Orders a file with everything that is recorded.
+    pub(crate) fn order_bundle(&mut self) {
+        if self.past.is_some() {
+            self.orders.push(Order::Bundle);
+        } else {
+            self.refuse("no timeline is kept that could be saved");
+        }
+    }
+
+    /// Where in the last minute it is.
+    pub(crate) fn within(&self) -> Option<Within> {
+        let Recorded { timeline, fault, repeats, way, .. } = &**self.past.as_ref()?;
+        Some(Within {
+            range: timeline.range(),
+            at: way.as_ref().map_or_else(|| self.ticks(), |way| way.seek.to()),
+            left: way.as_ref().map_or(0, |way| way.seek.ticks_left()),
+            keyframes: timeline.keyframes().map(|(tick, _)| tick).collect(),
+            fault: fault.clone(),
+            repeats: *repeats,
+            bytes: timeline.bytes(),
+            cap: timeline.cap(),
+        })
+    }
+}
