@@ -69,7 +69,8 @@ impl<T: Real> Bare<T> {
                 self.scatter(kernel, members, &group);
             }
             Err(first) => {
-                let pushed = self.first_broken_push(members);
+                let is_finite = |row: usize| self.forces[row].iter().all(|part| part.is_finite());
+                let pushed = members.iter().copied().find(|row| !is_finite(*row));
                 self.refused.push(pushed.or(first.first().map(|row| rows[*row])).unwrap_or(rows[0]));
                 group.forget();
             }
@@ -138,11 +139,6 @@ impl<T: Real> Bare<T> {
             let [x, y, z] = self.forces[*row];
             self.pushed.binary_search(&(0, *row)).ok().map(|_| (own, [x, y, z, T::ZERO]))
         }));
-    }
-
-    /// The first row of a group whose force is not finite.
-    fn first_broken_push(&self, members: &[usize]) -> Option<usize> {
-        members.iter().copied().find(|row| !self.forces[*row].iter().all(|part| part.is_finite()))
     }
 
     fn scatter(&mut self, kernel: GroupKernel<T>, members: &[usize], group: &ArrayGroup<T>) {

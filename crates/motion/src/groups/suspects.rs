@@ -7,7 +7,6 @@ use super::members::ByRow;
 use super::pull::SpringRow;
 use super::rows::Row;
 use crate::kernels::{BodyOptions, RowOptions};
-use crate::laws::MutualGravity;
 use crate::state::components::PhysicsBody;
 use crate::state::range::{Breach, Quantity};
 use crate::state::springs::Elastic;
@@ -144,7 +143,8 @@ impl Suspects<'_, '_, '_> {
     }
 
     fn attraction_is_invalid(&self) -> bool {
-        self.group.coupling.attracts && self.environment.shared.attraction.is_some_and(is_invalid)
+        let attraction = self.environment.shared.attraction.filter(|_| self.group.coupling.attracts);
+        attraction.is_some_and(|law| !law.constant.is_finite() || law.softening.is_nan())
     }
 
     /// Whether mutual gravity pulls a row with a non-finite force.
@@ -157,8 +157,4 @@ impl Suspects<'_, '_, '_> {
             .any(|other| pull(other).is_some_and(|pull| !pull.is_finite()))
             .then_some((place::MUTUAL_GRAVITY, Fault::Law("mutual_gravity")))
     }
-}
-
-fn is_invalid(law: &MutualGravity) -> bool {
-    !law.constant.is_finite() || law.softening.is_nan()
 }

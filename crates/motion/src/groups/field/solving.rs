@@ -30,10 +30,6 @@ impl<T: Real> GroupField<'_, T> {
         self.scratch.classes.of(row)
     }
 
-    fn any_locks(&self) -> bool {
-        self.scratch.classes.list.iter().any(|class| class.locks.is_some())
-    }
-
     /// Whether any law is called.
     pub(super) fn calls(&self) -> bool {
         !self.environment.terms.laws.is_empty() || !self.rows.with_laws.is_empty()
@@ -188,7 +184,7 @@ impl<T: Real> Workspace<T> {
     fn iterate(&mut self, field: &mut GroupField<'_, T>, v: &mut [Row<T>], mut gain: Option<&mut [Row<T>]>) {
         let Self { linear, gradients, .. } = self;
         let movable = field.coupling.movable;
-        let locked = field.any_locks();
+        let locked = field.scratch.classes.list.iter().any(|class| class.locks.is_some());
         let row_terms = |row: usize| {
             let Class { rate, locks, .. } = field.class(row);
             (*rate, if locked { *locks } else { None })
