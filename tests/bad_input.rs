@@ -8,15 +8,8 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::harness::{output, program, root, wait_for};
+use crate::harness::{Said, json, output, program, root, wait_for};
 use cases::{CASES, Case, FILES};
-
-/// What the program said.
-struct Said {
-    code: i32,
-    out: String,
-    err: String,
-}
 
 /// A folder with [`FILES`].
 fn folder() -> TempDir {
@@ -55,9 +48,8 @@ fn run_with(folder: &Path, line: &str, variables: &[(&str, &str)]) -> Said {
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command.env_remove("RUST_LOG").envs(variables.iter().copied());
     let output = output(&mut command);
-    let text = |bytes| String::from_utf8(bytes).unwrap().replace(folder.to_str().unwrap(), "FOLDER");
-    let said =
-        Said { code: output.status.code().unwrap_or(-1), out: text(output.stdout), err: text(output.stderr) };
+    let text = |text: &str| text.replace(folder.to_str().unwrap(), "FOLDER");
+    let said = Said { code: output.code, out: text(&output.out), err: text(&output.err) };
     for leak in ["panicked", "RUST_BACKTRACE", ".rs:", ".cargo", root().to_str().unwrap()] {
         assert!(!said.err.contains(leak) && !said.out.contains(leak), "{line}: `{leak}` in {}", said.err);
     }
@@ -206,8 +198,8 @@ fn a_full_standard_output_is_told() {
     let mut shell = Command::new("sh");
     let said =
         output(shell.args(["-c", "\"$0\" list methods > /dev/full"]).arg(program()).current_dir(&folder));
-    assert_eq!(said.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&said.stderr).contains("cannot write standard output: the disk is full"));
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("cannot write standard output: the disk is full"));
 }
 
 #[test]
@@ -247,7 +239,7 @@ fn ended_by(signals: &[&str], ignored: Option<&str>) -> Option<i32> {
         (listing(folder.path()).len() == before.len() + 3).then_some(())
     });
     for signal in signals {
-        assert!(output(Command::new("kill").args([signal, run.id().to_string().as_str()])).status.success());
+        assert!(output(Command::new("kill").args([signal, run.id().to_string().as_str()])).code == 0);
     }
     let status = wait_for("the end of the run", || run.try_wait().unwrap());
     assert_eq!(listing(folder.path()), before, "{signals:?}");
@@ -299,11 +291,8 @@ fn a_run_with_pictures_says_nothing_about_displays_where_nothing_is_wrong() {
         command.env_remove(variable);
     }
     let said = output(&mut command);
-    let told = String::from_utf8(said.stderr).unwrap();
-    assert!(
-        said.status.success() && told.starts_with("drawing with ") && told.lines().count() == 1,
-        "{told}"
-    );
+    let told = said.err;
+    assert!(said.code == 0 && told.starts_with("drawing with ") && told.lines().count() == 1, "{told}");
 }
 
 #[test]
@@ -406,8 +395,7 @@ fn a_quarantined_body_is_exit_code_3_named_in_message_and_summary_and_wins_over_
     assert_eq!(said.code, 3);
     let what = "Force was not finite when integrate_acceleration looked";
     assert_eq!(said.err, format!("sandbox: ball quarantined in tick 61: {what}\n"));
-    let summary: serde_json::Value =
-        serde_json::from_slice(&fs::read(folder.path().join("out.json")).unwrap()).unwrap();
+    let summary: serde_json::Value = json(folder.path().join("out.json"));
     let expected = serde_json::json!([{
         "body": "ball", "tick": 61, "what": what,
         "system": "integrate_acceleration", "component": "Force", "cause": "found",

@@ -7,9 +7,10 @@ mod worlds;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use history::Simulation;
 use motion::arrays::Bare;
 use motion::real::Real;
-use motion::{Evaluations, Law, Method, PhysicsBody, StableId, Stepper, TimeStep, Transform, Wells};
+use motion::{Law, Method, Wells};
 use scene::{OwnLawsSpec, Scene};
 
 /// Id, position and velocity.
@@ -45,49 +46,25 @@ macro_rules! precisions {
 
 precisions!(f64 f32);
 
-/// A scene in a world, with its schedule.
-struct Twin {
-    world: World,
-    stepper: Stepper,
-    scene: Scene,
-    entities: Vec<Entity>,
+/// A scene in a world, with that method and number of substeps.
+fn twin(scene: Scene, method: Method, substeps: u32) -> Simulation {
+    Simulation::new(Scene { method, substeps, ..scene })
 }
 
-impl Twin {
-    fn new(mut scene: Scene, method: Method, substeps: u32) -> Self {
-        scene.method = method;
-        scene.substeps = substeps;
-        let mut world = World::new();
-        let entities = scene.spawn(&mut world);
-        let stepper = Stepper::new(&mut world, method, TimeStep(1.0 / scene.step_hz));
-        Self { world, stepper, scene, entities }
-    }
+/// The same in plain arrays, as it is now.
+fn arrays<T: Precision>(twin: &mut Simulation) -> Bare<T> {
+    let method = twin.method();
+    arrays_by(twin, method)
+}
 
-    /// The same in plain arrays, as it is now.
-    fn bare<T: Precision>(&mut self) -> Bare<T> {
-        let Self { world, scene, entities, .. } = self;
-        let laws = |body: Entity| {
-            let id = entities.iter().position(|entity| *entity == body).unwrap();
-            own_laws::<T>(&scene.own_laws[&u32::try_from(id).unwrap()])
-        };
-        T::of_world(world, scene.method, &laws).unwrap()
-    }
-
-    fn run(&mut self, ticks: u32) {
-        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
-    }
-
-    fn states(&mut self) -> States {
-        let mut bodies = self.world.query::<(&StableId, &Transform, &PhysicsBody)>();
-        let mut states: States =
-            bodies.iter(&self.world).map(|(id, at, body)| (id.0, at.position, body.velocity)).collect();
-        states.sort_by_key(|(id, ..)| *id);
-        states
-    }
-
-    fn evaluations(&self) -> &Evaluations {
-        self.world.resource()
-    }
+/// The same, going on by `method`.
+fn arrays_by<T: Precision>(twin: &mut Simulation, method: Method) -> Bare<T> {
+    let Simulation { scene, world, bodies, .. } = twin;
+    let laws = |body: Entity| {
+        let id = bodies.iter().position(|entity| *entity == body).unwrap();
+        own_laws::<T>(&scene.own_laws[&u32::try_from(id).unwrap()])
+    };
+    T::of_world(world, method, &laws).unwrap()
 }
 
 fn own_laws<T: Real>(spec: &OwnLawsSpec) -> Vec<Box<dyn Law<T>>> {
@@ -102,9 +79,4 @@ fn run<T: Precision>(bare: &mut Bare<T>, ticks: u32) {
 
 fn states<T: Precision>(bare: &Bare<T>) -> States {
     bare.states().map(|(id, x, v)| (id.0, x, v)).collect()
-}
-
-fn bits(states: &States) -> Vec<(u32, [u64; 3], [u64; 3])> {
-    let bits = |vector: DVec3| vector.to_array().map(f64::to_bits);
-    states.iter().map(|(id, x, v)| (*id, bits(*x), bits(*v))).collect()
 }

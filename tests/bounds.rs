@@ -1,7 +1,7 @@
 //! What a scene takes, said before it is taken: memory, and the time of a tick.
 
 use std::fs;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use motion::clock::FrameClock;
 use sandbox::input::InputFrame;
@@ -10,7 +10,7 @@ use scene::Scene;
 use tempfile::TempDir;
 
 use crate::effects::allocations::most_held;
-use crate::harness::{output, program, sandbox, wait_for};
+use crate::harness::{Said, output, program, sandbox, wait_for};
 
 fn scene(entries: &str) -> String {
     format!("(version: 1, step_hz: 100, {entries})")
@@ -24,14 +24,10 @@ fn lattice(cells: u32) -> String {
 }
 
 /// Runs it in a folder with `big.ron`.
-fn run(text: &str, line: &str) -> Output {
+fn run(text: &str, line: &str) -> Said {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("big.ron"), text).unwrap();
-    sandbox(folder.path(), line)
-}
-
-fn errors(said: &Output) -> String {
-    String::from_utf8(said.stderr.clone()).unwrap()
+    sandbox(&folder, line)
 }
 
 #[test]
@@ -63,14 +59,14 @@ fn what_does_not_fit_is_refused_by_its_entry_before_it_is_made() {
     let text = lattice(157);
     let bodies = 158_u64.pow(3) + 2;
     let said = run(&text, "run big.ron --ticks 1 --memory 2");
-    let all = errors(&said);
-    assert_eq!(said.status.code(), Some(2), "{all}");
+    let all = &said.err;
+    assert_eq!(said.code, 2, "{all}");
     let line = format!("big.ron:2:11: soft_bodies[1]: {bodies} bodies and ");
     assert!(all.contains(&line) && all.contains("GiB, and 2.0 GiB are allowed; give fewer"), "{all}");
     assert_eq!(all.lines().count(), 1, "{all}");
-    assert_eq!(run(&lattice(4), "run big.ron --ticks 1 --memory 0.1").status.code(), Some(0));
+    run(&lattice(4), "run big.ron --ticks 1 --memory 0.1").fine();
     let said = run(&lattice(4), "plan big.ron --memory 0.00001");
-    assert!(said.status.code() == Some(2) && errors(&said).contains("soft_bodies[1]"), "{}", errors(&said));
+    assert!(said.code == 2 && said.err.contains("soft_bodies[1]"), "{}", said.err);
 }
 
 #[test]
@@ -80,8 +76,8 @@ fn an_address_space_that_is_too_small_is_refused_and_not_run_into() {
     fs::write(folder.path().join("big.ron"), lattice(157)).unwrap();
     let line = format!("ulimit -v 4000000; exec {} run big.ron --ticks 1", program().display());
     let said = output(Command::new("bash").args(["-c", &line]).current_dir(&folder));
-    assert_eq!(said.status.code(), Some(2), "{}", errors(&said));
-    assert!(errors(&said).contains("GiB are free; give fewer"), "{}", errors(&said));
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(said.err.contains("GiB are free; give fewer"), "{}", said.err);
 }
 
 #[test]
@@ -116,10 +112,6 @@ fn a_long_tick_is_told_before_it_is_taken() {
     assert_eq!(lab::attraction_tick(&Scene::parse("few", &stars(2_000)).unwrap()), None);
     // Refused after that was told: the run itself is not waited for.
     let said = run(&stars(4_000), "run big.ron --ticks 100000000 --state big.ron/no.csv");
-    assert_eq!(said.status.code(), Some(2));
-    assert!(
-        errors(&said).contains("4000 bodies attract each other: a tick takes some "),
-        "{}",
-        errors(&said)
-    );
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("4000 bodies attract each other: a tick takes some "), "{}", said.err);
 }

@@ -8,14 +8,12 @@ use serde_json::Value;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{root, sandbox};
+use crate::harness::{json, root, sandbox};
 
 /// What the program prints for `line` in `folder`, where it must succeed.
 #[track_caller]
 fn run_in(folder: &Path, line: &str) -> String {
-    let output = sandbox(folder, line);
-    assert!(output.status.success(), "sandbox {line}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    sandbox(folder, line).fine()
 }
 
 #[track_caller]
@@ -27,8 +25,7 @@ fn run(line: &str) -> String {
 #[track_caller]
 fn hash(folder: &Path, line: &str) -> String {
     run_in(folder, &format!("run {line} --summary hash.json"));
-    let summary: Value = serde_json::from_slice(&fs::read(folder.join("hash.json")).unwrap()).unwrap();
-    summary["state_hash"].as_str().unwrap().to_owned()
+    json(folder.join("hash.json"))["state_hash"].as_str().unwrap().to_owned()
 }
 
 /// A row of a state file.
@@ -312,7 +309,7 @@ fn numbers_that_are_not_finite_are_words_in_a_summary() {
         "(version: 1, bodies: [(velocity_m_s: (1e200, 0, 0)), (velocity_m_s: (-1e308, 0, 0), mass_kg: 10)])";
     fs::write(folder.path().join("fast.ron"), scene).unwrap();
     run_in(folder.path(), "run fast.ron --ticks 1 --summary fast.json");
-    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("fast.json")).unwrap()).unwrap();
+    let summary = json(folder.path().join("fast.json"));
     assert_eq!(summary["kinetic_energy_j"], "inf");
     assert_eq!(summary["energy_at_start_j"], "inf");
     assert_eq!(summary["momentum_kg_m_s"][0], "-inf");
@@ -400,8 +397,8 @@ fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
     fs::write(folder.path().join("s.ron"), script).unwrap();
     let line = "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --summary s.json --state s.csv";
     let output = sandbox(folder.path(), line);
-    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    assert_eq!(output.code, 3, "{}", output.err);
+    let summary = json(folder.path().join("s.json"));
     assert_eq!(summary["scene"], "tutorial_large");
     assert_eq!((&summary["ticks"], &summary["step_hz"]), (&15.into(), &240.0.into()));
     assert_eq!(summary["method"], "explicit_euler");
@@ -416,10 +413,10 @@ fn implicit_steps_that_do_not_converge_are_counted_and_told() {
     // Implicit Euler falls into its sun.
     let line = "run orbits_race --seconds 24 --summary s.json";
     let output = sandbox(folder.path(), line);
-    assert!(output.status.success());
-    let summary: Value = serde_json::from_slice(&fs::read(folder.path().join("s.json")).unwrap()).unwrap();
+    assert!(output.code == 0);
+    let summary = json(folder.path().join("s.json"));
     let steps = summary["unconverged_steps"].as_u64().unwrap();
     assert!(steps > 0 && summary["newton_iterations"].as_u64().unwrap() > 24 * 60);
-    let told = String::from_utf8(output.stderr).unwrap();
+    let told = output.err;
     assert!(told.contains(&format!("{steps} implicit steps did not converge")), "{told}");
 }

@@ -14,7 +14,7 @@ use scene::{Scene, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{blesses, output, program, root, stored};
+use crate::harness::{blesses, json, output, program, root, stored};
 
 /// Ticks of a run; `scripts/hashes` has the same number.
 const TICKS: u64 = 240;
@@ -130,10 +130,8 @@ fn the_program_gives_the_pinned_hashes() {
         let line = ["run", &scene.name, "--ticks", &TICKS.to_string(), "--fps", &fps(scene).to_string()];
         let mut program = Command::new(program());
         program.args(line).arg("--script").arg(script).arg("--summary").arg(&summary);
-        let output = output(&mut program);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let summary: serde_json::Value = serde_json::from_slice(&fs::read(&summary).unwrap()).unwrap();
-        u64::from_str_radix(summary["state_hash"].as_str().unwrap(), 16).unwrap()
+        output(&mut program).fine();
+        u64::from_str_radix(json(&summary)["state_hash"].as_str().unwrap(), 16).unwrap()
     });
 }
 

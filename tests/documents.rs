@@ -132,8 +132,8 @@ fn every_command_is_one() {
             if let Some(arguments) = arguments(line) {
                 // The help comes once the arguments before it were understood.
                 let said = output(Command::new(program()).args(arguments.split_whitespace()).arg("--help"));
-                let error = String::from_utf8_lossy(&said.stderr);
-                assert!(said.status.success(), "{document}: {line}: {error}");
+                let error = said.err;
+                assert!(said.code == 0, "{document}: {line}: {error}");
                 let words: Vec<_> = arguments.split_whitespace().collect();
                 let opened = match words[..] {
                     ["list" | "cost" | "replay", ..] => None,
@@ -152,7 +152,7 @@ fn every_command_is_one() {
                 let script = root().join(line.split_whitespace().next().unwrap());
                 assert!(script.is_file(), "{document}: {line}: there is no such script");
                 let said = output(Command::new("bash").arg("-n").arg(&script));
-                assert!(said.status.success(), "{line}: {}", String::from_utf8_lossy(&said.stderr));
+                assert!(said.code == 0, "{line}: {}", said.err);
             }
         }
     }
@@ -187,7 +187,7 @@ fn the_first_command_of_each_block_of_the_readme_runs_as_it_is_typed() {
         let folder = TempDir::new().unwrap();
         std::os::unix::fs::symlink(root().join("assets"), folder.path().join("assets")).unwrap();
         let said = sandbox(folder.path(), line);
-        assert!(said.status.success(), "{line}: {}", String::from_utf8_lossy(&said.stderr));
+        assert!(said.code == 0, "{line}: {}", said.err);
         run += 1;
     }
     assert!(run > 0, "the README runs nothing");

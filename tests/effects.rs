@@ -121,18 +121,3 @@ fn stepper(world: &mut World, method: Method) -> Stepper {
 fn run(world: &mut World, stepper: &mut Stepper, ticks: u64) {
     (0..ticks).for_each(|_| stepper.tick(world));
 }
-
-/// Every bit of every body, in stable-id order.
-fn bits(world: &mut World) -> Vec<(u32, [u64; 6])> {
-    let mut bodies: Vec<_> = world
-        .query::<(&StableId, &Transform, &PhysicsBody)>()
-        .iter(world)
-        .map(|(id, transform, body)| {
-            let [x, y, z] = transform.position.to_array();
-            let [a, b, c] = body.velocity.to_array();
-            (id.0, [x, y, z, a, b, c].map(f64::to_bits))
-        })
-        .collect();
-    bodies.sort_unstable();
-    bodies
-}

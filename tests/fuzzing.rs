@@ -9,7 +9,7 @@ use acceptance::targets::{TARGETS, Target};
 use bevy_ecs::prelude::Entity;
 use glam::{DVec2, DVec3};
 use history::{Rerun, TIMELINE_BYTES};
-use motion::{Damping, DampingModel, Gravity, Method, Request, Requests, Spring, Substeps, Transform};
+use motion::{Damping, DampingModel, Gravity, Method, Request, Spring, Substeps, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -99,12 +99,12 @@ fn a_body_that_left_a_group_of_position_verlet_falls_on_exactly() {
         let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::X], 2.0);
         let start = lab.x(bodies[0]);
         lab.run(10);
-        lab.world.resource_mut::<Requests>().ask(Request::Remove(bodies[1]));
+        lab.ask(Request::Remove(bodies[1]));
         if later > 0 {
             lab.run(later);
         }
         let gravity = DVec3::new(3.0, 40.0, 0.0);
-        lab.world.resource_mut::<Requests>().ask(Request::SetGravity(gravity));
+        lab.ask(Request::SetGravity(gravity));
         lab.run(20);
         let fall = |x: DVec3, v: DVec3, a: DVec3, t: f64| (x + v * t + a * (0.5 * t * t), v + a * t);
         let before = (10 + later) as f64 * H;
@@ -205,8 +205,8 @@ fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
         lab.push(bodies[0], DVec3::splat(f64::NAN));
         lab.run(1);
         if asks {
-            lab.world.resource_mut::<Requests>().ask(Request::SetInverseMass(bodies[0], 3.0));
-            lab.world.resource_mut::<Requests>().ask(Request::SetPosition(bodies[0], DVec3::ZERO));
+            lab.ask(Request::SetInverseMass(bodies[0], 3.0));
+            lab.ask(Request::SetPosition(bodies[0], DVec3::ZERO));
         }
         lab.run(5);
         lab.bits(bodies[1])
@@ -221,7 +221,7 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
         let run = |request: fn(Entity, DVec3) -> Request| {
             let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
             lab.run(5);
-            lab.world.resource_mut::<Requests>().ask(request(bodies[0], refused));
+            lab.ask(request(bodies[0], refused));
             lab.run(5);
             lab.bits(bodies[1])
         };
@@ -246,7 +246,7 @@ fn who_breaks_between_two_ticks_is_frozen_there() {
     let frozen = |lab: &Lab| bodies.map(|body| lab.world.get::<motion::Quarantined>(body).is_some());
     lab.run(1);
     assert_eq!(frozen(&lab), [false; 2]);
-    lab.stepper.set_method(&mut lab.world, Method::ImplicitEuler);
+    lab.set_method(Method::ImplicitEuler);
     assert_ne!(frozen(&lab), [false; 2]);
 }
 
@@ -257,10 +257,10 @@ fn rest_that_is_turned_round_has_no_sign() {
     let bodies = [0.0, 1.0].map(|w| lab.body(w, DVec3::ZERO));
     for velocity in [DVec3::ZERO, DVec3::splat(-0.0)] {
         for body in bodies {
-            lab.world.resource_mut::<Requests>().ask(Request::SetVelocity(body, velocity));
+            lab.ask(Request::SetVelocity(body, velocity));
         }
         lab.run(2);
-        lab.world.resource_mut::<Requests>().ask(Request::ReverseVelocities);
+        lab.ask(Request::ReverseVelocities);
         lab.run(2);
         for body in bodies {
             assert_eq!(lab.v(body).to_array().map(f64::to_bits), [0; 3], "{velocity}");

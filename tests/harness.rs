@@ -1,13 +1,16 @@
 //! A world of bodies that is stepped and looked at: the `check` of these tests.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
-use motion::{Damping, Gravity, Method, PhysicsBody, PushQueue, Stepper, TimeStep, Transform};
+use motion::{
+    Damping, Gravity, Method, PhysicsBody, PushQueue, Request, Requests, StableId, Stepper, TimeStep,
+    Transform,
+};
 use process_control::{ChildExt as _, Control as _};
 
 /// The tutorial's tick, s.
@@ -21,6 +24,19 @@ pub type Bits = [u64; 6];
 
 pub fn bits(x: Vector, v: Vector) -> Bits {
     [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits)
+}
+
+/// The same of every body of `states`, as [`Simulation::states`](history::Simulation::states) gives them.
+pub fn all_bits(states: impl IntoIterator<Item = (u32, Vector, Vector)>) -> Vec<(u32, Bits)> {
+    states.into_iter().map(|(id, x, v)| (id, bits(x, v))).collect()
+}
+
+/// The same of every body with physics in `world`, in stable-id order.
+pub fn world_bits(world: &mut World) -> Vec<(u32, Bits)> {
+    let mut bodies = world.query::<(&StableId, &Transform, &PhysicsBody)>();
+    let mut all = all_bits(bodies.iter(world).map(|(id, at, body)| (id.0, at.position, body.velocity)));
+    all.sort_unstable();
+    all
 }
 
 /// A world and its stepper.
@@ -57,6 +73,24 @@ impl Lab {
 
     pub fn push(&mut self, body: Entity, newtons: Vector) {
         self.world.resource_mut::<PushQueue>().push_once(body, newtons);
+    }
+
+    pub fn ask(&mut self, request: Request) {
+        self.world.resource_mut::<Requests>().ask(request);
+    }
+
+    /// Asks and has it carried out, without a tick.
+    pub fn have(&mut self, request: Request) {
+        self.ask(request);
+        self.stepper.carry_out_requests(&mut self.world);
+    }
+
+    pub fn set_method(&mut self, method: Method) {
+        self.stepper.set_method(&mut self.world, method);
+    }
+
+    pub fn set_step(&mut self, step: f64) {
+        self.world.insert_resource(TimeStep(step));
     }
 
     pub fn run(&mut self, ticks: u64) -> &mut Self {
@@ -109,22 +143,33 @@ pub fn program() -> PathBuf {
 /// Longest that a test waits for a program, many times what any of them takes.
 const DEADLINE: Duration = Duration::from_secs(600);
 
-/// Runs `command`, which reads nothing, to its end: exit code, standard output and standard error.
+/// What a program said: exit code, or -1 if a signal ended it, standard output and standard error.
+#[derive(Debug)]
+pub struct Said {
+    pub code: i32,
+    pub out: String,
+    pub err: String,
+}
+
+/// Runs `command`, which reads nothing, to its end.
 ///
 /// # Panics
 /// When it does not end by itself: it is killed.
 #[track_caller]
-pub fn output(command: &mut Command) -> Output {
+pub fn output(command: &mut Command) -> Said {
     output_within(DEADLINE, command)
 }
 
 /// Runs `command` for at most `deadline`: see [`output`].
 #[track_caller]
-fn output_within(deadline: Duration, command: &mut Command) -> Output {
+fn output_within(deadline: Duration, command: &mut Command) -> Said {
     let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let child = child.unwrap_or_else(|error| panic!("{command:?}: {error}"));
     let ended = child.controlled_with_output().time_limit(deadline).terminate_for_timeout().wait().unwrap();
-    ended.unwrap_or_else(|| panic!("{command:?} did not end within {deadline:?}")).into_std_lossy()
+    let ended =
+        ended.unwrap_or_else(|| panic!("{command:?} did not end within {deadline:?}")).into_std_lossy();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Said { code: ended.status.code().unwrap_or(-1), out: text(ended.stdout), err: text(ended.stderr) }
 }
 
 /// Looks again and again until there is something.
@@ -145,8 +190,31 @@ pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
 
 /// Runs `sandbox line` in `folder`: see [`output`].
 #[track_caller]
-pub fn sandbox(folder: &Path, line: &str) -> Output {
+pub fn sandbox(folder: impl AsRef<Path>, line: &str) -> Said {
     output(Command::new(program()).args(line.split_whitespace()).current_dir(folder))
+}
+
+impl Said {
+    /// What was printed, by a program that must have succeeded.
+    #[track_caller]
+    pub fn fine(self) -> String {
+        assert_eq!(self.code, 0, "{}", self.err);
+        self.out
+    }
+
+    /// Fails unless the program failed with that exit code, said `words` and printed no results.
+    #[track_caller]
+    pub fn fails(&self, code: i32, words: &str) {
+        assert_eq!(self.code, code, "{}", self.err);
+        assert!(self.err.contains(words), "{words:?} is not in {}", self.err);
+        assert!(self.out.is_empty(), "{}", self.out);
+    }
+}
+
+/// The JSON in a file.
+#[track_caller]
+pub fn json(path: impl AsRef<Path>) -> serde_json::Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
 #[test]

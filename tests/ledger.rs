@@ -12,36 +12,32 @@ mod runs;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use history::Simulation;
 use motion::ledger::Ledger;
-use motion::{Method, PhysicsBody, PushQueue, Request, Requests, Stepper, TimeStep, Transform, totals};
+use motion::{Method, PhysicsBody, Request, Transform, totals};
 use scene::Scene;
 
 /// A scene whose books are kept.
 pub struct Kept {
-    pub world: World,
-    pub stepper: Stepper,
+    pub simulation: Simulation,
     pub ledger: Ledger,
-    pub entities: Vec<Entity>,
-    names: scene::Names,
 }
 
 impl Kept {
     /// The scene with those sections, `hz` ticks a second, each of `substeps` parts.
     pub fn of(sections: &str, method: Method, hz: f64, substeps: u32) -> Self {
         let scene = Scene::parse("books", &format!("(version: 1, {sections})")).unwrap();
-        Self::of_scene(&Scene { method, step_hz: hz, substeps, ..scene })
+        Self::of_scene(Scene { method, step_hz: hz, substeps, ..scene })
     }
 
-    pub fn of_scene(scene: &Scene) -> Self {
-        let mut world = World::new();
-        let entities = scene.spawn(&mut world);
-        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-        let ledger = Ledger::open(&mut world);
-        Self { world, stepper, ledger, entities, names: scene.names.clone() }
+    pub fn of_scene(scene: Scene) -> Self {
+        let mut simulation = Simulation::new(scene);
+        let ledger = Ledger::open(&mut simulation.world);
+        Self { simulation, ledger }
     }
 
     pub fn tick(&mut self) -> &mut Self {
-        self.ledger.tick(&mut self.stepper, &mut self.world);
+        self.ledger.tick(&mut self.simulation.stepper, &mut self.simulation.world);
         self
     }
 
@@ -53,24 +49,24 @@ impl Kept {
     }
 
     pub fn body(&self, name: &str) -> Entity {
-        self.entities[self.names.find(name).unwrap() as usize]
+        self.simulation.named(name).unwrap()
     }
 
     pub fn x(&self, name: &str) -> DVec3 {
-        self.world.get::<Transform>(self.body(name)).unwrap().position
+        self.simulation.world.get::<Transform>(self.body(name)).unwrap().position
     }
 
     pub fn v(&self, name: &str) -> DVec3 {
-        self.world.get::<PhysicsBody>(self.body(name)).unwrap().velocity
+        self.simulation.world.get::<PhysicsBody>(self.body(name)).unwrap().velocity
     }
 
     pub fn push(&mut self, name: &str, newtons: DVec3) {
         let body = self.body(name);
-        self.world.resource_mut::<PushQueue>().push_once(body, newtons);
+        self.simulation.push(body, newtons);
     }
 
     pub fn ask(&mut self, request: Request) {
-        self.world.resource_mut::<Requests>().ask(request);
+        self.simulation.request(request);
     }
 
     /// The residual of the energy since the opening, J.
@@ -82,7 +78,7 @@ impl Kept {
     /// together are what they changed by.
     #[track_caller]
     pub fn check(&mut self) -> &mut Self {
-        let now = totals(&mut self.world);
+        let now = totals(&mut self.simulation.world);
         let ledger = &self.ledger;
         let books = ledger.since_opening();
         let energy = now.kinetic_energy + now.potential_energy;

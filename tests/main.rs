@@ -18,6 +18,7 @@ mod documents;
 mod drive;
 mod effects;
 mod embed;
+mod environment;
 mod film;
 mod forces;
 mod forecast;

@@ -4,11 +4,11 @@ use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Damping, DampingModel, DampingRate, Elastic, Force, Gravity, GravityOff, Method,
-    MutualGravity, PhysicsBody, Push, PushQueue, Request, Requests, SpeedLimit, Spring, Transform,
+    MutualGravity, PhysicsBody, Push, PushQueue, Request, SpeedLimit, Spring, Transform,
 };
 use scene::unsolvable;
 
-use crate::harness::{H, Lab, close};
+use crate::harness::{Bits, H, Lab, bits, close};
 
 #[test]
 fn first_law_a_body_left_alone_keeps_its_velocity_and_one_at_rest_its_place() {
@@ -80,7 +80,7 @@ fn an_infinite_mass_is_moved_by_nothing() {
         for _ in 0..passes {
             lab.body(10.0, Vector::ZERO);
         }
-        lab.stepper.set_method(&mut lab.world, Method::SemiImplicitEuler);
+        lab.set_method(Method::SemiImplicitEuler);
         for force in [1e30, f64::MAX, f64::INFINITY, f64::NAN] {
             lab.push(floor, Vector::new(force, -force, force));
             lab.run(3);
@@ -133,7 +133,7 @@ fn pushing_what_has_no_physics_or_is_gone_does_nothing() {
 fn gravity_accelerates_every_mass_alike_and_any_vector_will_do() {
     let mut lab = Lab::tutorial();
     let g = Vector::new(1.0, 2.0, -3.0);
-    lab.world.resource_mut::<Requests>().ask(Request::SetGravity(g));
+    lab.ask(Request::SetGravity(g));
     let (light, heavy) = (lab.body(1e6, Vector::ZERO), lab.body(1e-6, Vector::ZERO));
     lab.run(240);
     assert_eq!((lab.x(light), lab.v(light)), (lab.x(heavy), lab.v(heavy)));
@@ -144,11 +144,11 @@ fn gravity_accelerates_every_mass_alike_and_any_vector_will_do() {
 fn gravity_that_is_switched_off_keeps_its_value_and_never_acts() {
     let mut lab = Lab::tutorial();
     let body = lab.body(10.0, Vector::ZERO);
-    lab.world.resource_mut::<Requests>().ask(Request::SwitchGravity(false));
+    lab.ask(Request::SwitchGravity(false));
     lab.run(120);
     assert_eq!(lab.x(body), Vector::Y * 10.0);
     assert_eq!(lab.world.resource::<Gravity>().acceleration, Gravity::EARTH.acceleration);
-    lab.world.resource_mut::<Requests>().ask(Request::SwitchGravity(true));
+    lab.ask(Request::SwitchGravity(true));
     lab.run(1);
     assert_eq!(lab.v(body).y, -9.8 * H * (1.0 - 0.4 * H));
 }
@@ -172,13 +172,12 @@ fn asking(plain: usize, method: Method, model: DampingModel) -> Lab {
         SpeedLimit(4.0),
         AxisLocks { x: true, y: true, z: false },
     ));
-    lab.stepper.set_method(&mut lab.world, method);
+    lab.set_method(method);
     lab
 }
 
-fn state(world: &mut World) -> Vec<[u64; 6]> {
+fn state(world: &mut World) -> Vec<Bits> {
     let mut rows = world.query::<(&Transform, &PhysicsBody)>();
-    let bits = |x: Vector, v: Vector| [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits);
     rows.iter(world).map(|(transform, body)| bits(transform.position, body.velocity)).collect()
 }
 

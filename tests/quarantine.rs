@@ -10,7 +10,7 @@ use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Cause, Damping, Fault, Gravity, Method, PhysicsBody, Quarantine, Quarantined, Request,
-    Requests, StableId, Substeps, Transform,
+    StableId, Substeps, Transform,
 };
 
 use crate::harness::Lab;
@@ -18,7 +18,7 @@ use crate::harness::Lab;
 fn crowd(n: usize) -> (Lab, Vec<Entity>) {
     let mut lab = Lab::tutorial();
     let bodies = (0..n).map(|i| lab.body(10.0, Vector::new(i as f64, 1.0, -1.0))).collect();
-    lab.stepper.set_method(&mut lab.world, Method::SemiImplicitEuler);
+    lab.set_method(Method::SemiImplicitEuler);
     (lab, bodies)
 }
 
@@ -92,7 +92,7 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
         let (mut lab, bodies) = crowd(2);
         lab.run(3);
         let before = (lab.x(bodies[0]), lab.v(bodies[0]));
-        lab.world.resource_mut::<Requests>().ask(request(bodies[0], Vector::splat(f64::NAN)));
+        lab.ask(request(bodies[0], Vector::splat(f64::NAN)));
         lab.run(3);
         assert_eq!((lab.x(bodies[0]), lab.v(bodies[0])), before);
         let record = lab.world.resource::<Quarantine>().records()[0];
@@ -104,7 +104,7 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
 fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
     let asked = |request: fn(Entity) -> Request| {
         let (mut lab, bodies) = crowd(1);
-        lab.world.resource_mut::<Requests>().ask(request(bodies[0]));
+        lab.ask(request(bodies[0]));
         lab.run(1);
         lab.world.resource::<Quarantine>().records()[0].cause.what()
     };
@@ -122,7 +122,7 @@ fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
 fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
     let (mut lab, bodies) = crowd(300);
     let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
-    lab.world.resource_mut::<Requests>().ask(Request::SetGravity(Vector::new(0.0, f64::NAN, 0.0)));
+    lab.ask(Request::SetGravity(Vector::new(0.0, f64::NAN, 0.0)));
     lab.run(2);
     assert_eq!(lab.world.resource::<Quarantine>().records().len(), bodies.len());
     assert!(lab.world.get::<Quarantined>(floor).is_none());
@@ -141,7 +141,7 @@ fn damping_that_is_not_a_number_freezes_what_moves_where_it_is_and_an_infinite_r
                 let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
                 lab.run(2);
                 let before: Vec<_> = bodies.iter().map(|body| lab.x(*body)).collect();
-                lab.world.resource_mut::<Requests>().ask(Request::SetDamping(Damping { model, rate }));
+                lab.ask(Request::SetDamping(Damping { model, rate }));
                 lab.run(3);
                 for (body, before) in bodies.iter().zip(before) {
                     let rests = lab.v(*body) == Vector::ZERO;
@@ -187,7 +187,7 @@ fn a_quarantined_body_stays_as_it_is_whatever_is_asked() {
         Request::SetPosition(bodies[0], Vector::X),
         Request::Impulse(bodies[0], Vector::X),
     ] {
-        lab.world.resource_mut::<Requests>().ask(request);
+        lab.ask(request);
         lab.run(1);
         assert_eq!((lab.x(bodies[0]), lab.v(bodies[0])), frozen);
     }

@@ -1,16 +1,14 @@
 //! The parts of scenes, settings written into scene texts, and what `sandbox recommend` chooses.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-use bevy_ecs::prelude::*;
+use history::Simulation;
 use lab::cost::{Accuracy, Cost, Study};
-use motion::{Method, PhysicsBody, StableId, Stepper, TimeStep, Transform};
+use motion::Method;
 use scene::{Change, Scene, edit, load, shipped};
 use serde_json::Value;
 
-use crate::harness::{output, program};
+use crate::harness::{Bits, all_bits, sandbox};
 
 /// Stiff cloth, a rope with a weight, and free debris: three parts that differ in what they need.
 const GROUPS: &str = r#"// Stiff cloth and free debris.
@@ -51,20 +49,10 @@ fn groups() -> Scene {
 }
 
 /// Bits of position and velocity of every body after some ticks, by stable id.
-fn states(scene: &Scene, ticks: u32) -> Vec<(u32, [u64; 6])> {
-    let mut world = World::new();
-    scene.spawn(&mut world);
-    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-    (0..ticks).for_each(|_| stepper.tick(&mut world));
-    let mut bodies = world.query::<(&StableId, &Transform, &PhysicsBody)>();
-    let bits = |transform: &Transform, body: &PhysicsBody| {
-        let ([x, y, z], [u, v, w]) = (transform.position.to_array(), body.velocity.to_array());
-        [x, y, z, u, v, w].map(f64::to_bits)
-    };
-    let mut states: Vec<_> =
-        bodies.iter(&world).map(|(id, transform, body)| (id.0, bits(transform, body))).collect();
-    states.sort_unstable();
-    states
+fn states(scene: &Scene, ticks: u64) -> Vec<(u32, Bits)> {
+    let mut run = Simulation::new(scene.clone());
+    run.run(ticks);
+    all_bits(run.states())
 }
 
 #[track_caller]
@@ -174,24 +162,6 @@ fn settings_are_written_into_every_shipped_scene() {
     });
 }
 
-fn sandbox(folder: &Path, line: &[&str]) -> Output {
-    output(Command::new(program()).args(line).current_dir(folder))
-}
-
-#[track_caller]
-fn fine(output: &Output) -> String {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-#[track_caller]
-fn fails(output: &Output, code: i32, words: &str) {
-    let text = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{text}");
-    assert!(text.contains(words), "{words:?} is not in {text}");
-    assert!(output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stdout));
-}
-
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("groups.ron"), GROUPS).unwrap();
@@ -224,10 +194,8 @@ fn picks(report: &Value) -> Vec<(String, Method, u32, f64)> {
 #[test]
 fn each_part_gets_the_cheapest_measured_setting_below_the_error_and_the_file_has_it() {
     let folder = folder();
-    let line =
-        ["recommend", "groups.ron", "--error", "1e-2", "--quick", "--seconds", "0.5", "--format", "json"];
-    let line: Vec<_> = line.into_iter().chain(["--apply", "out/better.ron"]).collect();
-    let report: Value = serde_json::from_str(&fine(&sandbox(folder.path(), &line))).unwrap();
+    let line = "recommend groups.ron --error 1e-2 --quick --seconds 0.5 --format json --apply out/better.ron";
+    let report: Value = serde_json::from_str(&sandbox(&folder, line).fine()).unwrap();
     assert_eq!((&report["scene"], &report["unit"]), (&"groups".into(), &"ms".into()));
     let picks = picks(&report);
     let names: Vec<_> = picks.iter().map(|(name, ..)| name.as_str()).collect();
@@ -258,19 +226,21 @@ fn each_part_gets_the_cheapest_measured_setting_below_the_error_and_the_file_has
     let free = picks.last().unwrap();
     assert_eq!((better.method, better.substeps), (free.1, free.2));
     assert_eq!(comments(&fs::read_to_string(&path).unwrap()), comments(GROUPS));
-    fine(&sandbox(folder.path(), &["run", "out/better.ron", "--seconds", "0.2"]));
+    sandbox(&folder, "run out/better.ron --seconds 0.2").fine();
 
     // That file is somebody's now.
-    let again = sandbox(folder.path(), &line);
-    fails(&again, 2, "there is a file already, and not that of the scene; give --apply another name");
+    let words = "there is a file already, and not that of the scene; give --apply another name";
+    sandbox(&folder, line).fails(2, words);
 }
 
 #[test]
 fn a_budget_buys_the_smallest_largest_error() {
     let folder = folder();
-    let line = ["recommend", "groups.ron", "--budget-ms", "1e6", "--quick", "--seconds", "0.25"];
-    let json = [&line[..], &["--format", "json"]].concat();
-    let report: Value = serde_json::from_str(&fine(&sandbox(folder.path(), &json))).unwrap();
+    let bought = |more: &str| {
+        let line = format!("recommend groups.ron --budget-ms 1e6 --quick --seconds 0.25 {more}");
+        sandbox(&folder, &line).fine()
+    };
+    let report: Value = serde_json::from_str(&bought("--format json")).unwrap();
     assert_eq!(report["next"], Value::Null, "nothing better was measured");
     picks(&report);
     let number = |value: &Value| value.as_f64().unwrap();
@@ -289,46 +259,45 @@ fn a_budget_buys_the_smallest_largest_error() {
     assert_eq!(largest(|(pick, _)| *pick), largest(|(_, best)| *best), "{errors:?}");
 
     // Onto the scene's own file, as a table.
-    let text = fine(&sandbox(folder.path(), &[&line[..], &["--apply", "groups.ron"]].concat()));
+    let text = bought("--apply groups.ron");
     assert!(
         text.contains("the price is set by ") && text.lines().any(|line| line.starts_with("flag ")),
         "{text}"
     );
     assert_ne!(fs::read_to_string(folder.path().join("groups.ron")).unwrap(), GROUPS);
-    fine(&sandbox(folder.path(), &["run", "groups.ron", "--ticks", "3"]));
+    sandbox(&folder, "run groups.ron --ticks 3").fine();
 }
 
 #[test]
 fn what_nothing_measured_can_do_is_said_and_nothing_is_written() {
     let folder = folder();
-    let measured = |goal: &[&str]| {
-        let line = ["recommend", "groups.ron", "--quick", "--seconds", "0.1", "--apply", "no.ron"];
-        let output = sandbox(folder.path(), &[&line[..], goal].concat());
+    for (goal, cure) in
+        [("--budget-ms 1e-9", "give a larger budget"), ("--error 1e-30", "give a larger error")]
+    {
+        let line = format!("recommend groups.ron --quick --seconds 0.1 --apply no.ron {goal}");
+        sandbox(&folder, &line).fails(1, cure);
         assert!(!folder.path().join("no.ron").exists());
-        output
-    };
-    fails(&measured(&["--budget-ms", "1e-9"]), 1, "give a larger budget");
-    fails(&measured(&["--error", "1e-30"]), 1, "give a larger error");
+    }
 }
 
 #[test]
 fn bad_flags_are_named() {
     let folder = folder();
-    let fails = |line: &[&str], words: &str| fails(&sandbox(folder.path(), line), 2, words);
-    fails(&["recommend", "groups.ron"], "<--error <M>|--budget-ms <MS>>");
-    fails(&["recommend", "groups.ron", "--error", "1", "--budget-ms", "2"], "cannot be used with");
+    let fails = |line: &str, words: &str| sandbox(&folder, &format!("recommend {line}")).fails(2, words);
+    fails("groups.ron", "<--error <M>|--budget-ms <MS>>");
+    fails("groups.ron --error 1 --budget-ms 2", "cannot be used with");
     for bad in ["0", "-1", "nan", "inf", "soon"] {
         for flag in ["--error", "--budget-ms", "--seconds"] {
-            fails(&["recommend", "groups.ron", flag, bad], "give a finite number above 0");
+            fails(&format!("groups.ron {flag} {bad}"), "give a finite number above 0");
         }
     }
-    fails(&["recommend", "--error", "1"], "<SCENE>");
-    fails(&["recommend", "grups", "--error", "1"], "there is no such scene");
-    fails(&["recommend", "empty", "--error", "1"], "empty: no body of it can move");
+    fails("--error 1", "<SCENE>");
+    fails("grups --error 1", "there is no such scene");
+    fails("empty --error 1", "empty: no body of it can move");
     let words = "bodies[2].verlet_previous_position_m: only position_verlet starts from it";
-    fails(&["recommend", "verlet_start", "--error", "1"], words);
+    fails("verlet_start --error 1", words);
     fs::write(folder.path().join("other.ron"), "mine").unwrap();
-    let onto = |path| ["recommend", "groups.ron", "--error", "1", "--apply", path];
+    let onto = |path| format!("groups.ron --error 1 --apply {path}");
     fails(&onto("other.ron"), "other.ron: there is a file already");
     fails(&onto("other.ron/inside.ron"), "other.ron");
     fails(&onto("."), "is a folder");

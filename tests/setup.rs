@@ -53,8 +53,8 @@ impl Machine {
         let log = fs::read_to_string(self.path("apt-get.log")).unwrap_or_default();
         let install = "apt-get -q install -y --no-install-recommends ";
         Said {
-            code: said.status.code().unwrap(),
-            text: String::from_utf8(said.stderr).unwrap(),
+            code: said.code,
+            text: said.err,
             installed: log.lines().find_map(|line| line.strip_prefix(install)).unwrap_or_default().to_owned(),
         }
     }

@@ -310,9 +310,7 @@ fn unwrap_is_for_tests() {
 pub fn cargo_metadata(flags: &[&str]) -> serde_json::Value {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["metadata", "--format-version", "1", "--manifest-path"]).arg(root().join("Cargo.toml"));
-    let metadata = output(cargo.args(flags));
-    assert!(metadata.status.success(), "{}", String::from_utf8_lossy(&metadata.stderr));
-    serde_json::from_slice(&metadata.stdout).unwrap()
+    serde_json::from_str(&output(cargo.args(flags)).fine()).unwrap()
 }
 
 #[test]
@@ -339,8 +337,7 @@ fn the_contract_names_every_flag() {
         ["", "run", "list", "plan", "effects", "ablate", "cost", "recommend", "stability", "replay"]
     {
         let arguments: Vec<_> = command.split_whitespace().chain(["--help"]).collect();
-        let help = output(Command::new(program()).args(&arguments));
-        let help = String::from_utf8(help.stdout).unwrap();
+        let help = output(Command::new(program()).args(&arguments)).fine();
         let flags = help.split_whitespace().filter_map(|word| word.strip_prefix("--"));
         for flag in flags
             .map(|flag| flag.trim_end_matches(|c: char| !c.is_ascii_lowercase()))

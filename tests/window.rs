@@ -23,7 +23,7 @@ use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
 use crate::film::{Difference, Studio};
-use crate::harness::{output, program, sandbox, wait_for};
+use crate::harness::{json, output, program, sandbox, wait_for};
 
 const SIZE: [u32; 2] = [640, 360];
 
@@ -74,7 +74,7 @@ impl Display {
     fn xdotool(&self, arguments: &[&str]) -> Option<String> {
         let mut command = Command::new("xdotool");
         let output = output(command.args(arguments).env("DISPLAY", &self.name));
-        output.status.success().then(|| String::from_utf8(output.stdout).unwrap())
+        (output.code == 0).then_some(output.out)
     }
 
     #[track_caller]
@@ -331,10 +331,8 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     assert!(difference.accepted(), "the window's picture and the replay's: {difference}");
 
     let line = "run tutorial --script recording.ron --summary summary.json";
-    let output = sandbox(window.folder.path(), line);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary = fs::read_to_string(window.folder.path().join("summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    sandbox(&window.folder, line).fine();
+    let summary = json(window.folder.path().join("summary.json"));
     assert_eq!(summary["state_hash"], paused.state_hash.as_str());
     assert_eq!(summary["ticks"], paused.tick);
 }
@@ -488,11 +486,11 @@ fn without_a_display_the_program_ends_with_5_and_one_line_that_names_the_run_wit
         let mut command = Command::new(program());
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         let output = output(command.envs(display.map(|name| ("DISPLAY", name))));
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(5), "{message}");
+        let message = output.err;
+        assert_eq!(output.code, 5, "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(message.contains("sandbox run"), "{message}");
         assert!(!message.contains(".rs:"), "nobody needs a path into a library: {message}");
-        assert!(output.stdout.is_empty());
+        assert!(output.out.is_empty());
     }
 }

@@ -1,11 +1,13 @@
 //! What is done to bodies between ticks does in arrays what a request does in a world.
 
 use glam::DVec3;
+use history::Simulation;
 use motion::arrays::Bare;
-use motion::{Damping, DampingModel, Gravity, Method, PushQueue, Request, Requests};
+use motion::{Damping, DampingModel, Gravity, Method, Request};
 use scene::shipped;
 
-use super::{Twin, bits, run, states};
+use super::{arrays, arrays_by, run, states, twin};
+use crate::harness::all_bits;
 
 const IMPULSE: DVec3 = DVec3::new(0.5, -2.0, 0.25);
 const VELOCITY: DVec3 = DVec3::new(-1.0, 3.0, 0.5);
@@ -13,9 +15,9 @@ const GRAVITY: DVec3 = DVec3::new(0.5, -3.0, 0.0);
 const DAMPING: Damping = Damping { model: DampingModel::Clamped, rate: 0.7 };
 
 /// The experiment after that tick, in both.
-fn experiment(tick: u32, twin: &mut Twin, bare: &mut Bare<f64>) {
+fn experiment(tick: u32, twin: &mut Simulation, bare: &mut Bare<f64>) {
     let row = bare.bodies.iter().rposition(|body| body[3] > 0.0).unwrap();
-    let body = twin.entities[bare.states().nth(row).unwrap().0.0 as usize];
+    let body = twin.bodies[bare.states().nth(row).unwrap().0.0 as usize];
     let request = match tick {
         3 => {
             bare.give_impulse(row, IMPULSE.to_array());
@@ -44,11 +46,11 @@ fn experiment(tick: u32, twin: &mut Twin, bare: &mut Bare<f64>) {
         }
         _ => {
             bare.push(row, IMPULSE.to_array());
-            twin.world.resource_mut::<PushQueue>().push_once(body, IMPULSE);
+            twin.push(body, IMPULSE);
             return;
         }
     };
-    twin.world.resource_mut::<Requests>().ask(request);
+    twin.request(request);
 }
 
 #[test]
@@ -56,13 +58,17 @@ fn experiments_do_what_requests_do() {
     for name in ["projectile", "ship", "third_law", "rope", "orbit", "terminal_speed"] {
         let shipped = shipped().iter().find(|shipped| shipped.name == name).unwrap();
         for method in Method::ALL {
-            let mut twin = Twin::new(shipped.load().unwrap(), method, 2);
-            let mut bare = twin.bare::<f64>();
+            let mut twin = twin(shipped.load().unwrap(), method, 2);
+            let mut bare = arrays::<f64>(&mut twin);
             for tick in 0..24 {
                 run(&mut bare, 1);
-                twin.run(1);
+                twin.tick();
                 assert!(!bare.has_failed(), "{name} by {method:?}");
-                assert_eq!(bits(&states(&bare)), bits(&twin.states()), "{name} by {method:?} at tick {tick}");
+                assert_eq!(
+                    all_bits(states(&bare)),
+                    all_bits(twin.states()),
+                    "{name} by {method:?} at tick {tick}"
+                );
                 experiment(tick, &mut twin, &mut bare);
             }
         }
@@ -78,21 +84,24 @@ fn another_method_goes_on_from_where_the_last_one_was() {
             (Method::VelocityVerlet, Method::PositionVerlet),
             (Method::PositionVerlet, Method::ImplicitEuler),
         ] {
-            let mut twin = Twin::new(shipped.load().unwrap(), from, 1);
-            let mut bare = twin.bare::<f64>();
+            let mut twin = twin(shipped.load().unwrap(), from, 1);
+            let mut bare = arrays::<f64>(&mut twin);
             run(&mut bare, 7);
             twin.run(7);
             // Taken in by the arrays while it is still half a step behind.
-            twin.scene.method = to;
-            let mut newer = twin.bare::<f64>();
+            let mut newer = arrays_by::<f64>(&mut twin, to);
             bare.set_method(to);
-            twin.stepper.set_method(&mut twin.world, to);
+            twin.set_method(to);
             for bare in [&mut bare, &mut newer] {
                 run(bare, 7);
             }
             twin.run(7);
-            assert_eq!(bits(&states(&bare)), bits(&twin.states()), "{name}, {from:?} to {to:?}");
-            assert_eq!(bits(&states(&newer)), bits(&twin.states()), "{name}, {from:?} to {to:?}, taken in");
+            assert_eq!(all_bits(states(&bare)), all_bits(twin.states()), "{name}, {from:?} to {to:?}");
+            assert_eq!(
+                all_bits(states(&newer)),
+                all_bits(twin.states()),
+                "{name}, {from:?} to {to:?}, taken in"
+            );
         }
     }
 }

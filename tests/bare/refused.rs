@@ -1,25 +1,27 @@
 //! What would turn non-finite is refused and reported.
 
 use glam::DVec3;
+use history::Simulation;
 use motion::arrays::NotForArrays;
 use motion::{Method, StableId, TimeStep};
 
-use super::{Precision, Twin, bits, run, states};
+use super::{Precision, arrays, run, states};
+use crate::harness::all_bits;
 
 const SCENE: &str = r#"(version: 1, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [
     (name: "free", mass_kg: 2), (name: "a", position_m: (3, 0, 0)), (name: "b", position_m: (4.5, 0, 0)),
     (name: "wall", position_m: (9, 0, 0), immovable: true)],
     springs: [(between: ("a", "b"), stiffness_n_m: 50, rest_length_m: 1)])"#;
 
-fn twin(method: Method) -> Twin {
+fn twin(method: Method) -> Simulation {
     let scene = scene::Scene::parse("t", SCENE).unwrap_or_else(|error| panic!("{error}"));
-    Twin::new(scene, method, 1)
+    super::twin(scene, method, 1)
 }
 
 fn check<T: Precision>(method: Method) {
     for (pushed, stay) in [(0, &[0][..]), (1, &[1, 2]), (2, &[1, 2])] {
-        let mut bare = twin(method).bare::<T>();
-        let mut other = twin(method).bare::<T>();
+        let mut bare = arrays::<T>(&mut twin(method));
+        let mut other = arrays::<T>(&mut twin(method));
         run(&mut bare, 3);
         run(&mut other, 3);
         assert!(bare.refused().is_empty() && !bare.has_failed());
@@ -31,7 +33,7 @@ fn check<T: Precision>(method: Method) {
         assert_eq!((bare.refused(), bare.has_failed()), (&[pushed][..], true), "{method:?}");
         for row in 0..4 {
             let expected = if stay.contains(&row) { &before[row] } else { &fine[row] };
-            assert_eq!(bits(&vec![after[row]]), bits(&vec![*expected]), "{method:?}: row {row}");
+            assert_eq!(all_bits([after[row]]), all_bits([*expected]), "{method:?}: row {row}");
         }
         run(&mut bare, 1);
         assert!(bare.refused().is_empty() && bare.has_failed(), "a push acts for one tick");
@@ -48,7 +50,7 @@ fn what_would_turn_non_finite_stays_and_is_reported() {
 
 #[test]
 fn an_immovable_body_is_moved_by_nothing() {
-    let mut bare = twin(Method::RungeKutta4).bare::<f32>();
+    let mut bare = arrays::<f32>(&mut twin(Method::RungeKutta4));
     bare.push(3, [f32::NAN, f32::INFINITY, 1.0]);
     run(&mut bare, 2);
     assert!(!bare.has_failed());

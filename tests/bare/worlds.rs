@@ -1,10 +1,12 @@
 //! Every shipped scene goes in plain arrays as it goes in a world.
 
+use history::Simulation;
 use motion::arrays::Bare;
-use motion::{Method, Quarantine};
+use motion::{Evaluations, Method, Quarantine};
 use scene::{Scene, shipped};
 
-use super::{States, Twin, bits, run, states};
+use super::{States, arrays, run, states, twin};
+use crate::harness::all_bits;
 
 fn scenes() -> impl Iterator<Item = Scene> {
     shipped().iter().map(|shipped| shipped.load().unwrap())
@@ -21,8 +23,8 @@ fn runs(scene: &Scene) -> (u32, Vec<(Method, u32)>) {
 
 /// What a run in arrays has in common with that in a world that was `run` for as many ticks: everything, or that
 /// they failed.
-fn compare(bare: &Bare<f64>, twin: &mut Twin, run: impl FnOnce(&mut Twin)) -> Result<(), String> {
-    let frozen = |twin: &Twin| twin.world.resource::<Quarantine>().records().len();
+fn compare(bare: &Bare<f64>, twin: &mut Simulation, run: impl FnOnce(&mut Simulation)) -> Result<(), String> {
+    let frozen = |twin: &Simulation| twin.world.resource::<Quarantine>().records().len();
     let before = frozen(twin);
     run(twin);
     if frozen(twin) > before {
@@ -31,7 +33,7 @@ fn compare(bare: &Bare<f64>, twin: &mut Twin, run: impl FnOnce(&mut Twin)) -> Re
     if bare.has_failed() {
         return Err(format!("refused {:?}", bare.refused()));
     }
-    let same = bits(&states(bare)) == bits(&twin.states());
+    let same = all_bits(states(bare)) == all_bits(twin.states());
     if same { Ok(()) } else { Err("has other bits".into()) }
 }
 
@@ -41,12 +43,12 @@ fn every_scene_has_the_bits_of_its_world() {
     for scene in scenes() {
         let (ticks, runs) = runs(&scene);
         for (method, substeps) in runs {
-            let mut twin = Twin::new(scene.clone(), method, substeps);
-            let mut bare = twin.bare::<f64>();
-            assert_eq!(bits(&states(&bare)), bits(&twin.states()), "{} at the start", scene.name);
+            let mut twin = twin(scene.clone(), method, substeps);
+            let mut bare = arrays::<f64>(&mut twin);
+            assert_eq!(all_bits(states(&bare)), all_bits(twin.states()), "{} at the start", scene.name);
             run(&mut bare, ticks);
-            let mut outcome = compare(&bare, &mut twin, |twin| twin.run(ticks));
-            let counts = twin.evaluations();
+            let mut outcome = compare(&bare, &mut twin, |twin| twin.run(ticks.into()));
+            let counts = twin.world.resource::<Evaluations>();
             let counted = (counts.accelerations(), counts.cg_iterations(), counts.newton_iterations());
             let own = (bare.evaluations(), bare.cg_iterations(), bare.newton().0);
             if outcome.is_ok() && !bare.has_failed() && own != counted {
@@ -67,9 +69,9 @@ fn every_scene_has_the_bits_of_its_world() {
 fn a_scene_goes_on_in_plain_arrays_from_where_it_is() {
     for scene in scenes().filter(|scene| scene.bodies.len() < 1000) {
         for method in Method::ALL {
-            let mut twin = Twin::new(scene.clone(), method, 1);
+            let mut twin = twin(scene.clone(), method, 1);
             twin.run(17);
-            let mut bare = twin.bare::<f64>();
+            let mut bare = arrays::<f64>(&mut twin);
             run(&mut bare, 20);
             let outcome = compare(&bare, &mut twin, |twin| twin.run(20));
             assert_eq!(outcome, Ok(()), "{} by {method:?}", scene.name);
@@ -94,9 +96,10 @@ fn scenes_in_single_precision_are_near_those_in_double_precision() {
             if springs && method == Method::ExplicitEuler {
                 continue;
             }
-            let mut twin = Twin::new(scene.clone(), method, scene.substeps.max(2));
-            let mut exact = twin.bare::<f64>();
-            let (mut plain, mut compensated) = (twin.bare::<f32>(), twin.bare::<f32>().compensated());
+            let mut twin = twin(scene.clone(), method, scene.substeps.max(2));
+            let mut exact = arrays::<f64>(&mut twin);
+            let (mut plain, mut compensated) =
+                (arrays::<f32>(&mut twin), arrays::<f32>(&mut twin).compensated());
             run(&mut exact, 60);
             if exact.has_failed() {
                 continue;

@@ -4,16 +4,17 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use super::program::{CLOTH, bundle, folder, json, run};
+use super::program::{CLOTH, bundle, folder};
+use crate::harness::{Said, json, sandbox};
 
 const FAILING: &str = "run sheet.ron --script nan.script --seconds 2 --black-box box.zip --summary s.json";
 
 #[test]
 fn a_replay_writes_what_a_person_wants_to_look_at() {
     let folder = folder();
-    let (code, _, err) = run(folder.path(), &format!("{FAILING} --state then.csv"));
+    let Said { code, err, .. } = sandbox(&folder, &format!("{FAILING} --state then.csv"));
     assert_eq!(code, 3, "{err}");
-    let (code, out, err) = run(folder.path(), "replay box.zip --out looked/at");
+    let Said { code, out, err } = sandbox(&folder, "replay box.zip --out looked/at");
     assert_eq!((code, err.as_str()), (0, "made the folder looked/at\n"), "{out}");
     let saved = bundle(folder.path(), "box.zip");
     let at = folder.path().join("looked/at");
@@ -28,7 +29,7 @@ fn a_replay_writes_what_a_person_wants_to_look_at() {
     let (hash, tick) = (&saved.manifest.end_state_hash, saved.manifest.end_tick);
     let program = &saved.manifest.program;
     assert_eq!(
-        json(&at, "summary.json"),
+        json(at.join("summary.json")),
         json!({
             "bundle": "box.zip", "scene": "sheet", "same": true, "first_different_tick": null,
             "snapshot_tick": 0, "end_tick": tick, "state_hash": { "then": hash, "now": hash },
@@ -50,18 +51,18 @@ fn a_replay_writes_what_a_person_wants_to_look_at() {
 #[test]
 fn a_replay_that_differs_is_written_down_and_ends_with_1() {
     let folder = folder();
-    run(folder.path(), FAILING);
+    sandbox(&folder, FAILING);
     let mut other = bundle(folder.path(), "box.zip");
     (other.picture, other.manifest.fault) = (None, None);
     other.manifest.end_state_hash = "0".repeat(16);
     fs::write(folder.path().join("other.zip"), other.write().unwrap()).unwrap();
-    let (code, _, err) = run(folder.path(), "replay other.zip --out out");
+    let Said { code, err, .. } = sandbox(&folder, "replay other.zip --out out");
     let tick = other.manifest.end_tick;
     assert!(
         code == 1 && err.contains(&format!("at the end, tick {tick}; cloth.r2.c2, tick {tick}")),
         "{err}"
     );
-    let summary = json(&folder.path().join("out"), "summary.json");
+    let summary = json(folder.path().join("out/summary.json"));
     assert_eq!((&summary["same"], &summary["first_different_tick"]), (&json!(false), &json!(tick)));
     assert_eq!((&summary["fault"]["then"], &summary["picture"]), (&Value::Null, &Value::Null));
     assert_eq!(summary["fault"]["now"]["body"], "cloth.r2.c2");
@@ -71,13 +72,13 @@ fn a_replay_that_differs_is_written_down_and_ends_with_1() {
 #[test]
 fn what_cannot_be_unpacked_leaves_nothing() {
     let folder = folder();
-    run(folder.path(), FAILING);
+    sandbox(&folder, FAILING);
     let good = fs::read(folder.path().join("box.zip")).unwrap();
     fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();
-    let (code, out, err) = run(folder.path(), "replay bad.zip --out out");
+    let Said { code, out, err } = sandbox(&folder, "replay bad.zip --out out");
     assert_eq!((code, out.as_str(), err.lines().count()), (2, "", 1), "{err}");
     assert!(!folder.path().join("out").exists());
-    let (code, out, err) = run(folder.path(), "replay box.zip --out sheet.ron");
+    let Said { code, out, err } = sandbox(&folder, "replay box.zip --out sheet.ron");
     assert_eq!((code, out.as_str()), (2, ""));
     assert_eq!(err, "sandbox: cannot make the folder sheet.ron: a file is in the way; give another path\n");
 }
@@ -85,8 +86,8 @@ fn what_cannot_be_unpacked_leaves_nothing() {
 #[test]
 fn the_summary_says_what_the_black_box_wrote() {
     let folder = folder();
-    run(folder.path(), FAILING);
-    let summary = json(folder.path(), "s.json");
+    sandbox(&folder, FAILING);
+    let summary = json(folder.path().join("s.json"));
     let saved = bundle(folder.path(), "box.zip").manifest;
     let fault = saved.fault.unwrap();
     let expected = json!({
@@ -99,21 +100,21 @@ fn the_summary_says_what_the_black_box_wrote() {
         (&summary["ticks"], &summary["quarantined"][0]["tick"]),
         (&json!(fault.tick), &json!(fault.tick))
     );
-    run(folder.path(), "run sheet.ron --ticks 5 --black-box none.zip --summary s.json");
-    assert_eq!(json(folder.path(), "s.json").get("black_box"), Some(&Value::Null));
-    run(folder.path(), "run sheet.ron --ticks 5 --summary s.json");
-    assert_eq!(json(folder.path(), "s.json").get("black_box"), None);
+    sandbox(&folder, "run sheet.ron --ticks 5 --black-box none.zip --summary s.json");
+    assert_eq!(json(folder.path().join("s.json")).get("black_box"), Some(&Value::Null));
+    sandbox(&folder, "run sheet.ron --ticks 5 --summary s.json");
+    assert_eq!(json(folder.path().join("s.json")).get("black_box"), None);
 }
 
 #[test]
 fn a_place_that_no_black_box_can_be_written_to_is_found_out_before_the_run() {
     let folder = folder();
     let line = "run sheet.ron --script nan.script --seconds 2 --black-box sheet.ron/box.zip --summary s.json";
-    let (code, _, err) = run(folder.path(), line);
+    let Said { code, err, .. } = sandbox(&folder, line);
     assert!(code == 2 && err.contains("cannot make the folder sheet.ron"), "{err}");
     assert!(!folder.path().join("s.json").exists());
     let line = "run sheet.ron --seconds 2 --black-box s.json --summary s.json";
-    let (code, _, err) = run(folder.path(), line);
+    let Said { code, err, .. } = sandbox(&folder, line);
     assert_eq!(
         (code, err.as_str()),
         (2, "sandbox: --summary and --black-box name the same file; give two\n")
@@ -124,10 +125,10 @@ fn a_place_that_no_black_box_can_be_written_to_is_found_out_before_the_run() {
 #[test]
 fn a_bundle_where_a_scene_is_meant_is_named_and_the_window_tells_it_by_its_first_bytes() {
     let folder = folder();
-    run(folder.path(), FAILING);
+    sandbox(&folder, FAILING);
     fs::rename(folder.path().join("box.zip"), folder.path().join("box.ron")).unwrap();
     for command in ["run", "plan", "effects", "ablate", "stability"] {
-        let (code, out, err) = run(folder.path(), &format!("{command} box.ron"));
+        let Said { code, out, err } = sandbox(&folder, &format!("{command} box.ron"));
         assert_eq!((code, out.as_str()), (2, ""), "{command}: {err}");
         assert_eq!(
             err,
@@ -135,11 +136,11 @@ fn a_bundle_where_a_scene_is_meant_is_named_and_the_window_tells_it_by_its_first
              `sandbox replay box.ron` runs it\n"
         );
     }
-    let (code, _, err) = run(folder.path(), "box.ron --substeps 2");
+    let Said { code, err, .. } = sandbox(&folder, "box.ron --substeps 2");
     let what = "a bundle repeats its own run; leave --method, --substeps and --record out";
     assert_eq!((code, err), (2, format!("sandbox: box.ron: {what}\n")));
     let good = fs::read(folder.path().join("box.ron")).unwrap();
     fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();
-    let (code, _, err) = run(folder.path(), "bad.zip");
+    let Said { code, err, .. } = sandbox(&folder, "bad.zip");
     assert!(code == 2 && err.contains("bad.zip: the bundle is damaged"), "{err}");
 }

@@ -1,7 +1,5 @@
 //! The panel of accuracy and cost: the numbers of the command line, in the running session.
 
-use std::path::Path;
-
 use glam::DVec2;
 use lab::cost::{Bench, Cell, Outcome, Plan, Report, Study, Subject, Truth};
 use sandbox::input::Button;
@@ -49,9 +47,7 @@ fn the_panel_and_the_command_line_agree() {
     let drive = studied("orbit");
     let panel = drive.session.cost_study().unwrap();
     let line = format!("cost orbit --quick --format json --seconds {}", panel.simulated_s);
-    let output = sandbox(Path::new("."), &line);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let report: Report = serde_json::from_slice(&output.stdout).unwrap();
+    let report: Report = serde_json::from_str(&sandbox(".", &line).fine()).unwrap();
     let line = &report.studies[0];
     let own = |truth: &Truth| truth.own_error().0;
     let allowed = own(&panel.truth) + own(&line.truth);

@@ -12,8 +12,8 @@ use motion::{
     Requests, StableId, Stepper, Threads, TimeStep, Transform,
 };
 
-use super::{bits, run};
-use crate::harness::{H, close};
+use super::run;
+use crate::harness::{H, close, world_bits};
 
 pub(super) const AT: Vector = Vector::new(1.0, 2.0, 3.0);
 
@@ -163,12 +163,12 @@ fn a_scene_that_begins_anew_emits_anew() {
     let (mut world, emitter) = fountain(20, 50.0, 0.3);
     let mut steps = stepper(&mut world, H);
     run(&mut world, &mut steps, 30);
-    let (first, slots) = (bits(&mut world), living(&world, emitter));
+    let (first, slots) = (world_bits(&mut world), living(&world, emitter));
     run(&mut world, &mut steps, 17);
     world.resource_mut::<StepClock>().begin_scene();
     run(&mut world, &mut steps, 30);
     assert_eq!(living(&world, emitter), slots);
-    for ((_, a), (_, b)) in bits(&mut world).into_iter().zip(first) {
+    for ((_, a), (_, b)) in world_bits(&mut world).into_iter().zip(first) {
         // The scene's time is a difference of times by now.
         a.into_iter().zip(b).for_each(|(a, b)| close(f64::from_bits(a), f64::from_bits(b), 1e-12));
     }
@@ -207,7 +207,7 @@ fn a_large_fountain_comes_out_the_same_with_any_number_of_threads() {
         world.insert_resource(Threads::new(threads));
         let mut steps = stepper(&mut world, H);
         run(&mut world, &mut steps, 110);
-        bits(&mut world)
+        world_bits(&mut world)
     };
     let one = run_with(1);
     assert_eq!(one.len(), 30_000);

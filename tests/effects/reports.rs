@@ -8,7 +8,7 @@ use scene::Scene;
 use serde_json::Value;
 
 use crate::drive::Drive;
-use crate::harness::{output, program};
+use crate::harness::{json, sandbox};
 
 const SCENE: &str = "(version: 1, step_hz: 100, method: runge_kutta_4, gravity: (), drag: (quadratic_per_m: 0.1),
     wells: [(strength_m3_s2: 3, softening_m: 1, bodies: [\"a\"])],
@@ -123,30 +123,23 @@ fn an_effect_that_has_changed_velocities_alone_is_needed() {
     assert_eq!(rows.collect::<Vec<_>>(), expected.map(|(effect, same)| (effect, same, !same, 0.0)));
 }
 
-fn sandbox(arguments: &[&str], folder: &std::path::Path) -> (i32, String, String) {
-    let output = output(std::process::Command::new(program()).args(arguments).current_dir(folder));
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
-}
-
 #[test]
 fn the_program_prints_the_receipt_and_the_ablation_as_tables_and_as_json() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("four.ron"), SCENE).unwrap();
-    for command in ["effects", "ablate"] {
-        let line = [command, "four.ron", "--ticks", "10"];
-        let more: &[&str] = if command == "ablate" { &["--no-pictures"] } else { &[] };
-        let (code, table, _) = sandbox(&[&line, more].concat(), folder.path());
-        let (_, json, _) = sandbox(&[&line, more, &["--format", "json"]].concat(), folder.path());
-        let json: Value = serde_json::from_str(&json).unwrap();
+    for command in ["effects", "ablate --no-pictures"] {
+        let line = format!("{command} four.ron --ticks 10");
+        let table = sandbox(&folder, &line).fine();
+        let json: Value =
+            serde_json::from_str(&sandbox(&folder, &format!("{line} --format json")).fine()).unwrap();
         let rows = json["effects"].as_array().unwrap();
-        assert_eq!((code, table.lines().count()), (0, rows.len() + 2), "{table}");
+        assert_eq!(table.lines().count(), rows.len() + 2, "{table}");
         for (row, line) in rows.iter().zip(table.lines().skip(2)) {
             assert!(line.starts_with(row["effect"].as_str().unwrap()), "{line}");
         }
         assert_eq!((json["scene"].as_str(), json["ticks"].as_u64()), (Some("four"), Some(10)));
     }
-    let (_, table, _) = sandbox(&["ablate", "four.ron", "--ticks", "10", "--no-pictures"], folder.path());
+    let table = sandbox(&folder, "ablate four.ron --ticks 10 --no-pictures").fine();
     let not_needed: Vec<_> = table.lines().filter(|line| line.ends_with("not needed")).collect();
     assert!(not_needed.len() == 1 && not_needed[0].starts_with("speed_limits"), "{table}");
 }
@@ -157,15 +150,11 @@ fn a_run_without_an_effect_is_that_of_a_scene_without_it() {
     std::fs::write(folder.path().join("four.ron"), SCENE).unwrap();
     std::fs::write(folder.path().join("three.ron"), SCENE.replace(", drag: (quadratic_per_m: 0.1)", ""))
         .unwrap();
-    let run = |line: &[&str]| {
-        let more = ["--ticks", "50", "--summary", "out.json"];
-        let (code, _, errors) = sandbox(&[&["run"], line, &more[..]].concat(), folder.path());
-        assert_eq!(code, 0, "{errors}");
-        let json = std::fs::read(folder.path().join("out.json")).unwrap();
-        serde_json::from_slice::<Value>(&json).unwrap()
+    let run = |line: &str| {
+        sandbox(&folder, &format!("run {line} --ticks 50 --summary out.json")).fine();
+        json(folder.path().join("out.json"))
     };
-    let (with, without, never) =
-        (run(&["four.ron"]), run(&["four.ron", "--without", "drag"]), run(&["three.ron"]));
+    let (with, without, never) = (run("four.ron"), run("four.ron --without drag"), run("three.ron"));
     assert_eq!(without["state_hash"], never["state_hash"]);
     assert_ne!(without["state_hash"], with["state_hash"]);
     assert_eq!(without["laws"], never["laws"]);
@@ -174,9 +163,7 @@ fn a_run_without_an_effect_is_that_of_a_scene_without_it() {
         ("thrusts", "four.ron: this scene never declared thrusts; leave --without thrusts out"),
         ("friction", "the effects are gravity, damping, drag"),
     ] {
-        let (code, _, errors) = sandbox(&["run", "four.ron", "--without", effect], folder.path());
-        assert_eq!(code, 2);
-        assert!(errors.contains(what), "{errors}");
+        sandbox(&folder, &format!("run four.ron --without {effect}")).fails(2, what);
     }
 }
 
@@ -231,8 +218,7 @@ fn a_session_with_pictures_lists_what_pictures_need() {
 
 #[test]
 fn what_watching_energy_costs_is_measured() {
-    let line = ["effects", "tutorial", "--ticks", "60", "--format", "json"];
-    let (_, report, _) = sandbox(&line, std::path::Path::new("."));
+    let report = sandbox(".", "effects tutorial --ticks 60 --format json").fine();
     let report: Value = serde_json::from_str(&report).unwrap();
     let rows = report["effects"].as_array().unwrap();
     let row = rows.iter().find(|row| row["effect"] == "energy_watch").unwrap();

@@ -6,7 +6,7 @@ use motion::clock::StepClock;
 use motion::systems::{Bodies, Unmarked};
 use motion::units::Vector;
 use motion::{
-    Damping, Drag, Gravity, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, Static, Transform,
+    Damping, Drag, Gravity, Method, PhysicsBody, PushQueue, Quarantine, Request, Static, Transform,
 };
 
 use crate::harness::{H, Lab};
@@ -16,7 +16,7 @@ fn is_static(lab: &Lab, body: Entity) -> bool {
 }
 
 fn ask(lab: &mut Lab, request: Request) {
-    lab.world.resource_mut::<Requests>().ask(request);
+    lab.ask(request);
 }
 
 #[test]

@@ -8,7 +8,8 @@ use motion::{
     PhysicsBody, Quarantine, Request, Requests, SpeedLimit, Spring, StepPlan, Stepper, Wells,
 };
 
-use super::{COUPLED, LOCAL, bits, run, stepper, world_of};
+use super::{COUPLED, LOCAL, run, stepper, world_of};
+use crate::harness::world_bits;
 
 fn ask(world: &mut World, stepper: &mut Stepper, requests: impl IntoIterator<Item = Request>) {
     requests.into_iter().for_each(|request| world.resource_mut::<Requests>().ask(request));
@@ -21,7 +22,7 @@ fn off_and_on_again_at_once_is_bit_identical_to_never() {
         let mut never = world_of(&LOCAL);
         let mut steps = stepper(&mut never, method);
         run(&mut never, &mut steps, 40);
-        let expected = bits(&mut never);
+        let expected = world_bits(&mut never);
         for effect in LOCAL {
             let mut world = world_of(&LOCAL);
             let mut steps = stepper(&mut world, method);
@@ -35,7 +36,7 @@ fn off_and_on_again_at_once_is_bit_identical_to_never() {
                 }
             }
             run(&mut world, &mut steps, 24);
-            assert_eq!(bits(&mut world), expected, "{effect} under {}", method.name());
+            assert_eq!(world_bits(&mut world), expected, "{effect} under {}", method.name());
         }
     }
 }
@@ -71,7 +72,7 @@ fn off_is_never(all: &[Effect], switched: &[Effect]) {
             for _ in 0..2 {
                 run(&mut never, &mut steps[0], 20);
                 run(&mut off, &mut steps[1], 20);
-                assert_eq!(bits(&mut off), bits(&mut never), "{effect} under {}", method.name());
+                assert_eq!(world_bits(&mut off), world_bits(&mut never), "{effect} under {}", method.name());
                 assert_eq!(steps[1].systems(), steps[0].systems(), "{effect} under {}", method.name());
                 assert_eq!(steps[1].plan(), steps[0].plan(), "{effect}");
             }
@@ -103,7 +104,7 @@ fn what_acts_between_bodies_comes_back_as_it_was() {
                 }
             }
             run(&mut world, &mut steps, 25);
-            assert_eq!(bits(&mut world), bits(&mut never), "{effect} under {}", method.name());
+            assert_eq!(world_bits(&mut world), world_bits(&mut never), "{effect} under {}", method.name());
         }
     }
 }
@@ -218,7 +219,7 @@ fn every_effect_can_be_toggled_in_the_middle_of_a_run_under_every_method() {
         }
         let finite =
             |(_, numbers): &(u32, [u64; 6])| numbers.iter().all(|bits| f64::from_bits(*bits).is_finite());
-        assert!(bits(&mut world).iter().all(finite), "{}", method.name());
+        assert!(world_bits(&mut world).iter().all(finite), "{}", method.name());
         assert!(world.resource::<Quarantine>().records().is_empty());
     }
 }

@@ -6,7 +6,7 @@ use motion::forecast::{Forecast, LimitingPart, Margin};
 use motion::{Damping, DampingModel, Drag, Elastic, Method, OwnLaws, Substeps, Well, Wells};
 
 use crate::dice::Dice;
-use crate::groups::lab::{Around, Net as Springs, Rig, Start, elastic};
+use crate::groups::lab::{Environment, Net as Springs, Rig, Start, elastic};
 
 /// What is foretold of the world of a rig.
 fn forecast(rig: &mut Rig) -> Forecast {
@@ -104,7 +104,7 @@ fn dampers(seed: u64) -> Springs {
 
 /// Whether it stays within a thousand times what it was moved by.
 fn stays_at_rest(net: &Springs, method: Method, h: f64) -> bool {
-    let mut rig = net.rig(&Around::default(), method, h);
+    let mut rig = net.rig(&Environment::default(), method, h);
     let start = net.start();
     (0..1500).all(|_| {
         rig.run(1);
@@ -125,7 +125,7 @@ fn a_net_of_dampers_breaks_where_it_was_foretold() {
         let method = limited[usize::try_from(seed).unwrap() % limited.len()];
         let net = dampers(seed);
         let h = 1e-3;
-        let margin = worst(&forecast(&mut net.rig(&Around::default(), method, h)));
+        let margin = worst(&forecast(&mut net.rig(&Environment::default(), method, h)));
         let longest = h / margin.ratio();
         assert!(stays_at_rest(&net, method, 0.99 * longest), "{seed} {method:?} breaks below {margin:?}");
         assert!(!stays_at_rest(&net, method, 1.01 * longest), "{seed} {method:?} holds above {margin:?}");
@@ -135,13 +135,14 @@ fn a_net_of_dampers_breaks_where_it_was_foretold() {
 #[test]
 fn a_stiff_spring_needs_84_substeps_or_an_implicit_method() {
     let net = stiff_spring(1e8);
-    let margin = worst(&forecast(&mut net.rig(&Around::default(), Method::SemiImplicitEuler, 1.0 / 60.0)));
+    let margin =
+        worst(&forecast(&mut net.rig(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0)));
     assert!((margin.value - 1e4 / 60.0).abs() <= 1e-6 * margin.value, "{margin:?}");
     assert!((margin.limit - 2.0).abs() <= 1e-4, "{margin:?}");
     assert!(margin.is_unstable && matches!(margin.part, LimitingPart::Spring(_)));
     assert_eq!((margin.cure.substeps, margin.cure.method), (Some(84), Some(Method::ImplicitEuler)));
     for (substeps, unstable) in [(83, true), (84, false)] {
-        let around = Around { substeps: Some(substeps), ..Around::default() };
+        let around = Environment { substeps: Some(substeps), ..Environment::default() };
         let margin = worst(&forecast(&mut net.rig(&around, Method::SemiImplicitEuler, 1.0 / 60.0)));
         assert_eq!((margin.is_unstable, margin.substeps), (unstable, substeps));
     }
@@ -155,7 +156,7 @@ fn limits_are_exact_to_a_hundredth_on_both_sides() {
             continue;
         }
         for (part, unstable) in [(0.99, false), (1.01, true)] {
-            let mut rig = stiff_spring(100.0).rig(&Around::default(), method, part * limit / 10.0);
+            let mut rig = stiff_spring(100.0).rig(&Environment::default(), method, part * limit / 10.0);
             let forecast = forecast(&mut rig);
             assert_eq!(forecast.unstable().count(), usize::from(unstable), "{method:?} {part}");
             assert!((worst(&forecast).ratio() - part).abs() <= 1e-4, "{method:?} {part}");
@@ -171,21 +172,22 @@ fn methods_that_are_never_stable_are_named_with_their_growth_and_another_method(
         (Method::RungeKutta2Midpoint, 0.5, 1.0 + 0.5_f64.powi(4) / 4.0, Method::VelocityVerlet),
         (Method::RungeKutta2Heun, 0.1, 1.0 + 1e-4 / 4.0, Method::VelocityVerlet),
     ] {
-        let margin = worst(&forecast(&mut stiff_spring(100.0).rig(&Around::default(), method, z / 10.0)));
+        let margin =
+            worst(&forecast(&mut stiff_spring(100.0).rig(&Environment::default(), method, z / 10.0)));
         assert!(margin.is_unstable && margin.limit == 0.0 && margin.ratio().is_infinite(), "{margin:?}");
         let growth = f64::powf(squared, 0.5 * 10.0 / z);
         assert!((margin.growth_per_s / growth - 1.0).abs() <= 1e-6, "{margin:?} {growth}");
         assert_eq!((margin.cure.substeps, margin.cure.method), (None, Some(other)));
     }
     let net = stiff_spring(1e8);
-    let margin = worst(&forecast(&mut net.rig(&Around::default(), Method::ImplicitEuler, 1.0)));
+    let margin = worst(&forecast(&mut net.rig(&Environment::default(), Method::ImplicitEuler, 1.0)));
     assert!(!margin.is_unstable && margin.limit.is_infinite() && margin.ratio() == 0.0, "{margin:?}");
 }
 
 #[test]
 fn damping_and_drag_of_single_bodies_have_their_own_limits() {
     let body = |rate: f64, model: DampingModel, method: Method| {
-        let around = Around { damping: Some(Damping { model, rate }), ..Around::default() };
+        let around = Environment { damping: Some(Damping { model, rate }), ..Environment::default() };
         let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::X)], springs: Vec::new() }
             .rig(&around, method, 0.1);
         worst(&forecast(&mut rig))
@@ -210,7 +212,7 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
     assert!(body(20.1, DampingModel::Tutorial, Method::SemiImplicitEuler).is_unstable);
 
     // Quadratic drag by what it takes of the present speed, c + k |v|, and where gravity drives by its slope, c + 2 k |v|.
-    let around = Around { drag: Some(Drag::new(1.0, 0.5)), ..Around::default() };
+    let around = Environment { drag: Some(Drag::new(1.0, 0.5)), ..Environment::default() };
     let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::Y * 30.0)], springs: Vec::new() }
         .rig(&around, Method::ExplicitEuler, 0.1);
     let margin = worst(&forecast(&mut rig));
@@ -224,7 +226,7 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
 #[test]
 fn a_well_is_looked_at_from_where_bodies_are() {
     let wells = Wells(vec![Well { position: DVec3::ZERO, strength: 8.0, softening: 0.0 }]);
-    let around = Around { wells: Some(wells), ..Around::default() };
+    let around = Environment { wells: Some(wells), ..Environment::default() };
     let bodies = [4.0, 2.0, 3.0].map(|r| Start::of(1.0, DVec3::Z * r, DVec3::ZERO));
     let mut rig =
         Springs { bodies: bodies.to_vec(), springs: Vec::new() }.rig(&around, Method::VelocityVerlet, 0.5);
@@ -238,7 +240,7 @@ fn a_well_is_looked_at_from_where_bodies_are() {
 fn the_limiting_spring_is_named_and_its_margin_is_that_of_the_group() {
     let mut net = crate::groups::lab::chain(6, 100.0, 1.0, 1.0);
     net.springs[3].1.stiffness = 5e4;
-    let mut rig = net.rig(&Around::default(), Method::VelocityVerlet, 1.0 / 60.0);
+    let mut rig = net.rig(&Environment::default(), Method::VelocityVerlet, 1.0 / 60.0);
     let forecast = Forecast::with_springs(&mut rig.lab.world, Method::VelocityVerlet);
     let margin = worst(&forecast);
     assert_eq!(margin.part, LimitingPart::Spring([rig.bodies[3], rig.bodies[4]]));
@@ -277,7 +279,7 @@ fn a_large_cloth_of_dampers_is_judged_like_its_run() {
         body.x += DVec3::new(dice.number(), dice.number(), 0.0) * 1e-9;
     }
     for method in [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4] {
-        let margin = worst(&forecast(&mut net.rig(&Around::default(), method, 1e-3)));
+        let margin = worst(&forecast(&mut net.rig(&Environment::default(), method, 1e-3)));
         let longest = 1e-3 / margin.ratio();
         assert!(stays_at_rest(&net, method, 0.99 * longest), "{method:?} breaks below {margin:?}");
         assert!(!stays_at_rest(&net, method, 1.01 * longest), "{method:?} holds above {margin:?}");
@@ -287,7 +289,7 @@ fn a_large_cloth_of_dampers_is_judged_like_its_run() {
 #[test]
 fn a_scene_of_nothing_that_could_be_unstable_is_not_looked_at() {
     let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::X)], springs: Vec::new() }.rig(
-        &Around::falling(),
+        &Environment::falling(),
         Method::ExplicitEuler,
         0.1,
     );
@@ -300,7 +302,7 @@ fn a_scene_of_nothing_that_could_be_unstable_is_not_looked_at() {
 fn laws_of_single_bodies_are_looked_at_by_their_derivatives() {
     let wells = Wells(vec![Well { position: DVec3::ZERO, strength: 8.0, softening: 0.0 }]);
     let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::Y * 2.0, DVec3::ZERO)], springs: Vec::new() }
-        .rig(&Around::default(), Method::VelocityVerlet, 0.5);
+        .rig(&Environment::default(), Method::VelocityVerlet, 0.5);
     rig.engines(0, OwnLaws::new(vec![Box::new(wells)]));
     let margin = worst(&forecast(&mut rig));
     // Across the line to the well it pulls back with 8 / 2³, along it apart.
@@ -320,7 +322,8 @@ fn a_limit_is_the_same_seen_from_afar() {
     for k in [1e-30, 1e-11, 1e-4, 1e8, 1e18, 1e30, 1e60] {
         for damped in [false, true] {
             let net = damped_spring(k, if damped { 1e-12 * k.sqrt() } else { 0.0 });
-            let margin = worst(&forecast(&mut net.rig(&Around::default(), Method::SemiImplicitEuler, 1e-2)));
+            let margin =
+                worst(&forecast(&mut net.rig(&Environment::default(), Method::SemiImplicitEuler, 1e-2)));
             assert!((margin.limit - 2.0).abs() <= 0.02, "{k:e} {damped}: {margin:?}");
             assert_eq!(margin.is_unstable, 1e-2 * k.sqrt() > 2.0, "{k:e} {damped}: {margin:?}");
             assert_eq!(margin.cure.substeps.is_some(), k == 1e8, "{k:e}");
@@ -341,7 +344,7 @@ fn a_net_without_end_is_unstable() {
     };
     for (net, drag) in [(light, None), (fast, Some(Drag::new(0.0, 0.1)))] {
         for method in Method::ALL {
-            let mut rig = net.rig(&Around::default(), method, 1e-2);
+            let mut rig = net.rig(&Environment::default(), method, 1e-2);
             drag.into_iter().for_each(|drag| rig.lab.world.insert_resource(drag));
             let margin = worst(&forecast(&mut rig));
             assert!(margin.is_unstable && margin.ratio() == f64::INFINITY, "{method:?}: {margin:?}");
@@ -363,7 +366,7 @@ fn many_rates_of_damping_are_taken_together() {
     let springs: Vec<_> = (last - 39..=last).map(spring).collect();
     net.springs.extend(springs);
     let around = |rates: usize| {
-        let mut rig = net.rig(&Around::default(), Method::SemiImplicitEuler, 1e-3);
+        let mut rig = net.rig(&Environment::default(), Method::SemiImplicitEuler, 1e-3);
         rig.lab.world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.4 });
         for body in 0..rates {
             let rate = motion::DampingRate::new(0.1 + 0.01 * body as f64);

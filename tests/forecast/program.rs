@@ -34,8 +34,8 @@ fn run_scene(scene: &str, flags: &str) -> Said {
     let mut files: Vec<_> = files.collect();
     files.sort();
     Said {
-        code: said.status.code().unwrap(),
-        errors: String::from_utf8(said.stderr).unwrap().replace("made the folder out\n", ""),
+        code: said.code,
+        errors: said.err.replace("made the folder out\n", ""),
         summary: serde_json::from_slice(&summary).unwrap_or(Value::Null),
         files,
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Method, Request};
 
-use super::lab::{Around, Net, Rig, Start, elastic, pendulum, ring, tetrahedron};
+use super::lab::{Environment, Net, Rig, Start, elastic, pendulum, ring, tetrahedron};
 use super::orders::figure_eight;
 use crate::methods::fingerprint;
 
@@ -29,11 +29,11 @@ fn drifts(rig: &mut Rig, ticks: u64) -> [[f64; 2]; 2] {
 }
 
 /// Nets that nothing outside acts on, and what acts in them.
-fn free_nets() -> [(&'static str, Net, Around); 3] {
+fn free_nets() -> [(&'static str, Net, Environment); 3] {
     let (eight, attracted) = figure_eight();
     [
-        ("tetrahedron", tetrahedron(), Around::default()),
-        ("ring", ring(), Around::default()),
+        ("tetrahedron", tetrahedron(), Environment::default()),
+        ("ring", ring(), Environment::default()),
         ("figure eight", eight, attracted),
     ]
 }
@@ -99,7 +99,7 @@ fn a_nearby_energy_is_kept_for_a_hundred_thousand_steps() {
         let limit = method.claims().stability_limit;
         // Near the limit of a method the form that it keeps is a thin ellipse, and no measure of rounding.
         for z in [0.1, 1.0, 1.5].into_iter().filter(|z| *z < 0.8 * limit) {
-            let mut rig = oscillator(POST + DVec3::X, DVec3::Y).rig(&Around::default(), method, z / 2.0);
+            let mut rig = oscillator(POST + DVec3::X, DVec3::Y).rig(&Environment::default(), method, z / 2.0);
             rig.run(1);
             let energy = |rig: &Rig| -> f64 {
                 let (x, v) = ((rig.x(1) - POST) * 2.0, rig.v(1));
@@ -136,7 +136,7 @@ fn a_step_of_a_spring_to_a_post_has_the_fingerprint_of_the_method() {
                     Start { x: DVec3::Y * (state[0] / 2.0), v: DVec3::Y * state[1], w: 0.5 },
                 ];
                 let net = Net { bodies, springs: vec![([0, 1], elastic(8.0, 0.0))] };
-                let mut rig = net.rig(&Around::default(), method, z / 2.0);
+                let mut rig = net.rig(&Environment::default(), method, z / 2.0);
                 rig.run(ticks);
                 [rig.x(1).y * 2.0, rig.v(1).y]
             };
@@ -169,7 +169,7 @@ fn velocities_turned_round_lead_back_along_the_string() {
         (Method::Yoshida4, 0.0),
     ] {
         let net = pendulum(100.0);
-        let mut rig = net.rig(&Around::pull(DVec3::Y * -9.81), method, 1.0 / 240.0);
+        let mut rig = net.rig(&Environment::pull(DVec3::Y * -9.81), method, 1.0 / 240.0);
         rig.run(2400).ask(Request::ReverseVelocities);
         rig.run(2400);
         let error = rig.x(1).distance(net.bodies[1].x);

@@ -7,7 +7,7 @@ use motion::{
     Method, MutualGravity, OwnLaws, Quarantine, Request, SoftBody, Spring, Thrust, Wind,
 };
 
-use super::lab::{Around, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use super::lab::{Environment, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
 use crate::dice::Dice;
 
 /// Two triangles joined by a bridge, hung on a post, and two bodies beside them.
@@ -47,18 +47,18 @@ impl Law<f64> for Broken {
     }
 }
 
-fn surroundings() -> [(&'static str, Around); 5] {
+fn surroundings() -> [(&'static str, Environment); 5] {
     let damping = Some(Damping { model: DampingModel::Tutorial, rate: 0.4 });
     let drag = Some(Drag::new(0.1, 0.05));
     // Steady and linear: a law that is summed up before the tick.
     let wind = Drag { wind: Some(Wind { velocity: DVec3::X, ..Wind::default() }), ..Drag::new(0.3, 0.0) };
     let attraction = Some(MutualGravity { constant: 0.5, softening: 0.3 });
     [
-        ("gravity", Around::falling()),
-        ("drag, damping", Around { drag, damping, ..Around::falling() }),
-        ("wind", Around { drag: Some(wind), ..Around::falling() }),
-        ("mutual gravity", Around { attraction, ..Around::default() }),
-        ("substeps", Around { substeps: Some(3), ..Around::falling() }),
+        ("gravity", Environment::falling()),
+        ("drag, damping", Environment { drag, damping, ..Environment::falling() }),
+        ("wind", Environment { drag: Some(wind), ..Environment::falling() }),
+        ("mutual gravity", Environment { attraction, ..Environment::default() }),
+        ("substeps", Environment { substeps: Some(3), ..Environment::falling() }),
     ]
 }
 
@@ -147,7 +147,7 @@ fn a_member_that_is_left_alone_goes_on_as_a_single_body() {
 #[test]
 fn a_member_whose_own_law_breaks_is_frozen() {
     for method in Method::ALL {
-        let mut rig = bridge().rig(&Around::falling(), method, H);
+        let mut rig = bridge().rig(&Environment::falling(), method, H);
         rig.engines(3, OwnLaws::new(vec![Box::new(Broken(10.5 * H))]));
         rig.run(40);
         assert_eq!(rig.frozen(), [3], "{method:?}");
@@ -162,7 +162,10 @@ fn a_member_whose_own_law_breaks_is_frozen() {
 #[test]
 fn a_point_of_a_sheet_that_breaks_is_frozen_and_the_others_go_on_as_without_it() {
     let blow = Wind { velocity: DVec3::new(1.0, 3.0, 0.0), gust: 1.0, gust_hz: 1.0 };
-    let around = Around { drag: Some(Drag { wind: Some(blow), ..Drag::new(0.5, 0.2) }), ..Around::falling() };
+    let around = Environment {
+        drag: Some(Drag { wind: Some(blow), ..Drag::new(0.5, 0.2) }),
+        ..Environment::falling()
+    };
     for method in Method::ALL {
         let make = || {
             let mut rig = bridge().rig(&around, method, H);
@@ -182,8 +185,8 @@ fn a_point_of_a_sheet_that_breaks_is_frozen_and_the_others_go_on_as_without_it()
 fn springs_that_are_no_numbers_freeze_an_end_and_nothing_else() {
     for stiffness in [f64::INFINITY, f64::NAN, f64::MAX] {
         for method in Method::ALL {
-            let mut rig = bridge().rig(&Around::falling(), method, H);
-            let mut twin = bridge().rig(&Around::falling(), method, H);
+            let mut rig = bridge().rig(&Environment::falling(), method, H);
+            let mut twin = bridge().rig(&Environment::falling(), method, H);
             rig.run(10);
             twin.run(10);
             rig.spring([3, 6], elastic(stiffness, 0.1));
@@ -209,8 +212,8 @@ fn a_stiffness_of_1e30_breaks_no_other_group() {
         springs: vec![([0, 1], elastic(1e30, 1.0))],
     });
     for method in Method::ALL {
-        let mut rig = net.rig(&Around::falling(), method, H);
-        let mut alone = pendulum(100.0).rig(&Around::falling(), method, H);
+        let mut rig = net.rig(&Environment::falling(), method, H);
+        let mut alone = pendulum(100.0).rig(&Environment::falling(), method, H);
         rig.run(200);
         alone.run(200);
         assert_eq!(rig.bits(1), alone.bits(1), "{method:?}");
@@ -229,7 +232,7 @@ fn ends_at_one_place_and_springs_to_oneself_pull_nothing() {
         let bodies = vec![Start::of(1.0, DVec3::ONE, DVec3::X), Start::of(2.0, DVec3::ONE, DVec3::X)];
         let spring = Elastic { damping: 5.0, ..elastic(1e3, 0.5) };
         let net = Net { bodies, springs: vec![([0, 1], spring), ([0, 0], spring)] };
-        let mut rig = net.rig(&Around::default(), method, 1.0 / 64.0);
+        let mut rig = net.rig(&Environment::default(), method, 1.0 / 64.0);
         rig.run(64);
         for body in [0, 1] {
             assert_eq!((rig.x(body), rig.v(body)), (DVec3::new(2.0, 1.0, 1.0), DVec3::X), "{method:?}");
@@ -237,7 +240,7 @@ fn ends_at_one_place_and_springs_to_oneself_pull_nothing() {
         // At one place only at the start, they part or not, and stay finite and symmetric.
         let bodies = vec![Start::of(1.0, DVec3::ZERO, DVec3::X), Start::of(1.0, DVec3::ZERO, -DVec3::X)];
         let mut rig =
-            Net { bodies, springs: vec![([0, 1], spring)] }.rig(&Around::default(), method, 1.0 / 256.0);
+            Net { bodies, springs: vec![([0, 1], spring)] }.rig(&Environment::default(), method, 1.0 / 256.0);
         for _ in 0..256 {
             rig.run(1);
             assert_eq!(rig.x(0), -rig.x(1), "{method:?}");
@@ -255,8 +258,8 @@ fn two_springs_are_as_stiff_as_one_of_both() {
             let bodies = tetrahedron().bodies[..2].to_vec();
             Net { bodies, springs: springs.iter().map(|k| ([0, 1], elastic(*k, 1.0))).collect() }
         };
-        let mut double = net(&[32.0, 32.0]).rig(&Around::default(), method, H);
-        let mut single = net(&[64.0]).rig(&Around::default(), method, H);
+        let mut double = net(&[32.0, 32.0]).rig(&Environment::default(), method, H);
+        let mut single = net(&[64.0]).rig(&Environment::default(), method, H);
         for _ in 0..60 {
             double.run(1);
             single.run(1);
@@ -279,7 +282,7 @@ fn a_million_springs_hang_on_one_node() {
         springs: (1..=count).map(|i| ([0, i], elastic(100.0, 0.5))).collect(),
     };
     let solver = Some(Solver { most_iterations: 20, ..Solver::default() });
-    let mut rig = net.rig(&Around { solver, ..Around::default() }, Method::SemiImplicitEuler, H);
+    let mut rig = net.rig(&Environment { solver, ..Environment::default() }, Method::SemiImplicitEuler, H);
     for method in [Method::SemiImplicitEuler, Method::RungeKutta4, Method::ImplicitEuler] {
         rig.set_method(method);
         rig.run(2);
@@ -309,7 +312,7 @@ fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
         springs: springs.map(|ends| (ends, elastic(1e5, 0.1))).collect(),
     };
     for method in Method::ALL {
-        let mut rig = net.rig(&Around::default(), method, H);
+        let mut rig = net.rig(&Environment::default(), method, H);
         rig.run(1);
         let frozen = rig.frozen().len();
         // A third of a net of triangles is left at most: no two that a spring joins.
@@ -323,7 +326,7 @@ fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
 #[test]
 fn a_spring_waits_for_no_one() {
     for method in Method::ALL {
-        let mut rig = pendulum(100.0).rig(&Around::falling(), method, H);
+        let mut rig = pendulum(100.0).rig(&Environment::falling(), method, H);
         let (gone, first) = (rig.lab.world.spawn_empty().id(), rig.bodies[1]);
         rig.lab.world.despawn(gone);
         rig.lab.world.spawn(Spring { ends: [gone, first], elastic: elastic(1e5, 0.0) });
@@ -345,11 +348,13 @@ fn mutual_gravity_that_is_replaced_acts_from_then_on() {
     for method in Method::ALL.into_iter().filter(|method| *method != Method::PositionVerlet) {
         let of = |constant| MutualGravity { constant, softening: 0.1 };
         let net = Net { springs: vec![], ..tetrahedron() };
-        let mut rig = net.rig(&Around { attraction: Some(of(1.0)), ..Around::default() }, method, H);
+        let mut rig =
+            net.rig(&Environment { attraction: Some(of(1.0)), ..Environment::default() }, method, H);
         rig.run(20);
         let mut now = net.clone();
         now.bodies.iter_mut().zip(rig.state()).for_each(|(body, (x, v))| (body.x, body.v) = (x, v));
-        let mut twin = now.rig(&Around { attraction: Some(of(3.0)), ..Around::default() }, method, H);
+        let mut twin =
+            now.rig(&Environment { attraction: Some(of(3.0)), ..Environment::default() }, method, H);
         rig.lab.world.insert_resource(of(3.0));
         for tick in 0..10 {
             assert_eq!(rig.run(1).all_bits(&[]), twin.run(1).all_bits(&[]), "{method:?}, tick {tick}");
@@ -370,10 +375,11 @@ fn mutual_gravity_that_comes_to_springs_acts() {
     net.bodies.push(Start::of(5.0, DVec3::new(3.0, 1.0, 2.0), DVec3::ZERO));
     let attraction = MutualGravity { constant: 1.0, softening: 0.1 };
     for method in Method::ALL {
-        let mut rig = net.rig(&Around::default(), method, H);
+        let mut rig = net.rig(&Environment::default(), method, H);
         rig.lab.world.insert_resource(attraction);
         rig.lab.stepper.recompile(&mut rig.lab.world);
-        let mut twin = net.rig(&Around { attraction: Some(attraction), ..Around::default() }, method, H);
+        let mut twin =
+            net.rig(&Environment { attraction: Some(attraction), ..Environment::default() }, method, H);
         for tick in 0..10 {
             assert_eq!(rig.run(1).all_bits(&[]), twin.run(1).all_bits(&[]), "{method:?}, tick {tick}");
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{AxisLocks, Elastic, Evaluations, Method};
 
-use super::lab::{Around, H, Net, Rig, Start, chain, elastic};
+use super::lab::{Environment, H, Net, Rig, Start, chain, elastic};
 use crate::dice::Dice;
 
 const IMPLICIT: Method = Method::ImplicitEuler;
@@ -22,7 +22,7 @@ fn on_a_post(stiffness: f64, rest_length: f64) -> Net {
 #[test]
 fn a_stiff_spring_loses_the_root_of_one_and_z_squared_a_step() {
     for stiffness in [1e2, 1e4, 1e6, 1e8] {
-        let mut rig = on_a_post(stiffness, 0.0).rig(&Around::default(), IMPLICIT, H);
+        let mut rig = on_a_post(stiffness, 0.0).rig(&Environment::default(), IMPLICIT, H);
         let (w, z) = (stiffness.sqrt(), stiffness.sqrt() * H);
         let mut size = 1.0_f64;
         for step in 1..=20 {
@@ -46,7 +46,7 @@ fn the_artificial_damping_is_that_of_the_table() {
         let w = std::f64::consts::TAU * hertz;
         let mut net = on_a_post(w * w, 2.0);
         net.bodies[1].x = DVec3::X * 2.5;
-        let mut rig = net.rig(&Around::default(), IMPLICIT, H);
+        let mut rig = net.rig(&Environment::default(), IMPLICIT, H);
         let size = |rig: &Rig| ((rig.x(1).x - 2.0) * w).hypot(rig.v(1).x);
         let start = size(&rig);
         rig.run(30);
@@ -63,7 +63,7 @@ fn the_artificial_damping_is_that_of_the_table() {
 fn a_stiff_pendulum_never_rises_above_its_start() {
     for (stiffness, most) in [(1e4, 4.5e-3), (1e6, 3.5e-4), (1e8, 1.7e-5)] {
         let net = on_a_post(stiffness, 1.0);
-        let mut rig = net.rig(&Around::pull(DVec3::Y * -9.81), IMPLICIT, H);
+        let mut rig = net.rig(&Environment::pull(DVec3::Y * -9.81), IMPLICIT, H);
         let start = rig.energy();
         let (mut highest, mut stretch) = (f64::MIN, 0.0_f64);
         for _ in 0..600 {
@@ -89,7 +89,7 @@ fn falling_chain(stiffness: f64, newton_iterations: u32) -> (f64, f64) {
         body.x = DVec3::X * (0.1 * i as f64);
     }
     let solver = Solver { newton_iterations, ..Solver::default() };
-    let around = Around { solver: Some(solver), ..Around::pull(DVec3::Y * -9.81) };
+    let around = Environment { solver: Some(solver), ..Environment::pull(DVec3::Y * -9.81) };
     let mut rig = net.rig(&around, IMPLICIT, H);
     let (mut highest, mut longest) = (f64::MIN, 0.0_f64);
     for _ in 0..300 {
@@ -124,7 +124,7 @@ fn a_spring_of_half_its_length_comes_to_its_length() {
     let mut net = on_a_post(1e4, 1.0);
     // Not along the axis alone: across it a compressed spring pushes outward.
     net.bodies[1] = Start::of(1.0, DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, 0.01, 0.0));
-    let mut rig = net.rig(&Around::default(), IMPLICIT, H);
+    let mut rig = net.rig(&Environment::default(), IMPLICIT, H);
     rig.run(120);
     let length = rig.x(1).length();
     assert!((length - 1.0).abs() <= 1e-6, "{length}");
@@ -138,7 +138,7 @@ fn a_spring_of_half_its_length_comes_to_its_length() {
 fn a_million_kilograms_hang_on_a_chain_of_one_kilogram_links() {
     let mut net = chain(20, 1e9, 1.0, 1.0);
     net.bodies[20].w = 1e-6;
-    let mut rig = net.rig(&Around::pull(DVec3::Y * -9.81), IMPLICIT, H);
+    let mut rig = net.rig(&Environment::pull(DVec3::Y * -9.81), IMPLICIT, H);
     let (mut peak, mut most) = (0.0_f64, 0);
     for _ in 0..3600 {
         let before = evaluations(&rig).cg_iterations();
@@ -167,7 +167,7 @@ fn energy_of_linear_springs_falls_at_every_step_size() {
     net.bodies.iter_mut().skip(1).for_each(|body| (body.x, body.v) = (dice.vector(), dice.vector()));
     for power in -6..=3 {
         let h = 10.0_f64.powi(power);
-        let mut rig = net.rig(&Around::default(), IMPLICIT, h);
+        let mut rig = net.rig(&Environment::default(), IMPLICIT, h);
         let mut before = rig.energy();
         for step in 0..50 {
             rig.run(1);
@@ -242,7 +242,7 @@ fn momentum(net: &Net, change: &[DVec3]) -> f64 {
 fn an_iteration_that_is_stopped_early_keeps_momentum() {
     let net = rough_net();
     let solver = Solver { tolerance: 0.0, most_iterations: 3, newton_iterations: 0 };
-    let mut rig = net.rig(&Around::solved(solver), IMPLICIT, H);
+    let mut rig = net.rig(&Environment::solved(solver), IMPLICIT, H);
     rig.run(1);
     let change: Vec<_> = rig.state().iter().zip(&net.bodies).map(|((_, v), body)| *v - body.v).collect();
     let lost = momentum(&net, &change);
@@ -278,7 +278,7 @@ fn steps_that_do_not_converge_are_counted_and_the_others_are_not() {
     let net = rough_net();
     let run = |most_iterations| {
         let solver = Solver { most_iterations, ..Solver::default() };
-        let mut rig = net.rig(&Around::solved(solver), IMPLICIT, H);
+        let mut rig = net.rig(&Environment::solved(solver), IMPLICIT, H);
         rig.run(10);
         (evaluations(&rig).unconverged_steps(), evaluations(&rig).cg_iterations())
     };
@@ -288,8 +288,10 @@ fn steps_that_do_not_converge_are_counted_and_the_others_are_not() {
     assert_eq!(unconverged, 0);
     assert!(iterations > 50 && iterations < 5000);
     // Each step of a tick is one.
-    let around =
-        Around { substeps: Some(4), ..Around::solved(Solver { most_iterations: 1, ..Solver::default() }) };
+    let around = Environment {
+        substeps: Some(4),
+        ..Environment::solved(Solver { most_iterations: 1, ..Solver::default() })
+    };
     let mut rig = net.rig(&around, IMPLICIT, H);
     rig.run(10);
     assert_eq!(evaluations(&rig).unconverged_steps(), 40);
@@ -301,7 +303,7 @@ fn two_light_bodies_on_a_strong_damper_come_to_the_same_velocity() {
     let spring = Elastic { stiffness: 0.0, damping: c, rest_length: 0.0 };
     let bodies = vec![Start::of(a, DVec3::ZERO, DVec3::X), Start::of(b, DVec3::X * 3.0, DVec3::Y * 0.5)];
     let net = Net { bodies, springs: vec![([0, 1], spring)] };
-    let mut rig = net.rig(&Around::default(), IMPLICIT, H);
+    let mut rig = net.rig(&Environment::default(), IMPLICIT, H);
     rig.run(1);
     let approach = (rig.v(1) - rig.v(0)).x;
     let exact = -1.0 / (1.0 + H * c * (1.0 / a + 1.0 / b));
@@ -323,7 +325,7 @@ fn locked_axes_stay_out_of_the_solve() {
     ];
     let net = Net { bodies, springs: vec![([0, 1], elastic(500.0, 0.2)), ([1, 2], elastic(300.0, 0.5))] };
     let solver = Solver { tolerance: 1e-13, newton_iterations: 8, ..Solver::default() };
-    let around = Around { solver: Some(solver), ..Around::pull(DVec3::new(1.0, -9.0, 2.0)) };
+    let around = Environment { solver: Some(solver), ..Environment::pull(DVec3::new(1.0, -9.0, 2.0)) };
     let mut rig = net.rig(&around, IMPLICIT, H);
     rig.lab.world.entity_mut(rig.bodies[1]).insert(AxisLocks { x: true, y: false, z: true });
     for _ in 0..100 {
@@ -350,7 +352,7 @@ fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_o
         let bodies = vec![Start::of(1.0, DVec3::ONE, DVec3::Y), Start::of(0.5, DVec3::ONE, DVec3::ZERO)];
         let net = Net { bodies, springs: vec![([0, 1], elastic(1e4, rest_length))] };
         for method in Method::ALL {
-            let mut rig = net.rig(&Around::default(), method, H);
+            let mut rig = net.rig(&Environment::default(), method, H);
             rig.run(1);
             let apart = rig.v(0) - rig.v(1);
             assert!(apart.is_finite() && apart.x == 0.0 && apart.z == 0.0, "{method:?}: {apart}");
@@ -369,7 +371,7 @@ fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_o
 #[test]
 fn wells_that_push_apart_leave_the_matrix_positive() {
     let well = motion::Well { position: DVec3::new(1.1, 0.0, 0.0), strength: -50.0, softening: 0.1 };
-    let around = Around { wells: Some(motion::Wells(vec![well])), ..Around::default() };
+    let around = Environment { wells: Some(motion::Wells(vec![well])), ..Environment::default() };
     let mut rig = on_a_post(100.0, 1.0).rig(&around, IMPLICIT, H);
     rig.run(600);
     assert_eq!(evaluations(&rig).unconverged_steps(), 0);

@@ -2,13 +2,14 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::groups::Solver;
 use motion::{
-    Damping, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws, PhysicsBody, Quarantine, Request,
-    Requests, SoftBody, Spring, StableId, Substeps, Totals, Transform, Wells, totals,
+    Elastic, Method, OwnLaws, PhysicsBody, Quarantine, Request, SoftBody, Spring, StableId, Totals,
+    Transform, totals,
 };
 
 use crate::dice::Dice;
+pub use crate::environment::{Environment, Start};
+pub use crate::harness::Bits;
 use crate::harness::Lab;
 
 /// The tick of most of these tests, s.
@@ -16,27 +17,6 @@ pub const H: f64 = 1.0 / 60.0;
 
 /// Position and velocity.
 pub type State = (DVec3, DVec3);
-
-/// Position and velocity of a body, bit by bit.
-pub type Bits = [u64; 6];
-
-/// A body at the start of a run.
-#[derive(Clone, Copy, Debug)]
-pub struct Start {
-    pub x: DVec3,
-    pub v: DVec3,
-    pub w: f64,
-}
-
-impl Start {
-    pub const fn held(x: DVec3) -> Self {
-        Self { x, v: DVec3::ZERO, w: 0.0 }
-    }
-
-    pub const fn of(mass: f64, x: DVec3, v: DVec3) -> Self {
-        Self { x, v, w: 1.0 / mass }
-    }
-}
 
 pub const fn elastic(stiffness: f64, rest_length: f64) -> Elastic<f64> {
     Elastic { stiffness, damping: 0.0, rest_length }
@@ -49,47 +29,6 @@ pub struct Net {
     pub springs: Vec<([usize; 2], Elastic<f64>)>,
 }
 
-/// What acts on all bodies.
-#[derive(Clone, Debug, Default)]
-pub struct Around {
-    pub gravity: Option<Gravity>,
-    pub drag: Option<Drag>,
-    pub wells: Option<Wells>,
-    pub attraction: Option<MutualGravity>,
-    pub damping: Option<Damping>,
-    pub substeps: Option<u32>,
-    pub solver: Option<Solver>,
-}
-
-impl Around {
-    pub fn falling() -> Self {
-        Self { gravity: Some(Gravity::EARTH), ..Self::default() }
-    }
-
-    pub fn pull(g: DVec3) -> Self {
-        Self { gravity: Some(Gravity { acceleration: g, on: true }), ..Self::default() }
-    }
-
-    pub fn solved(solver: Solver) -> Self {
-        Self { solver: Some(solver), ..Self::default() }
-    }
-
-    /// A world without bodies yet.
-    pub fn lab(&self, method: Method, h: f64) -> Lab {
-        let mut lab = Lab::new(method, h);
-        let Self { gravity, drag, wells, attraction, damping, substeps, solver } = self.clone();
-        let world = &mut lab.world;
-        gravity.into_iter().for_each(|gravity| world.insert_resource(gravity));
-        drag.into_iter().for_each(|drag| world.insert_resource(drag));
-        wells.into_iter().for_each(|wells| world.insert_resource(wells));
-        attraction.into_iter().for_each(|attraction| world.insert_resource(attraction));
-        damping.into_iter().for_each(|damping| world.insert_resource(damping));
-        substeps.into_iter().for_each(|substeps| world.insert_resource(Substeps(substeps)));
-        solver.into_iter().for_each(|solver| world.insert_resource(solver));
-        lab
-    }
-}
-
 /// A net in a world.
 pub struct Rig {
     pub lab: Lab,
@@ -99,7 +38,7 @@ pub struct Rig {
 
 impl Net {
     /// In a world of its own.
-    pub fn rig(&self, around: &Around, method: Method, h: f64) -> Rig {
+    pub fn rig(&self, around: &Environment, method: Method, h: f64) -> Rig {
         let mut rig = Rig { lab: around.lab(method, h), bodies: Vec::new(), springs: Vec::new() };
         rig.add(self);
         rig
@@ -187,8 +126,7 @@ impl Rig {
     }
 
     pub fn bits(&self, body: usize) -> Bits {
-        let (x, v) = (self.x(body), self.v(body));
-        [x.x, x.y, x.z, v.x, v.y, v.z].map(f64::to_bits)
+        self.lab.bits(self.bodies[body])
     }
 
     /// Bits of all bodies but some.
@@ -201,13 +139,11 @@ impl Rig {
     }
 
     pub fn ask(&mut self, request: Request) {
-        self.lab.world.resource_mut::<Requests>().ask(request);
+        self.lab.ask(request);
     }
 
-    /// Asks and has it carried out, without a tick.
     pub fn have(&mut self, request: Request) {
-        self.ask(request);
-        self.lab.stepper.carry_out_requests(&mut self.lab.world);
+        self.lab.have(request);
     }
 
     pub fn totals(&mut self) -> Totals {
@@ -230,7 +166,7 @@ impl Rig {
     }
 
     pub fn set_method(&mut self, method: Method) {
-        self.lab.stepper.set_method(&mut self.lab.world, method);
+        self.lab.set_method(method);
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{BodyState, Curve, Drag, EvaluationTime, Jacobians, Law, OwnLaws, Thrust};
 
-use super::lab::{Around, Net, Start, State, elastic};
+use super::lab::{Environment, Net, Start, State, elastic};
 use super::orders::Problem;
 
 /// Drives the bodies of a net along paths that are chosen beforehand, against everything else that acts.
@@ -102,7 +102,12 @@ pub fn manufactured(everything: bool) -> Problem {
     } else {
         |body| (body < 3).then(|| OwnLaws::new(vec![Driven::new(body, false)]))
     };
-    Problem { around: Around { drag, ..Around::falling() }, own, velocity_laws: everything, ..problem }
+    Problem {
+        around: Environment { drag, ..Environment::falling() },
+        own,
+        velocity_laws: everything,
+        ..problem
+    }
 }
 
 #[test]

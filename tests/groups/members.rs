@@ -8,7 +8,7 @@ use motion::{
     Method, OwnLaws, Request, SpeedLimit, Thrust, Well, Wells, Wind,
 };
 
-use super::lab::{Around, H, Net, Rig, Start, State, elastic, extrapolated, tetrahedron};
+use super::lab::{Environment, H, Net, Rig, Start, State, elastic, extrapolated, tetrahedron};
 
 /// Two bodies on a spring that does not pull, or on none, and a post that moves on, on such a spring as well or on
 /// none.
@@ -53,21 +53,21 @@ const WISHES: [(&str, Ask); 7] = [
     }),
 ];
 
-fn surroundings() -> Vec<(&'static str, Around)> {
-    let fall = Around::falling;
-    let damped = |model| Around { damping: Some(Damping { model, rate: 0.7 }), ..fall() };
+fn surroundings() -> Vec<(&'static str, Environment)> {
+    let fall = Environment::falling;
+    let damped = |model| Environment { damping: Some(Damping { model, rate: 0.7 }), ..fall() };
     let well = Well { position: DVec3::new(0.0, -1.0, 0.5), strength: 3.0, softening: 0.7 };
     let wind = Wind { velocity: DVec3::new(3.0, 0.5, -1.0), gust: 1.0, gust_hz: 2.0 };
     vec![
         ("gravity", fall()),
-        ("drag", Around { drag: Some(Drag::new(0.4, 0.0)), ..fall() }),
-        ("quadratic drag", Around { drag: Some(Drag::new(0.1, 0.05)), ..fall() }),
-        ("wind", Around { drag: Some(Drag { wind: Some(wind), ..Drag::new(0.3, 0.1) }), ..fall() }),
-        ("wells", Around { wells: Some(Wells(vec![well])), ..Around::default() }),
+        ("drag", Environment { drag: Some(Drag::new(0.4, 0.0)), ..fall() }),
+        ("quadratic drag", Environment { drag: Some(Drag::new(0.1, 0.05)), ..fall() }),
+        ("wind", Environment { drag: Some(Drag { wind: Some(wind), ..Drag::new(0.3, 0.1) }), ..fall() }),
+        ("wells", Environment { wells: Some(Wells(vec![well])), ..Environment::default() }),
         ("exact damping", damped(DampingModel::Exact)),
         ("clamped damping", damped(DampingModel::Clamped)),
         ("tutorial damping", damped(DampingModel::Tutorial)),
-        ("damping and drag", Around { drag: Some(Drag::new(0.4, 0.0)), ..damped(DampingModel::Exact) }),
+        ("damping and drag", Environment { drag: Some(Drag::new(0.4, 0.0)), ..damped(DampingModel::Exact) }),
     ]
 }
 
@@ -78,7 +78,7 @@ fn a_member_that_nothing_pulls_moves_like_a_single_body() {
     for method in Method::ALL {
         for (name, around) in surroundings() {
             for substeps in [1, 3] {
-                let around = Around { substeps: Some(substeps), solver, ..around.clone() };
+                let around = Environment { substeps: Some(substeps), solver, ..around.clone() };
                 for (wish, ask) in WISHES {
                     let [mut member, mut single] =
                         [true, false].map(|joined| pair(joined, substeps == 3).rig(&around, method, H));
@@ -121,7 +121,7 @@ fn a_push_gives_force_times_time_over_mass_at_every_number_of_substeps() {
     let push = DVec3::new(100.0, -50.0, 25.0);
     for method in Method::ALL {
         for substeps in [1, 3, 8] {
-            let around = Around { substeps: Some(substeps), ..Around::default() };
+            let around = Environment { substeps: Some(substeps), ..Environment::default() };
             let mut rig = pair(true, false).rig(&around, method, H);
             let before = rig.state();
             rig.push(0, push);
@@ -144,7 +144,7 @@ fn a_push_on_a_net_is_an_impulse_on_the_whole() {
     let push = DVec3::new(100.0, -50.0, 25.0);
     for method in Method::ALL {
         for substeps in [1, 3, 8] {
-            let around = Around { substeps: Some(substeps), ..Around::default() };
+            let around = Environment { substeps: Some(substeps), ..Environment::default() };
             let mut rig = tetrahedron().rig(&around, method, H);
             rig.run(5);
             let before = rig.totals().momentum;
@@ -182,7 +182,7 @@ impl Halves {
 
     /// Distance of the positions from the exact ones.
     fn error(&self, steps: u32, method: Method, but: &[usize], change: impl Fn(&mut Rig)) -> f64 {
-        let mut rig = self.net.rig(&Around::default(), method, 1.0 / f64::from(steps));
+        let mut rig = self.net.rig(&Environment::default(), method, 1.0 / f64::from(steps));
         rig.run(u64::from(steps / 2));
         change(&mut rig);
         rig.run(u64::from(steps / 2));
@@ -283,7 +283,7 @@ fn requests_on_members_keep_the_order_of_the_method() {
 fn gravity_that_is_set_acts_from_then_on() {
     for claims in METHODS.iter().filter(|claims| claims.position_order > 1) {
         let fall = |gravity: bool| {
-            let around = if gravity { Around::falling() } else { Around::default() };
+            let around = if gravity { Environment::falling() } else { Environment::default() };
             let mut rig = tetrahedron().rig(&around, claims.method, 1.0 / 512.0);
             rig.run(256);
             if gravity {
@@ -313,11 +313,12 @@ fn damping_around_a_tick_leaves_what_members_hang_on_alone() {
         for (model, before, after) in
             [(DampingModel::Clamped, 1.0 - 5.0 * H, 1.0), (DampingModel::Tutorial, 1.0, 1.0 - 5.0 * H)]
         {
-            let around = Around { damping: Some(Damping { model, rate: 5.0 }), ..Around::falling() };
+            let around =
+                Environment { damping: Some(Damping { model, rate: 5.0 }), ..Environment::falling() };
             let mut damped = net.rig(&around, method, H);
             let mut slower = net.clone();
             slower.bodies[..2].iter_mut().for_each(|body| body.v *= before);
-            let mut plain = slower.rig(&Around::falling(), method, H);
+            let mut plain = slower.rig(&Environment::falling(), method, H);
             damped.run(1);
             plain.run(1);
             for body in [0, 1] {

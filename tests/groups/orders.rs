@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{Claims, Damping, DampingModel, METHODS, Method, MutualGravity, OwnLaws};
 
-use super::lab::{Around, Net, Start, State, elastic, extrapolated, pendulum, tetrahedron};
+use super::lab::{Environment, Net, Start, State, elastic, extrapolated, pendulum, tetrahedron};
 use super::manufactured::manufactured;
 
 /// Parts of the span at whose ends the error is looked at.
@@ -15,7 +15,7 @@ pub struct Problem {
     pub name: &'static str,
     pub span: f64,
     pub net: Net,
-    pub around: Around,
+    pub around: Environment,
     pub own: fn(usize) -> Option<OwnLaws>,
     pub exact: Vec<Vec<State>>,
     pub velocity_laws: bool,
@@ -24,7 +24,7 @@ pub struct Problem {
 impl Problem {
     pub fn new(name: &'static str, span: f64, net: Net, exact: impl Fn(f64) -> Vec<State>) -> Self {
         let exact = (1..=SAMPLES).map(|sample| exact(span * sample as f64 / SAMPLES as f64)).collect();
-        let around = Around::default();
+        let around = Environment::default();
         Self { name, span, net, around, own: |_| None, exact, velocity_laws: false }
     }
 
@@ -33,7 +33,7 @@ impl Problem {
         name: &'static str,
         span: f64,
         net: Net,
-        around: Around,
+        around: Environment,
         a: impl Fn(&[State]) -> Vec<DVec3>,
     ) -> Self {
         let exact = extrapolated(&net.start(), span, SAMPLES, 1 << 13, |_, state| a(state));
@@ -42,7 +42,7 @@ impl Problem {
 
     /// Largest errors over the samples and bodies relative to the largest exact values.
     fn errors(&self, method: Method, solver: Option<Solver>, steps: usize) -> [f64; 2] {
-        let around = Around { solver, ..self.around.clone() };
+        let around = Environment { solver, ..self.around.clone() };
         let mut rig = self.net.rig(&around, method, self.span / steps as f64);
         for body in 0..rig.bodies.len() {
             if let Some(laws) = (self.own)(body) {
@@ -182,7 +182,7 @@ fn digits(got: DVec3, known: [f64; 3]) {
 fn on_a_string(v: DVec3) -> Problem {
     let mut net = pendulum(100.0);
     net.bodies[1].v = v;
-    let around = Around::pull(DVec3::Y * -9.81);
+    let around = Environment::pull(DVec3::Y * -9.81);
     let springs = net.clone();
     Problem::without_form("elastic pendulum", 2.0, net, around, move |state| {
         vec![DVec3::ZERO, springs.forces(state)[1] - DVec3::Y * 9.81]
@@ -200,13 +200,13 @@ fn an_elastic_pendulum() {
 }
 
 /// Three bodies that chase each other on an eight.
-pub fn figure_eight() -> (Net, Around) {
+pub fn figure_eight() -> (Net, Environment) {
     let (x, v) =
         (DVec3::new(0.970_004_36, -0.243_087_53, 0.0), DVec3::new(-0.932_407_37, -0.864_731_46, 0.0));
     let bodies =
         vec![Start::of(1.0, x, v * -0.5), Start::of(1.0, -x, v * -0.5), Start::of(1.0, DVec3::ZERO, v)];
     let attraction = Some(MutualGravity { constant: 1.0, softening: 0.0 });
-    (Net { bodies, springs: vec![] }, Around { attraction, ..Around::default() })
+    (Net { bodies, springs: vec![] }, Environment { attraction, ..Environment::default() })
 }
 
 #[test]
@@ -232,7 +232,7 @@ fn three_bodies_on_an_eight() {
 fn four_masses_joined_two_by_two() {
     let net = tetrahedron();
     let springs = net.clone();
-    let problem = Problem::without_form("tetrahedron", 2.0, net, Around::default(), move |state| {
+    let problem = Problem::without_form("tetrahedron", 2.0, net, Environment::default(), move |state| {
         let forces = springs.forces(state);
         forces.iter().zip(&springs.bodies).map(|(force, body)| *force * body.w).collect()
     });
@@ -249,7 +249,7 @@ fn a_post_that_moves_holds_what_is_damped() {
     let mut net = pendulum(60.0);
     (net.bodies[0].v, net.bodies[1].v) = (DVec3::new(1.0, 0.5, -0.3), DVec3::new(0.4, 0.3, -0.5));
     let damping = Some(Damping { model: DampingModel::Exact, rate: 0.8 });
-    let around = Around { damping, ..Around::pull(DVec3::Y * -9.81) };
+    let around = Environment { damping, ..Environment::pull(DVec3::Y * -9.81) };
     let problem = |rate: f64| {
         let springs = net.clone();
         let problem = Problem::without_form("moving post", 2.0, net.clone(), around.clone(), move |state| {
@@ -274,7 +274,7 @@ fn newton_iterations_lead_to_the_implicit_step_that_is_not_linearised() {
     problem.check(Method::ImplicitEuler.claims(), Some(newton(5)));
     manufactured(true).check(Method::ImplicitEuler.claims(), Some(newton(5)));
     let end = |iterations| {
-        let around = Around { solver: Some(newton(iterations)), ..problem.around.clone() };
+        let around = Environment { solver: Some(newton(iterations)), ..problem.around.clone() };
         let mut rig = problem.net.rig(&around, Method::ImplicitEuler, 1.0 / 60.0);
         rig.run(1);
         (rig.x(1), rig.v(1))

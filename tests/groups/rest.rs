@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{Damping, DampingModel, Method, Request};
 
-use super::lab::{Around, H, Net, Rig, Start, chain, elastic};
+use super::lab::{Environment, H, Net, Rig, Start, chain, elastic};
 
 const G: f64 = 9.8;
 
@@ -50,7 +50,7 @@ fn cloth() -> Net {
 /// The net at rest: long implicit steps, each from rest.
 fn settled(net: &Net) -> Net {
     let solver = Some(Solver { tolerance: 1e-14, most_iterations: 2000, newton_iterations: 0 });
-    let mut rig = net.rig(&Around { solver, ..Around::falling() }, Method::ImplicitEuler, 2.0);
+    let mut rig = net.rig(&Environment { solver, ..Environment::falling() }, Method::ImplicitEuler, 2.0);
     for _ in 0..60 {
         rig.run(1);
         for body in rig.bodies.clone() {
@@ -78,11 +78,11 @@ fn jiggle(rig: &mut Rig, ticks: u64) -> [f64; 10] {
 fn stays(name: &str, net: &Net, mass: f64, ticks: u64) {
     for far in [DVec3::ZERO, DVec3::new(1e5, -1e5, 1e5)] {
         let net = net.clone().moved(far);
-        let damped = Around {
+        let damped = Environment {
             damping: Some(Damping { model: DampingModel::default(), rate: 0.4 }),
-            ..Around::falling()
+            ..Environment::falling()
         };
-        for (around, growth) in [(Around::falling(), 20.0), (damped, 3.0)] {
+        for (around, growth) in [(Environment::falling(), 20.0), (damped, 3.0)] {
             let tenths = jiggle(&mut net.rig(&around, Method::default(), H), ticks);
             println!("{name} at {far}: {tenths:?}");
             let bound = 1e-9 * mass * G * 0.1;

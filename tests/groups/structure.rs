@@ -8,7 +8,7 @@ use motion::{
     SoftBody, Spring, StableId, Transform,
 };
 
-use super::lab::{Around, Bits, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use super::lab::{Bits, Environment, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
 use crate::dice::Dice;
 
 /// Seven bodies and a post, ten springs, some of them damped.
@@ -25,13 +25,13 @@ fn web(seed: u64) -> Net {
     Net { bodies, springs: ends.map(spring).into() }
 }
 
-fn surroundings() -> [Around; 3] {
+fn surroundings() -> [Environment; 3] {
     let damping = Some(Damping { model: DampingModel::Clamped, rate: 0.2 });
     let attraction = Some(MutualGravity { constant: 0.5, softening: 0.3 });
     [
-        Around::falling(),
-        Around { drag: Some(Drag::new(0.1, 0.02)), damping, ..Around::falling() },
-        Around { attraction, substeps: Some(3), ..Around::default() },
+        Environment::falling(),
+        Environment { drag: Some(Drag::new(0.1, 0.02)), damping, ..Environment::falling() },
+        Environment { attraction, substeps: Some(3), ..Environment::default() },
     ]
 }
 
@@ -44,7 +44,7 @@ fn agree(what: &str, ticks: u64, mut a: impl FnMut() -> Vec<Bits>, mut b: impl F
 }
 
 /// The same net, its entities spawned in another order, its springs the other way round.
-fn shuffled(net: &Net, around: &Around, method: Method, seed: u64) -> Rig {
+fn shuffled(net: &Net, around: &Environment, method: Method, seed: u64) -> Rig {
     let mut dice = Dice(seed);
     let mut rig = Rig { lab: around.lab(method, H), bodies: Vec::new(), springs: Vec::new() };
     let mut order: Vec<_> = (0..net.bodies.len()).collect();
@@ -92,7 +92,7 @@ fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
         (0..7).map(link).collect::<Vec<_>>()
     };
     let run = |order: [u32; 2]| {
-        let mut rig = net.rig(&Around::falling(), Method::default(), H);
+        let mut rig = net.rig(&Environment::falling(), Method::default(), H);
         for step in order {
             let soft =
                 SoftBody { points: rig.bodies.clone(), springs: links(step).into(), ..SoftBody::default() };
@@ -108,7 +108,7 @@ fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
 fn a_soft_body_is_its_springs() {
     let net = tetrahedron();
     for method in Method::ALL {
-        let mut rig = Net { springs: vec![], ..net.clone() }.rig(&Around::falling(), method, H);
+        let mut rig = Net { springs: vec![], ..net.clone() }.rig(&Environment::falling(), method, H);
         let link = |(ends, elastic): &([usize; 2], Elastic<f64>)| Link {
             ends: ends.map(|end| u32::try_from(end).unwrap()),
             elastic: *elastic,
@@ -116,13 +116,13 @@ fn a_soft_body_is_its_springs() {
         let springs = net.springs.iter().map(link).collect();
         let points = rig.bodies.clone();
         rig.soft(SoftBody { points, springs, ..SoftBody::default() });
-        let mut plain = net.rig(&Around::falling(), method, H);
+        let mut plain = net.rig(&Environment::falling(), method, H);
         agree(&format!("{method:?}"), 50, || rig.run(1).all_bits(&[]), || plain.run(1).all_bits(&[]));
     }
 }
 
 /// Goes on from the states of `rig`, at its time, with what of `net` is left.
-fn fresh(rig: &Rig, net: &Net, around: &Around, gone: &[usize], method: Method) -> Rig {
+fn fresh(rig: &Rig, net: &Net, around: &Environment, gone: &[usize], method: Method) -> Rig {
     let mut net = net.clone();
     net.bodies.iter_mut().enumerate().filter(|(i, _)| !gone.contains(i)).for_each(|(i, body)| {
         (body.x, body.v) = (rig.x(i), rig.v(i));
@@ -159,7 +159,7 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
     let net = web(4);
     let less = Net { springs: net.springs[1..].to_vec(), ..net.clone() };
     for method in without_memory() {
-        let around = Around::falling();
+        let around = Environment::falling();
         let mut rig = net.rig(&around, method, H);
         rig.run(20);
         rig.lab.world.despawn(rig.springs[0]);
@@ -186,8 +186,8 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
 fn a_spring_without_two_bodies_does_nothing() {
     let net = web(5);
     for method in Method::ALL {
-        let mut plain = net.rig(&Around::falling(), method, H);
-        let mut rig = net.rig(&Around::falling(), method, H);
+        let mut plain = net.rig(&Environment::falling(), method, H);
+        let mut rig = net.rig(&Environment::falling(), method, H);
         // Frozen before it was joined, out of the way of all others.
         let frozen = rig.lab.body(1.0, DVec3::ZERO);
         rig.have(Request::SetVelocity(frozen, DVec3::NAN));
@@ -222,7 +222,7 @@ fn groups_split_and_join_with_what_is_between_them() {
     let net = row();
     for method in without_memory() {
         let what = format!("{method:?}");
-        let mut rig = net.rig(&Around::falling(), method, H);
+        let mut rig = net.rig(&Environment::falling(), method, H);
         rig.run(10);
         assert_eq!(groups(&rig), (1, 5), "{what}");
         rig.ask(Request::Remove(rig.bodies[2]));
@@ -234,8 +234,8 @@ fn groups_split_and_join_with_what_is_between_them() {
                 bodies: half.map(|i| Start { x: rig.x(i), v: rig.v(i), w: net.bodies[i].w }).into(),
                 springs: vec![([0, 1], elastic(40.0, 1.0))],
             };
-            let mut twin = part.rig(&Around::falling(), method, H);
-            let mut again = fresh(&rig, &net, &Around::falling(), &[2], method);
+            let mut twin = part.rig(&Environment::falling(), method, H);
+            let mut again = fresh(&rig, &net, &Environment::falling(), &[2], method);
             agree(
                 &what,
                 20,
@@ -260,13 +260,13 @@ fn what_cannot_move_joins_nothing() {
     net.bodies.push(Start::of(2.0, DVec3::new(-1.0, 0.3, 0.2), DVec3::Z));
     net.springs.push(([2, 0], elastic(70.0, 0.8)));
     for method in Method::ALL {
-        let mut rig = net.rig(&Around::falling(), method, H);
+        let mut rig = net.rig(&Environment::falling(), method, H);
         rig.run(1);
         assert_eq!(groups(&rig), (2, 2), "{method:?}");
         let alone = |body: usize, spring: usize| {
             let elastic = net.springs[spring].1;
             Net { bodies: vec![net.bodies[0], net.bodies[body]], springs: vec![([0, 1], elastic)] }.rig(
-                &Around::falling(),
+                &Environment::falling(),
                 method,
                 H,
             )
@@ -314,9 +314,9 @@ fn groups_and_single_bodies_beside_each_other_keep_their_bits() {
 fn substeps_of_a_group_are_those_of_its_first_member_and_as_good_as_ticks() {
     let net = web(8);
     for method in Method::ALL {
-        let mut rig = net.rig(&Around::falling(), method, 1.0 / 64.0);
+        let mut rig = net.rig(&Environment::falling(), method, 1.0 / 64.0);
         rig.lab.world.entity_mut(rig.bodies[0]).insert(OwnSubsteps(4));
-        let mut fine = net.rig(&Around::falling(), method, 1.0 / 256.0);
+        let mut fine = net.rig(&Environment::falling(), method, 1.0 / 256.0);
         agree(&format!("{method:?}"), 20, || rig.run(1).all_bits(&[]), || fine.run(4).all_bits(&[]));
     }
 }
@@ -327,10 +327,10 @@ fn a_member_that_is_marked_before_its_first_tick_leaves_no_group_behind() {
     let net = web(10);
     for method in Method::ALL {
         for member in [0, 3] {
-            let mut rig = net.rig(&Around::falling(), Method::default(), H);
+            let mut rig = net.rig(&Environment::falling(), Method::default(), H);
             motion::mark_method(&mut rig.lab.world.entity_mut(rig.bodies[member]), Some(method));
             let of_group = if member == 0 { method } else { Method::default() };
-            let mut twin = net.rig(&Around::falling(), of_group, H);
+            let mut twin = net.rig(&Environment::falling(), of_group, H);
             let what = format!("{method:?}, {member}");
             agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
         }
@@ -345,7 +345,7 @@ fn a_post_that_moves_on_carries_what_hangs_on_it() {
     moving.bodies.iter_mut().for_each(|body| body.v += speed);
     for method in Method::ALL {
         let (mut rig, mut train) =
-            (net.rig(&Around::falling(), method, H), moving.rig(&Around::falling(), method, H));
+            (net.rig(&Environment::falling(), method, H), moving.rig(&Environment::falling(), method, H));
         for tick in 1..=60 {
             rig.run(1);
             train.run(1);

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Method, MutualGravity, Request, SourceMass};
 
-use super::lab::{Around, H, Net, Start, elastic, ring, tetrahedron};
+use super::lab::{Environment, H, Net, Start, elastic, ring, tetrahedron};
 
 #[test]
 fn springs_store_half_of_stiffness_times_stretch_squared() {
@@ -13,7 +13,7 @@ fn springs_store_half_of_stiffness_times_stretch_squared() {
         Start::of(1.0, DVec3::new(3.0, 4.0, 2.0), DVec3::ZERO),
     ];
     let net = Net { bodies, springs: vec![([0, 1], elastic(10.0, 3.0)), ([2, 1], elastic(6.0, 2.5))] };
-    let mut rig = net.rig(&Around::default(), Method::default(), H);
+    let mut rig = net.rig(&Environment::default(), Method::default(), H);
     // 10 / 2 (5 - 3)^2 + 6 / 2 (2 - 2.5)^2, and 2 / 2 of motion.
     let sum = rig.totals();
     assert_eq!((sum.potential_energy, sum.kinetic_energy), (20.75, 1.0));
@@ -33,7 +33,7 @@ fn mutual_gravity_has_the_energy_of_every_pair() {
     ];
     let attraction = Some(MutualGravity { constant: 0.5, softening: 4.0 });
     let mut rig = Net { bodies, springs: vec![] }.rig(
-        &Around { attraction, ..Around::default() },
+        &Environment { attraction, ..Environment::default() },
         Method::default(),
         H,
     );
@@ -55,7 +55,7 @@ fn mutual_gravity_has_the_energy_of_every_pair() {
 fn velocity_verlet_keeps_the_energy_in_bounds() {
     for (name, net) in [("tetrahedron", tetrahedron()), ("ring", ring())] {
         let worst = |h: f64| {
-            let mut rig = net.rig(&Around::default(), Method::VelocityVerlet, h);
+            let mut rig = net.rig(&Environment::default(), Method::VelocityVerlet, h);
             let start = rig.energy();
             [0, 1].map(|_| {
                 let mut worst = 0.0_f64;

@@ -7,15 +7,15 @@ use motion::{
     SoftBody, Wind,
 };
 
-use super::lab::{Around, H, Net, Rig, Start, State, elastic, extrapolated};
+use super::lab::{Environment, H, Net, Rig, Start, State, elastic, extrapolated};
 use crate::dice::Dice;
 
 fn wind(velocity: DVec3) -> Wind {
     Wind { velocity, gust: 0.0, gust_hz: 0.0 }
 }
 
-fn airy(drag: Drag, wind: Option<Wind>) -> Around {
-    Around { drag: Some(Drag { wind, ..drag }), ..Around::default() }
+fn airy(drag: Drag, wind: Option<Wind>) -> Environment {
+    Environment { drag: Some(Drag { wind, ..drag }), ..Environment::default() }
 }
 
 /// A triangle of three equal points across `normal`, about the origin, its springs at rest.
@@ -31,7 +31,7 @@ fn kite(normal: DVec3, v: DVec3) -> Net {
 }
 
 /// A net whose points are the corners of a sheet.
-fn fly(net: &Net, triangles: &[[u32; 3]], around: &Around, method: Method, h: f64) -> Rig {
+fn fly(net: &Net, triangles: &[[u32; 3]], around: &Environment, method: Method, h: f64) -> Rig {
     let mut rig = Net { springs: vec![], ..net.clone() }.rig(around, method, h);
     let link = |(ends, elastic): &([usize; 2], Elastic<f64>)| Link {
         ends: ends.map(|end| u32::try_from(end).unwrap()),
@@ -76,7 +76,7 @@ fn a_sheet_square_to_the_wind_moves_like_one_body() {
         for drag in [Drag::new(0.8, 0.0), Drag::new(0.0, 0.3), Drag::new(0.5, 0.2)] {
             // A single body's implicit step is not linearised.
             let solver = Some(Solver { tolerance: 1e-13, newton_iterations: 12, ..Solver::default() });
-            let around = Around { solver, ..airy(drag, Some(wind(axis * 5.0))) };
+            let around = Environment { solver, ..airy(drag, Some(wind(axis * 5.0))) };
             let mut sheet = fly(&kite(axis, -axis), &ONE, &around, method, H);
             let single = Net { bodies: vec![Start::of(1.5, DVec3::ZERO, -axis)], springs: vec![] };
             let mut single = single.rig(&around, method, H);
@@ -118,7 +118,7 @@ fn a_sheet_falls_at_the_terminal_velocity() {
         for (drag, terminal) in
             [(Drag::new(2.0, 0.0), 9.8 / 2.0), (Drag::new(0.0, 0.4), (9.8_f64 / 0.4).sqrt())]
         {
-            let around = Around { drag: Some(drag), ..Around::falling() };
+            let around = Environment { drag: Some(drag), ..Environment::falling() };
             let mut sheet = fly(&kite(DVec3::Y, DVec3::ZERO), &ONE, &around, method, H);
             sheet.run(1200);
             // Gravity is a kick g h before the step, which is linearised there: v² = g / k + (g h)² at the end.
@@ -271,7 +271,7 @@ fn steady_linear_wind_is_an_affine_law_and_carries_points_along() {
         for springs in [vec![], vec![([0, 1], elastic(0.0, 1.0))]] {
             let net = Net { bodies: bodies.clone(), springs };
             let error = |steps: u32| {
-                let around = Around { drag: Some(drag), ..Around::default() };
+                let around = Environment { drag: Some(drag), ..Environment::default() };
                 let mut rig = net.rig(&around, claims.method, 2.0 / f64::from(steps));
                 rig.run(u64::from(steps));
                 let counted = rig.lab.world.resource::<Evaluations>().accelerations();
@@ -287,7 +287,7 @@ fn steady_linear_wind_is_an_affine_law_and_carries_points_along() {
             let order = (error(64) / error(128)).log2();
             let off = (order - f64::from(claims.order_with_velocity_laws)).abs();
             assert!(off <= 0.06, "{}: {order:.3}", claims.name);
-            let around = Around { drag: Some(drag), ..Around::default() };
+            let around = Environment { drag: Some(drag), ..Environment::default() };
             let mut rig = net.rig(&around, claims.method, H);
             rig.run(3000);
             assert!(rig.v(1).distance(velocity) <= 1e-13, "{}: {}", claims.name, rig.v(1));

@@ -1,9 +1,10 @@
 //! What is done to a world between two ticks is no residual, and the ledger does nothing to it.
 
 use glam::DVec3;
+use history::Simulation;
 use motion::effects::Effect;
 use motion::ledger::Ledger;
-use motion::{Method, PhysicsBody, Request, Stepper, TimeStep, Transform};
+use motion::{Method, PhysicsBody, Request, Transform};
 
 use super::Kept;
 
@@ -96,33 +97,42 @@ fn books_change_nothing_and_cost_nothing_where_none_are_kept() {
         if scene.bodies.len() > 2_000 {
             continue;
         }
-        let mut kept = Kept::of_scene(&scene);
-        let mut plain = bevy_ecs::world::World::new();
-        let entities = scene.spawn(&mut plain);
-        let mut stepper = Stepper::new(&mut plain, scene.method, TimeStep(1.0 / scene.step_hz));
+        let mut kept = Kept::of_scene(scene.clone());
+        let mut plain = Simulation::new(scene);
         for _ in 0..90 {
             kept.tick();
-            stepper.tick(&mut plain);
+            plain.tick();
         }
         kept.check();
-        assert_eq!(kept.stepper.plan(), stepper.plan(), "{}", shipped.name);
-        assert_eq!(kept.stepper.systems(), stepper.systems(), "{}", shipped.name);
-        for (a, b) in kept.entities.iter().zip(&entities) {
-            assert_eq!(kept.world.get::<Transform>(*a), plain.get::<Transform>(*b), "{}", shipped.name);
-            assert_eq!(kept.world.get::<PhysicsBody>(*a), plain.get::<PhysicsBody>(*b), "{}", shipped.name);
+        let booked = &kept.simulation;
+        assert_eq!(booked.stepper.plan(), plain.stepper.plan(), "{}", shipped.name);
+        assert_eq!(booked.stepper.systems(), plain.stepper.systems(), "{}", shipped.name);
+        for (a, b) in booked.bodies.iter().zip(&plain.bodies) {
+            assert_eq!(
+                booked.world.get::<Transform>(*a),
+                plain.world.get::<Transform>(*b),
+                "{}",
+                shipped.name
+            );
+            assert_eq!(
+                booked.world.get::<PhysicsBody>(*a),
+                plain.world.get::<PhysicsBody>(*b),
+                "{}",
+                shipped.name
+            );
         }
         let evaluations = |world: &bevy_ecs::world::World| {
             let evaluations = world.resource::<motion::Evaluations>();
             (evaluations.accelerations(), evaluations.laws().to_vec())
         };
-        assert_eq!(evaluations(&kept.world), evaluations(&plain), "{}", shipped.name);
+        assert_eq!(evaluations(&kept.simulation.world), evaluations(&plain.world), "{}", shipped.name);
         let books = |world: &bevy_ecs::world::World| {
             world
                 .components()
                 .iter_registered()
                 .any(|(_, component)| component.name().to_string().contains("ledger"))
         };
-        assert!(!books(&kept.world) && !books(&plain), "{}", shipped.name);
+        assert!(!books(&kept.simulation.world) && !books(&plain.world), "{}", shipped.name);
     }
 }
 
@@ -131,7 +141,7 @@ fn books_change_nothing_and_cost_nothing_where_none_are_kept() {
 fn a_ledger_may_be_opened_at_any_time() {
     let mut kept = Kept::of(SCENE, Method::RungeKutta4, 240.0, 4);
     kept.run(30);
-    kept.ledger = Ledger::open(&mut kept.world);
+    kept.ledger = Ledger::open(&mut kept.simulation.world);
     assert_eq!((kept.ledger.seconds(), kept.ledger.mean_residual_rate()), (0.0, 0.0));
     assert_eq!(kept.ledger.last_second(), motion::ledger::LedgerTotals::default());
     kept.run(480).check();

@@ -39,9 +39,9 @@ impl Law<f64> for Harmonic {
 fn run(stated: Option<f64>) -> (Kept, f64) {
     let scene = "bodies: [(name: \"a\", position_m: (1.0, 0.0, 0.0), mass_kg: 2.0)]";
     let mut kept = Kept::of(scene, Method::RungeKutta4, 240.0, 4);
-    kept.world.insert_resource(Laws(vec![Box::new(Harmonic { stated })]));
-    kept.stepper.recompile(&mut kept.world);
-    kept.ledger = Ledger::open(&mut kept.world);
+    kept.simulation.world.insert_resource(Laws(vec![Box::new(Harmonic { stated })]));
+    kept.simulation.stepper.recompile(&mut kept.simulation.world);
+    kept.ledger = Ledger::open(&mut kept.simulation.world);
     let kinetic = kept.run(120).check().ledger.energies().kinetic;
     (kept, kinetic)
 }

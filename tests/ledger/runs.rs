@@ -20,7 +20,7 @@ fn run(scene: &str, script: &str, flags: &str) -> (i32, String, Value) {
     let said = sandbox(folder.path(), &line);
     let summary = fs::read(folder.path().join("out.json")).unwrap_or_default();
     let summary = serde_json::from_slice(&summary).unwrap_or(Value::Null);
-    (said.status.code().unwrap(), String::from_utf8(said.stderr).unwrap(), summary)
+    (said.code, said.err, summary)
 }
 
 const WORKING: [(&str, &str); 4] = [

@@ -15,30 +15,14 @@ mod threads;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::{
-    Curve, Damping, Drag, Gravity, Method, OwnLaws, PhysicsBody, Request, Requests, Substeps, Thrust,
-    TimeStep, Transform, Well, Wells,
-};
+use motion::{Curve, OwnLaws, Thrust};
 
 use super::numbers;
 use crate::dice::Dice;
+use crate::environment::{Environment, Start, wells};
 use crate::harness::{Bits, Lab, bits};
 
 const H: f64 = 1.0 / 60.0;
-
-/// A body at the start of a run.
-#[derive(Clone, Copy)]
-struct Start {
-    x: DVec3,
-    v: DVec3,
-    w: f64,
-}
-
-impl Start {
-    fn components(self) -> (Transform, PhysicsBody) {
-        (Transform::at(self.x), PhysicsBody { velocity: self.v, inverse_mass: self.w })
-    }
-}
 
 /// The one of [`starts`] that is immovable.
 const IMMOVABLE: usize = 5;
@@ -57,12 +41,6 @@ fn starts() -> Vec<Start> {
     (0..11).map(start).collect()
 }
 
-/// Two wells, softened, so that no orbit is hard to integrate.
-fn wells() -> Wells {
-    let well = |position, strength| Well { position, strength, softening: 0.5 };
-    Wells(vec![well(DVec3::ZERO, 3.0), well(DVec3::new(1.0, -2.0, 0.5), -1.0)])
-}
-
 /// An engine that comes on inside the third tick and goes off inside the fourth second.
 fn engine() -> Thrust {
     let curve = Curve::Polynomial(vec![DVec3::new(4.0, -2.0, 1.0), DVec3::new(-1.0, 3.0, 0.5)]);
@@ -73,67 +51,6 @@ fn engines() -> OwnLaws {
     OwnLaws::new(vec![Box::new(engine())])
 }
 
-/// What acts on all bodies.
-#[derive(Clone, Debug, Default)]
-struct Scene {
-    gravity: Option<Gravity>,
-    drag: Option<Drag>,
-    wells: Option<Wells>,
-    damping: Option<Damping>,
-    substeps: Option<u32>,
-}
-
-impl Scene {
-    fn falling() -> Self {
-        Self { gravity: Some(Gravity::EARTH), ..Self::default() }
-    }
-
-    fn orbiting() -> Self {
-        Self { wells: Some(wells()), ..Self::default() }
-    }
-
-    /// A world without bodies yet.
-    fn lab(&self, method: Method, step: f64) -> Lab {
-        let mut lab = Lab::new(method, step);
-        let Self { gravity, drag, wells, damping, substeps } = self.clone();
-        if let Some(gravity) = gravity {
-            lab.world.insert_resource(gravity);
-        }
-        if let Some(drag) = drag {
-            lab.world.insert_resource(drag);
-        }
-        if let Some(wells) = wells {
-            lab.world.insert_resource(wells);
-        }
-        if let Some(damping) = damping {
-            lab.world.insert_resource(damping);
-        }
-        if let Some(substeps) = substeps {
-            lab.world.insert_resource(Substeps(substeps));
-        }
-        lab.stepper.recompile(&mut lab.world);
-        lab
-    }
-
-    /// The same without entities.
-    fn bare(&self, method: Method, step: f64) -> Bare<f64> {
-        let mut bare = Bare::new(method, step).with_substeps(self.substeps.unwrap_or(1));
-        if let Some(gravity) = self.gravity {
-            bare = bare.with_law(gravity);
-        }
-        if let Some(drag) = self.drag {
-            bare = bare.with_law(drag);
-        }
-        if let Some(wells) = self.wells.clone() {
-            bare = bare.with_law(wells);
-        }
-        match self.damping {
-            Some(damping) => bare.with_damping(damping),
-            None => bare,
-        }
-    }
-}
-
 impl Lab {
     fn spawn(&mut self, start: Start) -> Entity {
         self.world.spawn(start.components()).id()
@@ -141,20 +58,6 @@ impl Lab {
 
     fn all_bits(&self, bodies: &[Entity]) -> Vec<Bits> {
         bodies.iter().map(|body| self.bits(*body)).collect()
-    }
-
-    fn ask(&mut self, request: Request) {
-        self.world.resource_mut::<Requests>().ask(request);
-    }
-
-    /// Asks and has it carried out, without a tick.
-    fn have(&mut self, request: Request) {
-        self.ask(request);
-        self.stepper.carry_out_requests(&mut self.world);
-    }
-
-    fn set_step(&mut self, step: f64) {
-        self.world.insert_resource(TimeStep(step));
     }
 }
 

@@ -16,6 +16,7 @@ use motion::{
 use scene::Scene;
 
 use super::rig::{Harm, Rig, scenes};
+use crate::harness::Bits;
 
 /// Ticks before the one that is disturbed, and ticks that are compared.
 const LEAD: u64 = 3;
@@ -199,7 +200,7 @@ fn base(system: &str) -> &str {
 }
 
 /// The states of all other bodies from the tick on in which one is removed.
-type Reference = Vec<Vec<(StableId, [u64; 6])>>;
+type Reference = Vec<Vec<(u32, Bits)>>;
 
 fn without(scene: &Scene, victim: &Victim, tick: u64) -> Reference {
     let mut rig = Rig::new(scene);

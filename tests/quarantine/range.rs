@@ -5,8 +5,8 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::real::Real;
 use motion::{
-    Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Quarantine, Range, Request,
-    Requests, Spring, StableId, Substeps, Transform,
+    Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Quarantine, Range, Request, Spring,
+    StableId, Substeps, Transform,
 };
 use scene::Scene;
 
@@ -123,11 +123,11 @@ fn an_experiment_may_ask_for_too_much() {
         let mut lab = Lab::new(Method::RungeKutta4, H);
         lab.world.insert_resource(Range { position: 100.0, speed: 30.0 });
         let body = lab.body(1.0, DVec3::ZERO);
-        lab.world.resource_mut::<Requests>().ask(request(body, DVec3::Y * bound));
+        lab.ask(request(body, DVec3::Y * bound));
         lab.run(1);
         assert_eq!(lab.world.resource::<Quarantine>().records(), []);
         let body = lab.body(1.0, DVec3::ZERO);
-        lab.world.resource_mut::<Requests>().ask(request(body, DVec3::Y * (1.01 * bound)));
+        lab.ask(request(body, DVec3::Y * (1.01 * bound)));
         lab.run(1);
         let record = *lab.world.resource::<Quarantine>().records().last().unwrap();
         let cause = Cause { system: "requests", component, fault: Fault::Range(bound) };

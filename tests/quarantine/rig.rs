@@ -1,47 +1,59 @@
 //! A shipped scene that is stepped with something between its systems.
 
+use std::ops::{Deref, DerefMut};
+
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
+use history::Simulation;
 use motion::clock::StepClock;
 use motion::systems::step_systems;
 use motion::{
-    Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, Request, Requests, StableId,
-    Stepper, TimeStep, Transform, remember_positions,
+    Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, Request, StableId, TimeStep,
+    Transform, remember_positions,
 };
 use scene::Scene;
+
+use crate::harness::{Bits, all_bits};
 
 /// What someone does to a world in the middle of a tick.
 pub type Harm = Box<dyn Fn(&mut World) + Send + Sync>;
 
-/// A world of a scene and its stepper.
-pub struct Rig {
-    pub world: World,
-    pub stepper: Stepper,
-    /// Every body by stable id.
-    pub bodies: Vec<Entity>,
+/// A simulation that draws between ticks, with gravity.
+pub struct Rig(pub Simulation);
+
+impl Deref for Rig {
+    type Target = Simulation;
+
+    fn deref(&self) -> &Simulation {
+        &self.0
+    }
+}
+
+impl DerefMut for Rig {
+    fn deref_mut(&mut self) -> &mut Simulation {
+        &mut self.0
+    }
 }
 
 impl Rig {
     pub fn new(scene: &Scene) -> Self {
-        let mut world = World::new();
-        let bodies = scene.spawn(&mut world);
-        if let Some(mut gravity) = world.get_resource_mut::<Gravity>() {
-            gravity.on = true;
-        }
-        for body in &bodies {
-            if let Some(at) = world.get::<Transform>(*body).copied() {
-                world.entity_mut(*body).insert(PreviousPosition(at.position));
+        Self(Simulation::prepared(scene.clone(), |world, bodies| {
+            if let Some(mut gravity) = world.get_resource_mut::<Gravity>() {
+                gravity.on = true;
             }
-        }
-        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-        Self { world, stepper, bodies }
+            for body in bodies {
+                if let Some(at) = world.get::<Transform>(*body).copied() {
+                    world.entity_mut(*body).insert(PreviousPosition(at.position));
+                }
+            }
+        }))
     }
 
     /// Names of the systems of a tick.
     pub fn systems(&mut self) -> Vec<String> {
         let mut names = self.stepper.systems();
         names.retain(|name| name != "apply_deferred");
-        assert_eq!(names.len(), step_systems(&mut self.world, self.stepper.plan()).len(), "{names:?}");
+        assert_eq!(names.len(), step_systems(&mut self.0.world, self.0.stepper.plan()).len(), "{names:?}");
         names
     }
 
@@ -52,14 +64,14 @@ impl Rig {
     pub fn run(&mut self, ticks: u64) {
         for _ in 0..ticks {
             self.remember();
-            self.stepper.tick(&mut self.world);
+            self.tick();
         }
     }
 
     /// A tick with `harm` done before the system number `at`.
     pub fn run_harmed(&mut self, at: usize, harm: Harm) {
         self.remember();
-        let mut systems = step_systems(&mut self.world, self.stepper.plan());
+        let mut systems = step_systems(&mut self.0.world, self.0.stepper.plan());
         systems.insert(at, (move |world: &mut World| harm(world)).into_configs());
         let mut systems = systems.into_iter();
         let first = systems.next().unwrap();
@@ -72,7 +84,7 @@ impl Rig {
     }
 
     pub fn remove(&mut self, body: Entity) {
-        self.world.resource_mut::<Requests>().ask(Request::Remove(body));
+        self.request(Request::Remove(body));
     }
 
     pub fn records(&self) -> Vec<QuarantineRecord> {
@@ -80,18 +92,8 @@ impl Rig {
     }
 
     /// The state of every body with physics but one, bit for bit, by stable id.
-    pub fn bits(&mut self, without: StableId) -> Vec<(StableId, [u64; 6])> {
-        let mut bodies = self.world.query::<(&StableId, &Transform, &PhysicsBody)>();
-        let mut all: Vec<_> = bodies
-            .iter(&self.world)
-            .filter(|(id, ..)| **id != without)
-            .map(|(id, at, body)| {
-                let ([a, b, c], [d, e, f]) = (at.position.to_array(), body.velocity.to_array());
-                (*id, [a, b, c, d, e, f].map(f64::to_bits))
-            })
-            .collect();
-        all.sort_unstable_by_key(|(id, _)| *id);
-        all
+    pub fn bits(&self, without: StableId) -> Vec<(u32, Bits)> {
+        all_bits(self.states().filter(|(id, ..)| *id != without.0))
     }
 
     /// Whether nothing of any body is anything but a number.

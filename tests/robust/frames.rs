@@ -7,7 +7,7 @@ use motion::{PhysicsBody, Transform};
 use tempfile::TempDir;
 
 use crate::drive::Drive;
-use crate::harness::sandbox;
+use crate::harness::{json, sandbox};
 
 /// Lengths of frames, s: none, next to none, a hitch, a usual one.
 const FRAMES: [f64; 9] = [1.0 / 60.0, 0.0, 1e-9, 1.0, 0.0, 1.0 / 60.0, 1e-300, 100.0, 1.0 / 60.0];
@@ -87,10 +87,8 @@ fn the_command_line_takes_the_same_frame_times() {
     fs::write(folder.path().join("odd.times"), lines.concat()).unwrap();
     for scene in ["tutorial", "frame_step"] {
         let line = format!("run {scene} --frame-times odd.times --summary out.json --seconds 0.5");
-        let output = sandbox(folder.path(), &line);
-        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        let summary: serde_json::Value =
-            serde_json::from_slice(&fs::read(folder.path().join("out.json")).unwrap()).unwrap();
+        sandbox(&folder, &line).fine();
+        let summary = json(folder.path().join("out.json"));
         assert_eq!(summary["quarantined"], serde_json::json!([]), "{line}");
         assert!(summary["simulated_s"].as_f64().is_some_and(f64::is_finite), "{line}");
     }

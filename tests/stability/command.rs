@@ -11,10 +11,8 @@ use crate::harness::{output, program};
 
 fn said(arguments: &[&str]) -> String {
     let output = output(Command::new(program()).args(arguments));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let errors = String::from_utf8(output.stderr).unwrap();
-    assert!(errors.lines().all(|line| line.starts_with("made the folder ")), "{errors}");
-    String::from_utf8(output.stdout).unwrap()
+    assert!(output.err.lines().all(|line| line.starts_with("made the folder ")), "{}", output.err);
+    output.fine()
 }
 
 #[test]

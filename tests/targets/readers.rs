@@ -1,8 +1,7 @@
 //! Whatever a file holds: it is read, or refused with words that help.
 
 use arbitrary::{Result, Unstructured};
-use bevy_ecs::prelude::World;
-use motion::{Stepper, TimeStep};
+use history::Simulation;
 use scene::{Scene, SceneError, Script};
 
 /// A whole number of more digits is too large for a test: of bodies, it would be millions.
@@ -53,15 +52,13 @@ fn read_scene(text: &str) {
 
 /// What was accepted can be simulated.
 fn runs(scene: &Scene) {
-    let mut world = World::new();
-    let bodies = scene.spawn(&mut world);
-    assert_eq!(bodies.len(), scene.bodies.len());
+    let mut run = Simulation::new(scene.clone());
+    assert_eq!(run.bodies.len(), scene.bodies.len());
     if scene.substeps > 8 || scene.bodies.iter().any(|body| body.substeps.is_some_and(|parts| parts > 8)) {
         return;
     }
-    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-    (0..3).for_each(|_| stepper.tick(&mut world));
-    super::step::assert_finite(&mut world);
+    run.run(3);
+    super::step::assert_finite(&mut run.world);
 }
 
 fn helps(error: &SceneError) {

@@ -4,12 +4,10 @@
 use arbitrary::{Result, Unstructured};
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use history::Simulation;
 use motion::effects::Effect;
 use motion::groups::compile_groups;
-use motion::{
-    Damping, DampingModel, Fault, Method, PhysicsBody, PushQueue, Quarantine, Request, Requests, StableId,
-    Stepper, TimeStep, Transform,
-};
+use motion::{Damping, DampingModel, Fault, Method, PhysicsBody, Quarantine, Request, StableId, Transform};
 use scene::{Scene, unsolvable};
 
 use super::numbers::{any, any_vector, at_least_0, finite};
@@ -134,9 +132,8 @@ fn event(u: &mut Unstructured<'_>, body: u32, scene: &Scene) -> Result<Event> {
 
 /// A run in which the bodies `removed` are taken out in the ticks that they would not survive.
 fn run(scene: &Scene, events: &[(u64, Event)], removed: &[Frozen]) -> Trace {
-    let mut world = World::new();
-    let bodies = scene.spawn(&mut world);
-    let mut stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+    let mut run = Simulation::new(scene.clone());
+    let bodies = run.bodies.clone();
     let body = |id: u32| bodies[id as usize];
     let (mut states, mut frozen, mut seen) = (Vec::new(), Vec::new(), 0);
     for tick in 1..=TICKS {
@@ -146,35 +143,35 @@ fn run(scene: &Scene, events: &[(u64, Event)], removed: &[Frozen]) -> Trace {
         for (_, event) in events.iter().filter(|(at, _)| *at == tick) {
             match *event {
                 Event::Push(id, newtons) if !goes(id) => {
-                    world.resource_mut::<PushQueue>().push_once(body(id), newtons);
+                    run.push(body(id), newtons);
                 }
                 Event::Push(..) => {}
                 Event::Ask(request) => {
                     // The request that froze it is not carried out; one that froze it only later is.
                     let request = request.rename(|id| (!asked_to_go(id)).then(|| body(id)));
                     if let Some(request) = request {
-                        world.resource_mut::<Requests>().ask(request);
+                        run.request(request);
                     }
                 }
-                Event::Method(method) => stepper.set_method(&mut world, method),
+                Event::Method(method) => run.set_method(method),
             }
         }
         for gone in going(By::Request) {
-            world.resource_mut::<Requests>().ask(Request::Remove(body(gone.body)));
+            run.request(Request::Remove(body(gone.body)));
         }
-        stepper.carry_out_requests(&mut world);
-        frozen.extend(news(&world, &mut seen, By::Change));
+        run.carry_out_requests();
+        frozen.extend(news(&run.world, &mut seen, By::Change));
         if going(By::Step).next().is_some() {
             // Who froze in the step was there before it: who joined its group has its method.
-            compile_groups(&mut world);
+            compile_groups(&mut run.world);
             going(By::Step).for_each(|gone| {
-                world.despawn(body(gone.body));
+                run.world.despawn(body(gone.body));
             });
         }
-        stepper.tick(&mut world);
-        assert_finite(&mut world);
-        states.push(bodies.iter().map(|body| bits(&world, *body)).collect());
-        frozen.extend(news(&world, &mut seen, By::Step));
+        run.tick();
+        assert_finite(&mut run.world);
+        states.push(bodies.iter().map(|body| bits(&run.world, *body)).collect());
+        frozen.extend(news(&run.world, &mut seen, By::Step));
     }
     Trace { states, frozen }
 }

@@ -6,7 +6,6 @@
 //! with the XXH3-64 of all bytes before it.
 
 mod archive;
-mod at_most;
 mod energy;
 mod manifest;
 
@@ -20,6 +19,7 @@ use serde::{Deserialize, Serialize};
 pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 
+use crate::lists::list;
 use crate::snapshot::{Name, RequestEntry, Snapshot};
 
 /// A run that can be repeated.
@@ -123,6 +123,7 @@ impl Bundle {
 #[serde(default)]
 struct State<S> {
     snapshot: S,
+    #[serde(deserialize_with = "list")]
     events: Vec<SavedEvent>,
     /// The largest energy until the snapshot, which is all that programs before `energy` read and wrote.
     energy_scale_j: Option<f64>,
@@ -138,7 +139,7 @@ struct SavedEvent {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum SavedIntervention {
-    Requests(Vec<RequestEntry>),
+    Requests(#[serde(deserialize_with = "list")] Vec<RequestEntry>),
     Method(Name<Method>),
     Substeps(u32),
     Step(f64),

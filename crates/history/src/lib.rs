@@ -8,6 +8,7 @@
 mod bundle;
 mod distances;
 mod input;
+mod lists;
 mod simulation;
 mod snapshot;
 mod timeline;

@@ -15,6 +15,8 @@ use scene::Scene;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
+use crate::lists::list;
+
 pub use restore::BadSnapshot;
 pub use take::EffectsState;
 
@@ -38,31 +40,46 @@ pub struct Snapshot {
     pub(crate) effects: EffectsState,
     pub(crate) counts: CountsEntry,
     /// Things that are there, scenery too: runs of stable ids, ascending, each its first one and its length.
+    #[serde(deserialize_with = "list")]
     pub(crate) things: Vec<[u32; 2]>,
     /// Bodies with physics, in the order of the tables that they stand in: laws are called for several rows at once,
     /// so that counts of evaluations depend on which ones are neighbors. Runs as above.
+    #[serde(deserialize_with = "list")]
     pub(crate) bodies: Vec<[u32; 2]>,
     /// Positions of the bodies in that order, m.
+    #[serde(deserialize_with = "list")]
     pub(crate) positions: Vec<[f64; 3]>,
     /// Their velocities, m/s, and inverse masses, 1/kg.
+    #[serde(deserialize_with = "list")]
     pub(crate) velocities: Vec<[f64; 4]>,
     /// Where bodies were before the last tick, m, in runs that draw between ticks.
+    #[serde(deserialize_with = "list")]
     pub(crate) drawn_from: Vec<(u32, [f64; 3])>,
+    #[serde(deserialize_with = "list")]
     pub(crate) quarantined: Vec<u32>,
     /// Particles that do not live.
+    #[serde(deserialize_with = "list")]
     pub(crate) dormant: Vec<u32>,
+    #[serde(deserialize_with = "list")]
     pub(crate) own_methods: Vec<(u32, Name<Method>)>,
+    #[serde(deserialize_with = "list")]
     pub(crate) own_substeps: Vec<(u32, u32)>,
     /// Lengths of the last steps of position Verlet, s.
+    #[serde(deserialize_with = "list")]
     pub(crate) last_steps: Vec<(u32, f64)>,
+    #[serde(deserialize_with = "list")]
     pub(crate) records: Vec<RecordEntry>,
     /// What each emitter has thrown out so far, by its place in the scene file.
+    #[serde(deserialize_with = "list")]
     pub(crate) emissions: Vec<(u32, EmissionEntry)>,
     /// Pushes that wait for a tick.
+    #[serde(deserialize_with = "list")]
     pub(crate) pushes: Vec<PushEntry>,
     /// Pushes that act in every tick.
+    #[serde(deserialize_with = "list")]
     pub(crate) sustained: Vec<PushEntry>,
     /// What is asked for.
+    #[serde(deserialize_with = "list")]
     pub(crate) requests: Vec<RequestEntry>,
 }
 

@@ -114,7 +114,7 @@ broken! { Inside, InsideMistake, None, true
     }
 }
 
-broken! { Around, AroundMistake, None, false
+broken! { Environment, AroundMistake, None, false
     /// Explicit Euler's acceleration for the implicit one.
     FrozenImplicit: ImplicitEuler, |field, x, v, _carry| {
         let v = v + field.acceleration(one::<F>(), x, v) * field.step();

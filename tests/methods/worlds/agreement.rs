@@ -6,7 +6,7 @@ use motion::{
     OwnLaws, OwnSubsteps, SpeedLimit, StableId, Substeps, mark_method,
 };
 
-use super::{Bits, H, IMMOVABLE, Scene, add, bare_bits, engine, engines, pushes, starts, wells};
+use super::{Bits, Environment, H, IMMOVABLE, add, bare_bits, engine, engines, pushes, starts, wells};
 use crate::harness::Lab;
 
 const TICKS: usize = 200;
@@ -14,22 +14,22 @@ const TICKS: usize = 200;
 /// The one of the bodies that has an engine in a table of its own.
 const ENGINE: usize = 3;
 
-fn scenes() -> Vec<Scene> {
+fn scenes() -> Vec<Environment> {
     let gravity = Some(Gravity::EARTH);
     let drag = |linear, quadratic| Some(Drag::new(linear, quadratic));
     let scenes = [
-        Scene::falling(),
-        Scene { gravity, drag: drag(0.3, 0.0), ..Scene::default() },
-        Scene { gravity, drag: drag(0.1, 0.2), ..Scene::default() },
-        Scene { gravity, wells: Some(wells()), ..Scene::default() },
-        Scene { drag: drag(0.0, 0.1), wells: Some(wells()), ..Scene::default() },
+        Environment::falling(),
+        Environment { gravity, drag: drag(0.3, 0.0), ..Environment::default() },
+        Environment { gravity, drag: drag(0.1, 0.2), ..Environment::default() },
+        Environment { gravity, wells: Some(wells()), ..Environment::default() },
+        Environment { drag: drag(0.0, 0.1), wells: Some(wells()), ..Environment::default() },
     ];
     let dampings =
         [None].into_iter().chain(DampingModel::ALL.map(|model| Some(Damping { model, rate: 0.4 })));
     let dampings: Vec<_> = dampings.collect();
-    let varied = |scene: &Scene| {
+    let varied = |scene: &Environment| {
         let of_damping = |damping: &Option<Damping>| {
-            [None, Some(3)].map(|substeps| Scene { damping: *damping, substeps, ..scene.clone() })
+            [None, Some(3)].map(|substeps| Environment { damping: *damping, substeps, ..scene.clone() })
         };
         dampings.iter().flat_map(of_damping).collect::<Vec<_>>()
     };
@@ -73,7 +73,7 @@ fn set_apart(lab: &mut Lab, body: Entity, kind: usize) {
 }
 
 /// The bodies at the end, in the order of [`starts`].
-fn in_a_world(scene: &Scene, method: Method, apart: bool, seed: u64) -> Vec<Bits> {
+fn in_a_world(scene: &Environment, method: Method, apart: bool, seed: u64) -> Vec<Bits> {
     let starts = starts();
     let mut lab = scene.lab(method, H);
     let mut bodies = vec![Entity::PLACEHOLDER; starts.len()];
@@ -99,7 +99,7 @@ fn in_a_world(scene: &Scene, method: Method, apart: bool, seed: u64) -> Vec<Bits
 }
 
 /// The same without entities, or the body with an engine alone, because its law is nobody else's.
-fn in_arrays(scene: &Scene, method: Method, alone: Option<usize>, seed: u64) -> Vec<Bits> {
+fn in_arrays(scene: &Environment, method: Method, alone: Option<usize>, seed: u64) -> Vec<Bits> {
     let mut bare = scene.bare(method, H);
     if alone.is_some() {
         bare = bare.with_law(engine());
@@ -152,7 +152,7 @@ fn a_world_gives_the_bits_of_plain_arrays() {
 fn gravity_that_is_off_for_a_body_is_no_gravity() {
     for method in Method::ALL {
         for scene in scenes() {
-            let weightless = Scene { gravity: None, ..scene.clone() };
+            let weightless = Environment { gravity: None, ..scene.clone() };
             let (mut floating, mut lab) = (weightless.lab(method, H), scene.lab(method, H));
             for start in starts() {
                 floating.spawn(start);
@@ -184,7 +184,7 @@ fn drag_among_other_laws_is_drag() {
             let run = |as_resource: bool| {
                 let damping = damping.map(|model| Damping { model, rate: 0.4 });
                 let own = as_resource.then_some(drag);
-                let mut lab = Scene { drag: own, damping, ..Scene::falling() }.lab(method, H);
+                let mut lab = Environment { drag: own, damping, ..Environment::falling() }.lab(method, H);
                 if !as_resource {
                     let drag: Box<dyn Law<f64>> = Box::new(drag);
                     lab.world.insert_resource(motion::Laws(vec![drag]));
@@ -203,9 +203,11 @@ fn drag_among_other_laws_is_drag() {
 #[test]
 fn substeps_change_from_tick_to_tick() {
     for method in Method::ALL {
-        for scene in [Scene::falling(), Scene { gravity: Some(Gravity::EARTH), ..Scene::orbiting() }] {
+        for scene in
+            [Environment::falling(), Environment { gravity: Some(Gravity::EARTH), ..Environment::orbiting() }]
+        {
             for copies in [1, 30] {
-                let mut lab = Scene { substeps: Some(1), ..scene.clone() }.lab(method, H);
+                let mut lab = Environment { substeps: Some(1), ..scene.clone() }.lab(method, H);
                 let mut bare = scene.bare(method, H);
                 let starts = starts().repeat(copies);
                 let bodies: Vec<_> = starts.iter().map(|start| lab.spawn(*start)).collect();

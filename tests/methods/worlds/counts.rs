@@ -7,7 +7,7 @@ use motion::{
     mark_method,
 };
 
-use super::{Dice, H, Scene, Start, engines, starts};
+use super::{Dice, Environment, H, Start, engines, starts};
 use crate::harness::Lab;
 
 const TICKS: u64 = 10;
@@ -23,7 +23,7 @@ fn counts(lab: &Lab) -> (u64, Vec<(&'static str, u64)>) {
     (evaluations.accelerations(), laws)
 }
 
-fn crowd(scene: &Scene, method: Method) -> (Lab, Vec<Entity>) {
+fn crowd(scene: &Environment, method: Method) -> (Lab, Vec<Entity>) {
     let mut lab = scene.lab(method, H);
     let bodies = starts().into_iter().map(|start| lab.spawn(start)).collect();
     (lab, bodies)
@@ -48,13 +48,15 @@ fn laws_that_are_summed_up_count_as_claimed() {
     for method in Method::ALL {
         for substeps in [1, 3] {
             let substep = u64::from(substeps);
-            let (mut lab, _) = crowd(&Scene { substeps: Some(substeps), ..Scene::falling() }, method);
+            let (mut lab, _) =
+                crowd(&Environment { substeps: Some(substeps), ..Environment::falling() }, method);
             lab.run(TICKS);
             let n = MOVABLE * substep * of_a_body(method, false, false);
             assert_eq!(counts(&lab), (n, vec![("gravity", n)]), "{method:?} gravity");
 
             let drag = Some(Drag::new(0.3, 0.0));
-            let (mut lab, _) = crowd(&Scene { drag, substeps: Some(substeps), ..Scene::falling() }, method);
+            let (mut lab, _) =
+                crowd(&Environment { drag, substeps: Some(substeps), ..Environment::falling() }, method);
             lab.run(TICKS);
             let n = MOVABLE * substep * of_a_body(method, true, false);
             assert_eq!(counts(&lab), (n, vec![("drag", n), ("gravity", n)]), "{method:?} drag");
@@ -62,7 +64,7 @@ fn laws_that_are_summed_up_count_as_claimed() {
             // Exact damping is one of the laws but in the Eulers of the tutorial, which have one evaluation.
             let damping = Some(Damping { model: DampingModel::Exact, rate: 0.3 });
             let (mut lab, _) =
-                crowd(&Scene { damping, substeps: Some(substeps), ..Scene::falling() }, method);
+                crowd(&Environment { damping, substeps: Some(substeps), ..Environment::falling() }, method);
             lab.run(TICKS);
             assert_eq!(counts(&lab), (n, vec![("damping", n), ("gravity", n)]), "{method:?} damping");
         }
@@ -76,7 +78,7 @@ fn drag_among_other_laws_counts_as_drag() {
         for damping in [None, Some(Damping { model: DampingModel::Tutorial, rate: 0.3 })] {
             for linear in [0.0, 0.3] {
                 let drag: Box<dyn Law<f64>> = Box::new(Drag::new(linear, 0.0));
-                let (mut lab, _) = crowd(&Scene { damping, ..Scene::falling() }, method);
+                let (mut lab, _) = crowd(&Environment { damping, ..Environment::falling() }, method);
                 lab.world.insert_resource(Laws(vec![drag]));
                 lab.stepper.recompile(&mut lab.world);
                 lab.run(TICKS);
@@ -92,7 +94,7 @@ fn drag_among_other_laws_counts_as_drag() {
 fn laws_that_are_called_count_as_claimed() {
     for method in Method::ALL {
         for (drag, velocity_laws) in [(None, false), (Some(Drag::new(0.0, 0.1)), true)] {
-            let (mut lab, _) = crowd(&Scene { drag, ..Scene::orbiting() }, method);
+            let (mut lab, _) = crowd(&Environment { drag, ..Environment::orbiting() }, method);
             lab.run(TICKS);
             let mut n = MOVABLE * of_a_body(method, velocity_laws, true);
             if method == Method::ImplicitEuler {
@@ -107,7 +109,7 @@ fn laws_that_are_called_count_as_claimed() {
 #[test]
 fn engines_count_for_the_body_that_has_them() {
     for method in Method::ALL {
-        let (mut lab, bodies) = crowd(&Scene::falling(), method);
+        let (mut lab, bodies) = crowd(&Environment::falling(), method);
         // Always on: the steps are not split.
         let curve = motion::Curve::Polynomial(vec![DVec3::X, DVec3::Y]);
         let engine = motion::Thrust::new(curve, f64::NEG_INFINITY, f64::INFINITY);
@@ -147,7 +149,7 @@ fn a_body_that_asks_for_something_later_is_counted_once() {
         for (name, ask) in asks {
             // A body of that kind has been there before or not: a new kind of entity is noticed anyway.
             for seen in [false, true] {
-                let (mut lab, bodies) = crowd(&Scene::falling(), method);
+                let (mut lab, bodies) = crowd(&Environment::falling(), method);
                 if seen {
                     let first = lab.spawn(Start { w: 0.0, ..starts()[0] });
                     ask(&mut lab, first);
@@ -167,14 +169,14 @@ fn a_body_that_asks_for_something_later_is_counted_once() {
 #[test]
 fn what_comes_later_is_counted_from_then_on() {
     for method in Method::ALL {
-        let (mut lab, _) = crowd(&Scene { substeps: Some(1), ..Scene::falling() }, method);
+        let (mut lab, _) = crowd(&Environment { substeps: Some(1), ..Environment::falling() }, method);
         lab.run(5);
         lab.world.resource_mut::<Substeps>().0 = 2;
         lab.run(5);
         let half = MOVABLE * of_a_body(method, false, false) / 2;
         assert_eq!(counts(&lab).0, 3 * half, "{method:?} substeps");
 
-        let (mut lab, _) = crowd(&Scene::falling(), method);
+        let (mut lab, _) = crowd(&Environment::falling(), method);
         for _ in 0..300 {
             // A large world has the same schedule with drag and without.
             lab.world.spawn((starts()[0].components(), GravityOff));
@@ -193,7 +195,7 @@ fn what_comes_later_is_counted_from_then_on() {
 #[test]
 fn a_body_in_quarantine_counts_no_more() {
     for method in Method::ALL {
-        for scene in [Scene::falling(), Scene::orbiting()] {
+        for scene in [Environment::falling(), Environment::orbiting()] {
             let of_a_run = |victims: &[usize]| {
                 let (mut lab, bodies) = crowd(&scene, method);
                 lab.run(5);
@@ -221,7 +223,7 @@ fn a_body_in_quarantine_counts_no_more() {
 #[test]
 fn a_body_that_comes_later_costs_a_start_of_its_block_and_no_more() {
     for method in [Method::VelocityVerlet, Method::Yoshida4] {
-        let (mut lab, _) = crowd(&Scene::orbiting(), method);
+        let (mut lab, _) = crowd(&Environment::orbiting(), method);
         lab.run(5);
         let before = counts(&lab).0;
         let mut dice = Dice(1);
@@ -239,7 +241,7 @@ fn a_body_that_comes_later_costs_a_start_of_its_block_and_no_more() {
 #[test]
 fn gravity_counts_where_it_acts() {
     for method in Method::ALL {
-        let (mut lab, bodies) = crowd(&Scene::falling(), method);
+        let (mut lab, bodies) = crowd(&Environment::falling(), method);
         lab.world.entity_mut(bodies[0]).insert((GravityOff, engines()));
         lab.world.entity_mut(bodies[1]).insert(GravityOff);
         lab.world.insert_resource(Gravity::EARTH);

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{Curve, Evaluations, Gravity, Method, OwnLaws, Thrust};
 
-use super::{H, Scene, Start, starts, wells};
+use super::{Environment, H, Start, starts, wells};
 
 const TICKS: u64 = 12;
 
@@ -43,7 +43,8 @@ fn an_engine_gives_the_exact_impulse_of_its_burn() {
             for (from, until) in [(0.3, 7.6), (2.0, 5.0), (2.3, 2.9), (0.0, 4.5), (3.0, 3.25)] {
                 for substeps in [1, 3] {
                     let (from, until) = (from * H, until * H);
-                    let mut lab = Scene { substeps: Some(substeps), ..Scene::default() }.lab(method, H);
+                    let mut lab =
+                        Environment { substeps: Some(substeps), ..Environment::default() }.lab(method, H);
                     let body = lab.spawn(Start { x: DVec3::ONE, v: DVec3::ZERO, w: 0.5 });
                     let curve = Curve::Polynomial(COEFFICIENTS[..=degree].to_vec());
                     lab.world
@@ -64,7 +65,9 @@ fn an_engine_gives_the_exact_impulse_of_its_burn() {
 fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
     let gravity = Some(Gravity::EARTH);
     for method in Method::ALL {
-        for scene in [Scene::falling(), Scene { gravity, wells: Some(wells()), ..Scene::default() }] {
+        for scene in
+            [Environment::falling(), Environment { gravity, wells: Some(wells()), ..Environment::default() }]
+        {
             let run = |with_engine: bool| {
                 let mut lab = scene.lab(method, H);
                 let mut bodies = Vec::new();

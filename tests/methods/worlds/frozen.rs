@@ -4,21 +4,21 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Damping, DampingModel, Fault, Gravity, Method, Quarantine, Quarantined, Request};
 
-use super::{H, Scene, Start, engines, starts, wells};
+use super::{Environment, H, Start, engines, starts, wells};
 use crate::harness::Lab;
 
-fn scenes() -> [Scene; 4] {
+fn scenes() -> [Environment; 4] {
     let gravity = Some(Gravity::EARTH);
     let damping = Some(Damping { model: DampingModel::Tutorial, rate: 0.4 });
     [
-        Scene::falling(),
-        Scene { damping, ..Scene::falling() },
-        Scene { gravity, wells: Some(wells()), ..Scene::default() },
-        Scene { substeps: Some(3), ..Scene::orbiting() },
+        Environment::falling(),
+        Environment { damping, ..Environment::falling() },
+        Environment { gravity, wells: Some(wells()), ..Environment::default() },
+        Environment { substeps: Some(3), ..Environment::orbiting() },
     ]
 }
 
-fn crowd(scene: &Scene, method: Method) -> (Lab, Vec<Entity>) {
+fn crowd(scene: &Environment, method: Method) -> (Lab, Vec<Entity>) {
     let mut lab = scene.lab(method, H);
     let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
     lab.world.entity_mut(bodies[3]).insert(engines());
@@ -26,8 +26,8 @@ fn crowd(scene: &Scene, method: Method) -> (Lab, Vec<Entity>) {
 }
 
 /// After a tick in which nothing but damping acted.
-fn drifted(scene: &Scene, (x, v): (DVec3, DVec3)) -> (DVec3, DVec3) {
-    let mut lab = Scene { gravity: None, wells: None, ..scene.clone() }.lab(Method::ExplicitEuler, H);
+fn drifted(scene: &Environment, (x, v): (DVec3, DVec3)) -> (DVec3, DVec3) {
+    let mut lab = Environment { gravity: None, wells: None, ..scene.clone() }.lab(Method::ExplicitEuler, H);
     let body = lab.spawn(Start { x, v, w: 1.0 });
     lab.run(1);
     (lab.x(body), lab.v(body))
@@ -97,7 +97,7 @@ fn a_body_that_runs_out_of_numbers_is_frozen_where_it_last_was() {
 #[test]
 fn a_frozen_body_is_left_alone_by_every_request() {
     for method in Method::ALL {
-        let (mut lab, bodies) = crowd(&Scene::falling(), method);
+        let (mut lab, bodies) = crowd(&Environment::falling(), method);
         lab.run(5);
         lab.push(bodies[2], DVec3::X * f64::NAN);
         lab.run(1);
@@ -115,7 +115,7 @@ fn a_frozen_body_is_left_alone_by_every_request() {
             lab.run(2);
             assert_eq!(lab.bits(bodies[2]), before, "{method:?} {request:?}");
         }
-        lab.stepper.set_method(&mut lab.world, method.previous());
+        lab.set_method(method.previous());
         lab.run(2);
         assert_eq!(lab.bits(bodies[2]), before, "{method:?}");
         assert_eq!(lab.world.resource::<Quarantine>().records().len(), 1);
@@ -126,7 +126,7 @@ fn a_frozen_body_is_left_alone_by_every_request() {
 #[test]
 fn a_request_that_is_not_finite_freezes_its_body() {
     for method in Method::ALL {
-        let (mut lab, bodies) = crowd(&Scene::orbiting(), method);
+        let (mut lab, bodies) = crowd(&Environment::orbiting(), method);
         lab.run(5);
         let before = lab.bits(bodies[3]);
         lab.ask(Request::Impulse(bodies[3], DVec3::Y * f64::NAN));

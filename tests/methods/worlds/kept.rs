@@ -9,7 +9,7 @@ use motion::{
     Substeps, Thrust, Well, Wells,
 };
 
-use super::{Bits, H, Scene, engines, starts, wells};
+use super::{Bits, Environment, H, engines, starts, wells};
 use crate::harness::Lab;
 
 const METHODS: [Method; 2] = [Method::VelocityVerlet, Method::Yoshida4];
@@ -17,7 +17,7 @@ const METHODS: [Method; 2] = [Method::VelocityVerlet, Method::Yoshida4];
 type Event = fn(&mut Lab, &[Entity]);
 
 /// The bits after every tick and the accelerations that were evaluated.
-fn run(scene: &Scene, method: Method, forgets: bool, event: Event) -> (Vec<Vec<Bits>>, u64) {
+fn run(scene: &Environment, method: Method, forgets: bool, event: Event) -> (Vec<Vec<Bits>>, u64) {
     let mut lab = scene.lab(method, H);
     let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
     lab.world.entity_mut(bodies[3]).insert(engines());
@@ -104,8 +104,8 @@ const EVENTS: [(&str, Event); 15] = [
 fn what_is_kept_is_what_would_be_evaluated() {
     for method in METHODS {
         for scene in [
-            Scene::orbiting(),
-            Scene { gravity: Some(Gravity::EARTH), substeps: Some(3), ..Scene::orbiting() },
+            Environment::orbiting(),
+            Environment { gravity: Some(Gravity::EARTH), substeps: Some(3), ..Environment::orbiting() },
         ] {
             for (name, event) in EVENTS {
                 let (keeps, evaluated) = run(&scene, method, false, event);
@@ -124,7 +124,7 @@ fn what_is_kept_is_what_would_be_evaluated() {
 fn a_law_that_goes_leaves_no_acceleration_behind() {
     for method in METHODS {
         let run = |forgets: bool| {
-            let mut lab = Scene::orbiting().lab(method, H);
+            let mut lab = Environment::orbiting().lab(method, H);
             let law: Box<dyn Law<f64>> = Box::new(wells());
             lab.world.insert_resource(Laws(vec![law]));
             lab.stepper.recompile(&mut lab.world);

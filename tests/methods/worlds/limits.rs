@@ -7,21 +7,23 @@ use motion::{
     StableId, Transform,
 };
 
-use super::{H, Scene, engines, pushes, starts, wells};
+use super::{Environment, H, engines, pushes, starts, wells};
 use crate::harness::Lab;
 
 const TICKS: usize = 100;
 
-fn scenes() -> Vec<Scene> {
+fn scenes() -> Vec<Environment> {
     let gravity = Some(Gravity::EARTH);
     let damping = |model| Some(Damping { model, rate: 0.4 });
     let drag = Some(Drag::new(0.1, 0.1));
     let mut scenes = vec![
-        Scene::falling(),
-        Scene { gravity, wells: Some(wells()), ..Scene::default() },
-        Scene { drag, substeps: Some(3), ..Scene::orbiting() },
+        Environment::falling(),
+        Environment { gravity, wells: Some(wells()), ..Environment::default() },
+        Environment { drag, substeps: Some(3), ..Environment::orbiting() },
     ];
-    scenes.extend(DampingModel::ALL.map(|model| Scene { damping: damping(model), ..Scene::falling() }));
+    scenes.extend(
+        DampingModel::ALL.map(|model| Environment { damping: damping(model), ..Environment::falling() }),
+    );
     scenes
 }
 

@@ -4,24 +4,24 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Drag, Gravity, Method, Request, mark_method};
 
-use super::{Bits, H, Scene, engines, starts, wells};
+use super::{Bits, Environment, H, engines, starts, wells};
 use crate::harness::Lab;
 
 const MANY: usize = Method::ALL.len();
 
-fn scenes() -> [Scene; 4] {
+fn scenes() -> [Environment; 4] {
     let gravity = Some(Gravity::EARTH);
     let drag = Some(Drag::new(0.1, 0.1));
     [
-        Scene::falling(),
-        Scene { substeps: Some(3), ..Scene::orbiting() },
-        Scene { gravity, wells: Some(wells()), ..Scene::default() },
-        Scene { gravity, drag, wells: Some(wells()), ..Scene::default() },
+        Environment::falling(),
+        Environment { substeps: Some(3), ..Environment::orbiting() },
+        Environment { gravity, wells: Some(wells()), ..Environment::default() },
+        Environment { gravity, drag, wells: Some(wells()), ..Environment::default() },
     ]
 }
 
 /// The bodies of one world, each of the method that `method_of` names; `None`: the world's.
-fn fly(scene: &Scene, world: Method, method_of: impl Fn(usize) -> Option<Method>) -> Vec<Bits> {
+fn fly(scene: &Environment, world: Method, method_of: impl Fn(usize) -> Option<Method>) -> Vec<Bits> {
     let mut lab = scene.lab(world, H);
     let bodies: Vec<_> = starts()
         .iter()
@@ -61,7 +61,7 @@ fn methods_that_share_a_world_move_as_in_worlds_of_their_own() {
 }
 
 /// A world of eleven bodies, the fourth with engines.
-fn eleven(scene: &Scene, method: Method) -> (Lab, Vec<Entity>) {
+fn eleven(scene: &Environment, method: Method) -> (Lab, Vec<Entity>) {
     let mut lab = scene.lab(method, H);
     let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
     lab.world.entity_mut(bodies[3]).insert(engines());
@@ -82,13 +82,13 @@ fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
                 for body in [2, 3] {
                     lab.ask(Request::SetBodyMethod(bodies[body], Some(to)));
                 }
-                changes.stepper.set_method(&mut changes.world, to);
+                changes.set_method(to);
                 lab.run(20);
                 changes.run(20);
                 for body in [2, 3] {
                     lab.ask(Request::SetBodyMethod(bodies[body], None));
                 }
-                changes.stepper.set_method(&mut changes.world, from);
+                changes.set_method(from);
                 lab.run(20);
                 changes.run(20);
                 for i in 0..bodies.len() {
@@ -104,12 +104,12 @@ fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
 /// What a schedule was compiled without is not forgotten: a kind of body that had gone comes back.
 #[test]
 fn a_method_that_nobody_had_when_the_schedule_was_compiled_comes_back() {
-    let (mut lab, bodies) = eleven(&Scene::falling(), Method::RungeKutta4);
+    let (mut lab, bodies) = eleven(&Environment::falling(), Method::RungeKutta4);
     lab.ask(Request::SetBodyMethod(bodies[0], Some(Method::Yoshida4)));
     lab.run(1);
     lab.ask(Request::SetBodyMethod(bodies[0], None));
     lab.run(1);
-    lab.stepper.set_method(&mut lab.world, Method::RungeKutta2Heun);
+    lab.set_method(Method::RungeKutta2Heun);
     lab.run(1);
     lab.ask(Request::SetBodyMethod(bodies[0], Some(Method::Yoshida4)));
     let before = lab.x(bodies[0]);
@@ -122,14 +122,14 @@ fn a_method_that_nobody_had_when_the_schedule_was_compiled_comes_back() {
 fn engines_that_nobody_had_when_the_schedule_was_compiled_come_back() {
     for method in Method::ALL {
         let run = |came_back: bool| {
-            let mut lab = Scene::falling().lab(method, H);
+            let mut lab = Environment::falling().lab(method, H);
             let body = lab.spawn(starts()[0]);
             let prepare = |lab: &mut Lab, method: Method| {
                 let first = lab.world.spawn((starts()[1].components(), engines())).id();
                 lab.run(1);
                 lab.world.despawn(first);
-                lab.stepper.set_method(&mut lab.world, method.next());
-                lab.stepper.set_method(&mut lab.world, method);
+                lab.set_method(method.next());
+                lab.set_method(method);
             };
             if came_back {
                 prepare(&mut lab, method);

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Drag, Gravity, Method, PhysicsBody, Request, Static};
 
-use super::{H, Scene, engines, starts, wells};
+use super::{Environment, H, engines, starts, wells};
 use crate::harness::Lab;
 
 /// Bodies that carry what position Verlet keeps, and what velocity Verlet and Yoshida's composition do.
@@ -19,15 +19,15 @@ fn kept(lab: &mut Lab) -> (Vec<Entity>, Vec<Entity>) {
 }
 
 /// The fourth body has engines.
-fn scenes() -> [(Scene, fn(usize) -> bool); 4] {
+fn scenes() -> [(Environment, fn(usize) -> bool); 4] {
     let gravity = Some(Gravity::EARTH);
     let drag = |linear, quadratic| Some(Drag::new(linear, quadratic));
     [
-        (Scene::falling(), |i| i == 3),
-        (Scene { gravity, wells: Some(wells()), ..Scene::default() }, |_| true),
+        (Environment::falling(), |i| i == 3),
+        (Environment { gravity, wells: Some(wells()), ..Environment::default() }, |_| true),
         // Where a law depends on the velocity nothing is kept but for engines, which are asked about apart.
-        (Scene { drag: drag(0.3, 0.0), wells: Some(wells()), ..Scene::default() }, |i| i == 3),
-        (Scene { drag: drag(0.0, 0.3), ..Scene::default() }, |i| i == 3),
+        (Environment { drag: drag(0.3, 0.0), wells: Some(wells()), ..Environment::default() }, |i| i == 3),
+        (Environment { drag: drag(0.0, 0.3), ..Environment::default() }, |i| i == 3),
     ]
 }
 
@@ -59,7 +59,7 @@ fn bodies_carry_what_their_method_keeps_and_no_more() {
                 // One is immovable and at rest: no step looks at it, and nothing is kept of it.
                 bodies.retain(|body| lab.world.get::<Static>(*body).is_none());
                 assert_eq!(kept(&mut lab), expected(&bodies, from, keeps), "{what}");
-                lab.stepper.set_method(&mut lab.world, to);
+                lab.set_method(to);
                 if from != to {
                     assert_eq!(kept(&mut lab), (vec![], vec![]), "{what}");
                 }

@@ -4,12 +4,12 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Damping, DampingModel, Gravity, Method, OwnLaws, Request};
 
-use super::{Bits, H, Scene, Start, engine, engines};
+use super::{Bits, Environment, H, Start, engine, engines};
 use crate::harness::Lab;
 
 const START: Start = Start { x: DVec3::new(1.5, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
 
-fn lab_of(scene: &Scene, method: Method, step: f64) -> (Lab, Entity) {
+fn lab_of(scene: &Environment, method: Method, step: f64) -> (Lab, Entity) {
     let mut lab = scene.lab(method, step);
     let body = lab.spawn(START);
     (lab, body)
@@ -19,7 +19,7 @@ fn lab_of(scene: &Scene, method: Method, step: f64) -> (Lab, Entity) {
 fn an_impulse_is_what_it_is_at_every_step() {
     let impulse = DVec3::new(3.0, -1.0, 0.25);
     for method in Method::ALL {
-        for scene in [Scene::default(), Scene::falling(), Scene::orbiting()] {
+        for scene in [Environment::default(), Environment::falling(), Environment::orbiting()] {
             for step in [H, H / 7.0] {
                 let (mut lab, body) = lab_of(&scene, method, step);
                 lab.run(30);
@@ -29,8 +29,8 @@ fn an_impulse_is_what_it_is_at_every_step() {
             }
         }
         // Where nothing else acts the way that is gone for it is J w t.
-        let (mut struck, body) = lab_of(&Scene::default(), method, H);
-        let (mut free, twin) = lab_of(&Scene::default(), method, H);
+        let (mut struck, body) = lab_of(&Environment::default(), method, H);
+        let (mut free, twin) = lab_of(&Environment::default(), method, H);
         struck.run(30);
         struck.have(Request::Impulse(body, impulse));
         struck.run(60);
@@ -43,7 +43,7 @@ fn an_impulse_is_what_it_is_at_every_step() {
 /// Goes on after a request as a body does that starts in the state which the request leaves.
 fn starts_anew(
     method: Method,
-    scene: &Scene,
+    scene: &Environment,
     own: bool,
     request: impl Fn(&mut Lab, Entity),
 ) -> [Vec<Bits>; 2] {
@@ -67,7 +67,11 @@ fn starts_anew(
 #[test]
 fn a_velocity_that_is_set_is_a_start() {
     for method in Method::ALL {
-        for scene in [Scene::falling(), Scene::orbiting(), Scene { substeps: Some(3), ..Scene::orbiting() }] {
+        for scene in [
+            Environment::falling(),
+            Environment::orbiting(),
+            Environment { substeps: Some(3), ..Environment::orbiting() },
+        ] {
             for own in [false, true] {
                 let [run, fresh] = starts_anew(method, &scene, own, |lab, body| {
                     lab.have(Request::SetVelocity(body, DVec3::new(-0.5, 0.25, 1.0)));
@@ -87,7 +91,7 @@ fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
         ("inverse mass", |body| Request::SetInverseMass(body, 4.0)),
     ];
     for method in Method::ALL {
-        for scene in [Scene::falling(), Scene::orbiting()] {
+        for scene in [Environment::falling(), Environment::orbiting()] {
             for (name, request) in requests {
                 let (mut lab, body) = lab_of(&scene, method, H);
                 lab.world.entity_mut(body).insert(engines());
@@ -96,8 +100,8 @@ fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
                 let (mut twin, other) = lab_of(&scene, method, H);
                 twin.world.entity_mut(other).insert(engines());
                 twin.run(50);
-                twin.stepper.set_method(&mut twin.world, method.next());
-                twin.stepper.set_method(&mut twin.world, method);
+                twin.set_method(method.next());
+                twin.set_method(method);
                 lab.ask(request(body));
                 twin.ask(request(other));
                 for tick in 0..50 {
@@ -118,15 +122,15 @@ fn new_engines_do_not_act_before_they_are_there() {
         let swap = |lab: &mut Lab, body: Entity| {
             lab.world.entity_mut(body).insert(OwnLaws::new(vec![Box::new(engine()), Box::new(engine())]));
         };
-        let (mut lab, body) = lab_of(&Scene::falling(), method, H);
+        let (mut lab, body) = lab_of(&Environment::falling(), method, H);
         lab.world.entity_mut(body).insert(engines());
         lab.run(50);
         swap(&mut lab, body);
-        let (mut twin, other) = lab_of(&Scene::falling(), method, H);
+        let (mut twin, other) = lab_of(&Environment::falling(), method, H);
         twin.world.entity_mut(other).insert(engines());
         twin.run(50);
-        twin.stepper.set_method(&mut twin.world, method.next());
-        twin.stepper.set_method(&mut twin.world, method);
+        twin.set_method(method.next());
+        twin.set_method(method);
         swap(&mut twin, other);
         lab.run(1);
         twin.run(1);
@@ -145,12 +149,16 @@ fn new_engines_do_not_act_before_they_are_there() {
 #[test]
 fn velocities_turned_round_lead_back() {
     for method in Method::ALL.into_iter().filter(|method| method.claims().reversible) {
-        for scene in [Scene::orbiting(), Scene { substeps: Some(3), ..Scene::orbiting() }, Scene::falling()] {
+        for scene in [
+            Environment::orbiting(),
+            Environment { substeps: Some(3), ..Environment::orbiting() },
+            Environment::falling(),
+        ] {
             for own in [false, true] {
                 let (mut lab, body) = lab_of(&scene, method, H);
                 if own {
                     motion::mark_method(&mut lab.world.entity_mut(body), Some(method));
-                    lab.stepper.set_method(&mut lab.world, Method::ExplicitEuler);
+                    lab.set_method(Method::ExplicitEuler);
                 }
                 lab.run(500);
                 lab.ask(Request::ReverseVelocities);
@@ -178,7 +186,7 @@ fn gravity_of(tick: usize) -> Option<DVec3> {
 #[test]
 fn gravity_that_is_switched_is_a_parabola_in_pieces() {
     for method in Method::ALL {
-        let (mut lab, body) = lab_of(&Scene::falling(), method, H);
+        let (mut lab, body) = lab_of(&Environment::falling(), method, H);
         let Start { mut x, mut v, .. } = START;
         for tick in 0..150 {
             match tick {
@@ -222,7 +230,7 @@ fn damping_that_is_set_acts_from_then_on() {
     }
     for method in Method::ALL {
         let error = |steps: u32| {
-            let (mut lab, body) = lab_of(&Scene::falling(), method, 1.0 / f64::from(steps));
+            let (mut lab, body) = lab_of(&Environment::falling(), method, 1.0 / f64::from(steps));
             for rate in rates {
                 lab.ask(Request::SetDamping(Damping { model: DampingModel::Exact, rate }));
                 lab.run(u64::from(steps / 2));

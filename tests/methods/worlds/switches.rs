@@ -6,7 +6,7 @@ use motion::arrays::Bare;
 use motion::{Gravity, Method};
 
 use super::super::{position, velocity};
-use super::{H, Scene, Start, add};
+use super::{Environment, H, Start, add};
 use crate::harness::Lab;
 
 const START: Start = Start { x: DVec3::new(1.0, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
@@ -18,7 +18,7 @@ fn pairs() -> impl Iterator<Item = (Method, Method)> {
 
 /// A world of `from` after some ticks, switched to `to`: with the state before and after the switch.
 fn switched(
-    scene: &Scene,
+    scene: &Environment,
     from: Method,
     to: Method,
     step: f64,
@@ -28,7 +28,7 @@ fn switched(
     let body = lab.spawn(START);
     lab.run(ticks);
     let before = (lab.x(body), lab.v(body));
-    lab.stepper.set_method(&mut lab.world, to);
+    lab.set_method(to);
     let after = (lab.x(body), lab.v(body));
     (lab, body, [before, after])
 }
@@ -36,7 +36,7 @@ fn switched(
 #[test]
 fn what_position_verlet_leaves_is_the_velocity_of_the_time_of_the_position() {
     for (from, to) in pairs() {
-        let (_, _, [before, after]) = switched(&Scene::falling(), from, to, H, 16);
+        let (_, _, [before, after]) = switched(&Environment::falling(), from, to, H, 16);
         let late = if from == Method::PositionVerlet { H * 0.5 } else { 0.0 };
         assert_eq!(after, (before.0, before.1 + Gravity::EARTH.acceleration * late), "{from:?} {to:?}");
         let exact = START.v + Gravity::EARTH.acceleration * (16.0 * H);
@@ -48,7 +48,7 @@ fn what_position_verlet_leaves_is_the_velocity_of_the_time_of_the_position() {
 fn a_parabola_goes_on_from_the_state_at_the_switch() {
     let g = Gravity::EARTH.acceleration;
     for (from, to) in pairs() {
-        let (mut lab, body, [_, (x, v)]) = switched(&Scene::falling(), from, to, H, 16);
+        let (mut lab, body, [_, (x, v)]) = switched(&Environment::falling(), from, to, H, 16);
         // What the Eulers add to a parabola is a h T / 2, to one side or the other.
         let beside = match to {
             Method::ExplicitEuler => g * (-H / 2.0),
@@ -72,7 +72,7 @@ fn a_parabola_goes_on_from_the_state_at_the_switch() {
 /// Largest errors of position and velocity in the second after the switch, in steps of 1/`steps` s.
 fn errors(from: Method, to: Method, steps: u32) -> [f64; 2] {
     const FINE: u32 = 512;
-    let scene = Scene::orbiting();
+    let scene = Environment::orbiting();
     let (mut lab, body, [_, (x, v)]) =
         switched(&scene, from, to, 1.0 / f64::from(steps), u64::from(steps / 4));
     let mut exact: Bare<f64> = scene.bare(Method::RungeKutta4, 0.125 / f64::from(FINE));
@@ -105,10 +105,10 @@ fn the_new_method_keeps_its_order_on_an_orbit() {
 #[test]
 fn the_whole_way_has_the_lower_order_of_the_two() {
     let run = |from, to, steps: u32| {
-        let mut lab = Scene::orbiting().lab(from, 1.0 / f64::from(steps));
+        let mut lab = Environment::orbiting().lab(from, 1.0 / f64::from(steps));
         let body = lab.spawn(START);
         lab.run(u64::from(steps / 2));
-        lab.stepper.set_method(&mut lab.world, to);
+        lab.set_method(to);
         lab.run(u64::from(steps / 2));
         lab.x(body)
     };

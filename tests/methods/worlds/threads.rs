@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Damping, DampingModel, Gravity, Method, Quarantine, Threads};
 
-use super::{Bits, Dice, H, Scene, Start, wells};
+use super::{Bits, Dice, Environment, H, Start, wells};
 
 /// Not a multiple of a block, so that the last share has a rest.
 const BODIES: usize = Threads::FROM + 7;
@@ -26,7 +26,7 @@ fn starts() -> Vec<Start> {
 }
 
 fn run(
-    scene: &Scene,
+    scene: &Environment,
     method: Method,
     threads: usize,
     starts: &[Start],
@@ -60,9 +60,10 @@ fn run(
 fn any_number_of_threads_gives_the_same_bits() {
     let starts = starts();
     let damping = Some(Damping { model: DampingModel::Clamped, rate: 0.4 });
-    let called = Scene { gravity: Some(Gravity::EARTH), wells: Some(wells()), ..Scene::default() };
+    let called =
+        Environment { gravity: Some(Gravity::EARTH), wells: Some(wells()), ..Environment::default() };
     for method in Method::ALL {
-        for scene in [Scene { damping, ..Scene::falling() }, called.clone()] {
+        for scene in [Environment { damping, ..Environment::falling() }, called.clone()] {
             let one = run(&scene, method, 1, &starts);
             assert_eq!(one.1, [(VICTIM, 2)], "{method:?}");
             for threads in [2, 3] {

@@ -8,8 +8,8 @@ use xxhash_rust::xxh3::xxh3_64;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::at_most::AtMost;
 use super::{BadBundle, Bundle, EnergyState, Event, Manifest, State, UNDAMAGED};
+use crate::lists::within;
 use crate::snapshot::Snapshot;
 
 /// A file of the archive, and the largest that it may be, bytes.
@@ -78,13 +78,13 @@ impl Bundle {
         }
         let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| unreadable(&error))?;
         let manifest = file(&mut archive, &MANIFEST)?.ok_or_else(|| lacking(&MANIFEST))?;
-        let AtMost::<Manifest, MOST_MEMORY>(manifest) =
-            serde_json::from_slice(&manifest).map_err(|error| unreadable(&error))?;
+        let manifest: Manifest =
+            within(MOST_MEMORY, || serde_json::from_slice(&manifest)).map_err(|error| unreadable(&error))?;
         manifest.check_format()?;
         let scene = file(&mut archive, &SCENE)?.ok_or_else(|| lacking(&SCENE))?;
         let state = file(&mut archive, &STATE)?.ok_or_else(|| lacking(&STATE))?;
-        let AtMost::<State<Snapshot>, MOST_MEMORY>(state) =
-            ciborium::from_reader(&state[..]).map_err(|error| unreadable(&error))?;
+        let state: State<Snapshot> =
+            within(MOST_MEMORY, || ciborium::from_reader(&state[..])).map_err(|error| unreadable(&error))?;
         manifest.check_ticks(state.snapshot.ticks())?;
         let tick = state.snapshot.ticks();
         Ok(Self {

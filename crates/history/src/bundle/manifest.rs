@@ -7,6 +7,7 @@ use scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::{BadBundle, UNDAMAGED};
+use crate::lists::list;
 use crate::snapshot::Name;
 
 /// Version of the format that this program writes and reads.
@@ -35,6 +36,7 @@ pub struct Manifest {
     /// State hash there, as summaries write it.
     pub end_state_hash: String,
     /// Ticks whose state hashes are known, ascending, the snapshot's first.
+    #[serde(deserialize_with = "list")]
     pub keyframes: Vec<Keyframe>,
     /// What went wrong, if anything did.
     pub fault: Option<FaultEntry>,

@@ -8,6 +8,7 @@ use motion::{Damping, DampingModel, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::Name;
+use crate::lists::list;
 
 /// A push: stable id and newtons.
 pub(crate) type PushEntry = (u32, [f64; 3]);
@@ -36,6 +37,7 @@ struct ClockFields {
 #[serde(default)]
 pub(crate) struct CountsEntry {
     pub accelerations: u64,
+    #[serde(deserialize_with = "list")]
     pub laws: Vec<(Name<&'static str>, u64)>,
     pub newton_iterations: u64,
     pub cg_iterations: u64,
@@ -85,7 +87,7 @@ struct EmissionFields {
     next: u64,
     #[serde(default)]
     oldest: u64,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "list")]
     slots: Vec<Option<u64>>,
     #[serde(default)]
     seen: Option<(u64, Scalar)>,

@@ -18,6 +18,7 @@ use super::{
     list_bytes,
 };
 use crate::Simulation;
+use crate::lists::list;
 
 /// Gravity and damping of a world, and what is switched off in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -27,6 +28,7 @@ pub struct EffectsState {
     gravity: Option<([f64; 3], bool)>,
     /// Rate of damping, 1/s.
     damping: Option<(Name<DampingModel>, f64)>,
+    #[serde(deserialize_with = "list")]
     off: Vec<Name<Effect>>,
 }
 

@@ -1,0 +1,69 @@
+//! Lists of files, read into no more memory than is allowed: three bytes of a file can be seventy in memory.
+
+use std::cell::Cell;
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
+
+thread_local! {
+    /// Bytes that entries of lists may still take.
+    static ROOM: Cell<usize> = const { Cell::new(usize::MAX) };
+}
+
+/// What `read` reads, with lists of at most `bytes` bytes, all of them together.
+pub(crate) fn within<T>(bytes: usize, read: impl FnOnce() -> T) -> T {
+    ROOM.set(bytes);
+    let read = read();
+    ROOM.set(usize::MAX);
+    read
+}
+
+/// Reads a list. Every list of a file is read by this, or is not counted.
+///
+/// # Errors
+/// One of more bytes than there is room for, as soon as it is too large.
+pub(crate) fn list<'de, D: Deserializer<'de>, T: Deserialize<'de>>(source: D) -> Result<Vec<T>, D::Error> {
+    source.deserialize_seq(Entries(PhantomData))
+}
+
+struct Entries<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
+    type Value = Vec<T>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a sequence")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Vec<T>, A::Error> {
+        let mut list = Vec::new();
+        while let Some(entry) = entries.next_element()? {
+            let room = ROOM.get().checked_sub(size_of::<T>());
+            ROOM.set(room.ok_or_else(|| A::Error::custom("it takes too much memory"))?);
+            list.push(entry);
+        }
+        Ok(list)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(serde::Deserialize)]
+    struct Nested(#[serde(deserialize_with = "list")] Vec<u64>);
+
+    #[test]
+    fn entries_count_by_their_size_in_memory_those_of_nested_lists_too() {
+        let json = "[[1, 2], [], [3]]";
+        let read = |bytes| {
+            within(bytes, || list::<_, Nested>(&mut serde_json::Deserializer::from_str(json)))
+                .map(|lists| lists.into_iter().map(|Nested(list)| list).collect::<Vec<_>>())
+        };
+        let bytes = 3 * size_of::<Nested>() + 3 * size_of::<u64>();
+        assert_eq!(read(bytes).unwrap(), [vec![1, 2], vec![], vec![3]]);
+        assert!(read(bytes - 1).unwrap_err().to_string().starts_with("it takes too much memory"));
+        assert!(read(usize::MAX).is_ok());
+    }
+}

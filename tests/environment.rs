@@ -1,0 +1,100 @@
+//! Worlds that are built by hand: bodies, and the forces and laws on all of them.
+
+use glam::DVec3;
+use motion::arrays::Bare;
+use motion::groups::Solver;
+use motion::{Damping, Drag, Gravity, Method, MutualGravity, PhysicsBody, Substeps, Transform, Well, Wells};
+
+use crate::harness::Lab;
+
+/// A body at the start of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    pub x: DVec3,
+    pub v: DVec3,
+    pub w: f64,
+}
+
+impl Start {
+    pub const fn held(x: DVec3) -> Self {
+        Self { x, v: DVec3::ZERO, w: 0.0 }
+    }
+
+    pub fn components(self) -> (Transform, PhysicsBody) {
+        (Transform::at(self.x), PhysicsBody { velocity: self.v, inverse_mass: self.w })
+    }
+
+    pub const fn of(mass: f64, x: DVec3, v: DVec3) -> Self {
+        Self { x, v, w: 1.0 / mass }
+    }
+}
+
+/// Two wells, softened, so that no orbit is hard to integrate.
+pub fn wells() -> Wells {
+    let well = |position, strength| Well { position, strength, softening: 0.5 };
+    Wells(vec![well(DVec3::ZERO, 3.0), well(DVec3::new(1.0, -2.0, 0.5), -1.0)])
+}
+
+/// Forces and laws on all bodies.
+#[derive(Clone, Debug, Default)]
+pub struct Environment {
+    pub gravity: Option<Gravity>,
+    pub drag: Option<Drag>,
+    pub wells: Option<Wells>,
+    pub attraction: Option<MutualGravity>,
+    pub damping: Option<Damping>,
+    pub substeps: Option<u32>,
+    pub solver: Option<Solver>,
+}
+
+impl Environment {
+    pub fn falling() -> Self {
+        Self { gravity: Some(Gravity::EARTH), ..Self::default() }
+    }
+
+    pub fn orbiting() -> Self {
+        Self { wells: Some(wells()), ..Self::default() }
+    }
+
+    pub fn pull(g: DVec3) -> Self {
+        Self { gravity: Some(Gravity { acceleration: g, on: true }), ..Self::default() }
+    }
+
+    pub fn solved(solver: Solver) -> Self {
+        Self { solver: Some(solver), ..Self::default() }
+    }
+
+    /// A world without bodies yet.
+    pub fn lab(&self, method: Method, h: f64) -> Lab {
+        let mut lab = Lab::new(method, h);
+        let Self { gravity, drag, wells, attraction, damping, substeps, solver } = self.clone();
+        let world = &mut lab.world;
+        gravity.into_iter().for_each(|gravity| world.insert_resource(gravity));
+        drag.into_iter().for_each(|drag| world.insert_resource(drag));
+        wells.into_iter().for_each(|wells| world.insert_resource(wells));
+        attraction.into_iter().for_each(|attraction| world.insert_resource(attraction));
+        damping.into_iter().for_each(|damping| world.insert_resource(damping));
+        substeps.into_iter().for_each(|substeps| world.insert_resource(Substeps(substeps)));
+        solver.into_iter().for_each(|solver| world.insert_resource(solver));
+        lab.stepper.recompile(&mut lab.world);
+        lab
+    }
+
+    /// The same without entities.
+    pub fn bare(&self, method: Method, step: f64) -> Bare<f64> {
+        let mut bare = Bare::new(method, step).with_substeps(self.substeps.unwrap_or(1));
+        if let Some(gravity) = self.gravity {
+            bare = bare.with_law(gravity);
+        }
+        if let Some(drag) = self.drag {
+            bare = bare.with_law(drag);
+        }
+        if let Some(wells) = self.wells.clone() {
+            bare = bare.with_law(wells);
+        }
+        match self.damping {
+            Some(damping) => bare.with_damping(damping),
+            None => bare,
+        }
+    }
+}
