@@ -5,6 +5,7 @@ use crate::groups::{
     Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Row, RowArray, Scratch, Watch,
 };
 use crate::kernels::{OfRows, StepStatistics};
+use crate::methods::MethodStateKind;
 use crate::methods::table::Method;
 use crate::real::Real;
 
@@ -99,10 +100,10 @@ impl<T: Real> Bare<T> {
             coupling, with_options, with_laws, cache, x, v, residues: [rx, rv], w, last, ..
         } = group;
         let residues = self.residues.is_some().then_some([&mut **rx, &mut **rv]);
-        let last = kernel.keeps_last_step().then(|| &mut last[..coupling.movable]);
-        let rows = GroupRows { x, v, residues, w, with_options, with_laws };
+        let last = &mut last[..coupling.movable];
+        let rows = GroupRows { x, v, residues, w, last, with_options, with_laws, cache: Some(cache) };
         let field = GroupField::new(coupling, &environment, rows, &options, scratch, statistics);
-        kernel.tick(field, watch, last, Some(cache))
+        (kernel.tick)(field, watch)
     }
 
     fn gather(&self, rows: &[usize], group: &mut ArrayGroup<T>) {
@@ -142,13 +143,14 @@ impl<T: Real> Bare<T> {
     }
 
     fn scatter(&mut self, kernel: GroupKernel<T>, members: &[usize], group: &ArrayGroup<T>) {
-        if kernel.keeps_last_step() {
+        let keeps_last_step = kernel.single.traits.state == MethodStateKind::LastStep;
+        if keeps_last_step {
             self.last_steps.resize(self.bodies.len(), T::ZERO);
         }
         for (own, row) in members.iter().enumerate() {
             self.positions[*row].copy_from_slice(&group.x[own][..3]);
             self.bodies[*row][..3].copy_from_slice(&group.v[own][..3]);
-            if kernel.keeps_last_step() {
+            if keeps_last_step {
                 self.last_steps[*row] = group.last[own];
             }
             for (to, from) in self.residues.iter_mut().flatten().zip(&group.residues) {

@@ -52,7 +52,7 @@ impl<'a, T: Real> GroupEnvironment<'a, T> {
 }
 
 /// The rows of a group.
-pub(crate) struct GroupRows<'a, T> {
+pub(crate) struct GroupRows<'a, T: Real> {
     /// Positions, m; after the tick, those of its end.
     pub x: &'a mut [Row<T>],
     /// Velocities, m/s.
@@ -61,10 +61,14 @@ pub(crate) struct GroupRows<'a, T> {
     pub residues: Option<[&'a mut [Row<T>]; 2]>,
     /// Inverse masses, 1/kg.
     pub w: &'a [T],
+    /// Lengths of the last steps of the movable rows, s, for a method that keeps them.
+    pub last: &'a mut [T],
     /// Rows whose options change them, ascending.
     pub with_options: &'a [u32],
     /// Rows with own laws, ascending.
     pub with_laws: &'a [u32],
+    /// The cached accelerations, if the tick may use them.
+    pub cache: Option<&'a mut GroupCache<T>>,
 }
 
 /// Arrays of a step, reused for all groups and ticks.
@@ -120,36 +124,15 @@ pub(crate) enum Watch {
 pub(crate) struct GroupKernel<T: Real> {
     /// The method for a body that is left alone.
     pub single: Kernel<T>,
-    tick:
-        fn(GroupField<'_, T>, Watch, Option<&mut [T]>, Option<&mut GroupCache<T>>) -> Result<(), Vec<usize>>,
+    /// Integrates a tick. Fails if a row is not finite or not in range, with those rows that were first, ascending, if
+    /// they were searched for.
+    pub tick: fn(GroupField<'_, T>, Watch) -> Result<(), Vec<usize>>,
 }
 
 impl<T: Real> GroupKernel<T> {
     /// The kernel of `M`.
     pub const fn of<M: Integrator>() -> Self {
-        Self {
-            single: Kernel::of::<M>(),
-            tick: |field, watch, last, cache| field.tick::<M>(watch, last, cache),
-        }
-    }
-
-    /// Whether the method keeps the length of the last step.
-    pub fn keeps_last_step(self) -> bool {
-        self.single.traits.state == MethodStateKind::LastStep
-    }
-
-    /// Integrates a tick. `last` are the lengths of the last steps of the movable rows, if the method keeps them.
-    ///
-    /// # Errors
-    /// If a row is not finite or not in range; holds those that were first, ascending, if they were searched for.
-    pub fn tick(
-        self,
-        field: GroupField<'_, T>,
-        watch: Watch,
-        last: Option<&mut [T]>,
-        cache: Option<&mut GroupCache<T>>,
-    ) -> Result<(), Vec<usize>> {
-        (self.tick)(field, watch, last, cache)
+        Self { single: Kernel::of::<M>(), tick: |field, watch| field.tick::<M>(watch) }
     }
 }
 
@@ -182,29 +165,25 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
     }
 
-    fn tick<M: Integrator>(
-        mut self,
-        watch: Watch,
-        mut last: Option<&mut [T]>,
-        cache: Option<&mut GroupCache<T>>,
-    ) -> Result<(), Vec<usize>> {
+    fn tick<M: Integrator>(mut self, watch: Watch) -> Result<(), Vec<usize>> {
         self.watch = watch;
         self.sort_into_classes();
         self.apply_pushes();
         let mut step_state = StepState::default();
-        if let Some(last) = &mut last {
-            step_state.last_step = self.common_last_step(last);
+        let keeps_last_step = M::STATE == MethodStateKind::LastStep;
+        if keeps_last_step {
+            step_state.last_step = self.common_last_step();
         }
-        let keeps = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
-        let cache = cache.filter(|_| keeps);
+        let caches = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
+        let cache = self.rows.cache.take().filter(|_| caches);
         if let Some(cache) = &cache {
             step_state.start = self.recall(cache);
         }
         let ((x, v), terms, segments) = (start(), &self.environment.terms, self.segments());
         drive::<M, _>(&mut self, terms, &segments, x, v, &mut step_state);
         self.snap();
-        if let Some(last) = last {
-            last.fill(step_state.last_step);
+        if keeps_last_step {
+            self.rows.last.fill(step_state.last_step);
         }
         if let Some(cache) = cache {
             self.note(cache, step_state.start.is_some());

@@ -208,7 +208,7 @@ impl<'a> LinearGroup<'a> {
     }
 
     /// Bounds of each spring's part in the largest eigenvalue of A, 1/s², and of C, 1/s: the sums of what pulls at its
-    /// ends over their masses (Gershgorin 1931, on springs instead of bodies). The largest bound the eigenvalue.
+    /// ends over their masses (Gershgorin 1931, on springs instead of bodies). The largest of them bound the eigenvalues.
     pub fn bounds(&self) -> impl Iterator<Item = [Scalar; 2]> {
         let mut sums = vec![[0.0; 2]; self.root.len()];
         for Stiff { ends, along, damping, .. } in self.springs() {
@@ -225,10 +225,10 @@ impl<'a> LinearGroup<'a> {
         })
     }
 
-    /// A bound of the largest eigenvalue of what [`Self::apply`] applies, decays with it: the largest that a row has
-    /// alone where `(u - v)² <= (1 + t) u² + (1 + 1/t) v²` parts each spring among its ends, t being the ratio of their
-    /// inverse masses. It is the eigenvalue itself where neighbors can swing against each other, as in a lattice, of
-    /// which Gershgorin's bound is three times that.
+    /// An upper bound of the largest eigenvalue of what [`Self::apply`] applies, with decays. Each spring is split between
+    /// its ends by `(u - v)² <= (1 + t) u² + (1 + 1/t) v²`, where t is the ratio of their inverse masses; the bound is the
+    /// largest eigenvalue of a single row. It is exact where neighbors can swing against each other, as in a lattice, for
+    /// which Gershgorin's bound is three times as large.
     pub fn bound(&self, [stiffness, rate]: [Scalar; 2]) -> Scalar {
         let squares: Vec<_> = self.root.iter().map(|root| square(root.max_element())).collect();
         let mut sums = vec![[0.0; 6]; self.root.len()];

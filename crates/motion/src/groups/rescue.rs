@@ -149,23 +149,22 @@ impl Rescue<'_, '_, '_, '_> {
             for watch in [Watch::Off, Watch::On] {
                 let mut scratch = Scratch::default();
                 scratch.pushes.clone_from(&pushes);
-                let (x, v) = (pick(&before.x), pick(&before.v));
-                state = (x, v, numbers(&before.last));
-                let (x, v) = (&mut state.0[..], &mut state.1[..]);
+                state = (pick(&before.x), pick(&before.v), numbers(&before.last));
                 let rows = GroupRows {
-                    x,
-                    v,
+                    x: &mut state.0,
+                    v: &mut state.1,
                     residues: None,
                     w: &w,
+                    last: &mut state.2[..movable],
                     with_options: &with_options,
                     with_laws: &with_laws,
+                    cache: None,
                 };
                 let record = self.output.records.recorder(part.rows.len());
                 let mut own = StepStatistics { record, ..StepStatistics::default() };
-                let last = kernel.keeps_last_step().then(|| &mut state.2[..movable]);
                 let field =
                     GroupField::new(coupling, self.environment, rows, &options, &mut scratch, &mut own);
-                match kernel.tick(field, watch, last, None) {
+                match (kernel.tick)(field, watch) {
                     Ok(()) => {
                         statistics.add(&own);
                         if let (Some(all), Some(own)) = (&mut statistics.record, &own.record) {

@@ -237,13 +237,14 @@ impl Groups {
             v: &mut self.v[rows.clone()],
             residues: None,
             w: &self.w[rows],
+            last: &mut self.last[movable],
             with_options: &group.with_options,
             with_laws: &group.with_laws,
+            cache: Some(&mut group.cache),
         };
-        let last = kernel.keeps_last_step().then(|| &mut self.last[movable]);
         let field =
             GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, statistics);
-        kernel.tick(field, Watch::Off, last, Some(&mut group.cache))
+        (kernel.tick)(field, Watch::Off)
     }
 
     /// Copies the rows of the system's groups back to the tables.

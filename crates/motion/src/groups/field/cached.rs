@@ -1,7 +1,7 @@
 //! The cached accelerations of a group.
 
-use super::GroupField;
 use super::classes::Classes;
+use super::{GroupField, GroupRows};
 use crate::groups::combination::{CACHED, Combination, FIRST, POSITION, VELOCITY};
 use crate::groups::rows::RowArray;
 use crate::kernels::add_compensated;
@@ -33,18 +33,19 @@ struct Conditions {
 impl<T: Real> GroupField<'_, T> {
     /// The length of the last step of all rows. If rows differ, because a velocity was set or a body is new, all
     /// velocities are synchronized with their positions, and the method restarts.
-    pub(super) fn common_last_step(&mut self, last: &mut [T]) -> T {
-        let Some(first) = last.first().copied() else { return T::ZERO };
-        if last.iter().all(|step| *step == first) {
+    pub(super) fn common_last_step(&mut self) -> T {
+        let Some(first) = self.rows.last.first().copied() else { return T::ZERO };
+        if self.rows.last.iter().all(|step| *step == first) {
             return first;
         }
         let (x, v) = (Combination::of(POSITION), Combination::of(VELOCITY));
         let a = self.laws(T::ZERO, x, v);
         let a = a.slot().unwrap_or(FIRST);
-        for (row, (step, v)) in last.iter().zip(self.rows.v.iter_mut()).enumerate() {
+        let GroupRows { v, last, residues, .. } = &mut self.rows;
+        for (row, (step, v)) in last.iter().zip(v.iter_mut()).enumerate() {
             for (axis, part) in v[..3].iter_mut().enumerate() {
                 let more = self.scratch.slots[a][row][axis] * *step * T::of(0.5);
-                match &mut self.rows.residues {
+                match residues {
                     None => *part += more,
                     Some([_, residues]) => {
                         let residue = &mut residues[row][axis];

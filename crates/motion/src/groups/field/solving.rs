@@ -93,7 +93,7 @@ impl<T: Real> GroupField<'_, T> {
         }
         self.scratch.slots[start] = v;
         self.scratch.workspace = work;
-        // Any one: the solution of a system depends on all of its rows.
+        // One row is enough: the solution depends on all of them.
         self.look(|field| field.broken(field.array(start)).take(1).collect());
         match gained.zip(gain) {
             None => Combination::of(start),
@@ -194,7 +194,7 @@ impl<T: Real> Workspace<T> {
             gradients
                 .solve(field.environment.solver, movable, |p, q| linear.multiply(h, sheets, row_terms, p, q));
         if !is_finite {
-            // Told by the velocities; those that have nothing to do with it stay as they are.
+            // The velocities of these rows show it; those of the other rows stay as they are.
             for sum in [Some(&mut *v), gain.as_deref_mut()].into_iter().flatten() {
                 for (v, r) in sum[..movable].iter_mut().zip(gradients.r.iter()) {
                     (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);

@@ -38,7 +38,7 @@ pub(in crate::groups) struct LinearStep<T: Real> {
 }
 
 impl<T: Real> LinearStep<T> {
-    /// Makes room for so many rows, of which those that move have these inverse masses.
+    /// Resizes the arrays to `rows`; `movable` are the inverse masses of the movable rows.
     pub fn fit(&mut self, rows: usize, movable: &[T]) {
         for array in [&mut self.forces, &mut self.scaled] {
             array.resize(rows);
@@ -95,7 +95,7 @@ impl<T: Real> LinearStep<T> {
             return;
         }
         let jacobians = law.jacobians(at, body);
-        let [by_x, by_v] = [jacobians.position, jacobians.velocity].map(pulling_together::<T>);
+        let [by_x, by_v] = [jacobians.position, jacobians.velocity].map(attractive_part::<T>);
         let (sum, moved) = self.local[row];
         self.local[row] = (sum - by_v * h - by_x * (h * h), moved + by_x * h);
     }
@@ -167,7 +167,7 @@ impl<T: Real> Stiff<T> {
 }
 
 /// The symmetric part of a derivative if it has no positive eigenvalue, and zero if it has one.
-fn pulling_together<T: Real>(derivative: T::Matrix) -> T::Matrix {
+fn attractive_part<T: Real>(derivative: T::Matrix) -> T::Matrix {
     let unit = |axis: usize| {
         let mut unit = [T::ZERO; 3];
         unit[axis] = T::ONE;
@@ -208,7 +208,7 @@ mod tests {
             (with(1.0, 2.0, -3.0), false),
             (DMat3::ZERO, true),
         ] {
-            let part = pulling_together::<f64>(matrix);
+            let part = attractive_part::<f64>(matrix);
             let expected = if taken { matrix } else { DMat3::ZERO };
             assert!(part.abs_diff_eq(expected, 1e-12), "{matrix}: {part}");
         }
