@@ -292,7 +292,8 @@ pub(crate) type Refuse<'a> = &'a mut dyn FnMut(usize, Breach);
 #[derive(Clone, Copy)]
 pub(crate) struct Kernel<T: Real> {
     pub traits: Traits,
-    integrate: fn(
+    /// Integrates a tick of some rows of a batch, one by one where they have options.
+    pub integrate: fn(
         &Terms<'_, T>,
         &mut Batch<'_, T>,
         Range<usize>,
@@ -305,25 +306,7 @@ pub(crate) struct Kernel<T: Real> {
 impl<T: Real> Kernel<T> {
     /// The kernel of `M`.
     pub const fn of<M: Integrator>() -> Self {
-        Self {
-            traits: Traits::of::<M>(),
-            integrate: |terms, batch, rows, options, statistics, refuse| {
-                integrate_batch::<T, M>(terms, batch, rows, options, statistics, refuse);
-            },
-        }
-    }
-
-    /// Integrates a tick of some rows of a batch, one by one where they have options.
-    pub fn integrate(
-        self,
-        terms: &Terms<'_, T>,
-        batch: &mut Batch<'_, T>,
-        rows: Range<usize>,
-        options: Option<&dyn RowOptions<T>>,
-        statistics: &mut StepStatistics,
-        refuse: Refuse<'_>,
-    ) {
-        (self.integrate)(terms, batch, rows, options, statistics, refuse);
+        Self { traits: Traits::of::<M>(), integrate: integrate_batch::<T, M> }
     }
 
     /// Integrates a tick of one row with these options, or says why it was refused.
@@ -337,7 +320,7 @@ impl<T: Real> Kernel<T> {
     ) -> Result<(), Breach> {
         let mut outcome = Ok(());
         let refuse = &mut |_, breach| outcome = Err(breach);
-        self.integrate(terms, batch, row..row + 1, Some(&options), statistics, refuse);
+        (self.integrate)(terms, batch, row..row + 1, Some(&options), statistics, refuse);
         outcome
     }
 }

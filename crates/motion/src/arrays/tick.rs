@@ -92,7 +92,7 @@ impl<T: Real> Bare<T> {
         let mut counted = StepStatistics::default();
         let refuse = &mut |row, _| refused.push(rows.start + row);
         let all = 0..rows.len();
-        kernel.integrate(&terms, &mut batch, all, options, &mut counted, refuse);
+        (kernel.integrate)(&terms, &mut batch, all, options, &mut counted, refuse);
         if options.is_none() && counted.accelerations == 0 {
             // Kernels count only called laws.
             counted.accelerations = terms.evaluations() * movable;

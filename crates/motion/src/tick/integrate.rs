@@ -110,7 +110,7 @@ impl TablePart<'_> {
         let mut refused: Vec<(usize, Breach)> = Vec::new();
         let options = self.table.options.map(|_| &self as &dyn RowOptions<Scalar>);
         let refuse = &mut |row, breach| refused.push((row, breach));
-        self.table.kernel.integrate(terms, batch, rows, options, &mut done.statistics, refuse);
+        (self.table.kernel.integrate)(terms, batch, rows, options, &mut done.statistics, refuse);
         for (row, breach) in refused {
             done.refused.push(self.diagnose(terms, batch, row, breach));
         }

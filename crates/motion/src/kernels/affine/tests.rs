@@ -77,7 +77,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     let statistics = &mut StepStatistics::default();
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        Kernel::of::<M>().integrate(&terms, batch, 0..ROWS, None, statistics, refuse);
+        (Kernel::of::<M>().integrate)(&terms, batch, 0..ROWS, None, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
