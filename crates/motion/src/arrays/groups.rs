@@ -2,7 +2,7 @@
 
 use super::Bare;
 use crate::groups::{
-    Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Row, RowArray, Scratch, Watch,
+    Coupling, GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Row, RowArray, Watch,
 };
 use crate::kernels::{OfRows, StepStatistics};
 use crate::methods::MethodStateKind;
@@ -53,16 +53,30 @@ impl<T: Real> Bare<T> {
         let mut scratch = std::mem::take(&mut self.scratch);
         let rows = std::mem::take(&mut group.rows);
         let members = &rows[..group.coupling.movable];
+        let times = self.times(group.substeps.unwrap_or(self.substeps));
+        let shared = self.resources.environment(times);
+        let called = shared.called();
+        let environment =
+            GroupEnvironment::new(kernel.single.traits, shared, &called, self.resources.solver, &[]);
+        let options = OfRows { whole: &self.individuals, rows: &rows };
         let mut statistics = StepStatistics::default();
         let mut outcome = Ok(());
         for watch in [Watch::Off, Watch::On] {
             self.gather(&rows, &mut group);
             self.gather_pushes(members, &mut scratch.pushes);
-            outcome = self.compute(kernel, watch, &rows, &mut group, &mut scratch, &mut statistics);
+            let ArrayGroup { coupling, with_options, with_laws, cache, x, v, residues, w, last, .. } =
+                &mut group;
+            let residues = self.residues.is_some().then(|| residues.each_mut().map(|rows| &mut **rows));
+            let last = &mut last[..coupling.movable];
+            let rows = GroupRows { x, v, residues, w, last, with_options, with_laws, cache: Some(cache) };
+            let field =
+                GroupField::new(coupling, &environment, rows, &options, &mut scratch, &mut statistics);
+            outcome = (kernel.tick)(field, watch);
             if outcome.is_ok() {
                 break;
             }
         }
+        drop(called);
         self.scratch = scratch;
         match outcome {
             Ok(()) => {
@@ -78,32 +92,6 @@ impl<T: Real> Bare<T> {
         }
         group.rows = rows;
         self.groups[number] = group;
-    }
-
-    /// Computes the rows of a group after a tick, without storing them in the bodies.
-    fn compute(
-        &self,
-        kernel: GroupKernel<T>,
-        watch: Watch,
-        rows: &[usize],
-        group: &mut ArrayGroup<T>,
-        scratch: &mut Scratch<T>,
-        statistics: &mut StepStatistics,
-    ) -> Result<(), Vec<usize>> {
-        let times = self.times(group.substeps.unwrap_or(self.substeps));
-        let shared = self.resources.environment(times);
-        let called = shared.called();
-        let environment =
-            GroupEnvironment::new(kernel.single.traits, shared, &called, self.resources.solver, &[]);
-        let options = OfRows { whole: &self.individuals, rows };
-        let ArrayGroup {
-            coupling, with_options, with_laws, cache, x, v, residues: [rx, rv], w, last, ..
-        } = group;
-        let residues = self.residues.is_some().then_some([&mut **rx, &mut **rv]);
-        let last = &mut last[..coupling.movable];
-        let rows = GroupRows { x, v, residues, w, last, with_options, with_laws, cache: Some(cache) };
-        let field = GroupField::new(coupling, &environment, rows, &options, scratch, statistics);
-        (kernel.tick)(field, watch)
     }
 
     fn gather(&self, rows: &[usize], group: &mut ArrayGroup<T>) {
