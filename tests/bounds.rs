@@ -43,7 +43,7 @@ fn the_estimate_is_what_is_taken_within_a_factor() {
             let options =
                 Options { pictures: false, interpolate: false, threads: Some(1), ..Options::default() };
             let mut session = Session::new(scene, options);
-            session.foretell(0.01);
+            session.forecast_start(0.01);
             let mut clock = FrameClock::default();
             session.limit_ticks(1);
             session.advance(&InputFrame::default(), clock.advance_to(0.01).unwrap());

@@ -253,6 +253,6 @@ fn what_differs_is_named_and_what_is_damaged_is_refused() {
     let Said { code, err, .. } = sandbox(&folder, "replay none.zip");
     assert_eq!(
         (code, err.as_str()),
-        (2, "sandbox: cannot read none.zip: there is no such place; check the path\n")
+        (2, "sandbox: cannot read none.zip: no such file or folder; check the path\n")
     );
 }

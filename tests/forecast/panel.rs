@@ -145,7 +145,7 @@ fn no_shipped_scene_is_unstable_but_those_that_show_it() {
     for shipped in scene::shipped() {
         let mut session = Session::new(scene::load(shipped.name).unwrap(), sandbox::Options::default());
         said.extend(
-            session.foretell(1.0 / 60.0).iter().map(|row| format!("{}: {}", shipped.name, row.line())),
+            session.forecast_start(1.0 / 60.0).iter().map(|row| format!("{}: {}", shipped.name, row.line())),
         );
     }
     // It shows what explicit Euler makes of an orbit.

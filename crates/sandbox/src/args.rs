@@ -4,16 +4,16 @@ use clap::Args;
 use motion::effects::Effect;
 use motion::{DampingModel, Method, Substeps};
 
-/// How a tick is taken.
+/// How a tick is integrated.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct StepArgs {
-    /// Method of the scene; bodies with a method of their own keep it
+    /// Method of integration; overrides the scene. Bodies with their own method keep it
     #[arg(long, value_name = "M", value_parser = method)]
     pub method: Option<Method>,
-    /// Parts of a tick, in place of the scene's; bodies with substeps of their own keep them
+    /// Substeps per tick; overrides the scene. Bodies with their own substeps keep them
     #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = substeps)]
     pub substeps: Option<u32>,
-    /// Threads that integrate; states are the same for every number
+    /// Threads that integrate; the results are the same for any number
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = threads)]
     pub threads: Option<usize>,
 }

@@ -30,7 +30,7 @@ use crate::window::{self, WindowArgs};
 
 /// A physics sandbox: the scene of the tutorial "Physics - Linear Motion", and what can be built on it.
 #[derive(Debug, Parser)]
-#[command(name = "sandbox", version, args_conflicts_with_subcommands = true, after_help = EXIT_CODES)]
+#[command(name = "sandbox", version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -41,29 +41,44 @@ pub struct Cli {
     window: WindowArgs,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 fine, 1 an expectation failed, 2 bad flag, file or scene, 3 a body was \
-quarantined, 4 no graphics adapter for pictures, 5 no display for a window";
+const AFTER_HELP: &str = "\
+Examples:
+  sandbox                             the tutorial in a window
+  sandbox orbit --method yoshida_4    another scene by another method
+  sandbox run tutorial --seconds 5    without a window
+
+Exit codes: 0 fine, 1 an expectation failed, 2 bad flag, file or scene, 3 a body was quarantined, 4 no graphics \
+adapter for pictures, 5 no display for a window";
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run a scene without a window
+    #[command(after_help = run::EXAMPLES)]
     Run(Box<RunArgs>),
     /// List scenes, hard cases, methods, laws or keys
+    #[command(after_help = list::EXAMPLES)]
     List(ListArgs),
-    /// Print the systems of one step, in order, as compiled
+    /// Print the systems of one tick, in order, as compiled
+    #[command(after_help = plan::EXAMPLES)]
     Plan(PlanArgs),
     /// Print what each effect of a scene does and costs: the receipt
+    #[command(after_help = effects::EXAMPLES)]
     Effects(EffectsArgs),
     /// Run a scene again without each of its effects and print what that changes
+    #[command(after_help = ablate::EXAMPLES)]
     Ablate(AblateArgs),
     /// Run problems and scenes by every method at every step: what accuracy costs
+    #[command(after_help = cost::EXAMPLES)]
     Cost(CostArgs),
     /// Measure which method and substeps suit each part of a scene: the cheapest below an error, or the most
     /// accurate within a time
+    #[command(after_help = recommend::EXAMPLES)]
     Recommend(RecommendArgs),
-    /// Run every method on every hard case: what survives what
+    /// Run every method on every hard case: which survive
+    #[command(after_help = stability::EXAMPLES)]
     Stability(StabilityArgs),
-    /// Run a bundle again: to the same state and the same fault, or not
+    /// Run a bundle again, and compare the state and the fault
+    #[command(after_help = replay::EXAMPLES)]
     Replay(ReplayArgs),
 }
 
@@ -102,4 +117,24 @@ fn worded(error: clap::Error) -> clap::Error {
     let commands: Vec<_> = program.get_subcommands().map(clap::Command::get_name).collect();
     let what = format!("'{word}' is one argument too many; the commands are {}", commands.join(", "));
     program.error(ErrorKind::UnknownArgument, what)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_examples_that_are_right() {
+        let program = Cli::command();
+        for command in program.get_subcommands().chain([&program]) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let examples: Vec<_> = help.lines().filter(|line| line.starts_with("  sandbox")).collect();
+            assert!(!examples.is_empty(), "{} has no example", command.get_name());
+            for example in examples {
+                let line = example.trim().split("   ").next().unwrap_or_default();
+                let parsed = Cli::try_parse_from(line.split_whitespace());
+                assert!(parsed.is_ok(), "{example}: {parsed:?}");
+            }
+        }
+    }
 }

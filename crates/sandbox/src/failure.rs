@@ -27,7 +27,7 @@ impl Failure {
     pub fn file(doing: &str, path: &Path, error: &std::io::Error) -> Self {
         use std::io::ErrorKind as Kind;
         let why = match error.kind() {
-            Kind::NotFound => "there is no such place; check the path",
+            Kind::NotFound => "no such file or folder; check the path",
             Kind::PermissionDenied => "it is not permitted; give another path",
             Kind::ReadOnlyFilesystem => "nothing can be written there; give another path",
             Kind::StorageFull => "the disk is full; make room, or give another path",

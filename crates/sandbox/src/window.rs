@@ -104,7 +104,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         speed: Speed::default(),
         failure: None,
     };
-    shell.session.foretell(1.0 / DEFAULT_FPS);
+    shell.session.forecast_start(1.0 / DEFAULT_FPS);
     // Also while another window has the keyboard: the wheel turns here as well.
     event_loop.listen_device_events(DeviceEvents::Always);
     event_loop.run_app(&mut shell).map_err(|error| {
@@ -182,7 +182,7 @@ struct Shell {
     down: HashMap<PhysicalKey, Key>,
     modifiers: ModifiersState,
     focused: bool,
-    /// A key that changes the mode waits for its frame: until then nobody knows what motion means.
+    /// A key that changes the mode waits for its frame: until then motion could mean either.
     mode_changes: bool,
     clock: FrameClock,
     start: Instant,
@@ -473,7 +473,7 @@ impl Shell {
         match scene::load(name) {
             Ok(scene) => {
                 self.session.open(scene);
-                self.session.foretell(1.0 / DEFAULT_FPS);
+                self.session.forecast_start(1.0 / DEFAULT_FPS);
                 self.session.save_faults();
             }
             Err(error) => self.session.notices.say(Topic::File, error.to_string()),

@@ -55,10 +55,10 @@ impl Player {
         self.of_frames.iter().chain(&self.of_ticks).map(|(place, step)| (*place, step))
     }
 
-    /// What a run that is paused after `session`'s last frame waits for in vain, at `rate` frames a second: a tick, or a
-    /// frame that is too far ahead for anybody to wait.
+    /// What a run that is paused after `session`'s last frame waits for forever, at `rate` frames per second: a tick, or a
+    /// frame that is too far ahead to wait for.
     #[must_use]
-    pub fn waits_in_vain(&self, session: &Session, rate: f64) -> Option<When> {
+    pub fn waits_forever(&self, session: &Session, rate: f64) -> Option<When> {
         #[expect(clippy::cast_precision_loss, reason = "counts of frames")]
         let last = session.frames().saturating_add(MOST_PAUSED_FRAMES) as f64;
         if !self.afterwards.is_empty() || self.held.iter().any(|(until, _)| until * rate <= last) {
@@ -69,12 +69,12 @@ impl Player {
             return self.of_ticks.front().map(|(_, step)| step.when).or(key);
         };
         #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
-        let in_vain = match *when {
+        let forever = match *when {
             When::Tick(tick) => tick > session.ticks(),
             When::Frame(frame) => frame as f64 > last,
             When::Seconds(time) => time * rate > last,
         };
-        in_vain.then_some(*when)
+        forever.then_some(*when)
     }
 
     /// The input of frame number `frame`, which begins after `ticks` ticks and ends at `total` seconds.

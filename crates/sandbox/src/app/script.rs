@@ -26,9 +26,9 @@ impl Session {
         self.player.as_ref()
     }
 
-    /// What the script waits for in vain while the session is paused, at `rate` frames a second.
-    pub(crate) fn waits_in_vain(&self, rate: f64) -> Option<When> {
-        self.player.as_ref()?.waits_in_vain(self, rate)
+    /// What the script waits for forever while the session is paused, at `rate` frames per second.
+    pub(crate) fn waits_forever(&self, rate: f64) -> Option<When> {
+        self.player.as_ref()?.waits_forever(self, rate)
     }
 
     /// Does what the script does at the start of a frame.

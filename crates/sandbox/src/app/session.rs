@@ -32,7 +32,7 @@ pub(crate) const DEFAULT_FPS: f64 = 60.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Simulated {
     /// One of the run; the session is at its end.
-    Anew,
+    New,
     /// One on the way to a past tick; the session does not show it.
     Again,
 }
@@ -267,7 +267,7 @@ impl Session {
                 let Stage { seen, sim, .. } = &mut self.stage;
                 seen.trails.after_tick(&mut sim.world, time);
             }
-            late = after_tick(self, Simulated::Anew).is_break();
+            late = after_tick(self, Simulated::New).is_break();
             if self.record_after_tick(repeated) || late {
                 undone = ticks - tick;
                 break;
@@ -392,13 +392,13 @@ impl Session {
 
     /// Looks ahead at the start of a scene, whose frames are to have that length, s: what would grow is kept for the
     /// summary; what would soon be seen is told, and given here.
-    pub fn foretell(&mut self, frame: f64) -> Vec<ForecastRow> {
+    pub fn forecast_start(&mut self, frame: f64) -> Vec<ForecastRow> {
         self.tools.forecast.begin(&mut self.stage, frame)
     }
 
     /// What would grow, as it was at the start of the scene.
     #[must_use]
-    pub fn foretold(&self) -> &[ForecastRow] {
+    pub fn forecast_at_start(&self) -> &[ForecastRow] {
         self.tools.forecast.at_start()
     }
 

@@ -16,6 +16,10 @@ use crate::view::options::Options;
 use crate::failure::Failure;
 use crate::input::InputFrame;
 
+pub(super) const EXAMPLES: &str = "\
+Example:
+  sandbox ablate everything --seconds 2 --no-pictures";
+
 /// Runs a scene again without each of its effects.
 #[derive(Args, Debug)]
 pub(crate) struct AblateArgs {

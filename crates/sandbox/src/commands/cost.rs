@@ -15,6 +15,11 @@ use crate::failure::Failure;
 use crate::output::files::{make_folder, write};
 use crate::output::progress::Progress;
 
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  sandbox cost kepler --quick
+  sandbox cost flag --seconds 5 --out report";
+
 /// Measures accuracy against cost.
 #[derive(Args, Debug)]
 pub(crate) struct CostArgs {
@@ -24,19 +29,19 @@ pub(crate) struct CostArgs {
     /// Simulated seconds of a scene [default: 10]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
-    /// Bodies that methods are ranked by time at, as copies of a problem; a scene is timed as it is [default: 1000]
+    /// Copies of a problem that are timed together; a scene is timed as it is [default: 1000]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = bodies)]
     pub bodies: Option<u32>,
-    /// Fewer rungs and curves: an answer within a minute
+    /// Fewer and shorter runs: an answer within a minute
     #[arg(long)]
     pub quick: bool,
     /// Write report.html, figures and tables into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Go on with the report that was interrupted in that folder
+    /// Continue the report that was interrupted in that folder
     #[arg(long, requires = "out")]
     pub resume: bool,
-    /// Count instructions as well, with callgrind; needs valgrind
+    /// Count instructions, too, with callgrind; needs valgrind
     #[arg(long)]
     pub instructions: bool,
     /// Run nothing but so many ticks of a setting: what is counted

@@ -19,6 +19,10 @@ use crate::view::options::Options;
 /// Ticks of a report that does not say.
 pub(crate) const DEFAULT_TICKS: u64 = 600;
 
+pub(super) const EXAMPLES: &str = "\
+Example:
+  sandbox effects everything --ticks 1200";
+
 /// Prints what effects do and cost.
 #[derive(Args, Debug)]
 pub(crate) struct EffectsArgs {

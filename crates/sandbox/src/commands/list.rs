@@ -21,6 +21,11 @@ enum Listed {
     Keys,
 }
 
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  sandbox list scenes
+  sandbox list methods --format json";
+
 /// Lists what there is.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct ListArgs {

@@ -11,12 +11,16 @@ use crate::methods::cost;
 use crate::output::show;
 use crate::view::options::{Options, Overrides};
 
+pub(super) const EXAMPLES: &str = "\
+Example:
+  sandbox plan tutorial --method runge_kutta_4";
+
 /// Prints the systems of one step.
 #[derive(Args, Debug)]
 pub(crate) struct PlanArgs {
     /// A shipped scene or a file
     scene: String,
-    /// Method of the scene; bodies with a method of their own keep it
+    /// Method of integration; overrides the scene. Bodies with their own method keep it
     #[arg(long, value_name = "M", value_parser = method)]
     method: Option<Method>,
 }

@@ -16,6 +16,11 @@ use crate::output::files::{Output, output_file};
 use crate::output::progress::Progress;
 use crate::output::show;
 
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  sandbox recommend orbit --error 0.001
+  sandbox recommend flag --budget-ms 1 --apply faster.ron";
+
 /// Measures which method and substeps suit each part of a scene.
 #[derive(Args, Debug)]
 pub(crate) struct RecommendArgs {
@@ -26,7 +31,7 @@ pub(crate) struct RecommendArgs {
     /// Simulated seconds over which errors are measured
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
     pub seconds: Option<f64>,
-    /// Write the scene with what was chosen; the file is new, or the scene's own
+    /// Write the scene with the chosen settings into a new file, or into its own
     #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
     /// As a table or as JSON

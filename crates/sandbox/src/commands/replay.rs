@@ -15,10 +15,15 @@ use crate::output::report::{STATE_HEADER, fault_json, write_state};
 use crate::output::show;
 use crate::view::options::Options;
 
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  sandbox replay bundle_001.zip
+  sandbox replay fault.zip --out fault";
+
 /// Runs a bundle again.
 #[derive(Args, Debug)]
 pub(crate) struct ReplayArgs {
-    /// What `run --black-box` or Ctrl+S has written
+    /// The bundle that `run --black-box` or Ctrl+S wrote
     bundle: PathBuf,
     /// Write scene.ron, state.csv of the end, the picture and summary.json into this folder
     #[arg(long, value_name = "DIR")]

@@ -32,6 +32,12 @@ mod outputs;
 
 use outputs::{Outputs, Watch, refuse_same_files, state_file};
 
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  sandbox run tutorial --seconds 5 --state states.csv
+  sandbox run oscillator --method yoshida_4 --ledger --summary run.json
+  sandbox run tutorial --script assets/scripts/tour.ron --seconds 6 --frames pictures";
+
 /// Runs a scene without a window.
 #[derive(Args, Debug)]
 pub(crate) struct RunArgs {
@@ -43,21 +49,21 @@ pub(crate) struct RunArgs {
     /// Ticks
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     pub ticks: Option<u64>,
-    /// Ticks a second, in place of the scene's
+    /// Ticks per second; overrides the scene
     #[arg(long, value_name = "H", allow_negative_numbers = true, value_parser = rate)]
     pub hz: Option<f64>,
     #[command(flatten)]
     pub step: StepArgs,
-    /// Damping model, in place of the scene's: tutorial, clamped or exact
+    /// Damping model: tutorial, clamped or exact; overrides the scene
     #[arg(long, value_name = "MODEL", value_parser = damping)]
     pub damping: Option<DampingModel>,
     /// Start with this effect switched off; may be given several times
     #[arg(long, value_name = "EFFECT", value_parser = effect)]
     pub without: Vec<Effect>,
-    /// Frames a second for scripts and pictures [default: 60]
+    /// Frames per second for scripts and pictures [default: 60]
     #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = rate)]
     pub fps: Option<f64>,
-    /// A file with one frame time in seconds a line, instead of --fps
+    /// A file with one frame time in seconds per line, instead of --fps
     #[arg(long, value_name = "FILE", conflicts_with = "fps")]
     pub frame_times: Option<PathBuf>,
     /// Play a script or a recording
@@ -66,10 +72,10 @@ pub(crate) struct RunArgs {
     /// Check what the scene expects
     #[arg(long)]
     pub assert: bool,
-    /// Keep books of energy and momentum, for the summary
+    /// Keep a ledger of energy and momentum for the summary
     #[arg(long)]
     pub ledger: bool,
-    /// Exit with code 1 before the first tick if something would grow without bound
+    /// Exit with code 1 before the first tick if the forecast finds something unstable
     #[arg(long)]
     pub refuse_unstable: bool,
     /// Write the state of every body as CSV
@@ -210,7 +216,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     // Before anything is written.
     let longest_frame = ends.longest();
     loading.next();
-    let told = foretell(args, &mut session, longest_frame)?;
+    let told = forecast_start(args, &mut session, longest_frame)?;
     let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
     told.iter().chain(&long).for_each(|line| loading.tell(line));
     let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
@@ -228,7 +234,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     loading.next();
     let start = Summary::start(&mut session);
     drop(loading);
-    keep_books(args, &mut session);
+    keep_ledger(args, &mut session);
     if args.black_box.is_some() {
         session.keep_black_box();
         if !session.records() {
@@ -250,7 +256,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         let frame_number = session.frames();
         let Some(time) = ends.next(&mut clock, frame_number) else { break };
         session.advance_watched(&InputFrame::NOTHING, time, &mut |session, simulated| {
-            if simulated == Simulated::Anew {
+            if simulated == Simulated::New {
                 watch.after_tick(session);
             }
             ControlFlow::Continue(())
@@ -298,9 +304,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         for order in orders {
             if let Order::Open(name) = order {
                 session.open(scene::load(&name)?);
-                let told = foretell(args, &mut session, longest_frame);
+                let told = forecast_start(args, &mut session, longest_frame);
                 refused = told.map(|told| told.iter().for_each(|line| eprintln!("{line}")));
-                keep_books(args, &mut session);
+                keep_ledger(args, &mut session);
             }
         }
         progress.set_position(session.ticks());
@@ -309,10 +315,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             && session.arrived()
         {
             if session.player().is_none_or(Player::finished) {
-                // Nobody is left who could go on.
+                // No script is left that could go on.
                 break;
             }
-            if let Some(when) = session.waits_in_vain(rate) {
+            if let Some(when) = session.waits_forever(rate) {
                 let now = session.ticks();
                 refused = Err(Failure::Usage(format!(
                     "{}: the run is paused at tick {now}, and the next step of the script waits for {when}; let one before \
@@ -330,10 +336,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
 /// Lines about what would grow: more of them say the same.
 const MOST_WARNINGS: usize = 3;
 
-/// What there is to say of what would grow without bound; refused where that was asked for.
-fn foretell(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
+/// Warnings of what would grow without bound; an error if that was asked for.
+fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
     let scene = session.scene().name.clone();
-    let rows = session.foretell(frame);
+    let rows = session.forecast_start(frame);
     let line = |row: &ForecastRow| format!("{scene} is unstable: {}", row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
     if args.refuse_unstable && !lines.is_empty() {
@@ -346,18 +352,18 @@ fn foretell(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<Str
     Ok(lines)
 }
 
-/// Keeps the books that were asked for, or that a bound of the energy is checked by.
-fn keep_books(args: &RunArgs, session: &mut Session) {
+/// Keeps the ledger that was asked for, or that a bound of the energy is checked by.
+fn keep_ledger(args: &RunArgs, session: &mut Session) {
     let bounds_energy = session.scene().expect.is_some_and(|expect| expect.energy_drift_below.is_some());
     if args.ledger || args.assert && bounds_energy {
         session.keep_ledger();
     }
 }
 
-/// Runs that take less than this are not told of, s.
+/// Shorter runs are not announced, s.
 const LONG: f64 = 10.0;
 
-/// What there is to say of a tick where all bodies attract each other and the run will be long.
+/// Announces a long run of bodies that all attract each other.
 fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
     let scene = session.scene();
     let AttractionTick { bodies, seconds } = lab::attraction_tick(scene)?;

@@ -17,16 +17,20 @@ use crate::failure::Failure;
 use crate::output::files::{make_folder, write};
 use crate::output::progress::{PIECE, Progress};
 
+pub(super) const EXAMPLES: &str = "\
+Example:
+  sandbox stability --method semi_implicit_euler --method implicit_euler";
+
 /// Runs the survival matrix.
 #[derive(Args, Debug)]
 pub(crate) struct StabilityArgs {
-    /// Hard cases, or scene files that say what survival is [default: all of `sandbox list cases`]
+    /// Hard cases, or scene files that define survival [default: all of `sandbox list cases`]
     #[arg(value_name = "CASE")]
     pub cases: Vec<String>,
-    /// This method alone; may be given several times
+    /// Only this method; may be given several times
     #[arg(long = "method", value_name = "M", value_parser = method)]
     pub methods: Vec<Method>,
-    /// Ticks of a run at most
+    /// Most ticks of a run
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = above_0)]
     pub ticks: Option<u64>,
     /// Write stability.html, matrix.svg, matrix.csv, matrix.md and matrix.json into this folder

@@ -57,7 +57,7 @@ pub(crate) fn named(name: &str) -> Result<Option<Bundle>, Failure> {
         return Ok(None);
     }
     let mut start = Vec::new();
-    // Whoever loads it as a scene says why it cannot be read.
+    // Loading it as a scene says why it cannot be read.
     let read_start = fs::File::open(path).and_then(|file| file.take(4).read_to_end(&mut start));
     if read_start.is_err() || !Bundle::begins_with(&start) {
         return Ok(None);
@@ -65,7 +65,7 @@ pub(crate) fn named(name: &str) -> Result<Option<Bundle>, Failure> {
     read(path).map(Some)
 }
 
-/// The run of `bundle`, which lies in the file `name`, simulated again, with a bar for whoever waits at a terminal.
+/// The run of `bundle`, which lies in the file `name`, simulated again, with a progress bar on a terminal.
 pub(crate) fn repeated(
     bundle: &Bundle,
     name: &str,

@@ -11,7 +11,7 @@ use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
 
-/// Files that are not finished, and that nobody would look for.
+/// Files that are not finished, and that no person would look for.
 static BEGUN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn begun() -> MutexGuard<'static, BTreeSet<PathBuf>> {

@@ -13,7 +13,7 @@ const STEPS: f64 = 1000.0;
 /// Thread CPU time between two looks at a study, s.
 pub(crate) const PIECE: f64 = 0.1;
 
-/// A bar with the time left; nothing where nobody looks.
+/// A bar with the time left; nothing where no person looks.
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {

@@ -87,7 +87,7 @@ impl Summary {
             })
             .collect();
         let forecast: Vec<_> = session
-            .foretold()
+            .forecast_at_start()
             .iter()
             .map(|row| {
                 json!({
@@ -131,8 +131,8 @@ impl Summary {
             ("frames", json!(pictures)),
             ("adapter", adapter.map_or(Value::Null, Value::String)),
         ];
-        let books = session.ledger().map(|ledger| ("ledger", ledger_json(ledger)));
-        let fields = fields.into_iter().chain(books);
+        let ledger = session.ledger().map(|ledger| ("ledger", ledger_json(ledger)));
+        let fields = fields.into_iter().chain(ledger);
         Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }
     }
 
@@ -171,9 +171,9 @@ impl Summary {
                     }
                     continue;
                 }
-                Value::Object(books) if field == "ledger" => {
+                Value::Object(lines) if field == "ledger" => {
                     let _ = writeln!(table, "{field}");
-                    for (line, value) in books {
+                    for (line, value) in lines {
                         let _ = writeln!(table, "  {line:<24} {value}");
                     }
                     continue;
@@ -186,14 +186,14 @@ impl Summary {
     }
 }
 
-/// The books since they were opened.
+/// The ledger since it was opened.
 fn ledger_json(ledger: &Ledger) -> Value {
-    let books = ledger.since_opening();
-    let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &books.energy;
-    let momentum = &books.momentum;
+    let sums = ledger.since_opening();
+    let LedgerLines { pushes, laws, damping, limits, anchors, interventions, residual } = &sums.energy;
+    let momentum = &sums.momentum;
     json!({
         "kept_s": number(ledger.seconds()),
-        "change_j": number(books.energy.change()),
+        "change_j": number(sums.energy.change()),
         "push_work_j": number(*pushes),
         "laws": by_law(laws, |work| number(*work)),
         "damping_j": number(*damping),

@@ -30,7 +30,7 @@ pub(crate) struct Selected {
     pub forces: Vec<(String, DVec3)>,
     /// The method that it asks for, whatever the scene's is.
     pub own_method: Option<Method>,
-    /// Why and when it was frozen, if it was.
+    /// When and by which system it was quarantined, if it was.
     pub quarantined: Option<String>,
     /// What is summed up over the points, of a soft body.
     pub soft: Option<SoftSum>,

@@ -139,8 +139,8 @@ impl Stage {
     }
 
     fn quarantined_end(&self) -> usize {
-        let frozen = self.sim.world.resource::<Quarantine>().records().len();
-        (self.run.quarantined_before + frozen).min(self.run.quarantined.len())
+        let here = self.sim.world.resource::<Quarantine>().records().len();
+        (self.run.quarantined_before + here).min(self.run.quarantined.len())
     }
 
     /// The body of that name, if there is one and it was not removed.

@@ -7,7 +7,7 @@ use winit::event_loop::{EventLoop, EventLoopBuilder};
 
 use crate::failure::Failure;
 
-const NO_DISPLAY: &str = "no display found; `sandbox run tutorial` runs without a window";
+const NO_DISPLAY: &str = "no display found; type `sandbox run tutorial` to run without a window, `sandbox --help` for everything else";
 
 /// The event loop of the display that there is.
 pub(super) fn event_loop() -> Result<EventLoop<()>, Failure> {

@@ -70,7 +70,7 @@ impl Outputs<'_> {
             let summary = file.finish_with(summary.to_json().as_bytes());
             written = written.and(summary.map_err(|error| Failure::file("write", path, &error)));
         }
-        // What the run waits for in vain names its step itself.
+        // A run that waits forever names its step itself.
         let left = if refused.is_ok() { steps_left(args, &session) } else { None };
         let verdict = match black_box {
             Some(black_box) => Err(black_box.verdict()),

@@ -15,7 +15,7 @@ use crate::tools::tool::{Desk, Tool};
 use crate::view::notices::Topic;
 use crate::view::stage::Stage;
 
-/// How long a forecast is shown before it is made anew, s: speeds and distances change all the time.
+/// How long a forecast is shown before it is computed again, s: speeds and distances change all the time.
 const FRESH_S: f64 = 0.25;
 
 /// The same for large nets, of which a forecast takes a frame.
