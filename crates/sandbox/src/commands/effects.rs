@@ -53,7 +53,7 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
     if let Some(row) = rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
         (row.ns, row.share) = (Some(watch), Some(watch / ns));
     }
-    let heading = ["effect", "state", "bodies", "evaluations", "ns a step", "share", "bytes", "because"];
+    let heading = ["effect", "state", "bodies", "evaluations", "ns per step", "share", "bytes", "because"];
     let line = |row: &Row| {
         let part = |text: String| if row.state == EffectState::On { text } else { "-".to_owned() };
         let measured = |value: Option<f64>, text: fn(f64) -> String| part(value.map_or("-".to_owned(), text));
@@ -103,7 +103,7 @@ impl<R> Report<'_, R> {
             Format::Table => {
                 let head = heading.iter().map(|word| (*word).to_owned()).collect();
                 let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
-                let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns a step\n", method.name());
+                let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns per step\n", method.name());
                 title + &aligned(&lines)
             }
         }
