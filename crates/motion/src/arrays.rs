@@ -211,22 +211,10 @@ impl<T: Real> Bare<T> {
         self.step = step.to_f64();
     }
 
-    /// The method of every body that has none of its own.
-    #[must_use]
-    pub const fn method(&self) -> Method {
-        self.method
-    }
-
     /// Gravity, if it was declared.
     #[must_use]
     pub const fn gravity(&self) -> Option<Gravity> {
         self.resources.gravity
-    }
-
-    /// Damping, if there is some.
-    #[must_use]
-    pub const fn damping(&self) -> Option<Damping> {
-        self.resources.damping
     }
 
     /// Simulated time, s; for a world, since the scene began. Computed in f64 and rounded once, as are all times that

@@ -109,12 +109,6 @@ impl Groups {
         self.list.iter().map(|group| group.coupling.movable).sum()
     }
 
-    /// Whether one of the springs has damping.
-    #[must_use]
-    pub fn damped(&self) -> bool {
-        self.list.iter().any(|group| group.coupling.springs.damped())
-    }
-
     /// Allocated bytes of the lists of springs and of the arrays of rows.
     #[must_use]
     pub fn bytes(&self) -> usize {
