@@ -279,3 +279,6 @@ impl<T: Real> Bare<T> {
         self.groups.iter_mut().for_each(ArrayGroup::forget);
     }
 }
+
+#[cfg(test)]
+mod tests;

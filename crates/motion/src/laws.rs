@@ -9,6 +9,8 @@ mod declared;
 mod drag;
 pub(crate) mod epoch;
 mod gravity;
+#[cfg(test)]
+mod lift;
 mod mutual_gravity;
 pub(crate) mod own;
 mod thrust;
@@ -24,6 +26,8 @@ pub(crate) use declared::{Changes, Declared, DeclaredParam, WorldLaw};
 pub use declared::{LAWS, WorldLaws};
 pub use drag::Drag;
 pub use gravity::Gravity;
+#[cfg(test)]
+pub use lift::Lift;
 pub use mutual_gravity::{MutualGravity, SourceMass};
 pub use thrust::{Curve, Thrust};
 pub use wells::{Well, Wells};
@@ -37,7 +41,8 @@ use crate::units::Scalar;
 /// be switched off alone, formula. A new law is a line here.
 macro_rules! with_world_laws {
     ($then:ident) => {
-        $then! {
+        $crate::laws::with_laws_of_tests! {
+            $then
             drag: Drag (wind: Wind)
                 "drag of a fluid, linear and quadratic: a = -c u - k |u| u with u = v - wind";
             wells: Wells ()
@@ -46,6 +51,20 @@ macro_rules! with_world_laws {
     };
 }
 pub(crate) use with_world_laws;
+
+#[cfg(not(test))]
+macro_rules! with_laws_of_tests {
+    ($then:ident $($laws:tt)*) => {
+        $then! { $($laws)* }
+    };
+}
+#[cfg(test)]
+macro_rules! with_laws_of_tests {
+    ($then:ident $($laws:tt)*) => {
+        $then! { $($laws)* lift: Lift () "lift of spinning bodies: a = w × v"; }
+    };
+}
+pub(crate) use with_laws_of_tests;
 
 /// The time at which a law is evaluated, and the side of a discontinuity on which it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
