@@ -188,7 +188,7 @@ fn a_paused_run_waits_for_no_key_that_is_held_for_ever() {
         drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
         drive.run(5, 1.0 / 60.0);
         assert!(drive.session.paused() && !drive.session.player().unwrap().finished());
-        drive.session.player().unwrap().waits_forever(&drive.session, 60.0)
+        drive.session.player().unwrap().waits_forever(drive.session.frames(), drive.session.ticks(), 60.0)
     };
     assert_eq!(waits("5"), None);
     assert!(matches!(waits("1e300"), Some(When::Seconds(until)) if until >= 1e300));

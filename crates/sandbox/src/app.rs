@@ -4,6 +4,7 @@ pub mod actions;
 mod changes;
 mod control;
 mod held;
+mod layout;
 mod past;
 pub mod player;
 pub(crate) mod rerun;

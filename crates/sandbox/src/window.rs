@@ -82,7 +82,8 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         let script = load_script(path, session.scene())?;
         session.play(player_of(script));
     }
-    let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args)).transpose()?;
+    let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.step.method, args.size));
+    let recorder = recorder.transpose()?;
     let event_loop = display::event_loop()?;
     let mut shell = Shell {
         session,

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use glam::DVec3;
 use motion::Method;
 
+use crate::app::held::Hold;
 use crate::app::session::Session;
 pub use crate::input::{Key, UnknownKey};
 use crate::tools::{Panel, TOOLS};
@@ -37,12 +38,8 @@ impl When {
 /// What an action does.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Does {
-    /// Flies to the right, up and forward while it is held.
-    Fly(DVec3),
-    /// Pushes the selection in that direction while it is held.
-    Push(DVec3),
-    /// Lets clicks select what cannot be moved while it is held.
-    SelectImmovable,
+    /// Lasts while the key is held.
+    While(Hold),
     /// Happens when the key goes down.
     Once(fn(&mut Session)),
     /// Opens or closes a panel.
@@ -70,11 +67,11 @@ const fn once(name: &'static str, keys: Keys, what: &'static str, does: fn(&mut 
 }
 
 const fn fly(name: &'static str, keys: Keys, what: &'static str, along: DVec3) -> Binding {
-    Binding { name, keys, when: When::CameraMode, what, does: Does::Fly(along) }
+    Binding { name, keys, when: When::CameraMode, what, does: Does::While(Hold::Fly(along)) }
 }
 
 const fn push(name: &'static str, keys: Keys, what: &'static str, along: DVec3) -> Binding {
-    Binding { name, keys, when: When::SelectionMode, what, does: Does::Push(along) }
+    Binding { name, keys, when: When::SelectionMode, what, does: Does::While(Hold::Push(along)) }
 }
 
 /// The actions before those of tools.
@@ -108,7 +105,7 @@ const FIRST: &[Binding] = &[
         keys: &["Alt"],
         when: When::SelectionMode,
         what: "held, a click selects also what cannot be moved",
-        does: Does::SelectImmovable,
+        does: Does::While(Hold::SelectImmovable),
     },
     once("pause", &["P"], "pause or go on", |session| session.view.paused ^= true),
     once("step", &["."], "pause and simulate one tick", |session| {

@@ -9,7 +9,7 @@ use motion::{Gravity, Method, PhysicsBody, Push, PushQueue, Quarantined, Request
 use scene::unsolvable;
 
 use crate::app::actions::{Does, binding, takes_shift};
-use crate::app::held::{self, Held};
+use crate::app::held;
 use crate::app::session::{Session, SwitchedBy};
 use crate::input::{Button, Input, Key};
 use crate::methods;
@@ -19,14 +19,6 @@ use crate::view::stage::{Mode, Order};
 
 /// Slowest and fastest pace that the keys reach.
 const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
-
-/// What a person holds and waits for.
-#[derive(Default)]
-pub(crate) struct Hands {
-    pub held: Held,
-    pub selecting: bool,
-    pub steps_asked: u64,
-}
 
 impl Session {
     pub(crate) fn handle(&mut self, input: &Input) {
@@ -84,7 +76,7 @@ impl Session {
             match binding.does {
                 Does::Once(does) => does(self),
                 Does::Open(panel) => self.toggle(panel),
-                Does::Fly(_) | Does::Push(_) | Does::SelectImmovable => self.hands.held.press(key),
+                Does::While(hold) => self.hands.held.press(key, hold),
             }
         }
     }

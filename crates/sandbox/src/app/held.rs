@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use crate::app::actions::{BINDINGS, Does, binding};
 use crate::input::Key;
 
 /// Newtons of a held push key.
@@ -11,25 +10,47 @@ const KEY_PUSH: f64 = 10.0;
 /// A shift key that is held for less than this, s, before a key that goes with it, was not meant to fly.
 const CHORD_S: f64 = 0.5;
 
+/// What a key does while it is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Hold {
+    /// Flies to the right, up and forward.
+    Fly(DVec3),
+    /// Pushes the selection in that direction.
+    Push(DVec3),
+    /// Lets clicks select what cannot be moved.
+    SelectImmovable,
+}
+
+/// A key and what it does while it is held.
+type HeldKey = (Key, Hold);
+
+/// What a person holds and waits for.
+#[derive(Default)]
+pub(crate) struct Hands {
+    pub held: Held,
+    pub selecting: bool,
+    pub steps_asked: u64,
+}
+
 /// Keys that went down and up before what they steer could see them.
 pub(crate) struct Tapped {
     /// Within one frame: they fly for that frame.
-    pub in_frame: Vec<Key>,
+    pub in_frame: Vec<HeldKey>,
     /// With no tick between: they push for one tick, as a click does.
-    pub between_ticks: Vec<Key>,
+    pub between_ticks: Vec<HeldKey>,
 }
 
 /// The taps of a span of time.
 #[derive(Clone, Debug, Default)]
 struct Taps {
     /// Keys that went down in it.
-    pressed: Vec<Key>,
+    pressed: Vec<HeldKey>,
     /// Those of them that came up in it, too.
-    tapped: Vec<Key>,
+    tapped: Vec<HeldKey>,
 }
 
 impl Taps {
-    fn release(&mut self, same: impl Fn(&Key) -> bool) {
+    fn release(&mut self, same: impl Fn(&HeldKey) -> bool) {
         if let Some(at) = self.pressed.iter().position(same) {
             self.tapped.push(self.pressed.remove(at));
         }
@@ -39,7 +60,7 @@ impl Taps {
 /// Keys that act as long as they are held.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Held {
-    keys: Vec<Key>,
+    keys: Vec<HeldKey>,
     /// Those of this frame.
     in_frame: Taps,
     /// Those since the last tick.
@@ -53,20 +74,21 @@ impl Held {
         self.keys.is_empty()
     }
 
-    pub fn press(&mut self, key: &Key) {
-        if !self.keys.contains(key) {
-            if is_shift(key) {
+    pub fn press(&mut self, key: &Key, hold: Hold) {
+        if !self.keys.iter().any(|(other, _)| other == key) {
+            let held = (key.clone(), hold);
+            if is_shift(&held) {
                 self.shifted_s = 0.0;
             }
-            self.keys.push(key.clone());
-            self.in_frame.pressed.push(key.clone());
-            self.between_ticks.pressed.push(key.clone());
+            self.keys.push(held.clone());
+            self.in_frame.pressed.push(held.clone());
+            self.between_ticks.pressed.push(held);
         }
     }
 
     pub fn release(&mut self, key: &Key) {
         // By name: the control or the shift key may have gone down or up since the key did.
-        let same = |other: &Key| other.name() == key.name();
+        let same = |(other, _): &HeldKey| other.name() == key.name();
         self.in_frame.release(same);
         self.between_ticks.release(same);
         self.keys.retain(|held| !same(held));
@@ -102,9 +124,9 @@ impl Held {
     }
 
     /// Where the camera flies in a frame of `seconds`: right, up and forward, each -1, 0 or 1.
-    pub fn flight(&mut self, tapped: &[Key], seconds: f64) -> DVec3 {
-        let direction = sum(&[&self.keys, tapped].concat(), |does| match does {
-            Does::Fly(along) => Some(along),
+    pub fn flight(&mut self, tapped: &[HeldKey], seconds: f64) -> DVec3 {
+        let direction = sum(&[&self.keys, tapped].concat(), |hold| match hold {
+            Hold::Fly(along) => Some(along),
             _ => None,
         });
         if direction.y < 0.0 {
@@ -120,27 +142,30 @@ impl Held {
 
     /// Whether a key is held that lets clicks select what cannot be moved.
     pub fn selects_immovable(&self) -> bool {
-        let mut rows = self.keys.iter().filter_map(binding);
-        rows.any(|row| matches!(row.does, Does::SelectImmovable))
+        self.keys.iter().any(|(_, hold)| *hold == Hold::SelectImmovable)
     }
 }
 
 /// The push of `keys`, N.
-pub(crate) fn push(keys: &[Key]) -> DVec3 {
-    let along = sum(keys, |does| match does {
-        Does::Push(along) => Some(along),
+pub(crate) fn push(keys: &[HeldKey]) -> DVec3 {
+    let along = sum(keys, |hold| match hold {
+        Hold::Push(along) => Some(along),
         _ => None,
     });
     along * KEY_PUSH
 }
 
-fn is_shift(key: &Key) -> bool {
+fn is_shift((key, _): &HeldKey) -> bool {
     key.name() == "Shift"
 }
 
-/// The sum of what each action of `keys` does, once for all keys of an action: of two opposite ones, 0.
-fn sum(keys: &[Key], along: impl Fn(Does) -> Option<DVec3>) -> DVec3 {
-    let names: Vec<_> = keys.iter().filter_map(binding).map(|row| row.name).collect();
-    let held = BINDINGS.iter().filter(|row| names.contains(&row.name));
-    held.filter_map(|row| along(row.does)).sum()
+/// The sum of what `keys` do, where a key that is held and tapped counts once: of two opposite ones, 0.
+fn sum(keys: &[HeldKey], along: impl Fn(Hold) -> Option<DVec3>) -> DVec3 {
+    let mut holds: Vec<Hold> = Vec::new();
+    for (_, hold) in keys {
+        if !holds.contains(hold) {
+            holds.push(*hold);
+        }
+    }
+    holds.into_iter().filter_map(along).sum()
 }

@@ -13,7 +13,7 @@ use scene::{FileIndex, StepKind};
 
 use crate::app::session::{OnFault, Session, Simulated};
 use crate::view::notices::Topic;
-use crate::view::recording::{Recorded, Way};
+use crate::view::recorded::{Recorded, Way};
 use crate::view::stage::{Order, prepare};
 
 /// What a selection is in every world of a scene.

@@ -4,11 +4,9 @@ use std::collections::VecDeque;
 
 use motion::Request;
 use motion::units::Vector;
-use scene::{Action, MouseButton, Script, Step, When};
+use scene::{Action, MouseButton, Step, When};
 
-use crate::app::actions;
-use crate::app::session::Session;
-use crate::input::{Button, Experiment, Input, Key, UnknownKey};
+use crate::input::{Button, Experiment, Input, Key};
 
 /// Frames that a paused run waits for the next step of its script.
 const MOST_PAUSED_FRAMES: u64 = 100_000;
@@ -28,20 +26,10 @@ pub struct Player {
 }
 
 impl Player {
-    /// Prepares `script`, all key names checked.
-    ///
-    /// # Errors
-    /// Every step that names no key: its index and the word.
-    pub fn new(script: Script) -> Result<Self, Vec<(usize, UnknownKey)>> {
-        let keys = script.steps.iter().enumerate().filter_map(|(i, step)| Some((i, step.action.key()?)));
-        let unknown = keys.filter_map(|(i, word)| Some((i, actions::key_of_word(word).err()?)));
-        let unknown: Vec<_> = unknown.collect();
-        if !unknown.is_empty() {
-            return Err(unknown);
-        }
-        let (of_ticks, of_frames) =
-            script.steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
-        Ok(Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new() })
+    /// Plays steps whose words for keys are all names of keys.
+    pub(crate) fn of(steps: Vec<Step>) -> Self {
+        let (of_ticks, of_frames) = steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
+        Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new() }
     }
 
     /// Whether every step was carried out, and nothing is held.
@@ -55,12 +43,12 @@ impl Player {
         self.of_frames.iter().chain(&self.of_ticks).map(|(place, step)| (*place, step))
     }
 
-    /// What a run that is paused after `session`'s last frame waits for forever, at `rate` frames per second: a tick, or a
+    /// What a run that is paused after so many frames and ticks waits for forever, at `rate` frames per second: a tick, or a
     /// frame that is too far ahead to wait for.
     #[must_use]
-    pub fn waits_forever(&self, session: &Session, rate: f64) -> Option<When> {
+    pub fn waits_forever(&self, frames: u64, ticks: u64, rate: f64) -> Option<When> {
         #[expect(clippy::cast_precision_loss, reason = "counts of frames")]
-        let last = session.frames().saturating_add(MOST_PAUSED_FRAMES) as f64;
+        let last = frames.saturating_add(MOST_PAUSED_FRAMES) as f64;
         if !self.afterwards.is_empty() || self.held.iter().any(|(until, _)| until * rate <= last) {
             return None;
         }
@@ -70,7 +58,7 @@ impl Player {
         };
         #[expect(clippy::cast_precision_loss, reason = "a count of frames")]
         let forever = match *when {
-            When::Tick(tick) => tick > session.ticks(),
+            When::Tick(tick) => tick > ticks,
             When::Frame(frame) => frame as f64 > last,
             When::Seconds(time) => time * rate > last,
         };
@@ -119,7 +107,7 @@ impl Player {
 
     /// What `action` is as an input, at `now` seconds.
     fn input(&mut self, action: Action, now: f64) -> Input {
-        let key = |word: &str| actions::key_of_word(word).expect("checked when the script was read");
+        let key = |word: &str| word.parse::<Key>().expect("checked when the script was read");
         let experiment = |experiment| Input::Experiment(experiment);
         let of_body =
             |name, request, value: Vector| experiment(Experiment::OfBody(name, request, value.to_array()));

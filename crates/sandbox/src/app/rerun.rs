@@ -7,7 +7,7 @@ use history::{
 use crate::app::session::{OnFault, Session};
 use crate::failure::Failure;
 use crate::view::options::Options;
-use crate::view::recording::Recorded;
+use crate::view::recorded::Recorded;
 
 /// Name and version of the program, for files that it writes.
 pub(crate) const PROGRAM: &str = concat!("sandbox ", env!("CARGO_PKG_VERSION"));

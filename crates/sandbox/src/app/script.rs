@@ -7,12 +7,13 @@ use std::path::Path;
 
 use motion::TimeStep;
 use motion::clock::{FrameTime, StepClock};
-use scene::{Recording, Scene, Script, Source, When};
+use scene::{Action, Recording, Scene, Script, Source, When};
 
 use crate::app::actions;
 use crate::app::player::Player;
 use crate::app::session::Session;
 use crate::failure::Failure;
+use crate::input::UnknownKey;
 
 impl Session {
     /// Plays a script from the next frame on, beside the input of frames.
@@ -28,7 +29,7 @@ impl Session {
 
     /// What the script waits for forever while the session is paused, at `rate` frames per second.
     pub(crate) fn waits_forever(&self, rate: f64) -> Option<When> {
-        self.player.as_ref()?.waits_forever(self, rate)
+        self.player.as_ref()?.waits_forever(self.frames(), self.ticks(), rate)
     }
 
     /// Does what the script does at the start of a frame.
@@ -58,6 +59,28 @@ impl Session {
             self.carry_out_requests();
             self.note_pushes();
         }
+    }
+}
+
+impl Player {
+    /// Prepares `script`, all key names checked.
+    ///
+    /// # Errors
+    /// Every step that names no key: its index and the word.
+    pub fn new(script: Script) -> Result<Self, Vec<(usize, UnknownKey)>> {
+        let (mut steps, mut unknown) = (script.steps, Vec::new());
+        for (number, step) in steps.iter_mut().enumerate() {
+            let (Action::Press(word) | Action::Hold(word, _) | Action::KeyDown(word) | Action::KeyUp(word)) =
+                &mut step.action
+            else {
+                continue;
+            };
+            match actions::key_of_word(word) {
+                Ok(key) => *word = key.to_string(),
+                Err(error) => unknown.push((number, error)),
+            }
+        }
+        if unknown.is_empty() { Ok(Self::of(steps)) } else { Err(unknown) }
     }
 }
 

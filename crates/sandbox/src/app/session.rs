@@ -13,7 +13,7 @@ use motion::ledger::Ledger;
 use motion::{TimeStep, remember_positions};
 use scene::{Scene, StepKind};
 
-use crate::app::control::Hands;
+use crate::app::held::Hands;
 use crate::app::player::Player;
 use crate::app::ui::Ui;
 use crate::input::InputFrame;

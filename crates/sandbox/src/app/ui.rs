@@ -1,16 +1,10 @@
 //! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
 
-use egui::{Event, LayerId, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
-use motion::clock::{FrameClock, FrameTime};
+use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
+use motion::clock::FrameTime;
 
-use crate::app::actions;
-use crate::app::session::Session;
 use crate::input::{Button, Key};
-use crate::tools::tool::{Desk, Edit};
-use crate::tools::{Panel, Tools};
-use crate::view::card::{self, Selected};
-use crate::view::stage::Stage;
-use crate::view::{hud, marks};
+use crate::tools::Panel;
 
 /// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
 const FAR: f64 = 1e6;
@@ -197,6 +191,43 @@ impl Ui {
         self.size_px = size_px;
     }
 
+    /// Lays out a frame by `lay_out`, which is called once more where something is as large as it was not expected to be.
+    pub fn run(&mut self, time: FrameTime, mut lay_out: impl FnMut(&mut Self, &egui::Context)) {
+        let (now, context) = (time.total(), self.context.clone());
+        // The first layout only measures; a second one of the same frame stands right.
+        let passes = if self.laid_out { 1 } else { 2 };
+        let pixels_per_point = self.pixels_per_point();
+        for _ in 0..passes {
+            let [width, height] = self.size_px;
+            #[expect(clippy::cast_precision_loss, reason = "pixels")]
+            let size = Vec2::new(width as f32, height as f32) / pixels_per_point;
+            let mut input = RawInput {
+                screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
+                time: Some(now),
+                #[expect(clippy::cast_possible_truncation, reason = "a frame time")]
+                predicted_dt: time.length() as f32,
+                events: std::mem::take(&mut self.events),
+                ..Default::default()
+            };
+            if let Some(viewport) = input.viewports.get_mut(&egui::ViewportId::ROOT) {
+                viewport.native_pixels_per_point = Some(pixels_per_point);
+            }
+            let mut output = context.run_ui(input, |root| lay_out(self, root.ctx()));
+            if let Some(mut earlier) = self.output.take() {
+                // Textures that no picture has taken yet.
+                earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
+                output.textures_delta = std::mem::take(&mut earlier.textures_delta);
+            }
+            let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
+            // The longest delay is never.
+            let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
+            self.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
+            self.output = Some(output);
+        }
+        self.laid_out = true;
+        self.was_open = self.any_open();
+    }
+
     /// The panels of the last layout as triangles; their textures are handed out once.
     pub fn panels(&mut self) -> Option<render::Panels> {
         let output = self.output.as_mut()?;
@@ -219,89 +250,6 @@ impl Drop for Ui {
         // No picture will draw them any more; a debug build of egui asks to be told so.
         if let Some(output) = &mut self.output {
             output.textures_delta.clear();
-        }
-    }
-}
-
-/// Lays out all that is written over the picture; the changes that the person asks for.
-fn lay_out(ui: &mut Ui, context: &egui::Context, stage: &mut Stage, tools: &mut Tools) -> Vec<Edit> {
-    let (keys, mut edits, mut closed) = (actions::rows(), Vec::new(), Vec::new());
-    let titles: Vec<_> = ui.opened.iter().map(|panel| panel.row().title).collect();
-    for (panel, tool) in tools.each().filter(|(panel, _)| ui.opened.contains(panel)) {
-        let title = panel.row().title;
-        let (stage, edits) = (&mut *stage, &mut edits);
-        let mut desk = Desk { context, stage, title, open: &titles, keys: &keys, edits, closes: false };
-        tool.show(&mut desk);
-        if desk.closes {
-            closed.push(panel);
-        }
-    }
-    closed.into_iter().for_each(|panel| ui.close(panel));
-    let painter = context.layer_painter(LayerId::new(egui::Order::Background, egui::Id::unique("hud")));
-    let mut taken = marks::show(&painter, &stage.visible_labels());
-    taken.extend(stage.fault_mark().map(|mark| marks::show_mark(&painter, &mark)));
-    for (panel, tool) in tools.each() {
-        tool.write(stage, &painter, ui.shows(panel), taken.clone());
-    }
-    hud::show(&painter, stage);
-    let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
-    if let Some(selected) = selected {
-        card::show(context, &selected, stage.sim.method());
-    }
-    edits
-}
-
-impl Session {
-    /// Lays the panels out for this frame and queues what the person changed in them.
-    pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
-        let now = time.total();
-        self.notices.expire(now);
-        let context = self.ui.context.clone();
-        // The first layout only measures; a second one of the same frame stands right.
-        let passes = if self.ui.laid_out { 1 } else { 2 };
-        let pixels_per_point = self.ui.pixels_per_point();
-        let mut edits = Vec::new();
-        for _ in 0..passes {
-            let [width, height] = self.run.options.size_px;
-            #[expect(clippy::cast_precision_loss, reason = "pixels")]
-            let size = Vec2::new(width as f32, height as f32) / pixels_per_point;
-            let mut input = RawInput {
-                screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size)),
-                time: Some(now),
-                #[expect(clippy::cast_possible_truncation, reason = "a frame time")]
-                predicted_dt: time.length() as f32,
-                events: std::mem::take(&mut self.ui.events),
-                ..Default::default()
-            };
-            if let Some(viewport) = input.viewports.get_mut(&egui::ViewportId::ROOT) {
-                viewport.native_pixels_per_point = Some(pixels_per_point);
-            }
-            let Self { stage, tools, ui, .. } = self;
-            let mut output =
-                context.run_ui(input, |root| edits.extend(lay_out(ui, root.ctx(), stage, tools)));
-            if let Some(mut earlier) = self.ui.output.take() {
-                // Textures that no picture has taken yet.
-                earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
-                output.textures_delta = std::mem::take(&mut earlier.textures_delta);
-            }
-            let delay = output.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
-            // The longest delay is never.
-            let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
-            self.ui.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
-            self.ui.output = Some(output);
-        }
-        self.ui.laid_out = true;
-        self.ui.was_open = self.ui.any_open();
-        for edit in edits {
-            self.edit(edit);
-        }
-    }
-
-    /// Lays the panels out for a picture of the present state, between two frames.
-    pub(crate) fn lay_out_still(&mut self) {
-        if let Ok(now) = FrameClock::default().advance_to(self.clock.now()) {
-            // A card that is new stands at its place in the layout after those that measure it.
-            (0..2).for_each(|_| self.lay_out_panels(now));
         }
     }
 }

@@ -4,19 +4,21 @@ use std::path::{Path, PathBuf};
 
 use history::FaultEntry;
 use render::Image;
+use serde_json::{Value, json};
 
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::finish_bundle;
 use crate::output::files::Output;
+use crate::output::report::fault_json;
 
 /// What went wrong in a run.
 pub(crate) struct BlackBox {
     /// Where it was written, or why not.
-    pub written: Result<PathBuf, Failure>,
+    written: Result<PathBuf, Failure>,
     /// The last good tick, or the oldest that is kept.
-    pub tick: u64,
-    pub fault: FaultEntry,
+    tick: u64,
+    fault: FaultEntry,
     /// Whether a body was; else energy jumped.
     quarantined: bool,
 }
@@ -45,6 +47,12 @@ pub(crate) fn write(
 }
 
 impl BlackBox {
+    /// What the summary of a run says of its black box.
+    pub(crate) fn json(&self) -> Value {
+        let path = self.written.as_ref().ok().map(|path| path.display().to_string());
+        json!({ "path": path, "tick": self.tick, "fault": fault_json(Some(&self.fault)) })
+    }
+
     /// How the run ends: by what went wrong in it, even if that could not be written down.
     pub(crate) fn verdict(&self) -> Failure {
         let Self { written, tick, fault, quarantined } = self;

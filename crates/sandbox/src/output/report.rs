@@ -11,7 +11,6 @@ use serde_json::{Map, Value, json};
 
 use crate::app::session::Session;
 use crate::numbers::json_number as number;
-use crate::output::black_box::BlackBox;
 use crate::view::stage::QuarantinedBody;
 
 /// Header of the state file.
@@ -136,13 +135,9 @@ impl Summary {
         Self { fields: fields.map(|(name, value)| (name.to_owned(), value)).collect() }
     }
 
-    /// Adds what the black box of the run has written.
-    pub(crate) fn add_black_box(&mut self, black_box: Option<&BlackBox>) {
-        let value = black_box.map_or(Value::Null, |BlackBox { written, tick, fault, .. }| {
-            let path = written.as_ref().ok().map(|path| path.display().to_string());
-            json!({ "path": path, "tick": tick, "fault": fault_json(Some(fault)) })
-        });
-        self.fields.insert("black_box".to_owned(), value);
+    /// Adds a field at the end.
+    pub(crate) fn add(&mut self, field: &str, value: Value) {
+        self.fields.insert(field.to_owned(), value);
     }
 
     /// The summary as JSON, the order of the contract kept.

@@ -3,4 +3,43 @@
 mod panel;
 mod state;
 
+use lab::cost::{Bench, Plan, Subject};
+use motion::clock::FrameTime;
+use scene::Scene;
+
+use self::state::{LONGEST_FRAME, Live, SHARE, settings};
+use crate::tools::tool::{Desk, Tool};
+use crate::view::stage::Stage;
+
 pub(crate) use state::Cost;
+
+impl Tool for Cost {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        if panel::show(self, desk) {
+            // The next frame begins another study.
+            self.live = None;
+        }
+    }
+
+    /// Goes on with the study for its part of a frame.
+    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
+        if !open {
+            return;
+        }
+        let settings = settings(stage);
+        if self.live.as_ref().is_none_or(|live| live.of != settings) {
+            let mut scene = Scene::clone(&stage.sim.scene);
+            (scene.gravity, scene.damping) = (settings.gravity, settings.damping);
+            scene.step_hz = 1.0 / settings.step;
+            let subject = Subject::of_scene(scene, None).without(settings.off.clone());
+            self.live = Some(Live { bench: Bench::new(subject, Plan::live()), of: settings });
+        }
+        if let Some(live) = &mut self.live {
+            live.bench.work(time.length().min(LONGEST_FRAME) * SHARE);
+        }
+    }
+
+    fn works(&self) -> bool {
+        self.progress() < 1.0
+    }
+}

@@ -3,5 +3,53 @@
 mod panel;
 mod state;
 
+use motion::Requests;
+use motion::clock::FrameTime;
+
+use self::state::{FRESH_LARGE_S, FRESH_S, LARGE_NET, settings};
+use crate::tools::tool::{Desk, Tool};
+use crate::view::stage::Stage;
+
 pub use state::ForecastRow;
 pub(crate) use state::{Forecast, rows};
+
+impl Tool for Forecast {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        if let Some(rows) = self.shown() {
+            panel::show(desk, rows);
+        }
+    }
+
+    /// What is asked for may change the forecast: it is made again in this frame.
+    fn before_requests(&mut self, stage: &mut Stage) {
+        if let Some(shown) =
+            self.shown.as_mut().filter(|_| !stage.sim.world.resource::<Requests>().is_empty())
+        {
+            shown.age = f64::INFINITY;
+        }
+    }
+
+    /// Keeps the forecast of an open panel fresh.
+    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
+        if !open {
+            self.shown = None;
+            return;
+        }
+        let of = settings(stage);
+        let fresh = if of.structure[1] > LARGE_NET { FRESH_LARGE_S } else { FRESH_S };
+        if let Some(shown) = &mut self.shown {
+            shown.age += time.length();
+            if shown.of == of && shown.age < fresh {
+                return;
+            }
+        }
+        self.refresh(stage, of);
+    }
+
+    fn restart(&mut self, stage: &mut Stage) {
+        if self.shown.is_some() {
+            let of = settings(stage);
+            self.refresh(stage, of);
+        }
+    }
+}

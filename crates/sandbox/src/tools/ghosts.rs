@@ -5,5 +5,71 @@ mod panel;
 mod picture;
 mod state;
 
+use std::collections::BTreeSet;
+
+use egui::{Painter, Rect};
+use motion::TimeStep;
+use render::Frame;
+
+use self::state::{MOST_BODIES, Twins};
+use crate::tools::tool::{Desk, Tool};
+use crate::view::notices::Topic;
+use crate::view::stage::Stage;
+
 pub(crate) use state::Ghosts;
 pub use state::{GhostRow, GhostState};
+
+impl Tool for Ghosts {
+    fn show(&mut self, desk: &mut Desk<'_>) {
+        self.panel = panel::show(self, desk);
+    }
+
+    /// Ghosts where there are none, and the other way round. The list can be closed without them.
+    fn toggle(&mut self, stage: &mut Stage, open: bool) -> bool {
+        stage.notices.retract(Topic::Ghosts);
+        if self.twins.take().is_some() {
+            return false;
+        }
+        if stage.sim.bodies.len() > MOST_BODIES {
+            stage.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
+            return open;
+        }
+        self.twins = Some(Twins::new(&mut stage.sim, BTreeSet::new()));
+        true
+    }
+
+    fn before_requests(&mut self, stage: &mut Stage) {
+        let Some(twins) = &mut self.twins else { return };
+        let requests: Vec<_> = stage.sim.requested().collect();
+        twins.all().for_each(|twin| twin.carry_out(&requests));
+    }
+
+    /// A tick of the ghosts, with what the coming one of the world takes in.
+    fn before_tick(&mut self, stage: &Stage, last: bool) {
+        let Some(twins) = &mut self.twins else { return };
+        let (step, inputs) = (*stage.sim.world.resource::<TimeStep>(), stage.sim.pending());
+        for twin in twins.all() {
+            if last {
+                twin.remember_positions();
+            }
+            twin.tick(step, &inputs);
+        }
+    }
+
+    fn restart(&mut self, stage: &mut Stage) {
+        if let Some(Twins { hidden, .. }) = self.twins.take() {
+            self.twins = Some(Twins::new(&mut stage.sim, hidden));
+        }
+    }
+
+    fn draw(&self, stage: &Stage, frame: &mut Frame) {
+        if let Some(twins) = &self.twins {
+            picture::add_ghosts(twins, stage, frame);
+        }
+    }
+
+    fn write(&mut self, stage: &Stage, painter: &Painter, open: bool, taken: Vec<Rect>) {
+        let panel = self.panel.filter(|_| open);
+        panel::show_labels(painter, &self.labels(stage), taken, panel);
+    }
+}

@@ -5,7 +5,7 @@ use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 use crate::tools::tool::{Desk, Edit, Tool};
 use crate::view::hud::mouse_hint;
 use crate::view::marks::FAULT;
-use crate::view::recording::Within;
+use crate::view::recorded::Within;
 use crate::view::stage::QuarantinedBody;
 
 /// Going back in the last minute; the recording is the stage's.

@@ -7,11 +7,11 @@ use bevy_ecs::prelude::*;
 use history::Simulation;
 use lab::cost::{Precision, Setting};
 use motion::clock::StepClock;
-use motion::{Evaluations, Method, PhysicsBody, Quarantine, Quarantined, Stepper, Substeps};
+use motion::{Evaluations, Method, PhysicsBody, Quarantined, Stepper, Substeps};
 use scene::Scene;
 
 use crate::view::camera::Camera;
-use crate::view::stage::{Mode, Order, QuarantinedBody, Stage};
+use crate::view::stage::{Mode, Order, Stage};
 
 impl Stage {
     /// What runs.
@@ -112,35 +112,6 @@ impl Stage {
             *counts.entry(motion::own_method(entity).unwrap_or(scene)).or_default() += 1;
         }
         counts.into_iter().collect()
-    }
-
-    /// Every body that was quarantined in the run up to now, in earlier scenes and before a reset too, in that order.
-    #[must_use]
-    pub fn quarantined(&self) -> &[QuarantinedBody] {
-        &self.run.quarantined[..self.quarantined_end()]
-    }
-
-    /// The same with those that the run has gone back before, and whose ticks it has not dropped.
-    #[must_use]
-    pub fn all_quarantined(&self) -> &[QuarantinedBody] {
-        &self.run.quarantined
-    }
-
-    /// When and by which system `body` was quarantined, in a few words.
-    pub(crate) fn quarantined_because(&self, body: Entity) -> Option<String> {
-        let records = self.sim.world.resource::<Quarantine>().records();
-        let record = records.iter().find(|record| record.body == body)?;
-        Some(format!("in tick {} by {}", record.tick, record.cause.system))
-    }
-
-    /// Those of this world.
-    pub(crate) fn quarantined_here(&self) -> &[QuarantinedBody] {
-        &self.run.quarantined[self.run.quarantined_before..self.quarantined_end()]
-    }
-
-    fn quarantined_end(&self) -> usize {
-        let here = self.sim.world.resource::<Quarantine>().records().len();
-        (self.run.quarantined_before + here).min(self.run.quarantined.len())
     }
 
     /// The body of that name, if there is one and it was not removed.

@@ -17,7 +17,7 @@ use scene::{PushSpec, Scene};
 use crate::view::camera::Camera;
 use crate::view::notices::Notices;
 use crate::view::options::Options;
-use crate::view::recording::Recorded;
+use crate::view::recorded::Recorded;
 use crate::view::trails::Trails;
 
 /// Simulated time that one frame may catch up with, s; what a longer frame owes is dropped and reported.

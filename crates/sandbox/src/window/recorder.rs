@@ -9,7 +9,6 @@ use crate::app::player::recorded;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::output::files::Output;
-use crate::window::WindowArgs;
 
 /// What was recorded so far.
 pub(super) struct Recorder {
@@ -24,18 +23,17 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Starts a recording that will be written to `path`.
-    pub fn new(path: &Path, scene: &str, args: &WindowArgs) -> Result<Self, Failure> {
-        let [width, height] = args.size;
+    pub fn new(path: &Path, scene: &str, method: Option<Method>, size: [u32; 2]) -> Result<Self, Failure> {
         // Found out before a person has played for an hour; an older recording stays until then.
         let output = Output::create(path).map_err(|error| Failure::file("write", path, &error))?;
         Ok(Self {
             path: path.to_owned(),
             output,
             script: Script::default(),
-            method: args.step.method,
+            method,
             frame_ends_s: Vec::new(),
             scene: scene.to_owned(),
-            size_px: (width, height),
+            size_px: size.into(),
         })
     }
 

@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use motion::Totals;
 use motion::ledger::Ledger;
 use render::{Film, Image};
+use serde_json::Value;
 
 use crate::app::session::Session;
 use crate::commands::run::RunArgs;
 use crate::failure::Failure;
-use crate::output::black_box;
+use crate::output::black_box::{self, BlackBox};
 use crate::output::files::{Output, output_file};
 use crate::output::pictures::{Camera, with_settings};
 use crate::output::report::{self, STATE_HEADER, Summary};
@@ -51,7 +52,7 @@ impl Outputs<'_> {
         let mut black_box = None;
         if let Some((path, file)) = args.black_box.as_deref().zip(box_file) {
             black_box = black_box::write(path, file, &mut session, picture);
-            summary.add_black_box(black_box.as_ref());
+            summary.add("black_box", black_box.as_ref().map_or(Value::Null, BlackBox::json));
         }
         let shown = show(&summary.to_table());
         let unconverged = session.evaluations().unconverged_steps();

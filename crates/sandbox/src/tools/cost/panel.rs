@@ -6,22 +6,9 @@ use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
 use motion::Method;
 use report::ink;
 
-use crate::tools::cost::state::{self, SHARE};
+use crate::tools::cost::state::{self, Axes, SHARE};
 use crate::tools::tool::{Desk, Edit};
 use crate::view::hud::{mouse_hint, swatch};
-
-/// What the axes count.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Axes {
-    pub accuracy: Accuracy,
-    pub cost: Cost,
-}
-
-impl Default for Axes {
-    fn default() -> Self {
-        Self { accuracy: Accuracy::Position, cost: Cost::Evaluations }
-    }
-}
 
 const WIDTH: f32 = 430.0;
 const HEIGHT: f32 = 300.0;

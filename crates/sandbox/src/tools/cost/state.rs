@@ -1,40 +1,49 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
-use lab::cost::{Bench, Plan, Study, Subject};
-use motion::clock::FrameTime;
+use lab::cost::{Accuracy, Bench, Cost as CostUnit, Study};
 use motion::effects::{Effect, EffectState};
 use motion::{Damping, Gravity, TimeStep};
-use scene::Scene;
 
-use crate::tools::cost::panel::{self, Axes};
-use crate::tools::tool::{Desk, Tool};
 use crate::view::stage::Stage;
 
 /// Part of a frame's time that the study may take.
-pub(crate) const SHARE: f64 = 0.1;
+pub(super) const SHARE: f64 = 0.1;
 
 /// The longest frame of which that part is taken, s: a hitch is no reason for another.
-const LONGEST_FRAME: f64 = 0.05;
+pub(super) const LONGEST_FRAME: f64 = 0.05;
 
 /// A study of the scene as it is set at present.
-struct Live {
-    bench: Bench,
-    of: Settings,
+pub(super) struct Live {
+    pub bench: Bench,
+    pub of: Settings,
 }
 
 /// What a study would come out differently with.
 #[derive(Clone, Debug, PartialEq)]
-struct Settings {
-    gravity: Option<Gravity>,
-    damping: Option<Damping>,
-    step: f64,
-    off: Vec<Effect>,
+pub(super) struct Settings {
+    pub gravity: Option<Gravity>,
+    pub damping: Option<Damping>,
+    pub step: f64,
+    pub off: Vec<Effect>,
+}
+
+/// What the axes count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Axes {
+    pub accuracy: Accuracy,
+    pub cost: CostUnit,
+}
+
+impl Default for Axes {
+    fn default() -> Self {
+        Self { accuracy: Accuracy::Position, cost: CostUnit::Evaluations }
+    }
 }
 
 /// The study of the running scene, and how its panel shows it.
 #[derive(Default)]
 pub(crate) struct Cost {
-    live: Option<Live>,
+    pub(super) live: Option<Live>,
     pub(super) axes: Axes,
 }
 
@@ -50,38 +59,7 @@ impl Cost {
     }
 }
 
-impl Tool for Cost {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        if panel::show(self, desk) {
-            // The next frame begins another study.
-            self.live = None;
-        }
-    }
-
-    /// Goes on with the study for its part of a frame.
-    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
-        if !open {
-            return;
-        }
-        let settings = settings(stage);
-        if self.live.as_ref().is_none_or(|live| live.of != settings) {
-            let mut scene = Scene::clone(&stage.sim.scene);
-            (scene.gravity, scene.damping) = (settings.gravity, settings.damping);
-            scene.step_hz = 1.0 / settings.step;
-            let subject = Subject::of_scene(scene, None).without(settings.off.clone());
-            self.live = Some(Live { bench: Bench::new(subject, Plan::live()), of: settings });
-        }
-        if let Some(live) = &mut self.live {
-            live.bench.work(time.length().min(LONGEST_FRAME) * SHARE);
-        }
-    }
-
-    fn works(&self) -> bool {
-        self.progress() < 1.0
-    }
-}
-
-fn settings(stage: &mut Stage) -> Settings {
+pub(super) fn settings(stage: &mut Stage) -> Settings {
     let off = |effect: &Effect| motion::effects::state(&mut stage.sim.world, *effect) == EffectState::Off;
     let off: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
     let (scene, world) = (&stage.sim.scene, &stage.sim.world);

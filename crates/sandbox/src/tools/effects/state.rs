@@ -6,8 +6,6 @@ use lab::Row;
 use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, PreviousPosition};
 
-use crate::tools::effects::panel;
-use crate::tools::tool::{Desk, Tool};
 use crate::view::stage::Stage;
 
 /// Who switched an effect.
@@ -57,7 +55,7 @@ pub(crate) struct Effects {
     /// Who switched an effect last.
     pub switched: BTreeMap<Effect, SwitchedBy>,
     /// Tick and counts of the last look, and evaluations per step between the two before.
-    seen: (u64, Vec<(&'static str, u64)>),
+    pub(super) seen: (u64, Vec<(&'static str, u64)>),
     rates: Vec<(&'static str, f64)>,
     /// Nanoseconds per step and share by name, as measured on a copy of the scene.
     measured: Vec<(&'static str, Option<f64>, Option<f64>)>,
@@ -114,20 +112,6 @@ impl Effects {
             .map(|(law, count)| (*law, count.saturating_sub(was(*law)) as f64 / ticks))
             .collect();
         self.seen = (now, counts);
-    }
-}
-
-impl Tool for Effects {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        let rows = self.receipt(desk.stage);
-        if panel::show(desk, &rows) {
-            self.measure(desk.stage);
-        }
-    }
-
-    /// Counts evaluations per step from here on: what was counted before was another world.
-    fn restart(&mut self, stage: &mut Stage) {
-        self.seen = (stage.ticks(), stage.sim.world.resource::<Evaluations>().laws().to_vec());
     }
 }
 

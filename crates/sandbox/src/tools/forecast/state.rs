@@ -3,24 +3,21 @@
 use std::collections::HashMap;
 
 use bevy_ecs::prelude::*;
-use motion::clock::FrameTime;
 use motion::forecast::{LimitingPart, Margin};
 use motion::groups::Groups;
-use motion::{Damping, Method, Requests, Substeps, TimeStep, forecast};
+use motion::{Damping, Method, Substeps, TimeStep, forecast};
 use scene::StepKind;
 
 use crate::numbers::digits;
-use crate::tools::forecast::panel;
-use crate::tools::tool::{Desk, Tool};
 use crate::view::notices::Topic;
 use crate::view::stage::Stage;
 
 /// How long a forecast is shown before it is computed again, s: speeds and distances change all the time.
-const FRESH_S: f64 = 0.25;
+pub(super) const FRESH_S: f64 = 0.25;
 
 /// The same for large nets, of which a forecast takes a frame.
-const FRESH_LARGE_S: f64 = 2.0;
-const LARGE_NET: usize = 20_000;
+pub(super) const FRESH_LARGE_S: f64 = 2.0;
+pub(super) const LARGE_NET: usize = 20_000;
 
 /// What grows by less than this factor in a second, and in a tick, is listed and not told: Runge-Kutta 2 is never quite
 /// stable.
@@ -92,21 +89,21 @@ fn cure_in_words(margin: &Margin) -> String {
 
 /// What a forecast would come out differently with.
 #[derive(Clone, Debug, PartialEq)]
-struct Settings {
+pub(super) struct Settings {
     method: Method,
     step: f64,
     substeps: u32,
     damping: Option<Damping>,
     /// Groups, springs in them and bodies.
-    structure: [usize; 4],
+    pub structure: [usize; 4],
 }
 
 /// The forecast that is shown.
 #[derive(Clone, Debug)]
-struct Shown {
-    of: Settings,
+pub(super) struct Shown {
+    pub of: Settings,
     /// Time since it was made, s.
-    age: f64,
+    pub age: f64,
     rows: Vec<ForecastRow>,
     springs: HashMap<[Entity; 2], f64>,
 }
@@ -118,7 +115,7 @@ fn in_order([a, b]: [Entity; 2]) -> [Entity; 2] {
 /// The forecast of an open panel, and that of the start of the scene.
 #[derive(Default)]
 pub(crate) struct Forecast {
-    shown: Option<Shown>,
+    pub(super) shown: Option<Shown>,
     at_start: Vec<ForecastRow>,
 }
 
@@ -158,7 +155,7 @@ impl Forecast {
         told
     }
 
-    fn refresh(&mut self, stage: &mut Stage, of: Settings) {
+    pub(super) fn refresh(&mut self, stage: &mut Stage, of: Settings) {
         let method = stage.sim.method();
         let forecast = forecast::Forecast::with_springs(&mut stage.sim.world, method);
         let mut springs = HashMap::new();
@@ -167,47 +164,6 @@ impl Forecast {
             *ratio = ratio.max(spring.ratio);
         }
         self.shown = Some(Shown { of, age: 0.0, rows: rows_of(stage, &forecast), springs });
-    }
-}
-
-impl Tool for Forecast {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        if let Some(rows) = self.shown() {
-            panel::show(desk, rows);
-        }
-    }
-
-    /// What is asked for may change the forecast: it is made again in this frame.
-    fn before_requests(&mut self, stage: &mut Stage) {
-        if let Some(shown) =
-            self.shown.as_mut().filter(|_| !stage.sim.world.resource::<Requests>().is_empty())
-        {
-            shown.age = f64::INFINITY;
-        }
-    }
-
-    /// Keeps the forecast of an open panel fresh.
-    fn after_ticks(&mut self, stage: &mut Stage, open: bool, time: FrameTime) {
-        if !open {
-            self.shown = None;
-            return;
-        }
-        let of = settings(stage);
-        let fresh = if of.structure[1] > LARGE_NET { FRESH_LARGE_S } else { FRESH_S };
-        if let Some(shown) = &mut self.shown {
-            shown.age += time.length();
-            if shown.of == of && shown.age < fresh {
-                return;
-            }
-        }
-        self.refresh(stage, of);
-    }
-
-    fn restart(&mut self, stage: &mut Stage) {
-        if self.shown.is_some() {
-            let of = settings(stage);
-            self.refresh(stage, of);
-        }
     }
 }
 
@@ -238,7 +194,7 @@ fn part_name(stage: &Stage, part: LimitingPart) -> String {
     }
 }
 
-fn settings(stage: &Stage) -> Settings {
+pub(super) fn settings(stage: &Stage) -> Settings {
     let world = &stage.sim.world;
     let groups = world.get_resource::<Groups>();
     Settings {

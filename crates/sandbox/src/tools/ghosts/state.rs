@@ -4,22 +4,19 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use bevy_ecs::prelude::*;
-use egui::{Painter, Rect};
+use egui::Rect;
 use glam::{DVec2, DVec3};
 use history::{Distances, Failure, Simulation, Twin};
-use motion::{Method, PreviousPosition, SoftBody, TimeStep, Transform};
-use render::Frame;
+use motion::{Method, PreviousPosition, SoftBody, Transform};
 use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};
 
-use crate::tools::ghosts::{edges, panel, picture};
-use crate::tools::tool::{Desk, Tool};
-use crate::view::notices::Topic;
+use crate::tools::ghosts::edges;
 use crate::view::pose::drawn;
 use crate::view::stage::Stage;
 
 /// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
-const MOST_BODIES: usize = 10_000;
+pub(super) const MOST_BODIES: usize = 10_000;
 
 /// What is said of a method while ghosts are shown.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +60,7 @@ pub(super) struct Twins {
     reference: Twin,
     /// In the order of [`motion::METHODS`], that of the solid bodies too: it may be another one soon.
     twins: Vec<Twin>,
-    hidden: BTreeSet<Option<Method>>,
+    pub hidden: BTreeSet<Option<Method>>,
     /// Stable ids of what thin lines join: the ends of springs, the points of ropes, the neighbors on surfaces.
     pub edges: Vec<[u32; 2]>,
 }
@@ -99,14 +96,14 @@ impl<'a> Track<'a> {
 }
 
 impl Twins {
-    fn new(leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) -> Self {
+    pub fn new(leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) -> Self {
         let declared = leader.scene.mutual_gravity.is_some();
         let solving = Method::ALL.into_iter().filter(|method| unsolvable(*method, declared).is_none());
         let twins = solving.map(|method| Twin::new(leader, method, None)).collect();
         Self { reference: Twin::reference(leader), twins, hidden, edges: edges::of(&leader.scene) }
     }
 
-    fn all(&mut self) -> impl Iterator<Item = &mut Twin> {
+    pub fn all(&mut self) -> impl Iterator<Item = &mut Twin> {
         self.twins.iter_mut().chain([&mut self.reference])
     }
 
@@ -206,61 +203,6 @@ impl Ghosts {
         };
         let tracks = twins.tracks(stage);
         tracks.iter().filter(|track| twins.shows(Some(track.method))).filter_map(label).collect()
-    }
-}
-
-impl Tool for Ghosts {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        self.panel = panel::show(self, desk);
-    }
-
-    /// Ghosts where there are none, and the other way round. The list can be closed without them.
-    fn toggle(&mut self, stage: &mut Stage, open: bool) -> bool {
-        stage.notices.retract(Topic::Ghosts);
-        if self.twins.take().is_some() {
-            return false;
-        }
-        if stage.sim.bodies.len() > MOST_BODIES {
-            stage.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
-            return open;
-        }
-        self.twins = Some(Twins::new(&mut stage.sim, BTreeSet::new()));
-        true
-    }
-
-    fn before_requests(&mut self, stage: &mut Stage) {
-        let Some(twins) = &mut self.twins else { return };
-        let requests: Vec<_> = stage.sim.requested().collect();
-        twins.all().for_each(|twin| twin.carry_out(&requests));
-    }
-
-    /// A tick of the ghosts, with what the coming one of the world takes in.
-    fn before_tick(&mut self, stage: &Stage, last: bool) {
-        let Some(twins) = &mut self.twins else { return };
-        let (step, inputs) = (*stage.sim.world.resource::<TimeStep>(), stage.sim.pending());
-        for twin in twins.all() {
-            if last {
-                twin.remember_positions();
-            }
-            twin.tick(step, &inputs);
-        }
-    }
-
-    fn restart(&mut self, stage: &mut Stage) {
-        if let Some(Twins { hidden, .. }) = self.twins.take() {
-            self.twins = Some(Twins::new(&mut stage.sim, hidden));
-        }
-    }
-
-    fn draw(&self, stage: &Stage, frame: &mut Frame) {
-        if let Some(twins) = &self.twins {
-            picture::add_ghosts(twins, stage, frame);
-        }
-    }
-
-    fn write(&mut self, stage: &Stage, painter: &Painter, open: bool, taken: Vec<Rect>) {
-        let panel = self.panel.filter(|_| open);
-        panel::show_labels(painter, &self.labels(stage), taken, panel);
     }
 }
 

@@ -2,8 +2,6 @@
 
 use motion::ledger;
 
-use crate::tools::ledger::panel;
-use crate::tools::tool::{Desk, Tool};
 use crate::view::stage::Stage;
 
 /// Points that a plot has at most: twice as many as there are pixels.
@@ -113,14 +111,6 @@ impl Ledger {
         }
         if let Some((ledger, history)) = self.kept.as_deref_mut() {
             history.note(point(ledger, stage.simulated()));
-        }
-    }
-}
-
-impl Tool for Ledger {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        if let Some(ledger) = self.kept() {
-            panel::show(desk, ledger, self.points());
         }
     }
 }

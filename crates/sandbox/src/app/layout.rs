@@ -1,0 +1,62 @@
+//! The panels and words of a frame, laid out from the session.
+
+use egui::{Context, Id, LayerId};
+use motion::clock::{FrameClock, FrameTime};
+
+use crate::app::actions;
+use crate::app::session::Session;
+use crate::app::ui::Ui;
+use crate::tools::Tools;
+use crate::tools::tool::{Desk, Edit};
+use crate::view::card::{self, Selected};
+use crate::view::stage::Stage;
+use crate::view::{hud, marks};
+
+/// Lays out all that is written over the picture; the changes that the person asks for.
+fn lay_out(ui: &mut Ui, context: &Context, stage: &mut Stage, tools: &mut Tools) -> Vec<Edit> {
+    let (keys, mut edits, mut closed) = (actions::rows(), Vec::new(), Vec::new());
+    let titles: Vec<_> = ui.opened().iter().map(|panel| panel.row().title).collect();
+    for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
+        let title = panel.row().title;
+        let (stage, edits) = (&mut *stage, &mut edits);
+        let mut desk = Desk { context, stage, title, open: &titles, keys: &keys, edits, closes: false };
+        tool.show(&mut desk);
+        if desk.closes {
+            closed.push(panel);
+        }
+    }
+    closed.into_iter().for_each(|panel| ui.close(panel));
+    let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
+    let mut taken = marks::show(&painter, &stage.visible_labels());
+    taken.extend(stage.fault_mark().map(|mark| marks::show_mark(&painter, &mark)));
+    for (panel, tool) in tools.each() {
+        tool.write(stage, &painter, ui.shows(panel), taken.clone());
+    }
+    hud::show(&painter, stage);
+    let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
+    if let Some(selected) = selected {
+        card::show(context, &selected, stage.sim.method());
+    }
+    edits
+}
+
+impl Session {
+    /// Lays the panels out for this frame and does what the person changed in them.
+    pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
+        self.notices.expire(time.total());
+        let Self { stage, tools, ui, .. } = self;
+        let mut edits = Vec::new();
+        ui.run(time, |ui, context| edits.extend(lay_out(ui, context, stage, tools)));
+        for edit in edits {
+            self.edit(edit);
+        }
+    }
+
+    /// Lays the panels out for a picture of the present state, between two frames.
+    pub(crate) fn lay_out_still(&mut self) {
+        if let Ok(now) = FrameClock::default().advance_to(self.clock.now()) {
+            // A card that is new stands at its place in the layout after those that measure it.
+            (0..2).for_each(|_| self.lay_out_panels(now));
+        }
+    }
+}
