@@ -201,7 +201,7 @@ mod method {
     use motion::Method;
     use serde::{Deserialize, Deserializer, Serializer, de};
 
-    use crate::syntax::Word;
+    use crate::text::syntax::Word;
 
     const NAMES: [&str; Method::ALL.len()] = {
         let mut names = [""; Method::ALL.len()];

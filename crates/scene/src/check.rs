@@ -3,10 +3,13 @@
 use glam::DVec3;
 use motion::{Method, Substeps};
 
-use crate::faults::Faults;
-use crate::nearest::one_of;
 use crate::raw::Triple;
-use crate::syntax::Word;
+use crate::text::faults::Faults;
+use crate::text::nearest::one_of;
+use crate::text::syntax::Word;
+
+/// The words for a bad rate of the scene or of a body.
+pub(crate) const DAMPING_RATE: (&str, &str) = ("a damping rate", "give a rate per second from 0 up");
 
 /// Where a group of keys stands in the file; paths are only put together for faults.
 #[derive(Clone, Copy, Debug)]
@@ -162,4 +165,9 @@ impl Faults {
         let usable = |mass: f64| positive(mass) && (1.0 / mass).is_finite();
         1.0 / self.number((scope, "mass_kg"), mass, default, usable, ("a mass", cure))
     }
+}
+
+/// Whether every part is finite and at least 0.
+pub(crate) fn is_extent(v: DVec3) -> bool {
+    v.to_array().into_iter().all(not_negative)
 }

@@ -2,9 +2,9 @@
 
 use motion::effects::Effect;
 
-use crate::coupled::Declaration;
-use crate::locate;
 use crate::raw::RawScene;
+use crate::scene::coupled::Declaration;
+use crate::text::locate;
 
 /// Each effect that the scene calls for, with the first key that does, in the order of the receipt.
 pub(crate) fn keys(raw: &RawScene) -> Vec<(Effect, String)> {

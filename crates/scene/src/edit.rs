@@ -8,11 +8,11 @@ use std::ops::Range;
 use motion::Method;
 
 use crate::entries::Entry;
-use crate::faults::{Fault, SceneError};
-use crate::locate;
 use crate::parts::Part;
-use crate::resolve_springs::unsolvable;
+use crate::resolve::springs::unsolvable;
 use crate::scene::{Scene, SceneText};
+use crate::text::faults::{Fault, SceneError};
+use crate::text::locate;
 use group::Group;
 
 /// A method and substeps for a scene, or for one entry of it.

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::names::Numbering;
 use crate::scene::Scene;
+use crate::scene::names::Numbering;
 
 /// An entry of a scene file that makes bodies. They have one method and one number of substeps.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Frame times from a file: one length in seconds a line.
 
-use crate::faults::{Faults, SceneError};
+use crate::text::faults::{Faults, SceneError};
 
 /// Reads the lengths of frames, s, each finite and at least 0. Blank lines and what follows a `#` are passed over.
 ///

@@ -7,7 +7,6 @@ mod cloud;
 mod emitter;
 mod grid;
 mod lattice;
-mod random;
 mod soft;
 
 use std::ops::Range;
@@ -16,16 +15,15 @@ use motion::Method;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
+use crate::body::{self, Defaults};
 use crate::check::Scope;
-use crate::coupled::{EmitterSpec, SoftBodySpec};
-use crate::faults::Faults;
 use crate::memory::{Census, gib, too_little_for};
-use crate::names::{Names, Numbering};
 use crate::raw::RawScene;
-use crate::resolve_body::{self, Defaults};
 use crate::scene::BodySpec;
-use crate::syntax::Word;
-pub(crate) use random::symmetric;
+use crate::scene::coupled::{EmitterSpec, SoftBodySpec};
+use crate::scene::names::{Names, Numbering};
+use crate::text::faults::Faults;
+use crate::text::syntax::Word;
 pub(crate) use soft::elastic;
 
 /// Most bodies that a scene may have; four times what the documentation promises to be able to watch.
@@ -81,11 +79,11 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
     let mut sections = Vec::new();
     let mut bodies: Vec<BodySpec> = Vec::new();
     for (i, raw) in raw.bodies.iter().enumerate() {
-        let body = resolve_body::body(raw, i, scenes, faults);
+        let body = body::body(raw, i, scenes, faults);
         let scope = Scope::item("bodies", i);
         sections.push(Section::new(scope, i as u32, 1, (raw.method.as_ref(), raw.substeps), &body, scenes));
         bodies.push(body);
-        labels.extend(resolve_body::label(raw, scope, faults).map(|label| (i as u32, label)));
+        labels.extend(body::label(raw, scope, faults).map(|label| (i as u32, label)));
         // The dot keeps names that nobody wrote apart from those that somebody did.
         let name = raw.name.clone().unwrap_or_else(|| format!("body.{i}"));
         if raw.name.is_some() {

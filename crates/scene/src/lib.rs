@@ -13,47 +13,37 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod action;
+mod body;
 mod check;
-mod coupled;
 mod declared;
 mod edit;
 mod entries;
-mod faults;
 mod frame_times;
 mod generate;
-mod locate;
 mod memory;
-mod names;
-mod nearest;
 mod parts;
+mod random;
 mod raw;
-mod raw_coupled;
-mod raw_survival;
 mod resolve;
-mod resolve_body;
-mod resolve_laws;
-mod resolve_springs;
-mod resolve_survival;
 mod scene;
 mod script;
 mod shipped;
 mod spawn;
-mod survival;
-mod syntax;
+mod text;
 
 pub use action::{Action, MouseButton};
-pub use coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
 pub use declared::key_of_law;
 pub use edit::{Change, changes, edit};
 pub use entries::Entry;
-pub use faults::{Fault, SceneError};
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
 pub use memory::allow_memory;
-pub use names::Names;
 pub use parts::Part;
-pub use resolve_springs::unsolvable;
-pub use resolve_survival::EXPLODES;
+pub use resolve::springs::unsolvable;
+pub use resolve::survival::EXPLODES;
+pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
+pub use scene::names::Names;
+pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, SceneText,
     Source, StepKind,
@@ -61,4 +51,4 @@ pub use scene::{
 pub use script::{Recording, SCRIPT_VERSION, Script, Step, When};
 pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
-pub use survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
+pub use text::faults::{Fault, SceneError};

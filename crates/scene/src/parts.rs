@@ -7,9 +7,9 @@ use motion::AxisLocks;
 use motion::effects::Effect;
 use motion::groups::Sets;
 
-use crate::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};
 use crate::entries::Entry;
-use crate::names::Names;
+use crate::scene::coupled::{EmitterSpec, SoftBodySpec, SpringSpec};
+use crate::scene::names::Names;
 use crate::scene::{BodySpec, Scene};
 
 /// A part of a scene that runs alone as it does in the whole.

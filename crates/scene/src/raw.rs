@@ -2,14 +2,17 @@
 //!
 //! The shape of the file and nothing else; defaults, units and faults are the resolver's.
 
+pub(crate) mod coupled;
+pub(crate) mod survival;
+
 use std::marker::PhantomData;
 
 use serde::Deserialize;
 use serde::de::{self, DeserializeOwned, MapAccess, VariantAccess, Visitor};
 
-use crate::raw_coupled::{RawEmitter, RawSoftBody, RawSpring};
-use crate::raw_survival::{RawMoment, RawSurvival};
-use crate::syntax::{Name, Word, keys_of};
+use crate::raw::coupled::{RawEmitter, RawSoftBody, RawSpring};
+use crate::raw::survival::{RawMoment, RawSurvival};
+use crate::text::syntax::{Name, Word, keys_of};
 
 /// Three numbers in round brackets.
 pub(crate) type Triple = [f64; 3];
@@ -390,7 +393,7 @@ mod tests {
     #[test]
     fn the_known_keys_are_those_of_the_structs() {
         let (raw, _) =
-            crate::syntax::read::<RawScene>("(soft_bodies: [chain(points: 2), cloth()])", "").unwrap();
+            crate::text::syntax::read::<RawScene>("(soft_bodies: [chain(points: 2), cloth()])", "").unwrap();
         let keys = |path| keys_at(&raw, path);
         assert_eq!(keys("damping"), Some(vec!["model", "rate_per_s"]));
         assert_eq!(keys("bodies[12].shape"), Some(vec!["half_extents_m", "radius_m"]));

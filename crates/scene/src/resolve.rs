@@ -1,24 +1,25 @@
 //! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
 
-use glam::DVec3;
+mod laws;
+pub(crate) mod springs;
+pub(crate) mod survival;
+
 use motion::effects::Effect;
 use motion::{Damping, DampingModel, Gravity, Range};
 
-use crate::check::{Scope, not_negative, positive};
+use crate::body::Defaults;
+use crate::check::{DAMPING_RATE, Scope, not_negative, positive};
 use crate::declared;
-use crate::faults::{Faults, SceneError};
 use crate::generate::{self, Bodies};
-use crate::locate;
-use crate::nearest::suggest;
 use crate::raw::{self, RawCamera, RawDamping, RawExpect, RawLight, RawRange, RawScene, RawVersion};
-use crate::resolve_body::Defaults;
-use crate::resolve_laws::{self, OwnLaws};
-use crate::resolve_springs;
-use crate::resolve_survival;
 use crate::scene::{
     CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, SceneText, Source, StepKind,
 };
-use crate::syntax;
+use crate::text::faults::{Faults, SceneError};
+use crate::text::locate;
+use crate::text::nearest::suggest;
+use crate::text::syntax;
+use laws::OwnLaws;
 
 impl Scene {
     /// Reads a scene from a text; `name` is what messages call it, and the scene's name where it has none.
@@ -126,7 +127,7 @@ fn resolve(
         Gravity { acceleration, on: raw.on_at_start.unwrap_or(true) }
     });
     let damping = raw.damping.as_ref().map(|raw| damping(raw, faults));
-    let mutual_gravity = raw.mutual_gravity.as_ref().map(|raw| resolve_laws::mutual_gravity(raw, faults));
+    let mutual_gravity = raw.mutual_gravity.as_ref().map(|raw| laws::mutual_gravity(raw, faults));
     let range = raw.range.as_ref().map(|raw| range(raw, faults));
     let push = raw.push.as_ref().map(|raw| {
         let scope = Scope::section("push");
@@ -148,16 +149,16 @@ fn resolve(
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
     let bodies = generate::bodies(&raw, defaults, seed, faults);
     let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
-    let laws = resolve_laws::world_laws(&raw, &mut own_laws, faults);
+    let laws = laws::world_laws(&raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
     let own_laws = own_laws.by_id;
-    let springs = resolve_springs::springs(&raw.springs, &bodies, faults);
-    resolve_springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);
+    let springs = springs::springs(&raw.springs, &bodies, faults);
+    springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);
     if mutual_gravity.is_some() {
-        resolve_springs::check_methods(defaults.method, &bodies.sections, &bodies.emitters, faults);
+        springs::check_methods(defaults.method, &bodies.sections, &bodies.emitters, faults);
     }
     let survival = raw.expect.as_ref().and_then(|expect| expect.survival.as_ref()).map(|raw_survival| {
-        let around = resolve_survival::Around {
+        let around = survival::Around {
             step_hz,
             substeps,
             damping,
@@ -168,7 +169,7 @@ fn resolve(
             names: bodies.names.as_ref(),
             declared,
         };
-        resolve_survival::survival(raw_survival, &around, faults)
+        survival::survival(raw_survival, &around, faults)
     });
     let Bodies { bodies, names, labels, emitters, soft_bodies, .. } = bodies;
     // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
@@ -218,9 +219,6 @@ fn damping(raw: &RawDamping, faults: &mut Faults) -> Damping {
     let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 0.0, not_negative, DAMPING_RATE);
     Damping { model, rate }
 }
-
-/// The words for a bad rate of the scene or of a body.
-pub(crate) const DAMPING_RATE: (&str, &str) = ("a damping rate", "give a rate per second from 0 up");
 
 fn range(raw: &RawRange, faults: &mut Faults) -> Range {
     let scope = Scope::section("range");
@@ -297,11 +295,6 @@ fn expect(raw: &RawExpect, faults: &mut Faults) -> ExpectSpec {
     let words = ("a bound", "give a positive number such as 1e-3");
     let bound = faults.number(key, raw.energy_drift_below, 1.0, positive, words);
     ExpectSpec { energy_drift_below: raw.energy_drift_below.map(|_| bound), finite: raw.finite }
-}
-
-/// Whether every part is finite and at least 0.
-pub(crate) fn is_extent(v: DVec3) -> bool {
-    v.to_array().into_iter().all(not_negative)
 }
 
 #[cfg(test)]

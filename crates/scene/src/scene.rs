@@ -1,5 +1,9 @@
 //! A scene as the program uses it: plain data, SI units, no absent numbers.
 
+pub(crate) mod coupled;
+pub(crate) mod names;
+pub(crate) mod survival;
+
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
@@ -12,9 +16,9 @@ use motion::{
 };
 use pick::Shape;
 
-use crate::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
-use crate::names::Names;
-use crate::survival::SurvivalRow;
+use crate::scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SpringSpec};
+use crate::scene::names::Names;
+use crate::scene::survival::SurvivalRow;
 
 /// Version of the scene format that this program reads.
 pub const SCENE_VERSION: u32 = 1;

@@ -8,11 +8,11 @@ use motion::effects::Effect;
 use serde::Deserialize;
 
 use crate::action::Action;
-use crate::faults::{Faults, SceneError};
-use crate::locate;
-use crate::nearest::suggest;
 use crate::scene::Scene;
-use crate::syntax::{self, Word, keys_of};
+use crate::text::faults::{Faults, SceneError};
+use crate::text::locate;
+use crate::text::nearest::suggest;
+use crate::text::syntax::{self, Word, keys_of};
 
 /// Version of recordings that this program reads and writes.
 pub const SCRIPT_VERSION: u32 = 1;

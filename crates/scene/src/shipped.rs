@@ -4,10 +4,10 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use crate::faults::SceneError;
-use crate::nearest::nearest;
 use crate::resolve::parse_as;
 use crate::scene::{Scene, Source};
+use crate::text::faults::SceneError;
+use crate::text::nearest::nearest;
 
 /// Largest file that is read, bytes: a scene of the most bodies, each written out, has room in it.
 pub const FILE_LIMIT: u64 = 64 << 20;

@@ -8,7 +8,7 @@ use motion::{
     PhysicsBody, SoftBody, SourceMass, SpeedLimit, Spring, StableId, Substeps, Transform, mark_method,
 };
 
-use crate::coupled::SoftKind;
+use crate::scene::coupled::SoftKind;
 use crate::scene::{BodySpec, Scene};
 
 /// What a thing looks like beside its shape.

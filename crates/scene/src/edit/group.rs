@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::edit::Change;
-use crate::locate::{Token, Tokens};
+use crate::text::locate::{Token, Tokens};
 
 /// A group `(key: value, ...)`; places are byte offsets in the text.
 pub(super) struct Group {

@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::soft::{Form, part, pinned, points, within_numbers};
 use crate::check::Scope;
-use crate::coupled::SoftKind;
-use crate::faults::Faults;
-use crate::names::Numbering;
-use crate::raw_coupled::RawSoftKeys;
+use crate::raw::coupled::RawSoftKeys;
+use crate::scene::coupled::SoftKind;
+use crate::scene::names::Numbering;
+use crate::text::faults::Faults;
 
 /// An edge or a corner: which ends of rows and of columns it has; `None` is all.
 #[derive(Clone, Copy, Debug)]

@@ -4,12 +4,12 @@ use glam::DVec3;
 use rand_pcg::Pcg64;
 
 use super::count;
-use super::random::{direction, symmetric};
+use crate::check::is_extent;
 use crate::check::{Scope, not_negative, shown_vector};
-use crate::faults::Faults;
+use crate::random::{direction, symmetric};
 use crate::raw::RawCloud;
-use crate::resolve::is_extent;
 use crate::scene::BodySpec;
+use crate::text::faults::Faults;
 
 /// A checked cloud.
 pub(super) struct Cloud {

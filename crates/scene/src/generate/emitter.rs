@@ -4,12 +4,12 @@ use glam::DVec3;
 use rand_pcg::Pcg64;
 
 use super::count;
-use super::random::in_cone;
 use crate::check::{Scope, not_negative, positive, shown_vector};
-use crate::coupled::EmitterSpec;
-use crate::faults::Faults;
-use crate::raw_coupled::RawEmitter;
+use crate::random::in_cone;
+use crate::raw::coupled::RawEmitter;
 use crate::scene::BodySpec;
+use crate::scene::coupled::EmitterSpec;
+use crate::text::faults::Faults;
 
 /// A checked emitter.
 pub(super) struct Emitter {

@@ -7,9 +7,9 @@ use rand_pcg::Pcg64;
 
 use super::count;
 use crate::check::{Scope, positive, shown};
-use crate::faults::Faults;
 use crate::raw::RawGrid;
 use crate::scene::BodySpec;
+use crate::text::faults::Faults;
 
 /// Half an edge of a grid's cubes, and the radius of its spheres, m, as in the tutorial.
 const GRID_SIZE: f64 = 1.0;

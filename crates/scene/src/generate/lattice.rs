@@ -4,10 +4,10 @@ use glam::{DVec3, IVec3, UVec3};
 
 use super::soft::{Form, part, pinned, within_numbers};
 use crate::check::{Scope, positive, shown_vector};
-use crate::coupled::SoftKind;
-use crate::faults::Faults;
-use crate::names::Numbering;
-use crate::raw_coupled::RawSoftKeys;
+use crate::raw::coupled::RawSoftKeys;
+use crate::scene::coupled::SoftKind;
+use crate::scene::names::Numbering;
+use crate::text::faults::Faults;
 
 /// A side of the block: its axis, and whether it is the one of the larger coordinate.
 type Side = (usize, bool);

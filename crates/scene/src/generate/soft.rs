@@ -6,15 +6,15 @@ use motion::{Elastic, Link};
 use super::chain::Chain;
 use super::cloth::Cloth;
 use super::lattice::Lattice;
+use crate::check::DAMPING_RATE;
 use crate::check::{Scope, not_negative, positive};
-use crate::coupled::{SoftBodySpec, SoftKind};
-use crate::faults::Faults;
-use crate::names::Numbering;
-use crate::nearest::one_of;
-use crate::raw_coupled::{KINDS, RawSoftBody, RawSoftKeys};
-use crate::resolve::DAMPING_RATE;
+use crate::raw::coupled::{KINDS, RawSoftBody, RawSoftKeys};
 use crate::scene::BodySpec;
-use crate::syntax::Word;
+use crate::scene::coupled::{SoftBodySpec, SoftKind};
+use crate::scene::names::Numbering;
+use crate::text::faults::Faults;
+use crate::text::nearest::one_of;
+use crate::text::syntax::Word;
 
 /// What a kind of soft body is made of: points by number, and what joins them.
 pub(super) trait Form {

@@ -6,11 +6,11 @@ use motion::groups::Sets;
 use motion::{Elastic, Method};
 
 use crate::check::{Scope, not_negative};
-use crate::coupled::{EmitterSpec, SpringSpec};
-use crate::faults::Faults;
 use crate::generate::{self, Bodies, Section};
-use crate::raw_coupled::RawSpring;
+use crate::raw::coupled::RawSpring;
 use crate::scene::BodySpec;
+use crate::scene::coupled::{EmitterSpec, SpringSpec};
+use crate::text::faults::Faults;
 
 /// Resolves the springs whose ends are what springs can hold.
 pub(crate) fn springs(raw: &[RawSpring], bodies: &Bodies, faults: &mut Faults) -> Vec<SpringSpec> {

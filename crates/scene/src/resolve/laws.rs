@@ -7,12 +7,12 @@ use glam::DVec3;
 use motion::{Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
 
 use crate::check::{Scope, not_negative, shown};
-use crate::faults::Faults;
-use crate::names::Names;
 use crate::raw::{
     RawCurve, RawDrag, RawMutualGravity, RawScene, RawSine, RawThrust, RawWell, RawWind, Triple,
 };
+use crate::scene::names::Names;
 use crate::scene::{BodySpec, OwnLawsSpec};
+use crate::text::faults::Faults;
 
 /// The constant of gravity, m³/(kg s²) (CODATA 2018).
 const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;

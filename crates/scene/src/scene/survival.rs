@@ -5,7 +5,7 @@ use motion::{Damping, DampingModel};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use crate::generate::symmetric;
+use crate::random::symmetric;
 use crate::scene::Scene;
 use crate::script::Step;
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::nearest::nearest;
+use crate::text::nearest::nearest;
 
 /// The name of every body of a scene, by stable id.
 ///

@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde::de::{self, VariantAccess, Visitor};
 
 use crate::raw::{KeysVisitor, Triple};
-use crate::syntax::{Name, Word, keys_of};
+use crate::text::syntax::{Name, Word, keys_of};
 
 #[derive(Debug, Deserialize)]
 #[serde(rename = "Emitter")]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::locate;
+use crate::text::locate;
 
 /// One thing that is wrong with a file.
 #[derive(Clone, Debug, PartialEq, Eq)]

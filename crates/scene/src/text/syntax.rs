@@ -6,9 +6,9 @@ use serde::Deserialize;
 use serde::de::{self, Visitor};
 use serde_ignored::Path;
 
-use crate::faults::{Faults, SceneError};
-use crate::locate::{self, Position};
-use crate::nearest;
+use crate::text::faults::{Faults, SceneError};
+use crate::text::locate::{self, Position};
+use crate::text::nearest;
 
 /// Reads a `T` and the paths of all keys that `T` does not know. `root` is what the outermost value is called
 /// in paths.

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::action::Action;
 use crate::raw::Triple;
-use crate::syntax::Word;
+use crate::text::syntax::Word;
 
 /// What all rows have in common, and each of `rows`, which has what differs.
 #[derive(Debug, Default, Deserialize)]

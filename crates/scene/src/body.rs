@@ -4,13 +4,13 @@ use glam::{DQuat, DVec3, EulerRot};
 use motion::{AxisLocks, Method};
 use pick::Shape;
 
+use crate::check::DAMPING_RATE;
 use crate::check::{Scope, not_negative, shown, shown_vector};
-use crate::faults::Faults;
-use crate::nearest::one_of;
 use crate::raw::{RawBody, RawShape};
-use crate::resolve::DAMPING_RATE;
 use crate::scene::BodySpec;
-use crate::syntax::Word;
+use crate::text::faults::Faults;
+use crate::text::nearest::one_of;
+use crate::text::syntax::Word;
 
 /// What a body has of the scene where it says nothing itself.
 #[derive(Clone, Copy, Debug)]

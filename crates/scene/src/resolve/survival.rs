@@ -5,14 +5,14 @@ use motion::effects::Effect;
 use motion::{Damping, DampingModel};
 
 use crate::action::Action;
+use crate::check::DAMPING_RATE;
 use crate::check::{Scope, not_negative, positive};
-use crate::faults::Faults;
-use crate::names::Names;
-use crate::raw_survival::{RawMoment, RawSteps, RawSurvival};
-use crate::resolve::DAMPING_RATE;
+use crate::raw::survival::{RawMoment, RawSteps, RawSurvival};
+use crate::scene::names::Names;
+use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
 use crate::script::{Removed, Step, When, undeclared};
-use crate::survival::{Bounds, Measure, Steps, SurvivalRow};
-use crate::syntax::Word;
+use crate::text::faults::Faults;
+use crate::text::syntax::Word;
 
 /// From which magnitude on nothing is left of a run, unless the scene says otherwise.
 pub const EXPLODES: f64 = 1e3;

@@ -1,0 +1,6 @@
+//! Texts that people write: read with the places of their keys, and every fault told with its place and its cure.
+
+pub(crate) mod faults;
+pub(crate) mod locate;
+pub(crate) mod nearest;
+pub(crate) mod syntax;
