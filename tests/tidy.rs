@@ -73,6 +73,31 @@ const ROOMS: &[&str] = &[
     "failure", "numbers", "args", "methods", "input", "view", "tools", "app", "output", "window", "commands",
 ];
 
+/// The same of `crates/scene/src`.
+const FROM_TEXT_TO_SCENE: &[&str] = &[
+    "random",
+    "text",
+    "action",
+    "frame_times",
+    "raw",
+    "scene",
+    "declared",
+    "memory",
+    "check",
+    "body",
+    "generate",
+    "resolve",
+    "spawn",
+    "entries",
+    "parts",
+    "edit",
+    "shipped",
+];
+
+/// The same of `crates/history/src`.
+const HISTORY: &[&str] =
+    &["simulation", "input", "distances", "lists", "snapshot", "bundle", "timeline", "twin"];
+
 /// The heads of the paths from the root of its crate that a module names, with their lines: those of `crate::` and of
 /// `super::` that leave the `depth` modules that it is in.
 fn named_at_the_root(text: &str, depth: usize) -> Vec<(usize, String)> {
@@ -119,6 +144,7 @@ fn in_layers(folder: &str, layers: &[&str]) {
     for (path, text) in sources() {
         if let Ok(path) = path.strip_prefix(&folder)
             && !["lib.rs", "main.rs"].map(Path::new).contains(&path)
+            && !path.ends_with("tests.rs")
         {
             wrong.extend(wrong_uses(layers, path, &text));
         }
@@ -134,6 +160,12 @@ fn each_layer_of_motion_uses_only_those_before_it() {
 #[test]
 fn each_room_of_sandbox_uses_only_those_before_it() {
     in_layers("crates/sandbox/src", ROOMS);
+}
+
+#[test]
+fn each_layer_of_scene_and_history_uses_only_those_before_it() {
+    in_layers("crates/scene/src", FROM_TEXT_TO_SCENE);
+    in_layers("crates/history/src", HISTORY);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{Dormant, PhysicsBody, Quarantined, Transform};
 
-use crate::Simulation;
+use crate::simulation::Simulation;
 
 impl Simulation {
     /// The body of that stable id, unless it is gone, quarantined or not born.

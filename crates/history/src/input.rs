@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{PushQueue, Request, Requests, StableId};
 
-use crate::Simulation;
+use crate::simulation::Simulation;
 
 /// Something that a tick takes in. Bodies are stable ids, so that it means the same in every world of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]

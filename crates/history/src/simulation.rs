@@ -7,8 +7,7 @@ use motion::clock::StepClock;
 use motion::units::Vector;
 use motion::{Method, PhysicsBody, PushQueue, Request, Requests, Stepper, TimeStep, Transform};
 use scene::Scene;
-
-use crate::snapshot::hash_of_states;
+use xxhash_rust::xxh3::Xxh3;
 
 /// A running scene: its world, the stepper of that world, and its bodies.
 ///
@@ -114,4 +113,15 @@ impl Simulation {
             self.states().map(|(_, position, velocity)| (position.to_array(), velocity.to_array())),
         )
     }
+}
+
+/// XXH3-64 over the little-endian f64 bits of each position, m, and velocity, m/s, in the order that they come in.
+pub(crate) fn hash_of_states(states: impl IntoIterator<Item = ([f64; 3], [f64; 3])>) -> u64 {
+    let mut hash = Xxh3::new();
+    for (position, velocity) in states {
+        for number in position.into_iter().chain(velocity) {
+            hash.update(&number.to_bits().to_le_bytes());
+        }
+    }
+    hash.digest()
 }

@@ -13,9 +13,9 @@ mod words;
 use motion::Method;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
-use xxhash_rust::xxh3::Xxh3;
 
 use crate::lists::list;
+use crate::simulation::hash_of_states;
 
 pub use restore::BadSnapshot;
 pub use take::EffectsState;
@@ -181,17 +181,6 @@ impl Snapshot {
             self.last_steps.extend(start.map(|(_, last)| (id, last.0)));
         }
     }
-}
-
-/// XXH3-64 over the little-endian f64 bits of each position, m, and velocity, m/s, in the order that they come in.
-pub(crate) fn hash_of_states(states: impl IntoIterator<Item = ([f64; 3], [f64; 3])>) -> u64 {
-    let mut hash = Xxh3::new();
-    for (position, velocity) in states {
-        for number in position.into_iter().chain(velocity) {
-            hash.update(&number.to_bits().to_le_bytes());
-        }
-    }
-    hash.digest()
 }
 
 /// Bytes that a list has allocated for its own entries.

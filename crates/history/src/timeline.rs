@@ -13,7 +13,10 @@ use std::ops::RangeInclusive;
 use motion::TimeStep;
 use motion::clock::StepClock;
 
-use crate::{EnergyState, Event, Input, Intervention, Simulation, Snapshot};
+use crate::bundle::{EnergyState, Event, Intervention};
+use crate::input::Input;
+use crate::simulation::Simulation;
+use crate::snapshot::Snapshot;
 
 pub use replay::{Broken, Replay};
 pub use rerun::{BadRerun, Rerun};

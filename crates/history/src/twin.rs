@@ -7,7 +7,8 @@ use motion::{
 };
 use scene::Scene;
 
-use crate::{Input, Simulation};
+use crate::input::Input;
+use crate::simulation::Simulation;
 
 /// The method that others are compared with: of those that take every law, the one of the highest order.
 pub const REFERENCE_METHOD: Method = Method::RungeKutta4;

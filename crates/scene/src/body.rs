@@ -221,7 +221,8 @@ mod tests {
     #[test]
     fn a_rotation_goes_about_x_then_y_then_z_of_the_world() {
         let scene =
-            crate::Scene::parse("t", "(version: 1, bodies: [(rotation_deg: (90.0, 90.0, 0.0))])").unwrap();
+            crate::scene::Scene::parse("t", "(version: 1, bodies: [(rotation_deg: (90.0, 90.0, 0.0))])")
+                .unwrap();
         let turned = scene.bodies[0].orientation.unwrap() * DVec3::Y;
         // y goes to z about x, and on to x about y.
         assert!((turned - DVec3::X).length() < 1e-15, "{turned}");
@@ -229,7 +230,7 @@ mod tests {
 
     #[test]
     fn bodies_grids_and_clouds_may_have_methods_and_substeps_of_their_own() {
-        let scene = crate::Scene::parse(
+        let scene = crate::scene::Scene::parse(
             "t",
             r#"(version: 1, method: yoshida_4, substeps: 3, bodies: [(), (method: yoshida_4, substeps: 100000)],
                 grids: [(rows: 1, columns: 1, method: implicit_euler)], clouds: [(count: 1, substeps: 2)])"#,
@@ -252,9 +253,9 @@ mod tests {
             r#"(version: 1, trails: true, bodies: [(), (label: "größe {}"), (shape: sphere(radius_m: 1), scenery: true, label: "3 s")])"#,
             "x".repeat(LABEL_LIMIT - 6)
         );
-        let scene = crate::Scene::parse("t", &text).unwrap();
+        let scene = crate::scene::Scene::parse("t", &text).unwrap();
         let labels: Vec<_> = scene.labels.iter().map(|(id, label)| (*id, label.chars().count())).collect();
         assert_eq!((labels, scene.trails), (vec![(1, LABEL_LIMIT), (2, 3)], true));
-        assert!(!crate::Scene::parse("t", "(version: 1)").unwrap().trails);
+        assert!(!crate::scene::Scene::parse("t", "(version: 1)").unwrap().trails);
     }
 }

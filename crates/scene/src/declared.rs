@@ -50,7 +50,7 @@ pub fn key_of_law(law: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Scene;
+    use crate::scene::Scene;
 
     #[test]
     fn each_effect_has_the_line_of_the_first_key_that_calls_for_it() {

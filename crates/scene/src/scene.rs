@@ -2,6 +2,7 @@
 
 pub(crate) mod coupled;
 pub(crate) mod names;
+pub(crate) mod script;
 pub(crate) mod survival;
 
 use std::collections::BTreeMap;

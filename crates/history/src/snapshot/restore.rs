@@ -17,7 +17,7 @@ use motion::{
 use scene::{FileIndex, Scene, unsolvable};
 
 use super::{EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
-use crate::Simulation;
+use crate::simulation::Simulation;
 
 /// Largest count that a snapshot may go on from: no run comes near it, and none goes from it beyond what a `u64`
 /// holds.

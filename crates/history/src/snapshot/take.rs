@@ -17,8 +17,8 @@ use super::{
     ClockEntry, CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, RequestEntry, SavedFault, Snapshot,
     list_bytes,
 };
-use crate::Simulation;
 use crate::lists::list;
+use crate::simulation::Simulation;
 
 /// Gravity and damping of a world, and what is switched off in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use motion::effects::Effect;
 use motion::snapshot::EmissionState;
 
 use super::*;
-use crate::Simulation;
+use crate::simulation::Simulation;
 
 #[test]
 fn every_list_counts_as_it_is_allocated() {

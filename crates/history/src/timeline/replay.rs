@@ -8,7 +8,10 @@ use motion::{Substeps, TimeStep};
 use scene::Scene;
 
 use super::{Fault, Watch};
-use crate::{BadSnapshot, EnergyState, Event, Input, Intervention, Simulation, Snapshot};
+use crate::bundle::{EnergyState, Event, Intervention};
+use crate::input::Input;
+use crate::simulation::Simulation;
+use crate::snapshot::{BadSnapshot, Snapshot};
 
 /// A run that came out differently when it was simulated again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

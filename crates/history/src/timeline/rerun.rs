@@ -6,7 +6,8 @@ use std::sync::Arc;
 use scene::Scene;
 
 use super::{Fault, Replay, Timeline};
-use crate::{BadSnapshot, Bundle, EnergyState};
+use crate::bundle::{Bundle, EnergyState};
+use crate::snapshot::BadSnapshot;
 
 /// Why a bundle cannot be simulated again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,8 @@ use motion::ledger::Ledger;
 use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, totals};
 use scene::{EXPLODES, Names};
 
-use crate::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry, Simulation};
+use crate::bundle::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry};
+use crate::simulation::Simulation;
 
 /// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a
 /// fault. The first tick of a fall from rest invents as much as it has, whatever comes after it; of a method beyond

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 
 use crate::random::symmetric;
 use crate::scene::Scene;
-use crate::script::Step;
+use crate::scene::script::Step;
 
 /// One row of the survival matrix: a run of the scene that every method makes.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,8 +6,8 @@ use motion::{Method, Request};
 use scene::Scene;
 
 use super::*;
-use crate::Simulation;
 use crate::bundle::{BUNDLE_FORMAT, EnergyGrowth, EnergyLook, FaultEntry, Intervention, Keyframe, Settings};
+use crate::simulation::Simulation;
 use crate::snapshot::Name;
 
 const TEXT: &str =
