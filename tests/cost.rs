@@ -1,7 +1,7 @@
 //! What accuracy costs: the measuring measured.
 
 mod measuring;
-mod oscillator;
+pub mod oscillator;
 mod panel;
 mod precision;
 mod references;

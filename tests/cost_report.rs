@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 use fixture::{fall, oscillator, report, rest};
 use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Report, Study, Truth};
 use motion::Method;
-use report::{CELLS_HEADER, files, json, table, words};
+use report::{CELLS_HEADER, Table, files, json, table, tables, words};
+
+use crate::cost::oscillator::overtakes;
 
 /// All files before the pictures, which take their time.
 fn texts(report: &Report) -> BTreeMap<String, String> {
@@ -24,12 +26,42 @@ fn sentence<'a>(words: &'a [String], beginning: &str) -> &'a str {
     found.unwrap_or_else(|| panic!("nothing says {beginning:?}: {words:#?}"))
 }
 
-/// The number after `before`.
+/// The table of that title.
 #[track_caller]
-fn number_after(sentence: &str, before: &str) -> f64 {
-    let rest = sentence.split_once(before).unwrap_or_else(|| panic!("{before:?} is not in {sentence}")).1;
-    let number: String = rest.chars().take_while(|c| c.is_ascii_digit() || ".,".contains(*c)).collect();
-    number.trim_end_matches(['.', ',']).replace(',', "").parse().unwrap()
+fn table_of(study: &Study, title: &str) -> Table {
+    let found = tables(study).into_iter().find(|table| table.title.starts_with(title));
+    found.unwrap_or_else(|| panic!("there is no table {title:?}"))
+}
+
+impl Rows for Table {
+    #[track_caller]
+    fn cell(&self, row: &str, column: &str) -> &str {
+        let place = self.header.iter().position(|title| title.starts_with(column)).unwrap();
+        let found = self.rows.iter().find(|cells| cells[0] == row);
+        &found.unwrap_or_else(|| panic!("{row:?} is no row of {self:#?}"))[place]
+    }
+}
+
+/// Cells by the first cell of their row and the start of their column's title.
+trait Rows {
+    fn cell(&self, row: &str, column: &str) -> &str;
+}
+
+/// A length as reports have it, m.
+#[track_caller]
+fn meters(text: &str) -> f64 {
+    let (number, unit) = text.trim_end_matches(" *").split_once(' ').unwrap();
+    let unit = ["m", "cm", "mm", "µm", "nm", "pm"]
+        .into_iter()
+        .zip([1.0, 1e-2, 1e-3, 1e-6, 1e-9, 1e-12])
+        .find(|(name, _)| *name == unit);
+    number.replace(',', "").parse::<f64>().unwrap() * unit.unwrap().1
+}
+
+/// A number as reports have it.
+#[track_caller]
+fn plain(text: &str) -> f64 {
+    text.replace(',', "").parse().unwrap()
 }
 
 fn failed(study: &Study, precision: Precision) -> usize {
@@ -44,29 +76,34 @@ fn fail_all(study: &mut Study) {
 }
 
 #[test]
-fn words_tell_where_runge_kutta_4_overtakes_verlet() {
-    let words = words(&oscillator());
-    let said = sentence(&words, "overtakes velocity Verlet");
-    // Phase errors of z²/24 and (4z)⁴/120 a radian are equal at 64 pi / sqrt(20) = 45 evaluations a period; rungs
+fn runge_kutta_4_overtakes_verlet_where_the_table_says() {
+    let study = oscillator();
+    // Phase errors of z²/24 and (4z)⁴/120 a radian are equal at 64 pi / sqrt(20) = 45 evaluations a period of 1 s; rungs
     // are a factor of up to 1.2 apart there.
-    let at = number_after(said, "overtakes velocity Verlet at ");
-    assert!((at - 45.0).abs() < 4.0 + 0.2 * 45.0, "{said}");
-    assert_eq!(number_after(said, "evaluations per second ("), at, "the period is 1 s: {said}");
+    let (fourth, verlet) = (Method::RungeKutta4, Method::VelocityVerlet);
+    let (at, _) = overtakes(&study, fourth, verlet, Accuracy::Position).unwrap();
+    assert!((at - 45.0).abs() < 4.0 + 0.2 * 45.0, "{at}");
+    let table = table_of(&study, "Errors at equal evaluations");
+    let mut seen = 0;
+    for row in &table.rows {
+        let [verlet, fourth] = ["VV", "RK4"].map(|name| table.cell(&row[0], name));
+        if verlet != "-" && fourth != "-" {
+            let (cost, is_better) = (plain(&row[0]), meters(fourth) < meters(verlet));
+            assert_eq!(is_better, cost > at, "{row:?}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 5, "{table:?}");
 }
 
 #[test]
-fn words_compare_verlet_and_runge_kutta_2_at_equal_evaluations() {
-    let words = words(&oscillator());
-    for method in ["midpoint", "Heun"] {
-        let said = words
-            .iter()
-            .find(|said| said.contains("the error of velocity Verlet is") && said.contains(method))
-            .unwrap_or_else(|| panic!("{words:#?}"));
+fn the_table_compares_verlet_and_runge_kutta_2_at_equal_evaluations() {
+    let table = table_of(&oscillator(), "Errors at equal evaluations");
+    let row = table.rows.iter().rev().find(|row| row.iter().all(|cell| cell != "-")).unwrap();
+    for name in ["RK2 midpoint", "RK2 Heun"] {
         // z²/6 against (z/2)²/24, and z²/24 at equal steps.
-        let factor = number_after(said, "the error of velocity Verlet is ");
-        assert!((factor - 16.0).abs() < 3.2, "{said}");
-        let at_equal_steps = number_after(said, "at equal steps its error is ");
-        assert!((at_equal_steps - 4.0).abs() < 0.8, "{said}");
+        let factor = meters(table.cell(&row[0], name)) / meters(table.cell(&row[0], "VV"));
+        assert!((factor - 16.0).abs() < 3.2, "{name}: {factor} in {row:?}");
     }
 }
 
@@ -98,9 +135,8 @@ fn words_answer_the_tutorials_question() {
 #[test]
 fn the_cheapest_for_an_error_keeps_it_and_nothing_cheaper_does() {
     let study = oscillator();
-    let words = words(&study);
-    let said = sentence(&words, "For an error below 1 mm within 10 s, ");
-    let cost = number_after(said, "is the cheapest: ");
+    let table = table_of(&study, "Cheapest for an error within 10 s");
+    let cost = plain(table.cell("below 1 mm", "evaluations"));
     let cheapest = study
         .cells
         .iter()
@@ -108,39 +144,42 @@ fn the_cheapest_for_an_error_keeps_it_and_nothing_cheaper_does() {
         .filter(|cell| cell.errors().is_some_and(|errors| errors.position_m <= 1e-3))
         .filter_map(|cell| study.cost(cell, Cost::Evaluations))
         .fold(f64::INFINITY, f64::min);
-    assert!((cost / cheapest - 1.0).abs() < 0.03, "{said}, but {cheapest} evaluations do");
-    assert!(said.contains("ns per body per step") && said.contains("% of real time"), "{said}");
+    assert!((cost / cheapest - 1.0).abs() < 0.03, "{table:?}, but {cheapest} evaluations do");
+    assert!(table.cell("below 1 mm", "per body per step").ends_with(" ns"), "{table:?}");
+    assert!(table.cell("below 1 mm", "of real time").ends_with(" %"), "{table:?}");
 }
 
 #[test]
 fn what_explicit_euler_is_worth_is_said() {
-    let words = words(&oscillator());
-    assert!(sentence(&words, "never the best choice").contains("explicit Euler"));
-    let failure = sentence(&words, "blew up");
-    assert!(failure.starts_with("Explicit Euler at x 10, x 12"), "{failure}");
+    let study = oscillator();
+    assert_eq!(table_of(&study, "Methods").cell("explicit Euler", "best choice"), "never");
+    let failed = table_of(&study, "Runs that failed");
+    assert_eq!(failed.cell("explicit Euler", "why"), "blew up");
+    assert!(failed.cell("explicit Euler", "substeps").starts_with("x 10, x 12"), "{failed:?}");
 }
 
 #[test]
-fn words_name_the_best_step_of_single_precision() {
+fn the_best_step_of_single_precision_is_named() {
     let study = oscillator();
-    let words = words(&study);
-    let said = sentence(&words, "In single precision Runge-Kutta 4 is most accurate at");
+    let table = table_of(&study, "Methods");
+    let said = table.cell("Runge-Kutta 4", "in single precision");
     let best = study
         .curve(Method::RungeKutta4, Precision::F32)
         .min_by(|a, b| a.errors().unwrap().position_m.total_cmp(&b.errors().unwrap().position_m))
         .unwrap();
-    assert!(said.contains(&format!("(x {}, ", best.setting.substeps)), "{said}");
-    assert!(said.contains("finer steps make it worse"), "{said}");
+    assert!(said.contains(&format!(" at x {}, ", best.setting.substeps)), "{said}");
+    assert!(said.contains("finer steps are worse"), "{said}");
     // An Euler of order 1 is nowhere near round-off.
-    assert!(sentence(&words, "single precision is as good").contains("explicit Euler"));
+    assert_eq!(table.cell("explicit Euler", "in single precision"), "as good");
 }
 
 #[test]
 fn a_method_of_the_wrong_order_is_named() {
     let mut study = oscillator();
-    assert!(
-        words(&study).iter().any(|said| said.starts_with("Every order that could be measured is within"))
-    );
+    let orders = |study: &Study| {
+        table_of(study, "Methods").rows.into_iter().map(|row| row[1].clone()).collect::<Vec<_>>()
+    };
+    assert!(orders(&study).iter().all(|order| !order.contains("claimed")));
     // Runge-Kutta 4 with the errors of semi-implicit Euler: order 1.
     let euler: Vec<_> =
         study.curve(Method::SemiImplicitEuler, Precision::F64).map(|cell| cell.outcome.clone()).collect();
@@ -150,9 +189,8 @@ fn a_method_of_the_wrong_order_is_named() {
     for (cell, outcome) in broken.zip(euler) {
         cell.outcome = outcome;
     }
-    let said = words(&study);
-    assert_eq!(sentence(&said, "shows order"), "Runge-Kutta 4 shows order 1.0; the table says 4.");
-    assert!(!said.iter().any(|said| said.starts_with("Every order")), "{said:#?}");
+    assert_eq!(table_of(&study, "Methods").cell("Runge-Kutta 4", "order"), "1.0, claimed 4");
+    assert_eq!(orders(&study).iter().filter(|order| order.contains("claimed")).count(), 1);
 }
 
 #[test]
@@ -191,27 +229,31 @@ fn an_order_is_not_fitted_below_ten_times_the_references_own_error() {
 
 #[test]
 fn exact_methods_are_called_exact() {
-    let words = words(&fall());
-    let said = sentence(&words, "round-off at every step");
-    for exact in ["Position Verlet", "velocity Verlet", "Runge-Kutta 4"] {
-        assert!(said.contains(exact), "{said}");
+    let table = table_of(&fall(), "Methods");
+    for exact in ["position Verlet", "velocity Verlet", "Runge-Kutta 4"] {
+        assert_eq!(table.cell(exact, "order"), "exact");
     }
-    assert!(!said.contains("Euler"), "{said}");
+    for euler in ["explicit Euler", "semi-implicit Euler", "implicit Euler"] {
+        assert_eq!(table.cell(euler, "order"), "1.0");
+    }
+    let words = words(&fall());
     assert_eq!(words[0], "Velocity Verlet is the cheapest, and exact here.");
     sentence(&words, "Runge-Kutta 4 is exact here; semi-implicit Euler has an error of");
 }
 
 #[test]
 fn energy_is_bounded_or_grows_or_is_lost() {
-    let words = words(&oscillator());
-    let said = sentence(&words, "invent or lose over 400 s");
-    let (bounded, rest) = said.split_once("growing with").unwrap();
+    let table = table_of(&oscillator(), "Methods");
+    let fate = |method| table.cell(method, "energy invented or lost over 400 s");
     for symplectic in ["semi-implicit Euler", "velocity Verlet", "Yoshida 4"] {
-        assert!(bounded.contains(symplectic), "{said}");
+        assert!(fate(symplectic).contains(": within "), "{}", fate(symplectic));
     }
-    assert!(rest.contains("Runge-Kutta 2 Heun x 240 (as t^1.0"), "{said}");
-    let (_, lost) = rest.split_once("most of it lost with").unwrap();
-    assert!(lost.starts_with(" implicit Euler"), "{said}");
+    assert!(
+        fate("Runge-Kutta 2, Heun").starts_with("x 240: grows as t^1.0 "),
+        "{}",
+        fate("Runge-Kutta 2, Heun")
+    );
+    assert!(fate("implicit Euler").ends_with("most of it lost"), "{}", fate("implicit Euler"));
 }
 
 #[test]
@@ -227,6 +269,7 @@ fn a_doubtful_reference_ranks_nothing() {
     let words = words(&study);
     assert!(words[0].starts_with("The reference is itself uncertain by 70 cm"), "{}", words[0]);
     assert!(!words.iter().any(|said| said.contains("cheapest")), "{words:#?}");
+    assert!(!tables(&study).iter().any(|table| table.title.starts_with("Cheapest")));
 }
 
 #[test]
@@ -286,8 +329,11 @@ fn the_page_needs_nothing_beside_it() {
     }
     assert!(page.contains("A &lt;processor&gt; &amp; more") && !page.contains("<processor>"));
     for study in &report.studies {
-        for said in words(study).iter().filter(|said| said.contains("never the best choice")) {
-            assert!(page.contains(said.as_str()), "the page lacks {said}");
+        for said in words(study) {
+            assert!(page.contains(&said), "the page lacks {said}");
+        }
+        for table in tables(study).iter().filter(|table| !table.title.starts_with("On the front")) {
+            assert!(page.contains(&table.title), "the page lacks {}", table.title);
         }
     }
     assert_eq!(page.matches("<section").count(), 2);
@@ -386,6 +432,8 @@ fn studies_without_anything_to_say_make_a_report() {
     for study in studies {
         let said = words(&study);
         assert!(!said.is_empty());
+        let cells = tables(&study).into_iter().flat_map(|table| table.rows.into_iter().flatten());
+        let said: Vec<_> = said.into_iter().chain(cells).collect();
         assert!(said.iter().all(|said| !said.contains("NaN") && !said.contains("inf")), "{said:#?}");
         let subject = study.subject.clone();
         for (name, text) in texts(&report(vec![study])) {
@@ -400,6 +448,7 @@ fn a_study_at_rest_says_so() {
     let said = words(&rest());
     assert_eq!(said[0], "Nothing moves here: every method is exact, and the cheapest will do.");
     assert!(said.iter().all(|said| !said.contains("below")), "{said:#?}");
+    assert!(!tables(&rest()).iter().any(|table| table.title.starts_with("Cheapest")));
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! Which method leads for which error, and which setting is the cheapest for one.
-
+use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
 
 use super::reading::{SEEN, methods, usable};
-use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 
 /// Counts and errors that differ by less than this part are equal: the single evaluation with which some methods start
 /// is not what one chooses by.

@@ -4,16 +4,13 @@ mod cost;
 mod drift;
 mod precision;
 mod step;
-
+use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
-
-pub(crate) use precision::shown as precision_methods;
 
 use super::chart::{Axis, Drawing};
 use super::numbers::{duration, length, number, power, share};
-use super::reading::{methods, ran};
+use super::reading::methods;
 use crate::palette::ink;
-use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 
 /// A figure with what a page has to know of it.
 pub(crate) struct Figure {
@@ -63,7 +60,7 @@ pub(crate) fn figures(study: &Study) -> Vec<Figure> {
 
 /// The cells of double precision, of which most figures are.
 fn curves(study: &Study) -> impl Iterator<Item = &Cell> {
-    study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64 && ran(cell))
+    study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64 && cell.is_run())
 }
 
 /// Part of the name of a file, and class of a figure on a page.
@@ -170,7 +167,7 @@ fn plotted<'a>(
     place: impl Fn(&Cell) -> Option<f64> + 'a,
 ) -> impl Iterator<Item = (Method, Vec<(&'a Cell, f64, Option<f64>)>)> {
     methods(study, Precision::F64).into_iter().map(move |method| {
-        let cells = study.curve(method, Precision::F64).filter(|cell| ran(cell));
+        let cells = study.curve(method, Precision::F64).filter(|cell| cell.is_run());
         let placed = cells.filter_map(|cell| Some((cell, place(cell)?, study.error(cell, accuracy))));
         (method, placed.collect())
     })

@@ -1,4 +1,4 @@
-//! The report of a study: a page, figures, tables and data, and what they say in words.
+//! What studies found: pages, figures, tables, files for other programs, and a few sentences.
 //!
 //! Everything here is a function of the data; nothing is measured, and no file is written.
 
@@ -6,24 +6,27 @@
 
 mod chart;
 mod choice;
+mod csv;
 mod figures;
 mod numbers;
 mod page;
 mod palette;
-mod ranking;
 mod reading;
 pub mod stability;
 mod summary;
+mod table;
 mod tables;
 mod words;
 
-use chart::Drawing;
 use figures::{Figure, figures};
 use lab::cost::{Report, Study};
 
+pub use chart::Drawing;
+pub use csv::CELLS_HEADER;
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
-pub use summary::{brief, markdown};
-pub use tables::{CELLS_HEADER, table};
+pub use summary::{brief, markdown, table, text};
+pub use table::{Table, aligned};
+pub use tables::tables;
 pub use words::{time_words, words};
 
 /// The files of a report by their names, none of which has a folder: `report.html` with everything in it, `report.json`
@@ -34,9 +37,9 @@ pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
         ("report.html", page::page),
         ("report.json", json),
         ("summary.md", summary),
-        ("cells.csv", tables::cells_csv),
-        ("drift.csv", tables::drift_csv),
-        ("rates.csv", tables::rates_csv),
+        ("cells.csv", csv::cells),
+        ("drift.csv", csv::drift),
+        ("rates.csv", csv::rates),
     ];
     let texts = texts.into_iter().map(|(name, text)| (name.to_owned(), text(report).into_bytes()));
     let figures = drawn(report).map(|(name, figure)| (format!("{name}.svg"), figure.document().into_bytes()));

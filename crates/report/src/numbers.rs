@@ -120,18 +120,6 @@ pub(crate) fn power(value: f64) -> String {
     }
 }
 
-/// Several things in a sentence.
-pub(crate) fn list<T: AsRef<str>>(things: &[T]) -> String {
-    match things {
-        [] => String::new(),
-        [one] => one.as_ref().to_owned(),
-        [first @ .., last] => {
-            let first: Vec<_> = first.iter().map(AsRef::as_ref).collect();
-            format!("{} and {}", first.join(", "), last.as_ref())
-        }
-    }
-}
-
 /// A sentence's first letter is a capital.
 pub(crate) fn capital(text: &str) -> String {
     let mut letters = text.chars();
@@ -183,6 +171,5 @@ mod tests {
         assert_eq!(fold(149_713.0), "150,000");
         assert_eq!(power_of_ten(-12), "10⁻¹²");
         assert_eq!(power_of_ten(4), "10⁴");
-        assert_eq!(list(&["a", "b", "c"]), "a, b and c");
     }
 }

@@ -1,18 +1,48 @@
 //! The report as one page that needs nothing beside it: the answers first, then figures, then every number.
-
-mod parts;
-
-pub(crate) use parts::table;
-use parts::{details, duel, failures, machine, notes, precision_table, rates, times, words};
+use lab::cost::{Accuracy, Cost, Report, Study};
 
 use super::chart::{dark_rules, escaped};
 use super::figures::{ACCURACIES, Figure, Kind, accuracy_name, cost_name, costs, figures};
-use super::numbers;
-use super::slugs;
-use super::words::{Topic, headline};
-use lab::cost::{Accuracy, Cost, Report, Study};
+use super::numbers::number;
+use super::tables::{cheapest, equal, every_run, failed, of_methods, on_arrays, ranking, rates};
+use super::words::{bodies, evaluations, headline, setting, words};
+use super::{Table, slugs};
 
-pub(crate) const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("page.css");
+
+/// A page of sections, with a line below its title and more rules of style.
+pub(crate) fn document(
+    title: &str,
+    lead: &str,
+    rules: &str,
+    header: &str,
+    main: &str,
+    footer: &str,
+) -> String {
+    let title = escaped(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
+         <style>\n{STYLE}{rules}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n<p class=\"lead\">{lead}</p>\n\
+         {header}</header>\n<main>\n{main}</main>\n{footer}</body>\n</html>\n"
+    )
+}
+
+/// A table under its title; nothing without rows.
+pub(crate) fn titled(table: &Table) -> String {
+    if table.rows.is_empty() {
+        return String::new();
+    }
+    format!("<h3>{}</h3>\n{}", escaped(&table.title), table.html())
+}
+
+/// A table that is shown when it is asked for; nothing without rows.
+pub(crate) fn folded(table: &Table) -> String {
+    if table.rows.is_empty() {
+        return String::new();
+    }
+    format!("<details><summary>{}</summary>\n{}</details>\n", escaped(&table.title), table.html())
+}
 
 /// The page.
 pub(crate) fn page(report: &Report) -> String {
@@ -21,25 +51,18 @@ pub(crate) fn page(report: &Report) -> String {
         [one] => format!("What accuracy costs: {}", one.subject),
         _ => "What accuracy costs".to_owned(),
     };
+    let lead =
+        "Every method of integration at a ladder of steps: how far it is from the truth, and what it costs.";
+    let rules = format!("@media (prefers-color-scheme: dark) {{\n{}}}\n{}", dark_rules(), selector_rules());
     let incomplete = if report.complete {
         ""
     } else {
         "<p class=\"warning\">The run was cut short: some planned settings are missing.</p>"
     };
+    let header = incomplete.to_owned() + &contents(report, &slugs);
     let sections: String =
         report.studies.iter().zip(&slugs).map(|(study, slug)| section(study, slug)).collect();
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
-         <style>\n{STYLE}@media (prefers-color-scheme: dark) {{\n{}}}\n{}</style>\n</head>\n<body>\n<header>\n\
-         <h1>{title}</h1>\n<p class=\"lead\">Every method of integration at a ladder of steps: how far it is from the \
-         truth, and what it costs.</p>\n{incomplete}{}</header>\n<main>\n{sections}</main>\n{}</body>\n</html>\n",
-        dark_rules(),
-        selector_rules(),
-        contents(report, &slugs),
-        machine(report),
-        title = escaped(&title),
-    )
+    document(&title, lead, &rules, &header, &sections, &machine(report))
 }
 
 /// Subjects with their answers in one line, where there are several.
@@ -62,26 +85,27 @@ fn section(study: &Study, slug: &str) -> String {
     let of = |kinds: fn(&Kind) -> bool| -> String {
         figures.iter().filter(|figure| kinds(&figure.kind)).map(shown).collect()
     };
+    let words = words(study);
+    let sentences = words.iter().skip(1).map(|sentence| format!("<p>{}</p>\n", escaped(sentence)));
     [
         format!(
             "<section id=\"{slug}\">\n<h2>{}</h2>\n<p class=\"about\">{}</p>\n<p class=\"answer\">{}</p>\n",
             escaped(&study.subject),
             escaped(&about(study)),
-            escaped(&headline(study))
+            escaped(&words[0])
         ),
-        words(study, &[Topic::Tutorial, Topic::Cheapest, Topic::Time, Topic::Verlet]),
-        times(study),
-        duel(study),
+        sentences.collect(),
+        titled(&cheapest(study)),
+        titled(&ranking(study)),
+        folded(&on_arrays(study)),
         selected(study, slug, &figures),
-        words(study, &[Topic::Never, Topic::Orders, Topic::Truth]),
+        titled(&of_methods(study)),
+        folded(&equal(study)),
         of(|kind| *kind == Kind::Precision),
-        words(study, &[Topic::Precision]),
-        precision_table(study),
         of(|kind| matches!(kind, Kind::Drift(_))),
-        words(study, &[Topic::Energy]),
-        rates(study),
-        failures(study),
-        details(study),
+        titled(&rates(study)),
+        titled(&failed(study)),
+        folded(&every_run(study)),
         notes(study),
         "</section>\n".to_owned(),
     ]
@@ -89,14 +113,14 @@ fn section(study: &Study, slug: &str) -> String {
 }
 
 fn about(study: &Study) -> String {
-    let bodies = if study.bodies == 1 { "1 body".to_owned() } else { format!("{} bodies", study.bodies) };
-    let period = study.period_s.map(|period| format!(", a period of {} s", numbers::number(period, 3)));
+    let period = study.period_s.map(|period| format!(", a period of {} s", number(period, 3)));
     let dot = if study.description.is_empty() || study.description.ends_with('.') { "" } else { "." };
     format!(
-        "{}{dot} {bodies}, {} s at {} ticks a second{}.",
+        "{}{dot} {}, {} s at {} ticks per second{}.",
         study.description,
-        numbers::number(study.simulated_s, 3),
-        numbers::number(study.step_hz, 3),
+        bodies(study.bodies),
+        number(study.simulated_s, 3),
+        number(study.step_hz, 3),
         period.unwrap_or_default(),
     )
 }
@@ -131,7 +155,6 @@ fn shown(figure: &Figure) -> String {
 
 /// The two panels, with what they show chosen above them.
 fn selected(study: &Study, slug: &str, figures: &[Figure]) -> String {
-    let costs = costs(study);
     let of = |kinds: fn(&Kind) -> bool| -> String {
         figures.iter().filter(|figure| kinds(&figure.kind)).map(shown).collect()
     };
@@ -139,27 +162,22 @@ fn selected(study: &Study, slug: &str, figures: &[Figure]) -> String {
     if panels.is_empty() {
         return String::new();
     }
-    let choice = |group: &str, class: String, words: &str, first: bool| {
-        let checked = if first { " checked" } else { "" };
-        format!(
-            "<label><input type=\"radio\" name=\"{slug}-{group}\" class=\"by-{class}\"{checked}>{words}</label>\n"
-        )
+    let choices = |group: &str, choices: Vec<(&str, &str)>| -> String {
+        let choice = |(i, (class, words)): (usize, &(&str, &str))| {
+            let checked = if i == 0 { " checked" } else { "" };
+            format!(
+                "<label><input type=\"radio\" name=\"{slug}-{group}\" class=\"by-{class}\"{checked}>{words}</label>\n"
+            )
+        };
+        choices.iter().enumerate().map(choice).collect()
     };
-    let of_costs: String = costs
-        .iter()
-        .enumerate()
-        .map(|(i, cost)| choice("cost", cost_name(*cost).to_owned(), cost_words(*cost), i == 0))
-        .collect();
-    let of_errors: String = ACCURACIES
-        .iter()
-        .enumerate()
-        .map(|(i, accuracy)| {
-            choice("error", accuracy_name(*accuracy).to_owned(), accuracy_words(*accuracy), i == 0)
-        })
-        .collect();
+    let of_errors = ACCURACIES.map(|accuracy| (accuracy_name(accuracy), accuracy_words(accuracy)));
+    let of_costs = costs(study).into_iter().map(|cost| (cost_name(cost), cost_words(cost)));
     format!(
-        "<div class=\"panels\">\n<div class=\"choices\">\n<fieldset><legend>Error</legend>\n{of_errors}</fieldset>\n\
-         <fieldset><legend>Cost</legend>\n{of_costs}</fieldset>\n</div>\n{panels}</div>\n"
+        "<div class=\"panels\">\n<div class=\"choices\">\n<fieldset><legend>Error</legend>\n{}</fieldset>\n\
+         <fieldset><legend>Cost</legend>\n{}</fieldset>\n</div>\n{panels}</div>\n",
+        choices("error", of_errors.into()),
+        choices("cost", of_costs.collect()),
     )
 }
 
@@ -195,4 +213,41 @@ fn selector_rules() -> String {
         }
     }
     rules
+}
+
+/// What a reader has to know.
+fn notes(study: &Study) -> String {
+    let own = study.cells.iter().find(|cell| cell.setting == study.own);
+    let own = own.map(|cell| {
+        let cost = study.cost(cell, Cost::Evaluations).unwrap_or(f64::NAN);
+        format!("As the scene is set: {}, {}.", setting(study, cell), evaluations(study, cost))
+    });
+    let ties = "Times that tie (=) differ by less than the spread of their rounds. A star is on what no other setting beats \
+        in both error and cost."
+        .to_owned();
+    let items =
+        own.iter().chain(&study.notes).chain([&ties]).map(|note| format!("<li>{}</li>\n", escaped(note)));
+    format!("<ul class=\"notes\">\n{}</ul>\n", items.collect::<String>())
+}
+
+/// Where it was measured, and how.
+fn machine(report: &Report) -> String {
+    let machine = &report.machine;
+    let rows = [
+        ("Processor", format!("{} ({} cores)", machine.processor, machine.cores)),
+        ("System", machine.system.clone()),
+        ("Vector instructions", machine.instructions.clone()),
+        ("Version", machine.version.clone()),
+        ("Compiler", machine.compiler.clone()),
+        ("Command", report.command.clone()),
+    ];
+    let rows: String =
+        rows.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", escaped(value))).collect();
+    format!(
+        "<footer>\n<h2>Measured on</h2>\n<dl>\n{rows}</dl>\n<p>Error and time are measured in runs of their own: the one \
+         is compared with the truth at eight times and looks at no clock, the other is timed in thread CPU time, block by \
+         block, the least of several, in turns with a fixed yardstick. Relative errors are the largest over bodies and \
+         times of the distances in position and velocity together, each in units of the motion's own scale; a run that \
+         blew up, was quarantined or did not converge is a cross and never a point.</p>\n</footer>\n"
+    )
 }

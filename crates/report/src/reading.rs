@@ -1,8 +1,8 @@
 //! What a study answers: comparisons at equal cost, the cheapest setting for an error, what never pays.
-
+use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Setting, Study};
 use motion::Method;
 
-use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Setting, Study};
+use super::numbers::share;
 
 /// Errors in words are those of positions, which is what one sees.
 pub(crate) const SEEN: Accuracy = Accuracy::Position;
@@ -19,9 +19,14 @@ pub(crate) fn methods(study: &Study, precision: Precision) -> Vec<Method> {
     Method::ALL.into_iter().filter(|method| study.curve(*method, precision).next().is_some()).collect()
 }
 
-/// Whether a cell stands for a run, be it a failed one.
-pub(crate) const fn ran(cell: &Cell) -> bool {
-    !matches!(cell.outcome, Outcome::Failed(Failure::NotRun))
+/// Whether methods can be ranked at all.
+pub(crate) fn ranks(study: &Study) -> bool {
+    moves(study) && finished(study) && !doubtful(study)
+}
+
+/// Whether any run in double precision went through.
+pub(crate) fn finished(study: &Study) -> bool {
+    study.cells.iter().any(|cell| cell.setting.precision == Precision::F64 && cell.errors().is_some())
 }
 
 /// Whether the truth itself is too uncertain to tell any usable run from any other.
@@ -37,7 +42,7 @@ pub(crate) fn moves(study: &Study) -> bool {
 }
 
 /// Whether the error is more than round-off and the truth's own.
-pub(crate) fn told(study: &Study, cell: &Cell, error: f64) -> bool {
+fn told(study: &Study, cell: &Cell, error: f64) -> bool {
     error > study.trusted(cell, SEEN)
 }
 
@@ -86,26 +91,6 @@ pub(crate) fn rounds(study: &Study, first: Method, second: Method) -> Vec<Round<
             Some(Round { evaluations, first: cell, second: near(evaluations)?.0 })
         })
         .collect()
-}
-
-/// The finest round in which both are usable, and neither is round-off.
-pub(crate) fn best_round<'a>(study: &Study, rounds: &'a [Round<'a>]) -> Option<(&'a Round<'a>, f64)> {
-    let clear = |cell: &Cell| {
-        usable(study, cell) && study.error(cell, SEEN).is_some_and(|error| told(study, cell, error))
-    };
-    let mut fit = rounds.iter().rev().filter(|round| clear(round.first) && clear(round.second));
-    fit.find_map(|round| Some((round, round.factor(study)?)))
-}
-
-/// Where the second method becomes the better one at equal cost: (cost, error, m). `None` if round-off alone decides
-/// there, or if it is hardly better even with the finest steps.
-pub(crate) fn turn(study: &Study, second: Method, first: Method, cost: Cost) -> Option<(f64, f64)> {
-    let (at, error) = study.overtakes(second, first, SEEN, cost)?;
-    let floor =
-        study.curve(second, Precision::F64).map(|cell| study.trusted(cell, SEEN)).fold(f64::MAX, f64::min);
-    let rounds = rounds(study, second, first);
-    let better = rounds.iter().rev().find_map(|round| round.factor(study)).is_some_and(|factor| factor > 1.2);
-    (error > floor && at.is_finite() && better).then_some((at, error))
 }
 
 /// Whether no step of a method can be told from the truth.
@@ -158,31 +143,6 @@ pub(crate) fn place(study: &Study, cell: &Cell, cost: Cost) -> Option<f64> {
     counted.map(|counted| counted.max(claimed))
 }
 
-/// A measured order that is not the claimed one.
-pub(crate) struct Odd {
-    /// The method.
-    pub method: Method,
-    /// What was measured.
-    pub shows: f64,
-    /// The nearest of what the table says.
-    pub claimed: u32,
-}
-
-/// Methods whose order is off by more than a quarter, among those that were run finely enough to have one.
-pub(crate) fn odd_orders(study: &Study) -> Vec<Odd> {
-    methods(study, Precision::F64)
-        .into_iter()
-        .filter_map(|method| {
-            let finest = study.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last()?;
-            let shows = study.order(method, SEEN).filter(|_| usable(study, finest))?;
-            let off = |order: &u32| (shows - f64::from(*order)).abs();
-            let claimed =
-                claimed_orders(study, method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
-            (off(&claimed) > 0.25).then_some(Odd { method, shows, claimed })
-        })
-        .collect()
-}
-
 /// The setting of a curve with the least error, and whether finer steps were run that are worse by a fifth or more.
 pub(crate) fn floor(study: &Study, method: Method, precision: Precision) -> Option<(&Cell, f64, bool)> {
     let points: Vec<_> =
@@ -196,7 +156,7 @@ pub(crate) fn floor(study: &Study, method: Method, precision: Precision) -> Opti
 
 /// How the residual of energy goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Growth {
+enum Growth {
     /// No more than sums of round-off.
     RoundOff,
     /// It swings within bounds.
@@ -210,7 +170,7 @@ pub(crate) enum Growth {
 }
 
 /// `None` where the run failed or is too short to say.
-pub(crate) fn growth(drift: &Drift) -> Option<Growth> {
+fn growth(drift: &Drift) -> Option<Growth> {
     let largest = drift.largest?;
     if largest < 1e-11 {
         return Some(Growth::RoundOff);
@@ -234,6 +194,19 @@ pub(crate) fn growth(drift: &Drift) -> Option<Growth> {
     } else {
         Growth::Bounded
     })
+}
+
+/// What became of energy, in words.
+pub(crate) fn fate(drift: &Drift) -> String {
+    let largest = share(drift.largest.unwrap_or(f64::NAN), 2);
+    match growth(drift) {
+        Some(Growth::RoundOff) => "round-off".to_owned(),
+        Some(Growth::Bounded) => format!("within {largest}"),
+        Some(Growth::Grows(power)) => format!("grows as t^{power:.1} to {largest}"),
+        Some(Growth::Lost) => "most of it lost".to_owned(),
+        Some(Growth::Invented) => "most of it invented".to_owned(),
+        None => "failed".to_owned(),
+    }
 }
 
 /// Failed runs of one method in one precision, for one kind of reason.
@@ -280,7 +253,7 @@ impl FailedRuns<'_> {
 /// Failed runs by method, precision and kind of reason, in the order of the cells.
 pub(crate) fn failures(study: &Study) -> Vec<FailedRuns<'_>> {
     let mut groups: Vec<FailedRuns<'_>> = Vec::new();
-    for cell in study.cells.iter().filter(|cell| ran(cell)) {
+    for cell in study.cells.iter().filter(|cell| cell.is_run()) {
         let Outcome::Failed(failure) = &cell.outcome else { continue };
         let Setting { method, precision, substeps } = cell.setting;
         let alike = |group: &&mut FailedRuns<'_>| {

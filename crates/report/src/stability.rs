@@ -1,27 +1,31 @@
 //! The survival matrix on paper: page, heat map and tables.
 
 mod heat_map;
-mod limits;
 mod maps;
 mod page;
 mod tables;
 
+use lab::limits::{Limit, Map};
 use lab::stability::Matrix;
 
-pub use limits::{limits_csv, sections};
 pub use maps::picture;
-pub use page::Section;
-pub use tables::{csv, markdown, table};
+pub use tables::{limits_csv, markdown, matrix_csv, table};
 
-/// The files of a report by their names: `stability.html` with everything in it and `more` behind the matrix,
-/// `matrix.svg`, `matrix.csv`, `matrix.md` and `matrix.json`, which is read again.
+/// The files of a report by their names: `stability.html` with everything in it, `matrix.svg`, `matrix.csv`, `matrix.md`
+/// and `matrix.json`, which is read again; `limits.csv` and the maps where they were measured.
 #[must_use]
-pub fn files(matrix: &Matrix, more: &[Section]) -> Vec<(&'static str, Vec<u8>)> {
-    vec![
-        ("stability.html", page::page(matrix, more).into_bytes()),
-        ("matrix.svg", heat_map::drawing(matrix).document().into_bytes()),
-        ("matrix.csv", csv(matrix).into_bytes()),
-        ("matrix.md", markdown(matrix).into_bytes()),
-        ("matrix.json", matrix.json().into_bytes()),
-    ]
+pub fn files(matrix: &Matrix, limits: &[Limit], maps: &[(&str, Map)]) -> Vec<(String, Vec<u8>)> {
+    let drawn: Vec<_> = maps.iter().map(|(_, map)| map.clone()).collect();
+    let mut files = vec![
+        ("stability.html".to_owned(), page::page(matrix, limits, &drawn)),
+        ("matrix.svg".to_owned(), heat_map::drawing(matrix).document()),
+        ("matrix.csv".to_owned(), matrix_csv(matrix)),
+        ("matrix.md".to_owned(), markdown(matrix)),
+        ("matrix.json".to_owned(), matrix.json()),
+    ];
+    if !limits.is_empty() {
+        files.push(("limits.csv".to_owned(), limits_csv(limits)));
+    }
+    files.extend(maps.iter().map(|(name, map)| (format!("{name}-map.svg"), picture(map).document())));
+    files.into_iter().map(|(name, text)| (name, text.into_bytes())).collect()
 }

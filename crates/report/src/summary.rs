@@ -1,20 +1,16 @@
-//! What a study found as Markdown: the answers, then every sentence and the front as a table.
+//! What a study found as text: in Markdown, and for a terminal.
+use lab::cost::{Machine, Study};
 
-use super::numbers::{duration, length, number};
-use super::ranking;
-use super::words::{Topic, topics, words};
-use lab::cost::{Accuracy, Cost, Machine, Study};
+use super::tables::{every_run, ranking, tables};
+use super::words::words;
 
 /// The answers in short: who is the cheapest, the times of methods, and the machine. Every number is the study's.
 #[must_use]
 pub fn brief(study: &Study, machine: &Machine) -> String {
-    let short = [Topic::Line, Topic::Tutorial, Topic::Time];
-    let said = topics(study).into_iter().filter(|(topic, _)| short.contains(topic));
-    let mut text: String =
-        said.flat_map(|(_, sentences)| sentences).map(|sentence| format!("- {sentence}\n")).collect();
-    let rows = ranking::rows(study);
-    if !rows.is_empty() {
-        text += &format!("\n{}", table(&ranking::header(study), &rows));
+    let mut text: String = words(study).iter().map(|sentence| format!("- {sentence}\n")).collect();
+    let ranking = ranking(study);
+    if !ranking.rows.is_empty() {
+        text += &format!("\n{}", ranking.markdown());
     }
     let Machine { processor, cores, system, compiler, .. } = machine;
     text + &format!(
@@ -23,40 +19,32 @@ pub fn brief(study: &Study, machine: &Machine) -> String {
     )
 }
 
-/// [`brief`], then every sentence, and the settings that nothing beats in both position error and evaluations.
+/// [`brief`], then every table.
 #[must_use]
 pub fn markdown(study: &Study, machine: &Machine) -> String {
-    let mut text = brief(study, machine) + "\n### Everything that was found\n\n";
-    for sentence in words(study) {
-        text += &format!("- {sentence}\n");
-    }
-    let front = study.front(Accuracy::Position, Cost::Evaluations);
-    let row = |cell: &&lab::cost::Cell| {
-        let setting = cell.setting;
-        [
-            format!("`{}` x {}", setting.method.name(), setting.substeps),
-            number(1.0 / study.step_s(setting), 3),
-            study.error(cell, Accuracy::Position).map_or_else(String::new, |error| length(error, 2)),
-            study.cost(cell, Cost::Evaluations).map_or_else(String::new, |cost| number(cost, 3)),
-            cell.time.as_ref().map_or_else(String::new, |time| duration(time.ns_per_body_step, 2)),
-        ]
-    };
-    let header =
-        ["on the front", "steps per s", "error", "evaluations per body per s", "time per body per step"];
-    text += &format!("\n{}", table(&header, &front.iter().map(row).collect::<Vec<_>>()));
-    let arrays = ranking::of_arrays(study);
-    if !arrays.is_empty() {
-        text += &format!("\nOn plain arrays:\n\n{}", table(&ranking::ARRAYS, &arrays));
-    }
-    text
+    let part = |table: &super::Table| format!("\n### {}\n\n{}", table.title, table.markdown());
+    brief(study, machine) + &tables(study).iter().map(part).collect::<String>()
 }
 
-/// A table in Markdown.
-fn table<const N: usize>(header: &[impl AsRef<str>; N], rows: &[[String; N]]) -> String {
-    let titles: Vec<_> = header.iter().map(AsRef::as_ref).collect();
-    let mut text = format!("| {} |\n|{}\n", titles.join(" | "), " --- |".repeat(N));
-    for row in rows {
-        text += &format!("| {} |\n", row.join(" | "));
+/// For a terminal: sentences, what they are read from, and every run.
+#[must_use]
+pub fn text(study: &Study) -> String {
+    let mut text = format!("{}: {}\n\n", study.subject, study.description);
+    words(study).iter().for_each(|sentence| text += &format!("  {sentence}\n"));
+    for table in tables(study) {
+        text += &format!("\n{}:\n{}", table.title, table.aligned());
     }
-    text
+    text + "\n" + &table(study) + "\n"
+}
+
+/// Methods by the time of a step, then every cell that was run, with a star on those of the front; columns line up.
+#[must_use]
+pub fn table(study: &Study) -> String {
+    let mut text = String::new();
+    let ranking = ranking(study);
+    if !ranking.rows.is_empty() {
+        text += &ranking.aligned();
+        text += "= ties with the first of its rank: the times differ by less than the spread of their rounds.\n\n";
+    }
+    text + &every_run(study).aligned() + "* on the front: nothing is both cheaper and more accurate.\n"
 }

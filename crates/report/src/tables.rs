@@ -1,73 +1,265 @@
-//! Every cell as rows: comma-separated values for other programs, and columns of text for a terminal.
+//! What a study found, as tables.
+use lab::cost::{Accuracy, Cell, Cost, Host, Outcome, Place, Precision, RateRow, Study, TickTime};
+use motion::Method;
 
-use super::numbers::{NONE, duration, length, number};
-use super::ranking;
-use super::reading::{SEEN, ran};
-use lab::cost::{Accuracy, Cell, Cost, Outcome, Precision, Report, Study, Time};
+use super::choice::{Answer, answers, leads, never_best, tie};
+use super::numbers::{NONE, duration, length, number, share};
+use super::palette::ink;
+use super::reading::{SEEN, claimed_orders, exact, failures, fate, floor, methods, ranks, usable};
+use super::table::Table;
+use super::words::{bodies, setting, title};
 
-/// The columns of `cells.csv`, one row a cell: lengths in m, times as their names say, empty where nothing was
-/// measured.
-pub const CELLS_HEADER: &str = "subject,method,substeps,precision,step_s,relative_error,position_error_m,\
-    velocity_error_m_s,outcome,evaluations_per_body_s,ns_per_body_step,arrays_ns_per_body_step,real_time_factor,\
-    yardsticks,bytes_per_body_step,instructions_per_tick,timed_bodies";
+/// The tables of a summary, those that have any rows.
+#[must_use]
+pub fn tables(study: &Study) -> Vec<Table> {
+    let tables =
+        [cheapest(study), of_methods(study), equal(study), failed(study), front(study), on_arrays(study)];
+    tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
+}
 
-const DRIFT_HEADER: &str = "subject,method,substeps,precision,long,time_s,relative_residual";
+fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
+    value.map_or_else(|| NONE.to_owned(), text)
+}
 
-const RATES_HEADER: &str = "subject,frame_hz,step,damping,push,ticks,moved_m,off_m";
+/// The cheapest setting for each error.
+pub(crate) fn cheapest(study: &Study) -> Table {
+    let answers = if ranks(study) { answers(study) } else { Vec::new() };
+    let row = |answer: &Answer<'_>| {
+        let (pick, quick) = (answer.by_evaluations, by_time(study, answer));
+        let real_time = quick.and_then(|quick| study.cost(quick, Cost::RealTime));
+        vec![
+            format!("below {}", length(answer.below_m, 2)),
+            setting(study, pick),
+            or_none(study.cost(pick, Cost::Evaluations), |cost| number(cost, 3)),
+            or_none(answer.next, |(method, error)| format!("{}, below {}", title(method), length(error, 2))),
+            or_none(quick, |quick| setting(study, quick)),
+            or_none(quick.and_then(|quick| quick.time), |time| duration(time.ns_per_body_step, 2)),
+            or_none(real_time, |part| share(part, 2)),
+        ]
+    };
+    let header = [
+        "error",
+        "cheapest by evaluations",
+        "evaluations per body per s",
+        "becomes cheaper",
+        "cheapest by time",
+        "per body per step",
+        "of real time",
+    ];
+    let title = format!("Cheapest for an error within {} s", number(study.simulated_s, 3));
+    Table::numbers(title, header, answers.iter().map(row))
+}
 
-/// A field as RFC 4180 has it.
-fn field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
+/// The cheapest by time; if it ties with the cheapest by evaluations, that one.
+fn by_time<'a>(study: &Study, answer: &Answer<'a>) -> Option<&'a Cell> {
+    let (pick, quick) = (answer.by_evaluations, answer.by_time?);
+    let tie = tie(study, Cost::Time, [quick.setting.method, pick.setting.method]);
+    let price = |cell| study.cost(cell, Cost::Time).unwrap_or(f64::INFINITY);
+    Some(if price(quick) * (1.0 + tie) < price(pick) { quick } else { pick })
+}
+
+/// Methods by the time of a step, the shortest first; "=" is on those that tie.
+pub(crate) fn ranking(study: &Study) -> Table {
+    let places = study.ranking();
+    // Compared with semi-implicit Euler, or the first.
+    let base = places.iter().find(|place| place.method == Method::SemiImplicitEuler).or(places.first());
+    let mut rank = 0;
+    let row = |(i, place): (usize, &Place)| {
+        let Place { method, ns_per_body_step, tied } = *place;
+        if !tied {
+            rank = i + 1;
+        }
+        let shares = tied || places.get(i + 1).is_some_and(|next| next.tied);
+        let line = study.world_times().find(|of| of.method == method);
+        vec![
+            format!("{rank}{}", if shares { " =" } else { "" }),
+            method.claims().title.to_owned(),
+            or_none(line, |of| duration(of.fixed_ns, 2)),
+            or_none(line, |of| duration(of.ns_per_body_step, 2)),
+            duration(ns_per_body_step, 2),
+            or_none(base, |base| number(ns_per_body_step / base.ns_per_body_step, 2)),
+        ]
+    };
+    let header = [
+        "rank".to_owned(),
+        "method".to_owned(),
+        "fixed per tick".to_owned(),
+        "per body per step".to_owned(),
+        format!("per body per step with {}", bodies(study.size())),
+        format!("times {}", base.map_or_else(String::new, |base| title(base.method))),
+    ];
+    Table::numbers("Time of a step", header, places.iter().enumerate().map(row).collect::<Vec<_>>())
+}
+
+/// Times on plain arrays, by method and precision.
+pub(crate) fn on_arrays(study: &Study) -> Table {
+    let row = |of: &TickTime| {
+        vec![
+            of.method.claims().title.to_owned(),
+            of.precision.name().to_owned(),
+            duration(of.fixed_ns, 2),
+            duration(of.ns_per_body_step, 2),
+        ]
+    };
+    let rows = study.tick_times.iter().filter(|of| of.host == Host::Arrays).map(row);
+    Table::numbers("On plain arrays", ["method", "precision", "fixed per tick", "per body per step"], rows)
+}
+
+/// What each method is worth: its order, whether it is ever the best choice, what single precision leaves of it, and
+/// what it does to energy.
+pub(crate) fn of_methods(study: &Study) -> Table {
+    let ranks = ranks(study);
+    let never = [Cost::Evaluations, Cost::Time]
+        .map(|cost| (ranks && !leads(study, cost).is_empty()).then(|| never_best(study, cost)));
+    let best = |method: Method| {
+        let by = ["evaluations", "time"].into_iter().zip(&never);
+        let by: Vec<_> =
+            by.filter(|(_, never)| never.as_ref().is_some_and(|never| !never.contains(&method))).collect();
+        match &by[..] {
+            _ if never.iter().all(Option::is_none) => NONE.to_owned(),
+            [] => "never".to_owned(),
+            by => by.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" and "),
+        }
+    };
+    let lengths: Vec<_> = [false, true]
+        .into_iter()
+        .filter_map(|long| Some((long, study.drifts.iter().find(|drift| drift.long == long)?.simulated_s)))
+        .collect();
+    let row = |method: Method| {
+        let mut row = vec![method.claims().title.to_owned()];
+        row.push(if ranks { order(study, method) } else { NONE.to_owned() });
+        row.push(best(method));
+        row.push(or_none(single_precision(study, method).filter(|_| ranks), |text| text));
+        for (long, _) in &lengths {
+            let drift =
+                study.drifts.iter().find(|drift| drift.long == *long && drift.setting.method == method);
+            row.push(or_none(drift, |drift| format!("x {}: {}", drift.setting.substeps, fate(drift))));
+        }
+        row
+    };
+    let header = ["method", "order", "best choice by", "in single precision"].map(str::to_owned);
+    let energy = lengths.iter().map(|(_, s)| format!("energy invented or lost over {} s", number(*s, 3)));
+    let rows = methods(study, Precision::F64).into_iter().map(row);
+    Table::words("Methods", header.into_iter().chain(energy), rows)
+}
+
+/// The order that errors show, and what the table of methods claims where that is another.
+fn order(study: &Study, method: Method) -> String {
+    if exact(study, method) {
+        return if study.truth.own_error().1 > 0.0 { "as exact as the reference" } else { "exact" }
+            .to_owned();
+    }
+    let finest = study.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last();
+    let order = study.order(method, SEEN).filter(|_| finest.is_some_and(|cell| usable(study, cell)));
+    let Some(shows) = order else { return NONE.to_owned() };
+    let off = |order: &u32| (shows - f64::from(*order)).abs();
+    match claimed_orders(study, method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b))) {
+        Some(claimed) if off(&claimed) > 0.25 => format!("{shows:.1}, claimed {claimed}"),
+        _ => format!("{shows:.1}"),
     }
 }
 
-/// In full precision; empty for what is no number.
-fn plain(value: Option<f64>) -> String {
-    value.filter(|value| value.is_finite()).map(|value| format!("{value:e}")).unwrap_or_default()
-}
-
-/// Rows under a header, as RFC 4180 has them.
-pub(crate) fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
-    let mut text = header.to_owned() + "\n";
-    for row in rows {
-        text += &row.iter().map(|value| field(value)).collect::<Vec<_>>().join(",");
-        text.push('\n');
+/// The least error in single precision, and where; `None` where no run of it went through.
+fn single_precision(study: &Study, method: Method) -> Option<String> {
+    let (best, least, worse) = floor(study, method, Precision::F32)?;
+    let double = floor(study, method, Precision::F64).map(|(_, least, _)| least);
+    if !worse && double.is_some_and(|double| least <= 1.5 * double) {
+        return Some("as good".to_owned());
     }
-    text
+    let finer = if worse { ", finer steps are worse" } else { "" };
+    let compensated = floor(study, method, Precision::CompensatedF32)
+        .map(|(_, least, _)| format!("; compensated {}", length(least, 2)));
+    Some(format!(
+        "{} at x {}{finer}{}",
+        length(least, 2),
+        best.setting.substeps,
+        compensated.unwrap_or_default()
+    ))
 }
 
-/// `cells.csv`.
-pub(crate) fn cells_csv(report: &Report) -> String {
-    let rows =
-        report.studies.iter().flat_map(|study| study.cells.iter().map(move |cell| cell_row(study, cell)));
-    csv(CELLS_HEADER, rows)
+/// Errors of positions at equal evaluations, the least of a row with a star.
+pub(crate) fn equal(study: &Study) -> Table {
+    let methods = if ranks(study) { methods(study, Precision::F64) } else { Vec::new() };
+    let base = methods.iter().find(|method| **method == Method::SemiImplicitEuler).or(methods.first());
+    let mut costs: Vec<f64> = Vec::new();
+    for cell in base.into_iter().flat_map(|base| study.curve(*base, Precision::F64)) {
+        let cost = study.cost(cell, Cost::Evaluations).filter(|cost| *cost > 0.0);
+        costs.extend(cost.filter(|cost| costs.last().is_none_or(|last| *cost > 1.9 * last)));
+    }
+    let row = |cost: &f64| {
+        let errors: Vec<_> =
+            methods.iter().map(|method| study.error_at(*method, SEEN, Cost::Evaluations, *cost)).collect();
+        let least = errors.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let star = |error: f64| if error <= least { " *" } else { "" };
+        let cells = errors.iter().map(|error| or_none(*error, |error| length(error, 2) + star(error)));
+        std::iter::once(number(*cost, 3)).chain(cells).collect()
+    };
+    let header =
+        std::iter::once("evaluations per body per s").chain(methods.iter().map(|method| ink(*method).short));
+    Table::numbers("Errors at equal evaluations, the least with a star", header, costs.iter().map(row))
 }
 
-fn cell_row(study: &Study, cell: &Cell) -> Vec<String> {
-    let time = |of: fn(&Time) -> f64| plain(cell.time.as_ref().map(of));
-    let error = |accuracy| plain(study.error(cell, accuracy));
-    vec![
-        study.subject.clone(),
-        cell.setting.method.name().to_owned(),
-        cell.setting.substeps.to_string(),
-        cell.setting.precision.name().to_owned(),
-        plain(Some(study.step_s(cell.setting))),
-        error(Accuracy::Relative),
-        error(Accuracy::Position),
-        error(Accuracy::Velocity),
-        outcome(cell),
-        plain(study.cost(cell, Cost::Evaluations)),
-        time(|time| time.ns_per_body_step),
-        plain(cell.arrays_time.as_ref().map(|time| time.ns_per_body_step)),
-        time(|time| time.real_time_factor),
-        time(|time| time.yardsticks),
-        plain(cell.bytes_per_body_step),
-        plain(cell.instructions_per_tick),
-        study.size().to_string(),
-    ]
+/// Runs that are crosses and no points.
+pub(crate) fn failed(study: &Study) -> Table {
+    let rows = failures(study).into_iter().map(|group| {
+        let title = group.method.claims().title.to_owned();
+        vec![title, group.precision.name().to_owned(), group.substeps().join(", "), group.why()]
+    });
+    Table::words("Runs that failed", ["method", "precision", "substeps", "why"], rows)
+}
+
+/// The settings that nothing beats in both position error and evaluations.
+pub(crate) fn front(study: &Study) -> Table {
+    let row = |cell: &Cell| {
+        let setting = cell.setting;
+        vec![
+            format!("`{}` x {}", setting.method.name(), setting.substeps),
+            number(1.0 / study.step_s(setting), 3),
+            or_none(study.error(cell, SEEN), |error| length(error, 2)),
+            or_none(study.cost(cell, Cost::Evaluations), |cost| number(cost, 3)),
+            or_none(cell.time, |time| duration(time.ns_per_body_step, 2)),
+        ]
+    };
+    let header = ["setting", "steps per s", "error", "evaluations per body per s", "per body per step"];
+    Table::numbers("On the front", header, study.front(SEEN, Cost::Evaluations).into_iter().map(row))
+}
+
+/// Every cell that was run, by method, precision and substeps, with a star on those of the front; a failed one has its
+/// reason for an error.
+pub(crate) fn every_run(study: &Study) -> Table {
+    let mut cells: Vec<_> = study.cells.iter().filter(|cell| cell.is_run()).collect();
+    cells.sort_by_key(|cell| (cell.setting.method, cell.setting.precision, cell.setting.substeps));
+    let fronts = [Cost::Evaluations, Cost::Time].map(|cost| study.front(SEEN, cost));
+    let row = |cell: &Cell| {
+        let setting = cell.setting;
+        let on_front = fronts.iter().flatten().any(|other| other.setting == setting);
+        let nanoseconds = |host| or_none(cell.time_in(host), |time| duration(time.ns_per_body_step, 2));
+        vec![
+            format!("{} {}", if on_front { "*" } else { " " }, setting.method.claims().title),
+            setting.substeps.to_string(),
+            setting.precision.name().to_owned(),
+            duration(1e9 * study.step_s(setting), 3),
+            study.error(cell, Accuracy::Relative).map_or_else(|| outcome(cell), |error| number(error, 2)),
+            or_none(study.error(cell, SEEN), |error| length(error, 2)),
+            or_none(study.cost(cell, Cost::Evaluations), |cost| number(cost, 3)),
+            nanoseconds(Host::World),
+            nanoseconds(Host::Arrays),
+            or_none(cell.time.or(cell.arrays_time), |time| number(time.real_time_factor, 2)),
+        ]
+    };
+    let header = [
+        "  method",
+        "substeps",
+        "precision",
+        "step",
+        "error, relative",
+        "error",
+        "evaluations per body per s",
+        "per body per step",
+        "on arrays",
+        "times real time",
+    ];
+    Table::numbers("Every run in numbers", header, cells.into_iter().map(row))
 }
 
 /// `finished`, or why not.
@@ -78,126 +270,19 @@ pub(crate) fn outcome(cell: &Cell) -> String {
     }
 }
 
-/// `drift.csv`: one row a sample.
-pub(crate) fn drift_csv(report: &Report) -> String {
-    let drifts = report.studies.iter().flat_map(|study| study.drifts.iter().map(move |drift| (study, drift)));
-    let rows = drifts.flat_map(|(study, drift)| {
-        drift.series.iter().map(move |(time_s, residual)| {
-            vec![
-                study.subject.clone(),
-                drift.setting.method.name().to_owned(),
-                drift.setting.substeps.to_string(),
-                drift.setting.precision.name().to_owned(),
-                drift.long.to_string(),
-                plain(Some(*time_s)),
-                plain(Some(*residual)),
-            ]
-        })
-    });
-    csv(DRIFT_HEADER, rows)
-}
-
-/// `rates.csv`: one row a frame rate and way of stepping.
-pub(crate) fn rates_csv(report: &Report) -> String {
-    let rates = report.studies.iter().flat_map(|study| study.rates.iter().map(move |rate| (study, rate)));
-    let rows = rates.map(|(study, rate)| {
+/// The same second at several frame rates.
+pub(crate) fn rates(study: &Study) -> Table {
+    let row = |rate: &RateRow| {
         vec![
-            study.subject.clone(),
-            plain(Some(rate.frame_hz)),
+            number(rate.frame_hz, 3),
             rate.step.clone(),
             rate.damping.clone(),
             rate.push.clone(),
             rate.ticks.to_string(),
-            plain(rate.moved_m),
-            plain(rate.off_m),
+            rate.moved_m.map_or_else(|| "lost".to_owned(), |moved| length(moved, 3)),
+            or_none(rate.off_m, |off| length(off, 2)),
         ]
-    });
-    csv(RATES_HEADER, rows)
-}
-
-/// Titles of the columns of a table of cells.
-pub(crate) const COLUMNS: [&str; 9] = [
-    "method",
-    "substeps",
-    "precision",
-    "step",
-    "error, relative",
-    "error",
-    "evaluations per body per s",
-    "per body per step",
-    "times real time",
-];
-
-/// A cell in few digits, under [`COLUMNS`]; a failed one has its reason for an error.
-pub(crate) fn row(study: &Study, cell: &Cell) -> [String; 9] {
-    let time = match cell.setting.precision {
-        Precision::F64 => cell.time.as_ref(),
-        _ => cell.arrays_time.as_ref(),
     };
-    let error = |accuracy| study.error(cell, accuracy);
-    [
-        cell.setting.method.claims().title.to_owned(),
-        cell.setting.substeps.to_string(),
-        cell.setting.precision.name().to_owned(),
-        duration(1e9 * study.step_s(cell.setting), 3),
-        error(Accuracy::Relative).map_or_else(|| outcome(cell), |error| number(error, 2)),
-        error(SEEN).map_or_else(|| NONE.to_owned(), |error| length(error, 2)),
-        study.cost(cell, Cost::Evaluations).map_or_else(|| NONE.to_owned(), |cost| number(cost, 3)),
-        time.map_or_else(|| NONE.to_owned(), |time| duration(time.ns_per_body_step, 2)),
-        time.map_or_else(|| NONE.to_owned(), |time| number(time.real_time_factor, 2)),
-    ]
-}
-
-/// The cells that were run, by method, precision and substeps.
-pub(crate) fn listed(study: &Study) -> Vec<&Cell> {
-    let mut cells: Vec<_> = study.cells.iter().filter(|cell| ran(cell)).collect();
-    cells.sort_by_key(|cell| (cell.setting.method, cell.setting.precision, cell.setting.substeps));
-    cells
-}
-
-/// What a table of cells does not say itself.
-pub(crate) const ARRAYS: &str =
-    "Times in f64 are of the world of entities, those in single precision of plain arrays.";
-
-/// Whether a cell is on the front of positions, by evaluations or by time.
-pub(crate) fn on_front(study: &Study, cell: &Cell) -> bool {
-    let on = |cost| study.front(SEEN, cost).iter().any(|other| other.setting == cell.setting);
-    on(Cost::Evaluations) || on(Cost::Time)
-}
-
-/// Methods by the time of a step, then every cell that was run, with a star on those of the front; columns line up.
-#[must_use]
-pub fn table(study: &Study) -> String {
-    let marked = |cell| {
-        let mut row = row(study, cell);
-        row[0] = format!("{} {}", if on_front(study, cell) { "*" } else { " " }, row[0]);
-        row
-    };
-    let mut header = COLUMNS.map(str::to_owned);
-    header[0] = format!("  {}", header[0]);
-    let rows: Vec<_> = [header].into_iter().chain(listed(study).into_iter().map(marked)).collect();
-    let ranked = ranking::rows(study);
-    let mut text = String::new();
-    if !ranked.is_empty() {
-        let rows: Vec<_> = [ranking::header(study)].into_iter().chain(ranked).collect();
-        text += &aligned(&rows);
-        text += "= ties with the first of its rank: the times differ by less than the spread of their rounds.\n\n";
-    }
-    text += &aligned(&rows);
-    text + "* on the front: nothing is both cheaper and more accurate. " + ARRAYS + "\n"
-}
-
-/// Lines whose columns line up: words to the left, numbers to the right.
-fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<_> = (0..N).map(width).collect();
-    let mut text = String::new();
-    for row in rows {
-        let padded = row.iter().zip(&widths).enumerate().map(|(column, (value, width))| {
-            if column == 0 { format!("{value:<width$}") } else { format!("{value:>width$}") }
-        });
-        text += padded.collect::<Vec<_>>().join("  ").trim_end();
-        text.push('\n');
-    }
-    text
+    let header = ["frames per s", "step", "damping", "push", "ticks", "moved", "off"];
+    Table::numbers("The same second at several frame rates", header, study.rates.iter().map(row))
 }

@@ -1,83 +1,23 @@
-//! What a study found, in sentences whose every number is the study's.
-
-mod accuracy;
-mod duels;
-mod health;
-mod time;
-
+//! What a study found, in a few sentences.
+use lab::cost::{Cell, Cost, Crossing, Study, Truth};
 use motion::Method;
 
-pub(crate) use duels::tutorial_rounds;
-pub use time::time_words;
-
 use super::choice::{Lead, leads};
-use super::numbers::{capital, length, number};
-use super::reading::{self, SEEN};
-use lab::cost::{Cell, Cost, Precision, Study};
+use super::numbers::{capital, fold, length, number};
+use super::palette::ink;
+use super::reading::{self, SEEN, doubtful, exact, finished, ranks, rounds, usable};
 
-/// What sentences are about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Topic {
-    Line,
-    Tutorial,
-    Cheapest,
-    Time,
-    Verlet,
-    Never,
-    Precision,
-    Orders,
-    Energy,
-    Failures,
-    Truth,
-}
-
-impl Topic {
-    pub(crate) const fn title(self) -> &'static str {
-        match self {
-            Self::Line => "In one line",
-            Self::Tutorial => "Four small steps or one large",
-            Self::Cheapest => "Cheapest for an error",
-            Self::Time => "Time",
-            Self::Verlet => "Verlet against Runge-Kutta",
-            Self::Never => "Never worth it",
-            Self::Precision => "Single precision",
-            Self::Orders => "Orders",
-            Self::Energy => "Energy",
-            Self::Failures => "Failures",
-            Self::Truth => "The truth",
-        }
-    }
-}
-
-/// What was found, in whole sentences, the most asked-for first.
+/// What was found in sentences, the answer in one line first.
 #[must_use]
 pub fn words(study: &Study) -> Vec<String> {
-    topics(study).into_iter().flat_map(|(_, sentences)| sentences).collect()
-}
-
-/// The same by topics, those that have anything to say.
-pub(crate) fn topics(study: &Study) -> Vec<(Topic, Vec<String>)> {
-    let mut topics = vec![(Topic::Line, vec![headline(study)])];
-    if reading::moves(study) && finished(study) && !reading::doubtful(study) {
-        topics.extend([
-            (Topic::Tutorial, duels::tutorial(study)),
-            (Topic::Cheapest, accuracy::cheapest(study)),
-            (Topic::Time, time::time(study)),
-            (Topic::Verlet, duels::verlet(study)),
-            (Topic::Never, accuracy::never(study)),
-            (Topic::Precision, accuracy::single_precision(study)),
-            (Topic::Orders, accuracy::orders(study)),
-        ]);
+    let mut words = vec![headline(study)];
+    if ranks(study) {
+        words.extend(tutorial(study));
+        words.extend(cheapest_by_time(study));
+        words.extend(changes(study));
     }
-    topics.push((Topic::Energy, health::energy(study)));
-    topics.push((Topic::Failures, health::failures(study)));
-    topics.push((Topic::Truth, vec![health::truth(study)]));
-    topics.retain(|(_, sentences)| !sentences.is_empty());
-    topics
-}
-
-fn finished(study: &Study) -> bool {
-    study.cells.iter().any(|cell| cell.setting.precision == Precision::F64 && cell.errors().is_some())
+    words.push(truth(study));
+    words
 }
 
 /// The answer in one line: who leads the front, and down to which error.
@@ -88,7 +28,7 @@ pub(crate) fn headline(study: &Study) -> String {
     if !finished(study) {
         return "No run in double precision went through: there is nothing to compare.".to_owned();
     }
-    if reading::doubtful(study) {
+    if doubtful(study) {
         return format!(
             "The reference is itself uncertain by {}: over {} s this motion ranks no method. A shorter run may.",
             length(study.truth.own_error().1, 2),
@@ -97,7 +37,7 @@ pub(crate) fn headline(study: &Study) -> String {
     }
     match &leads(study, Cost::Evaluations)[..] {
         [] => "Every step that was run is too coarse: no error is below a tenth of the motion.".to_owned(),
-        [one] if reading::exact(study, one.method) => {
+        [one] if exact(study, one.method) => {
             format!("{} is the cheapest, and exact here.", capital(&title(one.method)))
         }
         [one] => {
@@ -112,10 +52,135 @@ fn spans(study: &Study, leads: &[Lead]) -> String {
     let Some((last, before)) = leads.split_last() else { return String::new() };
     let span = |lead: &Lead| format!("{} down to {}", title(lead.method), length(lead.down_to_m, 2));
     let spans: Vec<_> = before.iter().map(span).collect();
-    match (reading::exact(study, last.method), spans.is_empty()) {
+    match (exact(study, last.method), spans.is_empty()) {
         (_, true) => format!("{} at every accuracy", title(last.method)),
         (true, _) => format!("{}; {} is exact", spans.join(", then "), title(last.method)),
         _ => format!("{}; {} below", spans.join(", then "), title(last.method)),
+    }
+}
+
+/// The tutorial's question: one step of Runge-Kutta 4, or four of semi-implicit Euler?
+fn tutorial(study: &Study) -> Option<String> {
+    let (fourth, plain) = (Method::RungeKutta4, Method::SemiImplicitEuler);
+    let rounds = rounds(study, fourth, plain);
+    let of_use = rounds.iter().filter(|round| usable(study, round.first) || usable(study, round.second));
+    let factors: Vec<_> = of_use.filter_map(|round| Some((round, round.factor(study)?))).collect();
+    let [(coarse, first), ..] = factors[..] else { return None };
+    let (fine, last) = *factors.last()?;
+    let better = |factor: f64| if factor > 1.0 { fourth } else { plain };
+    let times = |factor: f64| fold(factor.max(factor.recip()));
+    let (start, end) = (better(first), better(last));
+    if factors.iter().any(|(_, factor)| better(*factor) != start) {
+        return Some(format!(
+            "At equal evaluations {} is more accurate with coarse steps, {} times at {}, and {} with fine ones, {} times \
+             at {}.",
+            title(start),
+            times(first),
+            evaluations(study, coarse.evaluations),
+            title(end),
+            times(last),
+            number(fine.evaluations, 3),
+        ));
+    }
+    let (worse, its) = if start == fourth { (plain, coarse.second) } else { (fourth, coarse.first) };
+    if exact(study, start) {
+        let error = study.error(its, SEEN).map_or_else(|| "failed".to_owned(), |error| length(error, 2));
+        let at = evaluations(study, coarse.evaluations);
+        return Some(format!(
+            "{} is exact here; {} has an error of {error} at {at}.",
+            capital(&title(start)),
+            title(worse)
+        ));
+    }
+    let fine = match factors.len() {
+        1 => String::new(),
+        _ => format!(", {} times at {}", times(last), number(fine.evaluations, 3)),
+    };
+    Some(format!(
+        "At equal evaluations {} is more accurate than {} at every useful step: its error is {} times smaller at {}{fine}.",
+        title(start),
+        title(worse),
+        times(first),
+        evaluations(study, coarse.evaluations),
+    ))
+}
+
+/// The ranking of methods by the time of a step, and where it changes: "A < B = C", of which B and C tie.
+#[must_use]
+pub fn time_words(study: &Study) -> Vec<String> {
+    let places = study.ranking();
+    let mut text = String::new();
+    for place in &places {
+        text += match (text.is_empty(), place.tied) {
+            (true, _) => "",
+            (_, true) => " = ",
+            (_, false) => " < ",
+        };
+        text += ink(place.method).short;
+    }
+    let ranking = format!("Time of a step with {}: {text}", bodies(study.size()));
+    places.first().map(|_| ranking).into_iter().chain(changes(study)).collect()
+}
+
+/// Who leads by time for which error, and the sizes at which others do.
+fn cheapest_by_time(study: &Study) -> Option<String> {
+    let here = leads(study, Cost::Time);
+    if here.is_empty() {
+        return None;
+    }
+    let methods = |leads: &[Lead]| leads.iter().map(|lead| lead.method).collect::<Vec<_>>();
+    let mut text = format!("Cheapest by time with {}: {}", bodies(study.size()), spans(study, &here));
+    let mut last = methods(&here);
+    for size in study.sizes().into_iter().filter(|size| *size != study.size()) {
+        let there = leads(&study.at_size(size), Cost::Time);
+        if methods(&there) != methods(&here) && methods(&there) != last {
+            text += &format!(". With {}: {}", bodies(size), spans(study, &there));
+        }
+        last = methods(&there);
+    }
+    Some(text + ".")
+}
+
+/// The sizes at which two methods change places by the time of a step.
+#[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+fn changes(study: &Study) -> Option<String> {
+    let sizes = study.sizes();
+    let change = |Crossing { above, below, body_steps }: &Crossing| {
+        let from = if sizes.is_empty() {
+            format!("{} substeps per tick", number(body_steps / study.size() as f64, 2))
+        } else {
+            bodies(body_steps.ceil() as usize)
+        };
+        format!("{} is faster than {} from {from} on", title(*above), title(*below))
+    };
+    let changes: Vec<_> = study.crossings().iter().map(change).collect();
+    match &sizes[..] {
+        _ if !changes.is_empty() => {
+            Some(format!("The ranking by the time of a step changes: {}.", changes.join("; ")))
+        }
+        [least, .., most] => Some(format!(
+            "The ranking by the time of a step is the same from {} to {}, ties aside.",
+            bodies(*least),
+            bodies(*most)
+        )),
+        _ => None,
+    }
+}
+
+/// What errors are measured against.
+fn truth(study: &Study) -> String {
+    match &study.truth {
+        Truth::ClosedForm { source } => format!("Errors are measured against a closed form: {source}."),
+        Truth::Reference { method, substeps, position_error_m, exact_damping, .. } => format!(
+            "Errors are measured against a run of {} with {substeps} substeps per tick, whose own error is {}{}.",
+            title(*method),
+            length(*position_error_m, 2),
+            if *exact_damping {
+                "; damping that multiplies once per tick stands in it as the law that it stands for"
+            } else {
+                ""
+            },
+        ),
     }
 }
 
@@ -124,7 +189,7 @@ pub(crate) fn title(method: Method) -> String {
     method.claims().title.replace(',', "")
 }
 
-/// A setting with its steps a second.
+/// A setting with its steps per second.
 pub(crate) fn setting(study: &Study, cell: &Cell) -> String {
     let hz = study.step_hz * f64::from(cell.setting.substeps);
     format!("{} at {} Hz (x {})", title(cell.setting.method), number(hz, 3), cell.setting.substeps)
@@ -142,8 +207,4 @@ pub(crate) fn bodies(count: usize) -> String {
     #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     let digits = number(count as f64, 9);
     format!("{digits} {}", if count == 1 { "body" } else { "bodies" })
-}
-
-fn error_of(study: &Study, cell: &Cell) -> String {
-    study.error(cell, SEEN).map_or_else(|| "failed".to_owned(), |error| length(error, 2))
 }

@@ -1,4 +1,4 @@
-//! What a study's numbers say: orders, fronts, crossings.
+//! What a study's numbers say: orders, fronts, errors at a cost.
 
 use motion::Method;
 
@@ -125,32 +125,15 @@ impl Study {
         points.into_iter().map(|(.., cell)| cell).collect()
     }
 
-    /// Where the curve of `second` begins to be the more accurate one at equal cost, between rungs by straight
-    /// lines in logarithms: (cost, error). `None` if it never does, or always is.
+    /// The error of a method in double precision at a cost, between rungs by straight lines in logarithms; `None`
+    /// beyond them.
     #[must_use]
-    pub fn overtakes(
-        &self,
-        second: Method,
-        first: Method,
-        accuracy: Accuracy,
-        cost: Cost,
-    ) -> Option<(f64, f64)> {
-        let line = |method| -> Vec<(f64, f64)> {
-            self.curve(method, Precision::F64)
-                .filter_map(|cell| Some((self.cost(cell, cost)?.ln(), self.error(cell, accuracy)?.ln())))
-                .filter(|(cost, error)| cost.is_finite() && error.is_finite())
-                .collect()
-        };
-        let (first, second) = (line(first), line(second));
-        let mut costs: Vec<_> = first.iter().chain(&second).map(|(cost, _)| *cost).collect();
-        costs.sort_by(f64::total_cmp);
-        let gap = |at: f64| Some(between(&second, at)? - between(&first, at)?);
-        let gaps: Vec<_> = costs.into_iter().filter_map(|at| Some((at, gap(at)?))).collect();
-        let at = gaps.windows(2).rev().find_map(|pair| {
-            let [(a, above), (b, below)] = *pair else { return None };
-            (above > 0.0 && below <= 0.0).then(|| a + (b - a) * above / (above - below))
-        })?;
-        Some((at.exp(), between(&second, at)?.exp()))
+    pub fn error_at(&self, method: Method, accuracy: Accuracy, cost: Cost, at: f64) -> Option<f64> {
+        let points = self
+            .curve(method, Precision::F64)
+            .filter_map(|cell| Some((self.cost(cell, cost)?.ln(), self.error(cell, accuracy)?.ln())))
+            .filter(|(cost, error)| cost.is_finite() && error.is_finite());
+        Some(between(&points.collect::<Vec<_>>(), at.ln())?.exp())
     }
 }
 

@@ -1,10 +1,9 @@
 //! How methods and precisions look in figures: a color and a shape a method, a dash a precision.
-
+use lab::cost::Precision;
 use motion::Method;
 
 use super::drawing::{Rgb, hex};
 use crate::palette::ink;
-use lab::cost::Precision;
 
 /// The two grounds that figures are seen on, sRGB.
 pub(crate) const LIGHT: Rgb = [0xff, 0xff, 0xff];

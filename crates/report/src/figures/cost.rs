@@ -1,11 +1,11 @@
 //! Error against cost: the lower left is best.
+use lab::cost::{Accuracy, Cost, Precision, Study};
 
 use super::{Figure, Kind, accuracy_name, cost_name, curves, error_axis, plotted, short, tooltip, unbroken};
 use crate::chart::{Axis, Chart};
 use crate::numbers::{duration, fold, number, power, share};
-use crate::reading::{place, ran};
+use crate::reading::place;
 use crate::words;
-use lab::cost::{Accuracy, Cost, Precision, Study};
 
 /// Decades between the costs and the budget beyond which the budget stands at the edge: an axis that reached it would
 /// crowd the points into a corner.
@@ -67,7 +67,7 @@ fn draw(chart: &mut Chart, study: &Study, accuracy: Accuracy, cost: Cost) {
             }
             failed |= error.is_none();
         }
-        unpriced += study.curve(method, Precision::F64).filter(|cell| ran(cell)).count() - points.len();
+        unpriced += study.curve(method, Precision::F64).filter(|cell| cell.is_run()).count() - points.len();
         chart.legend_method(method, method.claims().title);
     }
     chart.legend_gap();

@@ -1,10 +1,10 @@
 //! Energy that methods invent or lose, over time.
+use lab::cost::{Drift, Study};
 
 use super::{Figure, Kind};
 use crate::chart::{Axis, Chart};
-use crate::numbers::{number, power, share};
-use crate::reading::{Growth, growth};
-use lab::cost::{Drift, Study};
+use crate::numbers::{number, power};
+use crate::reading::fate;
 
 /// Residuals below the round-off of one sum are drawn at it: a logarithm has no zero.
 const FOOT: f64 = 1e-17;
@@ -47,15 +47,4 @@ fn largest_so_far(drift: &Drift) -> Vec<(f64, f64)> {
             (*time, largest)
         })
         .collect()
-}
-
-fn fate(drift: &Drift) -> String {
-    match growth(drift) {
-        Some(Growth::RoundOff) => "round-off".to_owned(),
-        Some(Growth::Bounded) => format!("within {}", share(drift.largest.unwrap_or(f64::NAN), 2)),
-        Some(Growth::Grows(power)) => format!("grows as t^{power:.1}"),
-        Some(Growth::Lost) => "most of it lost".to_owned(),
-        Some(Growth::Invented) => "most of it invented".to_owned(),
-        None => "failed".to_owned(),
-    }
 }

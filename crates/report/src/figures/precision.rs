@@ -1,18 +1,17 @@
 //! Error against substeps in double, single and compensated single precision.
-
+use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
 
 use super::{Figure, Kind, error_axis, error_words, in_sight, unbroken};
 use crate::chart::{Axis, Chart};
 use crate::numbers::number;
-use crate::reading::{methods, ran};
-use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
+use crate::reading::methods;
 
 /// More curves than three precisions of these are a tangle.
 const MOST: usize = 4;
 
 /// Those that have runs in single precision; of many, the ones that say most.
-pub(crate) fn shown(study: &Study) -> Vec<Method> {
+fn shown(study: &Study) -> Vec<Method> {
     let single = |method: &Method| {
         [Precision::F32, Precision::CompensatedF32]
             .into_iter()
@@ -29,7 +28,7 @@ pub(crate) fn shown(study: &Study) -> Vec<Method> {
 pub(super) fn figure(study: &Study) -> Option<Figure> {
     let accuracy = Accuracy::Position;
     let shown = shown(study);
-    let cells = || study.cells.iter().filter(|cell| shown.contains(&cell.setting.method) && ran(cell));
+    let cells = || study.cells.iter().filter(|cell| shown.contains(&cell.setting.method) && cell.is_run());
     cells().next()?;
     let mut rungs: Vec<u32> = cells().map(|cell| cell.setting.substeps).collect();
     rungs.sort_unstable();
@@ -66,7 +65,7 @@ pub(super) fn figure(study: &Study) -> Option<Figure> {
 fn draw(chart: &mut Chart, study: &Study, accuracy: Accuracy, method: Method, precision: Precision) -> bool {
     let points: Vec<_> = study
         .curve(method, precision)
-        .filter(|cell| ran(cell))
+        .filter(|cell| cell.is_run())
         .map(|cell| (cell, f64::from(cell.setting.substeps), study.error(cell, accuracy)))
         .collect();
     for part in unbroken(&points) {

@@ -1,11 +1,11 @@
 //! Error against step: on logarithms a method of order p has slope p.
+use lab::cost::{Accuracy, Cost, Precision, Study};
 
 use super::{
     Figure, Kind, accuracy_name, curves, error_axis, error_words, in_sight, plotted, tooltip, unbroken,
 };
 use crate::chart::{Axis, Chart};
 use crate::numbers::duration;
-use lab::cost::{Accuracy, Cost, Precision, Study};
 
 pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Figure {
     let own_error = match accuracy {

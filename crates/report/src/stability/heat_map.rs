@@ -1,5 +1,4 @@
 //! The matrix as a picture: a colored field per cell, with its class as a word and its number.
-
 use lab::stability::{Cell, Class, Matrix, Row};
 
 use super::tables::{digits, methods};

@@ -1,66 +1,35 @@
 //! The matrix as one page that needs nothing beside it.
 
+use lab::limits::{Limit, Map};
+use lab::stability::{Class, Matrix};
 use scene::Measure;
 
-use super::heat_map::drawing;
-use super::tables::{digits, methods};
-use crate::chart::escaped;
-use crate::page::{STYLE, table};
-use lab::stability::{Cell, Class, Matrix, Row};
+use super::{heat_map, maps, tables};
+use crate::chart::{Drawing, escaped};
+use crate::page::{document, folded, titled};
 
-/// A part of the page behind the matrix.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Section {
-    /// Its heading, plain text.
-    pub title: String,
-    /// HTML: tables, figures, paragraphs.
-    pub body: String,
-}
-
-/// The page.
-pub(super) fn page(matrix: &Matrix, more: &[Section]) -> String {
-    let title = "What survives what";
-    let more: String = more.iter().map(|part| section(&escaped(&part.title), &part.body)).collect();
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n\
-         <p class=\"lead\">Every method of integration on every hard case: what became of the run, the number that says so, and \
-         the bound that it is held to.</p>\n</header>\n<main>\n{}{more}</main>\n</body>\n</html>\n",
-        section("Matrix", &body(matrix))
-    )
-}
-
-fn section(title: &str, body: &str) -> String {
-    format!("<section>\n<h2>{title}</h2>\n{body}</section>\n")
-}
-
-fn body(matrix: &Matrix) -> String {
-    [
-        counts(matrix),
-        format!(
-            "<figure>\n{}<figcaption>A field a run, with its class and its number; under the pointer it says why.\
-             </figcaption>\n</figure>\n",
-            drawing(matrix).inline()
+/// The page: the matrix, then the largest stable steps and the maps, where they were measured.
+pub(super) fn page(matrix: &Matrix, limits: &[Limit], maps: &[Map]) -> String {
+    let lead = "Every method of integration on every hard case: what became of the run, the number that says so, and the \
+        bound that it is held to.";
+    let main = [
+        "<section>\n<h2>Matrix</h2>\n".to_owned(),
+        tables::counts(matrix).html(),
+        figure(
+            &heat_map::drawing(matrix),
+            "One field per run, with its class and its number; under the pointer it says why.",
         ),
         reading(),
-        cases(matrix),
-        details(matrix),
-    ]
-    .concat()
+        titled(&tables::cases(matrix)),
+        folded(&tables::details(matrix)),
+        "</section>\n".to_owned(),
+        limits_and_maps(limits, maps),
+    ];
+    document("What survives what", lead, "", "", &main.concat(), "")
 }
 
-/// How many rows each method survives.
-fn counts(matrix: &Matrix) -> String {
-    let header: Vec<_> = std::iter::once("method").chain(Class::ALL.map(Class::name)).collect();
-    let rows = methods(matrix).into_iter().map(|method| {
-        let of = |class| {
-            let cells = matrix.rows.iter().filter_map(|row| row.cell(method));
-            cells.filter(|cell| cell.class == class).count().to_string()
-        };
-        std::iter::once(method.claims().title.to_owned()).chain(Class::ALL.map(of)).collect()
-    });
-    table("numbers", &header, rows)
+fn figure(drawing: &Drawing, caption: &str) -> String {
+    format!("<figure>\n{}<figcaption>{caption}</figcaption>\n</figure>\n", drawing.inline())
 }
 
 /// What classes and measures mean.
@@ -70,7 +39,7 @@ fn reading() -> String {
         Class::Bounded => "within its bound, all the way: of use",
         Class::Drifts => "beyond its bound at some time",
         Class::Decays => "what was to be kept is lost at the end, by more than the bound",
-        Class::Explodes => "beyond all bounds, or not finite: the run was given up, or a body frozen",
+        Class::Explodes => "beyond all bounds, or not finite: the run was given up, or a body quarantined",
         Class::Refused => "the method cannot solve what the scene declares, and says so",
     };
     let measure = |measure: Measure| match measure {
@@ -95,30 +64,16 @@ fn reading() -> String {
     format!("<h3>How to read it</h3>\n<dl>\n{rows}</dl>\n")
 }
 
-/// What every case is.
-fn cases(matrix: &Matrix) -> String {
-    let mut rows: Vec<&Row> = matrix.rows.iter().collect();
-    rows.dedup_by(|row, before| row.case == before.case);
-    let rows =
-        rows.into_iter().map(|row| vec![row.case.clone(), row.description.clone(), row.measure.clone()]);
-    format!("<h3>The cases</h3>\n{}", table("plain", &["case", "what it is", "measure"], rows))
-}
-
-/// Every cell with its bound and why.
-fn details(matrix: &Matrix) -> String {
-    let cells = matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
-    let rows = cells.map(|(row, cell): (&Row, &Cell)| {
-        let bound = if cell.bound.is_nan() { String::new() } else { format!("{:e}", cell.bound) };
-        vec![
-            row.title(),
-            cell.method.name().to_owned(),
-            cell.class.name().to_owned(),
-            digits(cell),
-            bound,
-            row.ticks.to_string(),
-            cell.why.clone(),
-        ]
-    });
-    let header = ["case", "method", "class", "number", "held to", "ticks", "why"];
-    format!("<details><summary>Every run in numbers</summary>\n{}</details>\n", table("plain", &header, rows))
+fn limits_and_maps(limits: &[Limit], maps: &[Map]) -> String {
+    if limits.is_empty() {
+        return String::new();
+    }
+    format!(
+        "<section>\n<h2>Largest stable steps</h2>\n<p>The largest stable w h, found by halving, beside the closed form. w is \
+         the frequency of the system, of a net its largest. Judged by amplitude, a run stays within a thousand times its \
+         start; what grows too slowly for that is judged by one tick: its spectral radius is at most 1, or it adds no \
+         energy.</p>\n{}</section>\n<section>\n<h2>Maps</h2>\n{}</section>\n",
+        tables::limits(limits).html(),
+        maps.iter().map(|map| figure(&maps::picture(map), "")).collect::<String>(),
+    )
 }

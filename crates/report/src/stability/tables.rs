@@ -1,14 +1,18 @@
-//! The survival matrix as text.
+//! The survival matrix and the largest stable steps as text.
 
+use lab::limits::Limit;
+use lab::stability::{Cell, Class, Matrix};
 use motion::Method;
 
 use crate::numbers::number;
 use crate::palette::ink;
-use crate::tables;
-use lab::stability::{Cell, Class, Matrix};
+use crate::table::{Table, csv};
 
 /// Columns of `matrix.csv`.
 const HEADER: &str = "case,row,precision,measure,ticks,method,class,number,bound,why";
+
+/// Columns of `limits.csv`.
+const LIMITS_HEADER: &str = "system,method,measured,theory,criterion";
 
 /// The methods of a matrix, in the order of its cells.
 pub(super) fn methods(matrix: &Matrix) -> Vec<Method> {
@@ -26,24 +30,82 @@ pub(super) fn digits(cell: &Cell) -> String {
     }
 }
 
-/// Rows of cells for a terminal, with a heading.
-#[must_use]
-pub fn table(matrix: &Matrix) -> Vec<Vec<String>> {
+/// One row per case, one column per method, with the short names of methods.
+fn by_method(matrix: &Matrix, columns: &[&str], cell: impl Fn(&Cell) -> String) -> Table {
     let methods = methods(matrix);
-    let heading = ["case", "measure"].into_iter().chain(methods.iter().map(|method| ink(*method).short));
+    let header = columns.iter().copied().chain(methods.iter().map(|method| ink(*method).short));
     let rows = matrix.rows.iter().map(|row| {
-        let cells = methods.iter().map(|method| {
-            let cell = row.cell(*method);
-            cell.map_or_else(String::new, |cell| format!("{} {}", cell.class.name(), digits(cell)))
-        });
-        [row.title(), row.measure.clone()].into_iter().chain(cells).collect()
+        let words = [row.title(), row.measure.clone()].into_iter().take(columns.len());
+        words.chain(methods.iter().map(|method| row.cell(*method).map_or_else(String::new, &cell))).collect()
     });
-    std::iter::once(heading.map(str::to_owned).collect()).chain(rows).collect()
+    Table::words("Matrix", header.collect::<Vec<_>>(), rows.collect::<Vec<_>>())
 }
 
-/// A line a cell, numbers with all their digits.
+/// Classes and numbers, for a terminal.
 #[must_use]
-pub fn csv(matrix: &Matrix) -> String {
+pub fn table(matrix: &Matrix) -> Table {
+    by_method(matrix, &["case", "measure"], |cell| format!("{} {}", cell.class.name(), digits(cell)))
+}
+
+/// The classes as a table in Markdown; the good ones stand out.
+#[must_use]
+pub fn markdown(matrix: &Matrix) -> String {
+    let word = |cell: &Cell| match (cell.class.name(), cell.class) {
+        (word, Class::Exact | Class::Bounded) => format!("**{word}**"),
+        (word, _) => word.to_owned(),
+    };
+    by_method(matrix, &["case"], word).markdown()
+}
+
+/// How many rows each method survives.
+pub(super) fn counts(matrix: &Matrix) -> Table {
+    let rows = methods(matrix).into_iter().map(|method| {
+        let of = |class| {
+            let cells = matrix.rows.iter().filter_map(|row| row.cell(method));
+            cells.filter(|cell| cell.class == class).count().to_string()
+        };
+        std::iter::once(method.claims().title.to_owned()).chain(Class::ALL.map(of)).collect()
+    });
+    Table::numbers("Rows by class", std::iter::once("method").chain(Class::ALL.map(Class::name)), rows)
+}
+
+/// What every case is.
+pub(super) fn cases(matrix: &Matrix) -> Table {
+    let mut rows: Vec<_> = matrix.rows.iter().collect();
+    rows.dedup_by(|row, before| row.case == before.case);
+    let rows =
+        rows.into_iter().map(|row| vec![row.case.clone(), row.description.clone(), row.measure.clone()]);
+    Table::words("The cases", ["case", "what it is", "measure"], rows)
+}
+
+/// Every cell with its bound and why.
+pub(super) fn details(matrix: &Matrix) -> Table {
+    let cells = matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
+    let rows = cells.map(|(row, cell)| {
+        let bound = if cell.bound.is_nan() { String::new() } else { format!("{:e}", cell.bound) };
+        vec![
+            row.title(),
+            cell.method.name().to_owned(),
+            cell.class.name().to_owned(),
+            digits(cell),
+            bound,
+            row.ticks.to_string(),
+            cell.why.clone(),
+        ]
+    });
+    let header = ["case", "method", "class", "number", "held to", "ticks", "why"];
+    Table::words("Every run in numbers", header, rows)
+}
+
+/// Measured and closed form side by side.
+pub(super) fn limits(limits: &[Limit]) -> Table {
+    let header = ["system", "method", "measured", "closed form", "difference", "judged by"];
+    Table::numbers("Largest stable steps", header, limits.iter().map(|limit| limit.cells().into()))
+}
+
+/// One line per cell, numbers with all their digits.
+#[must_use]
+pub fn matrix_csv(matrix: &Matrix) -> String {
     let cells = matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
     let rows = cells.map(|(row, cell)| {
         vec![
@@ -59,31 +121,21 @@ pub fn csv(matrix: &Matrix) -> String {
             cell.why.clone(),
         ]
     });
-    tables::csv(HEADER, rows)
+    csv(HEADER, rows)
 }
 
-/// All digits of a number; empty for what is none.
-pub(super) fn exact(number: f64) -> String {
-    if number.is_nan() { String::new() } else { format!("{number:e}") }
-}
-
-/// The classes as a table in Markdown; the good ones stand out.
+/// The table for programs: `system,method,measured,theory,criterion`; 0 is never stable, `inf` always.
 #[must_use]
-pub fn markdown(matrix: &Matrix) -> String {
-    let methods = methods(matrix);
-    let mut text = "| case |".to_owned();
-    for method in &methods {
-        text += &format!(" {} |", ink(*method).short);
-    }
-    text += &format!("\n|{}\n", " --- |".repeat(methods.len() + 1));
-    for row in &matrix.rows {
-        text += &format!("| {} |", row.title());
-        for method in &methods {
-            let word = row.cell(*method).map_or("", |cell| cell.class.name());
-            let good = matches!(word, "exact" | "bounded");
-            text += &if good { format!(" **{word}** |") } else { format!(" {word} |") };
-        }
-        text.push('\n');
-    }
-    text
+pub fn limits_csv(limits: &[Limit]) -> String {
+    let row = |limit: &Limit| {
+        let [measured, theory] = [limit.measured, limit.theory].map(exact);
+        let criterion = limit.criterion.name().to_owned();
+        vec![limit.system.clone(), limit.method.to_owned(), measured, theory, criterion]
+    };
+    csv(LIMITS_HEADER, limits.iter().map(row))
+}
+
+/// All digits of a number; empty for NaN.
+fn exact(number: f64) -> String {
+    if number.is_nan() { String::new() } else { format!("{number:e}") }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
+use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Subject, problem};
 
 use crate::args::{bodies, positive};
 use crate::commands::instructions::{self, TicksOf};
@@ -123,7 +123,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         }
     }
     match args.format {
-        Format::Table => report.studies.iter().try_for_each(|study| show(&text(study))),
+        Format::Table => report.studies.iter().try_for_each(|study| show(&report::text(study))),
         Format::Json => show(&report::json(&report)),
     }
 }
@@ -192,12 +192,4 @@ fn command(args: &CostArgs) -> String {
 
 fn save(report: &Report, folder: Option<&Path>) -> Result<(), Failure> {
     folder.map_or(Ok(()), |folder| write(&folder.join(FILE), report::json(report).as_bytes()))
-}
-
-fn text(study: &Study) -> String {
-    let mut text = format!("{}: {}\n\n", study.subject, study.description);
-    for sentence in report::words(study) {
-        text += &format!("  {sentence}\n");
-    }
-    text + "\n" + &report::table(study) + "\n"
 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::app::session::Session;
 use crate::args::above_0;
-use crate::commands::list::{Format, aligned};
+use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::numbers::{json_number as number, tidy};
 use crate::output::show;
@@ -104,7 +104,7 @@ impl<R> Report<'_, R> {
                 let head = heading.iter().map(|word| (*word).to_owned()).collect();
                 let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
                 let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns per step\n", method.name());
-                title + &aligned(&lines)
+                title + &report::aligned(&lines, false)
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use motion::{LAWS, METHODS};
+use report::aligned;
 use scene::{ShippedScene, key_of_law};
 use serde_json::{Value, json};
 
@@ -124,19 +125,7 @@ fn listed(what: Listed, format: Format) -> String {
         Format::Table => {
             let heading = headings(what).map(|row| row.into_iter().map(str::to_owned).collect());
             let rows = rows.into_iter().map(|row| row.into_iter().map(|(.., text)| text).collect());
-            aligned(&heading.into_iter().chain(rows).collect::<Vec<_>>())
+            aligned(&heading.into_iter().chain(rows).collect::<Vec<_>>(), false)
         }
     }
-}
-
-/// Rows as a table with columns of one width.
-pub(crate) fn aligned(rows: &[Vec<String>]) -> String {
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let mut table = String::new();
-    for row in rows {
-        let cells = row.iter().enumerate().map(|(i, text)| format!("{text:<0$}", width(i)));
-        table += cells.collect::<Vec<_>>().join("  ").trim_end();
-        table.push('\n');
-    }
-    table
 }

@@ -9,7 +9,7 @@ use scene::{Part, Scene, Source};
 use serde_json::{Value, json};
 
 use crate::args::positive;
-use crate::commands::list::{Format, aligned};
+use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::numbers::{json_number as number, three_digits, tidy};
 use crate::output::files::{Output, output_file};
@@ -182,7 +182,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         "`{}`: {price} for 1/60 s of it, in ticks of 1/{} s\n{}",
         scene.name,
         scene.step_hz,
-        aligned(&lines)
+        report::aligned(&lines, false)
     );
     text += &format!("total {} {price}\n", three_digits(found.total));
     let dearest = &found.rows[found.dearest];

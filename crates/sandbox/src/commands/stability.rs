@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use lab::limits::{self, Oscillator};
+use lab::limits::{self, Limit, Map, Oscillator};
 use lab::stability::Survey;
 use motion::Method;
-use report::stability as pages;
 use scene::{Scene, SceneError, cases, load_case};
 
 use crate::args::{above_0, method};
-use crate::commands::list::{Format, aligned};
+use crate::commands::list::Format;
 use crate::output::show;
 
 use crate::failure::Failure;
@@ -69,20 +68,20 @@ pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let matrix = survey.matrix();
     // First: what was measured is not lost where a file cannot be written.
     match args.format {
-        Format::Table => show(&aligned(&pages::table(matrix)))?,
+        Format::Table => show(&report::stability::table(matrix).aligned())?,
         Format::Json => show(&matrix.json())?,
     }
     if let Some(folder) = &args.out {
-        let (sections, files) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
-        for (name, bytes) in pages::files(matrix, &sections).into_iter().chain(files) {
+        let (limits, maps) = if args.cases.is_empty() { largest_steps() } else { Default::default() };
+        for (name, bytes) in report::stability::files(matrix, &limits, &maps) {
             write(&folder.join(name), &bytes)?;
         }
     }
     Ok(())
 }
 
-/// The largest stable steps and the maps, for the page and as files of their own.
-fn largest_steps() -> (Vec<pages::Section>, Vec<(&'static str, Vec<u8>)>) {
+/// The largest stable steps, and the maps by their names.
+fn largest_steps() -> (Vec<Limit>, Vec<(&'static str, Map)>) {
     let (oscillators, nets) = (limits::oscillators(), limits::nets(NETS));
     let nets: Vec<_> = nets.iter().flat_map(|net| Method::ALL.map(|method| (net, method))).collect();
     let count = u32::try_from(oscillators.len() + nets.len()).unwrap_or(u32::MAX);
@@ -90,21 +89,15 @@ fn largest_steps() -> (Vec<pages::Section>, Vec<(&'static str, Vec<u8>)>) {
     progress.say("largest stable steps");
     let measured = oscillators.iter().map(Oscillator::limit);
     let measured = measured.chain(nets.iter().map(|(net, method)| net.limit(*method)));
-    let limits: Vec<_> = (1_u32..)
+    let limits = (1_u32..)
         .zip(measured)
         .map(|(done, limit)| {
             progress.show(f64::from(done) / f64::from(count));
             limit
         })
         .collect();
-    let maps = [limits::stiffness_map(MAP_SIDE), limits::damping_map(MAP_SIDE)];
-    let [stiffness, damping] = maps.each_ref().map(|map| pages::picture(map).document().into_bytes());
-    let files = vec![
-        ("limits.csv", pages::limits_csv(&limits).into_bytes()),
-        ("stiffness-map.svg", stiffness),
-        ("damping-map.svg", damping),
-    ];
-    (pages::sections(&limits, &maps), files)
+    let maps = [("stiffness", limits::stiffness_map(MAP_SIDE)), ("damping", limits::damping_map(MAP_SIDE))];
+    (limits, maps.into())
 }
 
 /// Those that are asked for, each once and in the order of the table; all if none is.
