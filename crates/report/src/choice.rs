@@ -1,4 +1,5 @@
 //! Which method leads for which error, and which setting is the cheapest for one.
+
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
 
@@ -33,22 +34,22 @@ pub(crate) struct Lead {
     pub down_to_m: f64,
 }
 
-/// An error as far as it can be told from round-off and the truth's own, m.
-fn told(study: &Study, cell: &Cell) -> Option<f64> {
+/// An error, or the noise floor where it is below that, m.
+fn resolved(study: &Study, cell: &Cell) -> Option<f64> {
     Some(study.error(cell, SEEN)?.max(study.trusted(cell, SEEN)))
 }
 
-/// Cells of double precision with their costs and errors as far as they can be told.
+/// Cells of double precision with their costs and errors.
 fn priced(study: &Study, cost: Cost) -> impl Iterator<Item = (&Cell, f64, f64)> {
     let cells = study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64);
-    cells.filter_map(move |cell| Some((cell, study.cost(cell, cost)?, told(study, cell)?)))
+    cells.filter_map(move |cell| Some((cell, study.cost(cell, cost)?, resolved(study, cell)?)))
 }
 
 /// The cost at which a method first keeps an error, between rungs by straight lines in logarithms.
 fn price(study: &Study, method: Method, cost: Cost, error: f64) -> Option<f64> {
     let points: Vec<_> = study
         .curve(method, Precision::F64)
-        .filter_map(|cell| Some((cell, study.cost(cell, cost)?, told(study, cell)?)))
+        .filter_map(|cell| Some((cell, study.cost(cell, cost)?, resolved(study, cell)?)))
         .collect();
     let first = points.iter().position(|(cell, _, reached)| usable(study, cell) && *reached <= error)?;
     let (_, fine_cost, fine) = points[first];

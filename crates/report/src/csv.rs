@@ -1,4 +1,5 @@
 //! The files of a study for other programs: every cell, every sample of energy, every frame rate.
+
 use lab::cost::{Accuracy, Cell, Cost, Report, Setting, Study, Time};
 
 use super::table::csv;

@@ -1,4 +1,5 @@
 //! The report as one page that needs nothing beside it: the answers first, then figures, then every number.
+
 use lab::cost::{Accuracy, Cost, Report, Study};
 
 use super::chart::{dark_rules, escaped};

@@ -1,4 +1,5 @@
-//! What a study answers: comparisons at equal cost, the cheapest setting for an error, what never pays.
+//! What can be read from a study: which errors count, which methods compare at equal cost, what becomes of energy.
+
 use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Setting, Study};
 use motion::Method;
 
@@ -21,7 +22,7 @@ pub(crate) fn methods(study: &Study, precision: Precision) -> Vec<Method> {
 
 /// Whether methods can be ranked at all.
 pub(crate) fn ranks(study: &Study) -> bool {
-    moves(study) && finished(study) && !doubtful(study)
+    moves(study) && finished(study) && !reference_uncertain(study)
 }
 
 /// Whether any run in double precision went through.
@@ -29,20 +30,20 @@ pub(crate) fn finished(study: &Study) -> bool {
     study.cells.iter().any(|cell| cell.setting.precision == Precision::F64 && cell.errors().is_some())
 }
 
-/// Whether the truth itself is too uncertain to tell any usable run from any other.
-pub(crate) fn doubtful(study: &Study) -> bool {
+/// Whether the truth itself is too uncertain to tell usable runs apart.
+pub(crate) fn reference_uncertain(study: &Study) -> bool {
     let (_, own_m) = study.truth.own_error();
     own_m.is_nan() || 10.0 * own_m > USABLE * study.position_scale_m
 }
 
 /// Whether any body moves at all.
 pub(crate) fn moves(study: &Study) -> bool {
-    let errs = |cell: &Cell| cell.errors().is_none_or(|errors| errors.relative > 0.0);
-    study.velocity_scale_m_s > 0.0 || study.cells.iter().any(errs)
+    let is_off = |cell: &Cell| cell.errors().is_none_or(|errors| errors.relative > 0.0);
+    study.velocity_scale_m_s > 0.0 || study.cells.iter().any(is_off)
 }
 
-/// Whether the error is more than round-off and the truth's own.
-fn told(study: &Study, cell: &Cell, error: f64) -> bool {
+/// Whether an error is above the noise floor: round-off and the truth's own error.
+fn above_noise(study: &Study, cell: &Cell, error: f64) -> bool {
     error > study.trusted(cell, SEEN)
 }
 
@@ -53,7 +54,7 @@ pub(crate) fn usable(study: &Study, cell: &Cell) -> bool {
 
 /// Two methods at one cost.
 pub(crate) struct Round<'a> {
-    /// Evaluations of one body a simulated second.
+    /// Evaluations of one body per simulated second.
     pub evaluations: f64,
     /// Cell of the one method.
     pub first: &'a Cell,
@@ -62,11 +63,10 @@ pub(crate) struct Round<'a> {
 }
 
 impl Round<'_> {
-    /// How many times the error of the first one that of the second is, where both went through and differ by more than
-    /// round-off.
+    /// The error of the second over that of the first, where both went through and either is above the noise floor.
     pub(crate) fn factor(&self, study: &Study) -> Option<f64> {
         let (first, second) = (study.error(self.first, SEEN)?, study.error(self.second, SEEN)?);
-        if !told(study, self.first, first) && !told(study, self.second, second) {
+        if !above_noise(study, self.first, first) && !above_noise(study, self.second, second) {
             return None;
         }
         let factor = second / first;
@@ -97,7 +97,7 @@ pub(crate) fn rounds(study: &Study, first: Method, second: Method) -> Vec<Round<
 pub(crate) fn exact(study: &Study, method: Method) -> bool {
     let mut cells = study.curve(method, Precision::F64).peekable();
     cells.peek().is_some()
-        && cells.all(|cell| study.error(cell, SEEN).is_some_and(|error| !told(study, cell, error)))
+        && cells.all(|cell| study.error(cell, SEEN).is_some_and(|error| !above_noise(study, cell, error)))
 }
 
 /// What the table claims of the order of positions. Methods that take more evaluations under laws of velocity show by

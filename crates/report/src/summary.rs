@@ -1,4 +1,5 @@
 //! What a study found as text: in Markdown, and for a terminal.
+
 use lab::cost::{Machine, Study};
 
 use super::tables::{every_run, ranking, tables};

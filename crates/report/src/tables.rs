@@ -1,4 +1,5 @@
 //! What a study found, as tables.
+
 use lab::cost::{Accuracy, Cell, Cost, Host, Outcome, Place, Precision, RateRow, Study, TickTime};
 use motion::Method;
 

@@ -1,11 +1,12 @@
 //! What a study found, in a few sentences.
+
 use lab::cost::{Cell, Cost, Crossing, Study, Truth};
 use motion::Method;
 
 use super::choice::{Lead, leads};
 use super::numbers::{capital, fold, length, number};
 use super::palette::ink;
-use super::reading::{self, SEEN, doubtful, exact, finished, ranks, rounds, usable};
+use super::reading::{self, SEEN, exact, finished, ranks, reference_uncertain, rounds, usable};
 
 /// What was found in sentences, the answer in one line first.
 #[must_use]
@@ -28,7 +29,7 @@ pub(crate) fn headline(study: &Study) -> String {
     if !finished(study) {
         return "No run in double precision went through: there is nothing to compare.".to_owned();
     }
-    if doubtful(study) {
+    if reference_uncertain(study) {
         return format!(
             "The reference is itself uncertain by {}: over {} s this motion ranks no method. A shorter run may.",
             length(study.truth.own_error().1, 2),

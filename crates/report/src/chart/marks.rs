@@ -1,4 +1,5 @@
 //! How methods and precisions look in figures: a color and a shape a method, a dash a precision.
+
 use lab::cost::Precision;
 use motion::Method;
 
@@ -43,7 +44,7 @@ fn luminance(srgb: Rgb) -> f64 {
 }
 
 /// The outline of a method's mark around the origin, about 6 pixels in radius. Position Verlet and the midpoint method
-/// often err just like the methods after them, and are a little larger to be seen behind them.
+/// often have the errors of the methods after them, and are a little larger to be seen behind them.
 pub(crate) const fn shape(method: Method) -> &'static str {
     match method {
         Method::ExplicitEuler => "M0,-6.5 L6.2,4.6 L-6.2,4.6 Z",

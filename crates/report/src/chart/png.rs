@@ -1,4 +1,5 @@
 //! Drawings as PNG, by the rasterizer and in the fonts that the window's panels have.
+
 use epaint_default_fonts::{HACK_REGULAR, UBUNTU_LIGHT};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::DrawSettings;

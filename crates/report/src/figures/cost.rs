@@ -1,4 +1,5 @@
 //! Error against cost: the lower left is best.
+
 use lab::cost::{Accuracy, Cost, Precision, Study};
 
 use super::{Figure, Kind, accuracy_name, cost_name, curves, error_axis, plotted, short, tooltip, unbroken};

@@ -1,4 +1,5 @@
 //! Energy that methods invent or lose, over time.
+
 use lab::cost::{Drift, Study};
 
 use super::{Figure, Kind};

@@ -1,4 +1,5 @@
 //! Error against substeps in double, single and compensated single precision.
+
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
 

@@ -1,4 +1,5 @@
 //! Error against step: on logarithms a method of order p has slope p.
+
 use lab::cost::{Accuracy, Cost, Precision, Study};
 
 use super::{

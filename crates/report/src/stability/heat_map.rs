@@ -1,4 +1,5 @@
 //! The matrix as a picture: a colored field per cell, with its class as a word and its number.
+
 use lab::stability::{Cell, Class, Matrix, Row};
 
 use super::tables::{digits, methods};
@@ -50,7 +51,7 @@ pub(super) fn drawing(matrix: &Matrix) -> Drawing {
         for (x, method) in columns() {
             if let Some(cell) = row.cell(*method) {
                 let field = Shape::rectangles([[x + 1.0, y + 1.0, width - 2.0, ROW - 2.0]]);
-                shapes.push(field.fill(fill(cell.class)).tip(&told(row, cell)));
+                shapes.push(field.fill(fill(cell.class)).tip(&tip(row, cell)));
                 shapes.push(middle(cell.class.name()).at(x + 0.5 * width, y + 15.0));
                 shapes.push(middle(&digits(cell)).sized(11.0).at(x + 0.5 * width, y + 28.0));
             }
@@ -68,11 +69,11 @@ fn middle(words: &str) -> Shape {
 }
 
 /// What shows under the pointer.
-fn told(row: &Row, cell: &Cell) -> String {
+fn tip(row: &Row, cell: &Cell) -> String {
     let method = cell.method.claims().title;
-    let mut told = format!("{}, {method}: {}", row.title(), cell.class.name());
+    let mut tip = format!("{}, {method}: {}", row.title(), cell.class.name());
     if cell.class != Class::Refused {
-        told += &format!(", {} {}, held to {:e}", row.measure, digits(cell), cell.bound);
+        tip += &format!(", {} {}, held to {:e}", row.measure, digits(cell), cell.bound);
     }
-    if cell.why.is_empty() { told } else { format!("{told}; {}", cell.why) }
+    if cell.why.is_empty() { tip } else { format!("{tip}; {}", cell.why) }
 }

@@ -1,4 +1,5 @@
 //! Maps of what a step does to an oscillator: one panel per method.
+
 use lab::limits::{LongRun, Map, Panel};
 
 use crate::chart::{Anchor, Axis, Drawing, INK, Rgb, Shape, Stroke, WIDTH, axes};
