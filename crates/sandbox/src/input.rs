@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use motion::effects::Effect;
 use motion::{Method, Request};
+pub use scene::MouseButton as Button;
 
 /// A key as people name it: the character it types, in upper case, or a name such as `Space` or `F1`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -112,15 +113,6 @@ impl FromStr for Key {
         let key = key.with_shift(shift);
         if key.shift == shift { Ok(key) } else { Err(UnknownKey(text.to_owned())) }
     }
-}
-
-/// A button of the mouse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "they say it themselves")]
-pub enum Button {
-    Left,
-    Right,
-    Middle,
 }
 
 /// One event.

@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use motion::Request;
 use motion::units::Vector;
-use scene::{Action, MouseButton, Step, When};
+use scene::{Action, Step, When};
 
-use crate::input::{Button, Experiment, Input, Key};
+use crate::input::{Experiment, Input, Key};
 
 /// Frames that a paused run waits for the next step of its script.
 const MOST_PAUSED_FRAMES: u64 = 100_000;
@@ -119,11 +119,11 @@ impl Player {
             Action::KeyUp(word) => Input::KeyUp(key(&word)),
             Action::Text(text) => Input::Text(text),
             Action::MoveMouse(x, y) => Input::Mouse(x, y),
-            Action::MouseDown(button) => Input::ButtonDown(button_of(button)),
-            Action::MouseUp(button) => Input::ButtonUp(button_of(button)),
+            Action::MouseDown(button) => Input::ButtonDown(button),
+            Action::MouseUp(button) => Input::ButtonUp(button),
             Action::Click(button) => {
-                self.afterwards.push(Input::ButtonUp(button_of(button)));
-                Input::ButtonDown(button_of(button))
+                self.afterwards.push(Input::ButtonUp(button));
+                Input::ButtonDown(button)
             }
             Action::Wheel(notches) => Input::Wheel(notches),
             Action::FocusLost => Input::FocusLost,
@@ -145,29 +145,16 @@ impl Player {
     }
 }
 
-const fn button_of(button: MouseButton) -> Button {
-    match button {
-        MouseButton::Left => Button::Left,
-        MouseButton::Right => Button::Right,
-        MouseButton::Middle => Button::Middle,
-    }
-}
-
 /// The script's word for an input, for recordings; `None` for what only a script does.
 #[must_use]
 pub fn recorded(input: &Input) -> Option<Action> {
-    let button = |button: Button| match button {
-        Button::Left => MouseButton::Left,
-        Button::Right => MouseButton::Right,
-        Button::Middle => MouseButton::Middle,
-    };
     Some(match input {
         Input::KeyDown(key) => Action::KeyDown(key.to_string()),
         Input::KeyUp(key) => Action::KeyUp(key.to_string()),
         Input::Text(text) => Action::Text(text.clone()),
         Input::Mouse(x, y) => Action::MoveMouse(*x, *y),
-        Input::ButtonDown(which) => Action::MouseDown(button(*which)),
-        Input::ButtonUp(which) => Action::MouseUp(button(*which)),
+        Input::ButtonDown(which) => Action::MouseDown(*which),
+        Input::ButtonUp(which) => Action::MouseUp(*which),
         Input::Wheel(notches) => Action::Wheel(*notches),
         Input::FocusLost => Action::FocusLost,
         Input::Resized([width, height]) => Action::Resize(*width, *height),

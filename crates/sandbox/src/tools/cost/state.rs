@@ -1,6 +1,6 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
-use lab::cost::{Accuracy, Bench, Cost as CostUnit, Study};
+use lab::cost::{Bench, Study};
 use motion::effects::{Effect, EffectState};
 use motion::{Damping, Gravity, TimeStep};
 
@@ -27,24 +27,10 @@ pub(super) struct Settings {
     pub off: Vec<Effect>,
 }
 
-/// What the axes count.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Axes {
-    pub accuracy: Accuracy,
-    pub cost: CostUnit,
-}
-
-impl Default for Axes {
-    fn default() -> Self {
-        Self { accuracy: Accuracy::Position, cost: CostUnit::Evaluations }
-    }
-}
-
-/// The study of the running scene, and how its panel shows it.
+/// The study of the running scene, while its panel is open.
 #[derive(Default)]
 pub(crate) struct Cost {
     pub(super) live: Option<Live>,
-    pub(super) axes: Axes,
 }
 
 impl Cost {
