@@ -242,7 +242,7 @@ fn what_differs_is_named_and_what_is_damaged_is_refused() {
     other.scene = STIFF.to_owned();
     write(&other);
     let Said { code, err, .. } = sandbox(&folder, "replay other.zip");
-    assert!(code == 2 && err.contains("the snapshot in the bundle is none of its scene"), "{err}");
+    assert!(code == 2 && err.contains("the snapshot in the bundle does not match its scene"), "{err}");
 
     let good = fs::read(folder.path().join("box.zip")).unwrap();
     for bad in [&good[..good.len() / 2], &[&good[..], b"x"].concat(), b"", b"PK\x03\x04", b"(version: 1)"] {

@@ -136,5 +136,5 @@ fn records_of_bodies_that_are_gone_go_along_with_the_springs_that_were_at_fault(
 fn a_snapshot_of_another_scene_is_refused() {
     let snapshot = Simulation::new(scene::load("thousand").unwrap()).snapshot();
     let error = Simulation::restore(mixed(), &snapshot).err().unwrap();
-    assert_eq!(error.to_string(), "it has things that the scene has not");
+    assert_eq!(error.to_string(), "it has things that the scene lacks");
 }

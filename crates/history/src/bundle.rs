@@ -39,7 +39,7 @@ pub struct Bundle {
     pub picture: Option<Vec<u8>>,
 }
 
-/// Something that acted on a run from outside.
+/// Something that was done to a run from outside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// Ticks that had been simulated.
@@ -48,14 +48,14 @@ pub struct Event {
     pub what: Intervention,
 }
 
-/// What can act on a run from outside. Bodies are stable ids.
+/// What can be done to a run from outside. Bodies are stable ids.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Intervention {
     /// Changes that were carried out together, between two ticks.
     Requests(Vec<Request<u32>>),
     /// Another method of the scene.
     Method(Method),
-    /// Another number of parts of a tick.
+    /// Another number of substeps.
     Substeps(u32),
     /// Another length of ticks, s.
     Step(f64),
@@ -75,10 +75,10 @@ impl Event {
     }
 }
 
-/// What to do about a bundle that nobody can have written.
+/// What to do about a bundle that no program has written.
 const UNDAMAGED: &str = "get an undamaged copy";
 
-/// Why bytes are no bundle.
+/// Why bytes are not a bundle.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadBundle {
     what: String,

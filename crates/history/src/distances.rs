@@ -41,11 +41,11 @@ impl Distances {
         Self { each: (0..).take(simulation.bodies.len()).filter_map(distance).collect() }
     }
 
-    /// The farthest body of `who`, the first of several.
+    /// The farthest body of those that `counts`, the first of several.
     #[must_use]
-    pub fn farthest(&self, who: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+    pub fn farthest(&self, counts: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
         let farther = |best: (u32, f64), body: (u32, f64)| if body.1 > best.1 { body } else { best };
-        self.each.iter().copied().filter(|(id, _)| who(*id)).reduce(farther)
+        self.each.iter().copied().filter(|(id, _)| counts(*id)).reduce(farther)
     }
 
     /// Root of the mean square, m; `None` without bodies.

@@ -35,7 +35,7 @@ pub struct Snapshot {
     /// Length of a tick, s.
     pub(crate) step_s: f64,
     pub(crate) method: Name<Method>,
-    /// Parts of a tick of bodies without a number of their own.
+    /// Substeps of bodies without a number of their own.
     pub(crate) substeps: u32,
     pub(crate) effects: EffectsState,
     pub(crate) counts: CountsEntry,
@@ -78,7 +78,7 @@ pub struct Snapshot {
     /// Pushes that act in every tick.
     #[serde(deserialize_with = "list")]
     pub(crate) sustained: Vec<PushEntry>,
-    /// What is asked for.
+    /// Requests that wait for a tick.
     #[serde(deserialize_with = "list")]
     pub(crate) requests: Vec<RequestEntry>,
 }

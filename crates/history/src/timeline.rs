@@ -56,8 +56,8 @@ impl Keyframe {
 
 /// Snapshots and events of a run.
 ///
-/// As it comes to its bytes, every second snapshot goes and as many fewer are taken from then on; where that would
-/// leave less than two, the oldest go. Those of more than a minute ago go in any case.
+/// When it is full, every second snapshot is dropped and half as many are taken from then on; where that would leave less
+/// than two, the oldest are dropped. Those of more than a minute ago are dropped in any case.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     cap: usize,
@@ -116,8 +116,8 @@ impl Timeline {
         self.cap
     }
 
-    /// Notes what is done at once, between two ticks. What was recorded of ticks after the present one, if the run went
-    /// back, is forgotten.
+    /// Notes what is done at once, between two ticks. Drops what was recorded of ticks after the present one, if the run went
+    /// back.
     pub fn note(&mut self, simulation: &Simulation, what: Intervention) {
         let tick = simulation.ticks();
         self.forget_after(tick);

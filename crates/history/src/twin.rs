@@ -13,8 +13,8 @@ use crate::simulation::Simulation;
 /// The method that others are compared with: of those that take every law, the one of the highest order.
 pub const REFERENCE_METHOD: Method = Method::RungeKutta4;
 
-/// Parts of a tick that the reference takes, or twice as many as the scene takes if that is more. Its error is
-/// then some `16^4 = 65,536` times smaller than that of Runge-Kutta 4 in whole ticks. Parts and not shorter ticks:
+/// Substeps of the reference, or twice as many as the scene has if that is more. Its error is then some
+/// `16^4 = 65,536` times smaller than that of Runge-Kutta 4 in whole ticks. Substeps and not shorter ticks:
 /// a push is a force over a tick, and another tick would be another problem.
 pub const REFERENCE_SUBSTEPS: u32 = 16;
 

@@ -70,7 +70,7 @@ impl Bundle {
     /// Bytes that are no bundle, or a damaged one; one of a newer format; one whose ticks contradict each other.
     pub fn read(bytes: &[u8]) -> Result<Self, BadBundle> {
         if !Self::begins_with(bytes) {
-            return Err(BadBundle::new("this is no bundle", "give a file that a black box has written"));
+            return Err(BadBundle::new("this is not a bundle", "give a file that a black box has written"));
         }
         let intact = bytes.len().checked_sub(DIGITS).map(|end| bytes.split_at(end));
         if intact.is_none_or(|(before, digits)| checksum(before).as_bytes() != digits) {

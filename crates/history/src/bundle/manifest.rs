@@ -128,7 +128,7 @@ impl Settings {
         }
     }
 
-    /// Gives them to `scene`. A rate that is none is left out.
+    /// Applies them to `scene`, without an invalid rate.
     pub fn apply(&self, scene: &mut Scene) {
         scene.method = self.method.map_or(scene.method, |Name(method)| method);
         let rate = self.step_hz.filter(|rate| *rate > 0.0 && rate.is_finite() && (1.0 / rate).is_finite());

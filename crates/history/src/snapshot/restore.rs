@@ -1,4 +1,4 @@
-//! Into a new world.
+//! A simulation from a snapshot.
 
 use std::fmt;
 use std::sync::Arc;
@@ -19,8 +19,7 @@ use scene::{FileIndex, Scene, unsolvable};
 use super::{EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
 use crate::simulation::Simulation;
 
-/// Largest count that a snapshot may go on from: no run comes near it, and none goes from it beyond what a `u64`
-/// holds.
+/// Largest count that a restored run may start from: no run comes near it, and none gets from it beyond a `u64`.
 const MOST_COUNTED: u64 = 1 << 53;
 
 /// Why a snapshot does not match a scene.
@@ -39,7 +38,7 @@ fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
     if holds { Ok(()) } else { Err(BadSnapshot(what)) }
 }
 
-/// A component of a body for as long as its row is moved to the end of its table.
+/// Marks a body while its row is moved to the end of its table.
 #[derive(Component)]
 struct Moved;
 
@@ -53,7 +52,7 @@ impl Simulation {
     pub fn restore(scene: impl Into<Arc<Scene>>, snapshot: &Snapshot) -> Result<Self, BadSnapshot> {
         let scene = scene.into();
         let ids = snapshot.check(&scene)?;
-        let clock = StepClock::from_state(snapshot.clock.0).ok_or(BadSnapshot("its clock is none"))?;
+        let clock = StepClock::from_state(snapshot.clock.0).ok_or(BadSnapshot("invalid clock"))?;
         let mut world = World::new();
         let bodies = scene.spawn(&mut world);
         world.insert_resource(Substeps(snapshot.substeps));
@@ -76,8 +75,8 @@ impl Snapshot {
     /// Whether it can be of `scene`; the ids of its bodies in their order.
     fn check(&self, scene: &Scene) -> Result<Vec<u32>, BadSnapshot> {
         let count = scene.bodies.len();
-        ensure(self.step_s > 0.0 && self.step_s.is_finite(), "its tick has no length")?;
-        ensure(self.substeps <= Substeps::MOST, "a tick has too many parts")?;
+        ensure(self.step_s > 0.0 && self.step_s.is_finite(), "its ticks have no length")?;
+        ensure(self.substeps <= Substeps::MOST, "too many substeps per tick")?;
         // Particles of emitters are not attracted.
         let attracted = |id: &u32| !scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
         let own = self.own_methods.iter().filter(|(id, _)| attracted(id));
@@ -85,17 +84,16 @@ impl Snapshot {
         let attracts = scene.mutual_gravity.is_some() && !self.effects.is_off(Effect::MutualGravity);
         let solved = |method| unsolvable(method, attracts).is_none();
         ensure({ methods }.all(solved), "its method cannot solve the scene")?;
-        let things =
-            expand(&self.things, count).ok_or(BadSnapshot("it has things that the scene has not"))?;
+        let things = expand(&self.things, count).ok_or(BadSnapshot("it has things that the scene lacks"))?;
         ensure(things.is_sorted_by(|a, b| a < b), "its things are not in order")?;
-        let ids = expand(&self.bodies, count).ok_or(BadSnapshot("it has bodies that the scene has not"))?;
+        let ids = expand(&self.bodies, count).ok_or(BadSnapshot("it has bodies that the scene lacks"))?;
         let mut sorted = ids.clone();
         sorted.sort_unstable();
         let has_physics = |id: &u32| scene.bodies[*id as usize].inverse_mass.is_some();
         let expected = things.iter().copied().filter(has_physics);
         ensure(expected.eq(sorted), "its bodies are not those of the scene")?;
-        ensure(ids.len() == self.positions.len(), "it has another number of positions than of bodies")?;
-        ensure(ids.len() == self.velocities.len(), "it has another number of velocities than of bodies")?;
+        ensure(ids.len() == self.positions.len(), "positions and bodies differ in number")?;
+        ensure(ids.len() == self.velocities.len(), "velocities and bodies differ in number")?;
         let numbers = self.positions.iter().flatten().chain(self.velocities.iter().flatten());
         ensure({ numbers }.all(|number| number.is_finite()), "its state is not finite")?;
         ensure(self.velocities.iter().all(|[.., w]| *w >= 0.0), "a mass is negative")?;
@@ -106,8 +104,8 @@ impl Snapshot {
         };
         ensure(!self.emissions.iter().any(late), "an emitter is ahead of its clock")?;
         let known = |record: &RecordEntry| (record.body as usize) < count;
-        ensure(self.records.iter().all(known), "it has records of things that the scene has not")?;
-        ensure(self.counts.largest() <= MOST_COUNTED, "it counts more than any run does")?;
+        ensure(self.records.iter().all(known), "it has records of things that the scene lacks")?;
+        ensure(self.counts.largest() <= MOST_COUNTED, "its counts are too large")?;
         Ok(ids)
     }
 

@@ -1,4 +1,4 @@
-//! Out of a world.
+//! A snapshot of a simulation.
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;

@@ -19,7 +19,7 @@ pub(crate) struct Name<T>(pub T);
 impl<T: Worded> Serialize for Name<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let word = self.0.word();
-        // A law of an embedder's own has a name that nobody could read again.
+        // The name of an embedder's own law could not be read again.
         T::of_word(word).ok_or_else(|| ser::Error::custom(unknown(word)))?;
         serializer.serialize_str(word)
     }

@@ -25,7 +25,7 @@ impl fmt::Display for BadRerun {
         const CURE: &str = "get an undamaged copy";
         match self {
             Self::Snapshot(error) => {
-                write!(f, "the snapshot in the bundle is none of its scene: {error}; {CURE}")
+                write!(f, "the snapshot in the bundle does not match its scene: {error}; {CURE}")
             }
             Self::Ticks => write!(f, "the ticks of the bundle contradict each other; {CURE}"),
             Self::TooLarge => f.write_str(
@@ -52,8 +52,8 @@ pub struct Rerun {
 }
 
 impl Rerun {
-    /// Simulates `bundle`, of which `scene` is the scene, to its end, with a timeline of at most `cap` bytes. `look` is told
-    /// the number of every tick that is over.
+    /// Simulates `bundle`, of which `scene` is the scene, to its end, with a timeline of at most `cap` bytes. `look` gets
+    /// the number of every simulated tick.
     ///
     /// # Errors
     /// A bundle that contradicts itself, or that is too large.

@@ -310,5 +310,5 @@ fn an_empty_run_of_things_is_refused_by_its_scene() {
     });
     let bundle = Bundle::read(&bytes).unwrap();
     let error = Simulation::restore(bundle.scene("test").unwrap(), &bundle.snapshot).err().unwrap();
-    assert_eq!(error.to_string(), "it has things that the scene has not");
+    assert_eq!(error.to_string(), "it has things that the scene lacks");
 }

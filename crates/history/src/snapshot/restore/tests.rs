@@ -37,10 +37,10 @@ fn one_of_a_world_is_taken() {
 
 #[test]
 fn empty_runs_are_refused() {
-    let things = Some("it has things that the scene has not");
+    let things = Some("it has things that the scene lacks");
     assert_eq!(said(|s| s.things = vec![[1, 0], [0, 2]]), things);
     assert_eq!(said(|s| s.things = vec![[0, 2], [2, 0]]), things);
-    let bodies = Some("it has bodies that the scene has not");
+    let bodies = Some("it has bodies that the scene lacks");
     assert_eq!(said(|s| s.bodies = vec![[1, 1], [0, 0], [0, 1]]), bodies);
     // In other pieces than they are written in they are the same.
     assert_eq!(said(|s| s.things = vec![[0, 1], [1, 1]]), None);
@@ -49,7 +49,7 @@ fn empty_runs_are_refused() {
 #[test]
 fn counts_that_would_come_to_their_end_are_refused() {
     let said = |counts: fn(&mut CountsEntry)| said(|snapshot| counts(&mut snapshot.counts));
-    let too_many = Some("it counts more than any run does");
+    let too_many = Some("its counts are too large");
     assert_eq!(said(|counts| counts.accelerations = u64::MAX), too_many);
     assert_eq!(said(|counts| counts.laws[0].1 = u64::MAX - 1), too_many);
     assert_eq!(said(|counts| counts.newton_iterations = MOST_COUNTED + 1), too_many);
@@ -61,7 +61,7 @@ fn counts_that_would_come_to_their_end_are_refused() {
 #[test]
 fn clocks_that_none_can_have_come_to_are_refused() {
     let said = |clock: fn(&mut motion::clock::ClockState)| said(|snapshot| clock(&mut snapshot.clock.0));
-    let none = Some("its clock is none");
+    let none = Some("invalid clock");
     assert_eq!(said(|clock| clock.step = -0.01), none);
     assert_eq!(said(|clock| clock.step = f64::NAN), none);
     assert_eq!(said(|clock| clock.since_time = -1.0), none);
@@ -91,7 +91,7 @@ fn records_name_things_of_the_scene() {
         component: Name("Force"),
         fault: SavedFault::Spring(u32::MAX),
     };
-    let strange = Some("it has records of things that the scene has not");
+    let strange = Some("it has records of things that the scene lacks");
     assert_eq!(said(|s| s.records = vec![record(1), record(2)]), strange);
     assert_eq!(said(|s| s.records = vec![record(1)]), None);
 }
