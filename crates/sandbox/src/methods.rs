@@ -93,7 +93,7 @@ pub(crate) fn line(method: Method) -> String {
     )
 }
 
-/// What a step of a method costs.
+/// Evaluations per step of a method.
 pub(crate) fn cost(claims: &Claims) -> String {
     let Claims { evaluations, evaluations_with_velocity_laws: under_v, .. } = *claims;
     let plural = if evaluations == 1 { "" } else { "s" };

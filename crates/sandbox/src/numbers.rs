@@ -90,7 +90,7 @@ pub(crate) fn three_digits(price: f64) -> String {
     }
 }
 
-/// A count a step: whole where it is whole.
+/// A count per step; a whole number without decimals.
 pub(crate) fn tidy(count: f64) -> String {
     if count == count.round() { format!("{count:.0}") } else { format!("{count:.2}") }
 }

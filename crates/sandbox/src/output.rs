@@ -12,7 +12,7 @@ use std::path::Path;
 
 use crate::failure::Failure;
 
-/// Prints results; a reader who has seen enough (`| head`) is no failure.
+/// Prints results. A closed pipe (`| head`) is no failure.
 pub(crate) fn show(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

@@ -396,7 +396,7 @@ impl Shell {
         let progress_before = self.session.progress();
         // To the end of the last tick: the panels, which come after it, take longer than all ticks.
         let mut after = before;
-        // What is recorded is played back without a wall clock.
+        // A recording is played back without a wall clock.
         let patience = if self.recorder.is_some() { Duration::MAX } else { PATIENCE };
         let had_arrived = self.session.arrived();
         self.session.advance_watched(&InputFrame { events }, time, &mut |_, _| {

@@ -164,8 +164,8 @@ impl Session {
         Err(error)
     }
 
-    /// Asks for a change, and remembers who did if it is one of an effect. The settings may declare one, which is told; for all
-    /// others one that is not declared is refused.
+    /// Requests a change, and remembers the source of a change of an effect. An effect that the scene never declared is
+    /// refused, except from the settings, which declare it and say so.
     pub(crate) fn ask_by(&mut self, request: Request, by: SwitchedBy) {
         let effect = match request {
             Request::SetGravity(_) | Request::SwitchGravity(_) => Some(Effect::Gravity),
@@ -185,7 +185,7 @@ impl Session {
         self.ask(request);
     }
 
-    /// Remembers who switched an effect last.
+    /// Remembers what switched an effect last.
     pub(crate) fn note_switched(&mut self, effect: Effect, by: SwitchedBy) {
         self.tools.effects.switched.insert(effect, by);
         self.notices.retract(Topic::Forecast);

@@ -94,7 +94,7 @@ impl Session {
         }
     }
 
-    /// What is held acts once a frame: flying, selecting, pushing.
+    /// Held keys act once per frame: flying, selecting, pushing.
     pub(crate) fn steer(&mut self, seconds: f64) {
         let tapped = self.hands.held.end_input();
         if self.view.mode == Mode::Camera && self.seen.locked.is_none() {

@@ -199,7 +199,7 @@ impl Session {
         let before = self.fault().is_none_or(|fault| now < fault.tick);
         let which = if before { "the last good one" } else { "the oldest that is kept" };
         let good = format!("back at tick {now}, {which}");
-        // What is opened to be looked at is in a file, and so is the first fault of a scene: the next ones may be many.
+        // An opened bundle is in a file already, and so is the first fault of a scene. Later faults may be many.
         if self.settings.saves_faults && !self.repeats() {
             self.settings.saves_faults = false;
             self.orders.push(Order::Bundle);

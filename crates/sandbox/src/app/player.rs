@@ -14,7 +14,7 @@ const MOST_PAUSED_FRAMES: u64 = 100_000;
 /// Steps with their places in the list.
 type Steps = VecDeque<(usize, Step)>;
 
-/// A script on its way.
+/// A script that is being played.
 #[derive(Clone, Debug)]
 pub struct Player {
     of_frames: Steps,
@@ -26,7 +26,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// Plays steps whose words for keys are all names of keys.
+    /// Plays steps that name keys by their own names.
     pub(crate) fn of(steps: Vec<Step>) -> Self {
         let (of_ticks, of_frames) = steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
         Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new() }

@@ -33,7 +33,7 @@ pub(crate) const DEFAULT_FPS: f64 = 60.0;
 pub enum Simulated {
     /// One of the run; the session is at its end.
     New,
-    /// One on the way to a past tick; the session does not show it.
+    /// One that a seek simulates; the session does not show it.
     Again,
 }
 
@@ -390,13 +390,13 @@ impl Session {
         forecast::rows(&mut self.stage)
     }
 
-    /// Looks ahead at the start of a scene, whose frames are to have that length, s: what would grow is kept for the
-    /// summary; what would soon be seen is told, and given here.
+    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the unstable rows for the summary;
+    /// tells and returns those whose growth would soon be seen.
     pub fn forecast_start(&mut self, frame: f64) -> Vec<ForecastRow> {
         self.tools.forecast.begin(&mut self.stage, frame)
     }
 
-    /// What would grow, as it was at the start of the scene.
+    /// The unstable rows of the forecast at the start of the scene.
     #[must_use]
     pub fn forecast_at_start(&self) -> &[ForecastRow] {
         self.tools.forecast.at_start()
@@ -414,7 +414,7 @@ impl Session {
         self.tools.cost.study()
     }
 
-    /// What is done of the study, in [0, 1].
+    /// The part of the study that is done, in [0, 1].
     #[must_use]
     pub fn cost_progress(&self) -> f64 {
         self.tools.cost.progress()

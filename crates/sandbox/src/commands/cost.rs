@@ -52,7 +52,7 @@ pub(crate) struct CostArgs {
     pub format: Format,
 }
 
-/// What is studied if nothing is named: an orbit and an oscillator, what stretches, and the tutorial.
+/// Studied by default: an orbit and an oscillator, things that stretch, and the tutorial.
 const DEFAULT: [&str; 5] = ["harmonic_oscillator", "kepler", "tetrahedron", "flag", "tutorial"];
 
 /// Looks between two times that an unfinished report is written.

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 /// Ticks of the shorter of two runs, whose start cancels out.
 const TICKS: u64 = 4;
 
-/// What is looked for, and the package that has it.
+/// The program that counts, and its package.
 const TOOL: &str = "valgrind";
 
 /// Whether there is a counter.
@@ -76,7 +76,7 @@ fn collected(subject: &str, setting: Setting, bodies: Option<usize>, ticks: u64)
     count.ok_or_else(|| failed(text.lines().last().unwrap_or("it said nothing")))
 }
 
-/// What is counted: so many ticks of a setting and nothing else.
+/// The run that is counted: so many ticks of a setting.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TicksOf {
     setting: Setting,

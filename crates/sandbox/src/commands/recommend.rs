@@ -42,7 +42,7 @@ pub(crate) struct RecommendArgs {
     pub quick: bool,
 }
 
-/// What is asked for: exactly one of the two.
+/// The goal: exactly one of the two.
 #[derive(Args, Clone, Copy, Debug)]
 #[group(required = true, multiple = false)]
 pub(crate) struct GoalArgs {
@@ -146,7 +146,7 @@ fn measure(parts: &[Part], args: &RecommendArgs) -> Vec<Study> {
     studies
 }
 
-/// What is run of each of so many parts: nothing that a choice does not look at.
+/// The plan for each of so many parts, without runs that a choice does not need.
 fn plan(parts: usize, quick: bool) -> Plan {
     let full = Plan::full();
     #[expect(clippy::cast_precision_loss, reason = "a count of parts")]

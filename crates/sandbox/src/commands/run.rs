@@ -180,7 +180,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         |script: &Script| script.steps.iter().any(|step| matches!(step.action, Action::Screenshot(_)));
     let wants_pictures =
         args.frames.is_some() || args.film.is_some() || script.as_ref().is_some_and(takes_pictures);
-    // Frames between two ticks are for who looks at them, or acts in them.
+    // Frames between two ticks are for pictures and scripts.
     let unwatched = script.is_none() && !wants_pictures && !follows_frames(&scene);
     let fps = args.fps.unwrap_or(DEFAULT_FPS);
     let fps = if unwatched { fps.min(scene.step_hz) } else { fps };

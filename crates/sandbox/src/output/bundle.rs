@@ -52,7 +52,7 @@ pub(crate) fn read(path: &Path) -> Result<Bundle, Failure> {
 /// The bundle that `name` is the path of, told by its first bytes; `None` for every scene.
 pub(crate) fn named(name: &str) -> Result<Option<Bundle>, Failure> {
     let path = Path::new(name);
-    // What is read from a pipe is gone.
+    // Reading from a pipe would use it up.
     if scene::embedded(name).is_some() || !path.is_file() {
         return Ok(None);
     }

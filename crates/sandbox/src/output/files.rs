@@ -24,9 +24,9 @@ pub(crate) fn leave_nothing_when_ended() {
     {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
         use signal_hook::iterator::Signals;
-        // What is ignored stays so: hang-ups under `nohup`, interrupts in the background of a script.
-        let heeded = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
-        if let Ok(mut signals) = Signals::new(heeded) {
+        // Ignored signals stay ignored: hang-ups under `nohup`, interrupts in the background of a script.
+        let signals = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
+        if let Ok(mut signals) = Signals::new(signals) {
             std::thread::spawn(move || signals.forever().next().map(end_by));
         }
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lab::cost::Bench;
 
-/// Steps of the bar a study.
+/// Steps of the bar per study.
 const STEPS: f64 = 1000.0;
 
 /// Thread CPU time between two looks at a study, s.
@@ -29,17 +29,17 @@ impl Progress {
         Self(bar)
     }
 
-    /// What is done now.
+    /// Names the present work.
     pub fn say(&self, what: impl Into<String>) {
         self.0.set_message(what.into());
     }
 
-    /// What part of all is done, in [0, 1].
+    /// Shows the part of the work that is done, in [0, 1].
     pub fn show(&self, part: f64) {
         self.0.set_position(steps(0, part));
     }
 
-    /// Makes study `number` to its end and looks in every now and then.
+    /// Finishes study `number`; calls `look` now and then.
     ///
     /// # Errors
     /// Those of `look`.

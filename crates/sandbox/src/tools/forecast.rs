@@ -20,7 +20,7 @@ impl Tool for Forecast {
         }
     }
 
-    /// What is asked for may change the forecast: it is made again in this frame.
+    /// Requests may change the forecast: it is computed again in this frame.
     fn before_requests(&mut self, stage: &mut Stage) {
         if let Some(shown) =
             self.shown.as_mut().filter(|_| !stage.sim.world.resource::<Requests>().is_empty())

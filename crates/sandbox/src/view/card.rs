@@ -32,7 +32,7 @@ pub(crate) struct Selected {
     pub own_method: Option<Method>,
     /// When and by which system it was quarantined, if it was.
     pub quarantined: Option<String>,
-    /// What is summed up over the points, of a soft body.
+    /// Sums over the points of a soft body.
     pub soft: Option<SoftSum>,
 }
 

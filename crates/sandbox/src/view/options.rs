@@ -1,20 +1,20 @@
-//! What a session is asked to do: how it draws and paces, and what it changes of scenes.
+//! Options of a session: how it draws and paces, and what it changes of scenes.
 
 use motion::{DampingModel, Method};
 use scene::{Scene, unsolvable};
 
 use crate::failure::Failure;
 
-/// What a run changes of every scene that it opens.
+/// Changes that a run makes to every scene that it opens.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// Method of the scene; bodies with a method of their own keep it.
     pub method: Option<Method>,
-    /// Ticks a second, positive and finite.
+    /// Ticks per second, positive and finite.
     pub step_hz: Option<f64>,
     /// Damping model, where the scene declares damping.
     pub damping: Option<DampingModel>,
-    /// Parts of a tick, at least 1; bodies with substeps of their own keep them.
+    /// Substeps per tick, at least 1; bodies with their own substeps keep them.
     pub substeps: Option<u32>,
 }
 
@@ -42,7 +42,7 @@ impl Overrides {
     }
 }
 
-/// What a session is to do besides simulating.
+/// Options of a session.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Size of the picture, pixels.
@@ -55,7 +55,7 @@ pub struct Options {
     pub catch_up: Option<f64>,
     /// Simulate nothing until told so.
     pub paused: bool,
-    /// What is changed of every scene.
+    /// Changes of every scene.
     pub overrides: Overrides,
     /// Threads that integrate, at least 1, if not the usual number.
     pub threads: Option<usize>,

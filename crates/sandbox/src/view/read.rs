@@ -1,4 +1,4 @@
-//! What there is to know about a session.
+//! Reads a stage: clocks, counts, names, modes.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -155,12 +155,12 @@ impl Stage {
         self.view.mode == Mode::Camera
     }
 
-    /// What is to be done outside after this frame; takes it.
+    /// Takes the orders of this frame, which the program outside carries out.
     pub fn take_orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
     }
 
-    /// What was asked for and not done, lately; takes it.
+    /// Takes the recent refusals: what was requested and not done.
     pub fn take_refusals(&mut self) -> Vec<String> {
         std::mem::take(&mut self.refusals)
     }

@@ -63,7 +63,7 @@ pub(crate) fn margin_color(ratio: f64) -> [f32; 4] {
         (low..high).contains(&ratio).then(|| from.lerp(to, share))
     };
     let inside = MARGIN_COLORS.windows(2).find_map(between);
-    // What is not a number has no margin.
+    // NaN has no margin.
     let outside = if ratio < first.0 { first.1 } else { last.1 };
     inside.unwrap_or(outside).extend(1.0).to_array()
 }
@@ -234,7 +234,7 @@ impl Stage {
         }
     }
 
-    /// What is drawn with its soft body, if it can be, and never as a particle.
+    /// The points of soft bodies, which are never drawn as particles.
     pub(crate) fn points_of_soft_bodies(&mut self) -> SoftPoints {
         let mut bodies = self.sim.world.query::<&SoftBody>();
         let mut points = SoftPoints::default();

@@ -18,7 +18,7 @@ impl Stage {
         self.notices.say(Topic::Other, text.into());
     }
 
-    /// What is said to the person at present.
+    /// The present notices.
     pub fn notices(&self) -> impl Iterator<Item = &str> {
         self.notices.texts()
     }

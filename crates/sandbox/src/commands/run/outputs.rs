@@ -154,7 +154,7 @@ pub(super) fn refuse_same_files(args: &RunArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is read may be read twice.
+/// Inputs may be read twice.
 const INPUTS: [&str; 2] = ["--script", "--frame-times"];
 
 /// Where a file is, or will be.

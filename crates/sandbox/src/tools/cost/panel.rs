@@ -93,7 +93,7 @@ fn color_of(method: Method) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// A dot: where it is, in logarithms, and whose it is.
+/// A dot: its place, in logarithms, and its cell.
 struct Dot<'a> {
     at: [f64; 2],
     cell: &'a Cell,

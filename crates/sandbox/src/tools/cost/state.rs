@@ -39,7 +39,7 @@ impl Cost {
         self.live.as_ref().map(|live| live.bench.study())
     }
 
-    /// What is done of the study, in [0, 1].
+    /// The part of the study that is done, in [0, 1].
     pub fn progress(&self) -> f64 {
         self.live.as_ref().map_or(0.0, |live| live.bench.progress())
     }

@@ -1,4 +1,4 @@
-//! Effects of a running session: who switched them, and what its receipt says.
+//! Effects of a running session: what switched them, and the receipt.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use motion::{Evaluations, PreviousPosition};
 
 use crate::view::stage::Stage;
 
-/// Who switched an effect.
+/// What switched an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SwitchedBy {
     /// The key G.
@@ -49,10 +49,10 @@ const MEASURED_TICKS: u64 = 60;
 /// Bodies up to which the panel measures: the window waits for it.
 const MEASURED_BODIES: usize = 5_000;
 
-/// What is remembered for the receipt of a scene.
+/// The state behind the receipt of a scene.
 #[derive(Default)]
 pub(crate) struct Effects {
-    /// Who switched an effect last.
+    /// What switched an effect last.
     pub switched: BTreeMap<Effect, SwitchedBy>,
     /// Tick and counts of the last look, and evaluations per step between the two before.
     pub(super) seen: (u64, Vec<(&'static str, u64)>),

@@ -120,7 +120,7 @@ pub(crate) struct Forecast {
 }
 
 impl Forecast {
-    /// What would grow, as it was at the start of the scene.
+    /// The unstable rows at the start of the scene.
     pub fn at_start(&self) -> &[ForecastRow] {
         &self.at_start
     }
@@ -135,8 +135,8 @@ impl Forecast {
         self.shown.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
     }
 
-    /// Looks ahead at the start of a scene, whose frames are to have that length, s: what would grow is kept for the
-    /// summary; what would soon be seen is told, and given here.
+    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the unstable rows for the summary;
+    /// tells and returns those whose growth would soon be seen.
     pub fn begin(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
         if stage.sim.scene.step == StepKind::Frame {
             stage.sim.world.insert_resource(TimeStep(frame));

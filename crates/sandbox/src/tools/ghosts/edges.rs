@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use scene::{Scene, SoftBodySpec};
 
-/// What is drawn of springs and soft bodies.
+/// The edges of springs and soft bodies.
 pub(crate) fn of(scene: &Scene) -> Vec<[u32; 2]> {
     let springs = scene.springs.iter().map(|spring| spring.ends);
     springs.chain(scene.soft_bodies.iter().flat_map(|soft| of_soft_body(scene, soft))).collect()

@@ -23,8 +23,7 @@ const LINE_WIDTH_PX: f32 = 1.5;
 /// Lines to the reference, at most, of all ghosts together: those of the selection and then the longest.
 const MOST_LINES: usize = 200;
 
-/// What is farther than this from the camera, m, is not drawn: on its way to infinity it would leave the numbers
-/// of pixels.
+/// Farthest distance from the camera that is drawn, m: bodies that fly off to infinity would overflow.
 const FARTHEST: f32 = 1e9;
 
 /// One of the runs, seen from the camera.

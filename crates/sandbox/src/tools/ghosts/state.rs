@@ -18,7 +18,7 @@ use crate::view::stage::Stage;
 /// Bodies of a scene up to which it has ghosts: each of them is there ten times more.
 pub(super) const MOST_BODIES: usize = 10_000;
 
-/// What is said of a method while ghosts are shown.
+/// A row of the ghosts panel: one method, or the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GhostRow {
     /// The method; `None` is the reference.
@@ -212,7 +212,7 @@ fn words_of(stage: &Stage, failure: Failure) -> String {
     format!("{body} was quarantined in tick {tick}: {}", cause.what())
 }
 
-/// Stable ids whose distances are told: those of the selection, or all where nothing that moves is selected.
+/// Stable ids of the bodies whose distances are shown: the selection, or all if nothing that moves is selected.
 pub(super) fn focus(stage: &Stage) -> Range<u32> {
     let moves = |ids: &Range<u32>| ids.clone().any(|id| stage.sim.moving(id).is_some());
     ids_selected(stage).filter(moves).unwrap_or(0..u32::MAX)
@@ -227,7 +227,7 @@ fn ids_selected(stage: &Stage) -> Option<Range<u32>> {
     stage.seen.ids.get(&selection).map(|id| *id..*id + 1)
 }
 
-/// Whose distances are told, in words.
+/// The body that the distances are of, in words.
 pub(super) fn subject(stage: &Stage) -> String {
     let all = focus(stage) == (0..u32::MAX);
     let selection = stage.seen.selection.filter(|_| !all);

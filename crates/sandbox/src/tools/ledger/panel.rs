@@ -15,7 +15,7 @@ const RESIDUAL: Color32 = Color32::from_rgb(255, 140, 90);
 const ENERGY: Color32 = Color32::from_rgb(120, 190, 255);
 const KINETIC: Color32 = Color32::from_rgb(130, 210, 130);
 
-/// Relative to the energies on the way, what sums of rounding errors come to.
+/// Rounding errors, summed, relative to the energies.
 const ROUNDING: f64 = 1e-12;
 
 const WIDTH: f32 = 436.0;
