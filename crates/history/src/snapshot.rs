@@ -147,8 +147,7 @@ impl Snapshot {
     }
 
     /// Takes off what waits for the next tick: pushes and requests.
-    #[must_use]
-    pub fn without_inputs(mut self) -> Self {
+    pub(crate) fn without_inputs(mut self) -> Self {
         self.pushes.clear();
         self.sustained.clear();
         self.requests.clear();
@@ -156,8 +155,7 @@ impl Snapshot {
     }
 
     /// Takes off what was counted and noted so far: evaluations and quarantined bodies' records.
-    #[must_use]
-    pub fn without_history(mut self) -> Self {
+    pub(crate) fn without_history(mut self) -> Self {
         self.counts = CountsEntry::default();
         self.records.clear();
         self
@@ -165,7 +163,7 @@ impl Snapshot {
 
     /// Lets it be the start of `scene`, whose methods are others: every body has the method of the scene, and those
     /// that start as position Verlet remembers do so only by it.
-    pub fn begin_by_method_of(&mut self, scene: &Scene) {
+    pub(crate) fn begin_by_method_of(&mut self, scene: &Scene) {
         self.method = Name(scene.method);
         self.own_methods.clear();
         self.last_steps.clear();

@@ -1,6 +1,7 @@
 //! The receipt of a scene: each effect, whether it acts, because of what, on how many bodies, and what it costs.
 
 use bevy_ecs::prelude::*;
+use history::Simulation;
 use motion::effects::{Effect, EffectState, column_bytes};
 use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Dormant, Evaluations, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
@@ -79,7 +80,7 @@ pub fn receipt_without(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt
     let mut simulation = started(scene.clone(), without);
     simulation.run(ticks);
     let evaluations = simulation.world.resource::<Evaluations>().clone();
-    let mut rows = look(scene, &mut simulation.world, scene.method);
+    let mut rows = look(&mut simulation);
     let acting: Vec<_> =
         rows.iter().filter(|row| row.state == EffectState::On).filter_map(|row| row.effect).collect();
     let one_less = |effect: &Effect| without.iter().copied().chain([*effect]).collect();
@@ -107,9 +108,10 @@ pub fn receipt_without(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt
 
 const IMPLICIT_SOLVER: &str = "implicit_solver";
 
-/// What there is to see in a world without running it: evaluations and times are left open. `method` is that of the
-/// bodies without one of their own.
-pub fn look(scene: &Scene, world: &mut World, method: Method) -> Vec<Row> {
+/// What there is to see in a simulation without running it: evaluations and times are left open.
+pub fn look(simulation: &mut Simulation) -> Vec<Row> {
+    let method = simulation.method();
+    let Simulation { scene, world, .. } = simulation;
     let mut rows: Vec<_> = Effect::ALL
         .into_iter()
         .map(|effect| {

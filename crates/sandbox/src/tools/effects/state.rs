@@ -66,7 +66,7 @@ impl Effects {
     /// since the last look, times those of the last measurement.
     pub fn receipt(&mut self, stage: &mut Stage) -> Vec<Row> {
         self.look_at_rates(stage);
-        let mut rows = lab::look(&stage.sim.scene, &mut stage.sim.world, stage.sim.stepper.method());
+        let mut rows = lab::look(&mut stage.sim);
         rows.extend(picture_rows(stage));
         for row in &mut rows {
             if let Some(by) = row.effect.and_then(|effect| self.switched.get(&effect)) {
