@@ -175,7 +175,7 @@ pub static BINDINGS: LazyLock<Vec<Binding>> = LazyLock::new(|| {
 
 /// What the mouse does: input, when, what.
 pub const MOUSE: &[(&str, When, &str)] = &[
-    ("move", When::CameraMode, "look around, 0.07 degrees a count"),
+    ("move", When::CameraMode, "look around, 0.07 degrees per count"),
     (
         "left button",
         When::SelectionMode,
@@ -186,7 +186,7 @@ pub const MOUSE: &[(&str, When, &str)] = &[
         When::Always,
         "push the selection along the ray with the click force, if the ray meets it first",
     ),
-    ("wheel", When::Always, "change the click force, 100 N a notch; a negative force pulls"),
+    ("wheel", When::Always, "change the click force, 100 N per notch; a negative force pulls"),
 ];
 
 /// Input, what it does and when, for every key and for the mouse.

@@ -14,12 +14,13 @@ use crate::view::{hud, marks};
 
 /// Lays out all that is written over the picture; the changes that the person asks for.
 fn lay_out(ui: &mut Ui, context: &Context, stage: &mut Stage, tools: &mut Tools) -> Vec<Edit> {
-    let (keys, mut edits, mut closed) = (actions::rows(), Vec::new(), Vec::new());
+    let (mut edits, mut closed) = (Vec::new(), Vec::new());
     let titles: Vec<_> = ui.opened().iter().map(|panel| panel.row().title).collect();
     for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
         let title = panel.row().title;
         let (stage, edits) = (&mut *stage, &mut edits);
-        let mut desk = Desk { context, stage, title, open: &titles, keys: &keys, edits, closes: false };
+        let keys = actions::rows;
+        let mut desk = Desk { context, stage, title, open: &titles, keys, edits, closes: false };
         tool.show(&mut desk);
         if desk.closes {
             closed.push(panel);

@@ -13,6 +13,7 @@ pub(crate) struct Help;
 
 impl Tool for Help {
     fn show(&mut self, desk: &mut Desk<'_>) {
+        let keys = (desk.keys)();
         let most = desk.context.content_rect().size() - MARGINS;
         let window = desk.window().anchor(Align2::CENTER_CENTER, [0.0, 0.0]).default_size(most);
         window.show(desk.context, |ui| {
@@ -20,7 +21,7 @@ impl Tool for Help {
                 ui.horizontal_top(|ui| {
                     ui.spacing_mut().item_spacing.x = 24.0;
                     // Two columns: one would be higher than a small window.
-                    for (half, rows) in desk.keys.chunks(desk.keys.len().div_ceil(2)).enumerate() {
+                    for (half, rows) in keys.chunks(keys.len().div_ceil(2)).enumerate() {
                         Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
                             for (input, what, when) in rows {
                                 ui.label(RichText::new(input).monospace().strong());

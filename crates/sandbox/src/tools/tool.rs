@@ -45,8 +45,8 @@ pub(crate) struct Desk<'a> {
     pub title: &'static str,
     /// The titles of all open panels.
     pub open: &'a [&'static str],
-    /// Input, what it does and when, for every key and for the mouse.
-    pub keys: &'a [(String, &'static str, &'static str)],
+    /// Gives input, what it does and when, for every key and for the mouse.
+    pub keys: fn() -> Vec<(String, &'static str, &'static str)>,
     /// Takes the changes that the person asks for.
     pub edits: &'a mut Vec<Edit>,
     /// Set by a panel that is done.

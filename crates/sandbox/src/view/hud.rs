@@ -97,7 +97,7 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
 /// Scene and clock in the top right corner.
 fn state(painter: &Painter, corner: Pos2, stage: &Stage, size: f32) {
     let (view, stepper, world) = (&stage.view, &stage.sim.stepper, &stage.sim.world);
-    let own = if !stepper.plan().own.is_empty() { " and bodies' own" } else { "" };
+    let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
     let method = stepper.method().claims().title;
     let (bodies, scene_s) = (stage.sim.bodies.len(), world.resource::<StepClock>().scene_seconds());
     let step_hz = 1.0 / world.resource::<TimeStep>().0;
