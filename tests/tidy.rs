@@ -107,7 +107,10 @@ fn named_at_the_root(text: &str, depth: usize) -> Vec<(usize, String)> {
     for (line, code) in code(text).enumerate() {
         let depth = depth + usize::from(tests.is_some_and(|tests| line > tests));
         let starts = ["crate::", "super::"].into_iter().flat_map(|start| code.match_indices(start));
-        let whole = starts.filter(|(at, _)| !code[..*at].ends_with(|c| is_name(c) || c == ':'));
+        // A quote after it ends a piece of text that a macro makes a link of.
+        let whole = starts.filter(|(at, start)| {
+            !code[..*at].ends_with(|c| is_name(c) || c == ':') && !code[at + start.len()..].starts_with('"')
+        });
         for (at, start) in whole {
             let supers = code[at..].split("::").take_while(|part| *part == "super").count();
             if start == "crate::" || supers >= depth {
