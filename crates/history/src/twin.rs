@@ -43,7 +43,7 @@ impl Twin {
     /// for every body or, where `None`, as the leader has them.
     ///
     /// Before the first tick it has the bits of a scene whose method this is. Later it takes over what the
-    /// leader's methods keep, and changes the method as [`Stepper::set_method`] does: the velocities of position
+    /// leader's methods keep, and changes the method as [`Simulation::set_method`] does: the velocities of position
     /// Verlet, which lag half a step behind, are brought to the time of the positions first. What waits in the
     /// leader for the next tick is not taken over: that tick will bring it.
     ///
