@@ -69,9 +69,8 @@ const LAYERS: &[&str] = &[
 ];
 
 /// The same of `crates/sandbox/src`.
-const ROOMS: &[&str] = &[
-    "failure", "numbers", "args", "methods", "input", "view", "tools", "app", "output", "window", "commands",
-];
+const ROOMS: &[&str] =
+    &["failure", "args", "methods", "input", "view", "tools", "app", "output", "window", "commands"];
 
 /// The same of `crates/scene/src`.
 const FROM_TEXT_TO_SCENE: &[&str] = &[

@@ -8,7 +8,7 @@ mod chart;
 mod choice;
 mod csv;
 mod figures;
-mod numbers;
+pub mod numbers;
 mod page;
 mod palette;
 mod reading;

@@ -1,10 +1,15 @@
-//! Numbers as people read them: few digits, units that fit, and a dash for what is no number.
+//! Numbers as people read them: few digits, units that fit, and a dash for what is not finite; and as JSON has them.
 
-/// What stands for a number that is none.
-pub(crate) const NONE: &str = "-";
+use std::ops::Range;
+
+use serde_json::{Value, json};
+
+/// Stands for a number that is not finite.
+pub const NONE: &str = "-";
 
 /// Digits that matter only; powers of ten from ten million up and below a ten-thousandth.
-pub(crate) fn number(value: f64, digits: usize) -> String {
+#[must_use]
+pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
     }
@@ -21,6 +26,98 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     let leading = usize::try_from(-exponent).unwrap_or_default();
     let decimals = if exponent < 0 { leading + digits - 1 } else { digits.saturating_sub(whole) };
     grouped(trimmed(&format!("{value:.decimals$}")))
+}
+
+/// Significant digits, zeros at the end among them; a power of ten outside of `range`.
+fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
+    let size = value.abs();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if range.contains(&size) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few digits")]
+        let decimals = (f64::from(digits) - 1.0 - size.log10().floor()).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.*e}", usize::from(digits) - 1)
+    }
+}
+
+/// At most four digits, zeros at the end left out.
+#[must_use]
+pub fn digits(value: f64) -> String {
+    match significant(value, 4, 1e-3..1e4) {
+        _ if value.is_infinite() => "infinite".to_owned(),
+        text if text.contains('e') => text,
+        text => trimmed(&text).to_owned(),
+    }
+}
+
+/// Four digits of what changes: zeros at the end keep it in its place.
+#[must_use]
+pub fn four_digits(value: f64) -> String {
+    let digits = if (1e-3..1e5).contains(&value.abs()) { 4 } else { 3 };
+    significant(value, digits, 1e-3..1e5)
+}
+
+/// Four digits with a sign, of a change.
+#[must_use]
+pub fn signed(value: f64) -> String {
+    if value > 0.0 { format!("+{}", four_digits(value)) } else { four_digits(value) }
+}
+
+/// Three digits.
+#[must_use]
+pub fn three_digits(value: f64) -> String {
+    significant(value, 3, 0.01..1e4)
+}
+
+/// Three decimals, or a power of ten where they would say nothing.
+#[must_use]
+pub fn three_decimals(value: f64) -> String {
+    // -0 is 0.
+    let (value, size) = (value + 0.0, value.abs());
+    if value == 0.0 || (1e-2..1e6).contains(&size) { format!("{value:.3}") } else { format!("{value:.3e}") }
+}
+
+/// A distance with three digits at most: what is read while it changes.
+#[must_use]
+pub fn meters(distance: f64) -> String {
+    match distance {
+        0.0 => "0 m".to_owned(),
+        d if d < 1e-3 => format!("{d:.1e} m"),
+        d if d < 1.0 => format!("{d:.3} m"),
+        d if d < 10.0 => format!("{d:.2} m"),
+        d if d < 100.0 => format!("{d:.1} m"),
+        d if d < 1e5 => format!("{d:.0} m"),
+        d => format!("{d:.1e} m"),
+    }
+}
+
+/// A count per step; a whole number without decimals.
+#[must_use]
+pub fn count(count: f64) -> String {
+    if count == count.round() { format!("{count:.0}") } else { format!("{count:.2}") }
+}
+
+/// Seconds as a person would say them.
+#[must_use]
+pub fn long_duration(seconds: f64) -> String {
+    let units = [("days", 86_400.0), ("h", 3_600.0), ("min", 60.0), ("s", 1.0)];
+    let unit = units.iter().find(|(_, length)| seconds >= 1.5 * length);
+    let (name, length) = unit.copied().unwrap_or(("ms", 1e-3));
+    format!("{:.1} {name}", seconds / length)
+}
+
+/// A number, or its name where JSON has none.
+#[must_use]
+pub fn json_number(value: f64) -> Value {
+    if value.is_nan() {
+        json!("nan")
+    } else if value.is_infinite() {
+        json!(if value > 0.0 { "inf" } else { "-inf" })
+    } else {
+        json!(value)
+    }
 }
 
 fn trimmed(text: &str) -> &str {
@@ -56,7 +153,8 @@ fn in_units(value: f64, digits: usize, units: &[Unit]) -> String {
 }
 
 /// A length in m.
-pub(crate) fn length(metres: f64, digits: usize) -> String {
+#[must_use]
+pub fn length(meters: f64, digits: usize) -> String {
     let units: &[Unit] = &[
         (1.0, 1.0, "m"),
         (1e-2, 1e-2, "cm"),
@@ -66,17 +164,19 @@ pub(crate) fn length(metres: f64, digits: usize) -> String {
         (1e-12, 1e-12, "pm"),
     ];
     // Rounding may lift a value to the unit, so a little less counts.
-    let no_name = metres.abs() < 9.9e-13;
-    in_units(metres, digits, if no_name { &units[..1] } else { units })
+    let no_name = meters.abs() < 9.9e-13;
+    in_units(meters, digits, if no_name { &units[..1] } else { units })
 }
 
 /// A time in ns.
-pub(crate) fn duration(ns: f64, digits: usize) -> String {
+#[must_use]
+pub fn duration(ns: f64, digits: usize) -> String {
     in_units(ns, digits, &[(1e9, 1e9, "s"), (1e6, 1e6, "ms"), (1e3, 1e3, "µs"), (1.0, 1.0, "ns")])
 }
 
 /// A part of a whole, or how many fold it is.
-pub(crate) fn share(part: f64, digits: usize) -> String {
+#[must_use]
+pub fn share(part: f64, digits: usize) -> String {
     match part {
         _ if !part.is_finite() => NONE.to_owned(),
         10.0.. => format!("{}-fold", fold(part)),
@@ -85,7 +185,8 @@ pub(crate) fn share(part: f64, digits: usize) -> String {
 }
 
 /// How many fold, written as people say it.
-pub(crate) fn fold(factor: f64) -> String {
+#[must_use]
+pub fn fold(factor: f64) -> String {
     let rounded: f64 = format!("{factor:.1e}").parse().unwrap_or(factor);
     number(rounded, 2)
 }
@@ -107,7 +208,8 @@ fn power_of_ten(exponent: i32) -> String {
 }
 
 /// A power of ten, or a digit times one, where a plain number would be long.
-pub(crate) fn power(value: f64) -> String {
+#[must_use]
+pub fn power(value: f64) -> String {
     #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64")]
     let exponent = value.log10().floor() as i32;
     let digit = (value / 10f64.powi(exponent)).round();
@@ -121,7 +223,8 @@ pub(crate) fn power(value: f64) -> String {
 }
 
 /// A sentence's first letter is a capital.
-pub(crate) fn capital(text: &str) -> String {
+#[must_use]
+pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
@@ -152,6 +255,44 @@ mod tests {
         for (value, text) in table {
             assert_eq!(number(value, 2), text);
         }
+    }
+
+    #[test]
+    fn numbers_have_at_most_four_digits() {
+        for (value, text) in [
+            (0.0, "0"),
+            (2.0, "2"),
+            (166.666, "166.7"),
+            (0.012_345_6, "0.01235"),
+            (9_999.6, "10000"),
+            (12_345.6, "1.235e4"),
+            (1e-5, "1.000e-5"),
+        ] {
+            assert_eq!(digits(value), text);
+        }
+    }
+
+    #[test]
+    fn numbers_have_four_digits_and_a_sign_where_they_are_changes() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1.000"),
+            (-12.345_67, "-12.35"),
+            (0.012_345, "0.01235"),
+            (99_999.0, "99999"),
+            (1e-7, "1.00e-7"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(four_digits(value), expected);
+        }
+        assert_eq!([signed(2.5), signed(-2.5), signed(0.0)], ["+2.500", "-2.500", "0"]);
+    }
+
+    #[test]
+    fn distances_have_three_digits_at_every_size() {
+        let seen = [0.0, 1.26e-7, 0.0132, 0.999_4, 1.234, 56.78, 1234.4, 3e7].map(meters);
+        let expected = ["0 m", "1.3e-7 m", "0.013 m", "0.999 m", "1.23 m", "56.8 m", "1234 m", "3.0e7 m"];
+        assert_eq!(seen, expected);
     }
 
     #[test]

@@ -8,7 +8,6 @@ pub mod commands;
 mod failure;
 pub mod input;
 pub mod methods;
-mod numbers;
 mod output;
 mod tools;
 mod view;

@@ -1,9 +1,8 @@
 //! Methods of integration in words: lists, panels, plans and docs/methods.md take the claims through here.
 
 use motion::{Claims, METHODS, Method};
+use report::numbers::json_number as number;
 use serde_json::{Value, json};
-
-use crate::numbers::json_number as number;
 
 /// A column of the table of methods.
 pub(crate) struct Column {

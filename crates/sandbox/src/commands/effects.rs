@@ -4,6 +4,7 @@ use clap::Args;
 use lab::{Ablation, Absence, Receipt, Row};
 use motion::Method;
 use motion::effects::{Effect, EffectState};
+use report::numbers::{count, json_number as number};
 use scene::Scene;
 use serde_json::{Value, json};
 
@@ -11,7 +12,6 @@ use crate::app::session::Session;
 use crate::args::above_0;
 use crate::commands::list::Format;
 use crate::failure::Failure;
-use crate::numbers::{json_number as number, tidy};
 use crate::output::show;
 use crate::tools::effects::{ENERGY_WATCH, picture_rows};
 use crate::view::options::Options;
@@ -61,7 +61,7 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
             row.name.to_owned(),
             row.state.words().to_owned(),
             part(row.bodies.to_string()),
-            part(tidy(row.evaluations)),
+            part(count(row.evaluations)),
             measured(row.ns, |ns| format!("{ns:.0}")),
             measured(row.share, |share| format!("{:.0} %", share * 100.0)),
             row.bytes.to_string(),
@@ -142,7 +142,7 @@ pub(crate) fn ablation(
             format!("{:.3e}", row.rms_distance),
             if row.identical { "yes" } else { "no" }.to_owned(),
             format!("{:.0}", row.ns_saved),
-            tidy(row.evaluations_saved),
+            count(row.evaluations_saved),
             picture.to_owned(),
             if row.needed() { "" } else { "not needed" }.to_owned(),
         ]

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lab::cost::{Bench, Plan, Study, Subject};
 use lab::recommend::{Goal, Point, Recommendation, Row, Rung, Unit, recommend};
+use report::numbers::{count, json_number as number, three_digits};
 use scene::{Part, Scene, Source};
 use serde_json::{Value, json};
 
 use crate::args::positive;
 use crate::commands::list::Format;
 use crate::failure::Failure;
-use crate::numbers::{json_number as number, three_digits, tidy};
 use crate::output::files::{Output, output_file};
 use crate::output::progress::Progress;
 use crate::output::show;
@@ -168,7 +168,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         vec![
             row.part.clone(),
             row.bodies.to_string(),
-            tidy(study.simulated_s),
+            count(study.simulated_s),
             row.pick.setting.method.name().to_owned(),
             row.pick.setting.substeps.to_string(),
             format!("{:.2e}", row.pick.error_m),

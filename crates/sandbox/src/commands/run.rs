@@ -18,7 +18,6 @@ use crate::app::session::{DEFAULT_FPS, Session, Simulated, SwitchedBy};
 use crate::args::{StepArgs, above_0, damping, effect, positive, rate, size, whole};
 use crate::failure::Failure;
 use crate::input::InputFrame;
-use crate::numbers::duration;
 use crate::output::bundle::write_bundle;
 use crate::output::files::output_file;
 use crate::output::pictures::Camera;
@@ -31,6 +30,7 @@ use crate::view::stage::{CATCH_UP, Order};
 mod outputs;
 
 use outputs::{Outputs, Watch, refuse_same_files, state_file};
+use report::numbers::long_duration;
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
@@ -369,7 +369,7 @@ fn long_ticks(session: &Session, ticks: u64) -> Option<String> {
     let AttractionTick { bodies, seconds } = lab::attraction_tick(scene)?;
     #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     let all = seconds * ticks as f64;
-    let (name, tick, run) = (&scene.name, duration(seconds), duration(all));
+    let (name, tick, run) = (&scene.name, long_duration(seconds), long_duration(all));
     (all >= LONG).then(|| {
         format!("{name}: {bodies} bodies attract each other: a tick takes some {tick}, the run some {run}")
     })

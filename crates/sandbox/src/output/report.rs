@@ -7,10 +7,10 @@ use bevy_ecs::entity::Entity;
 use history::FaultEntry;
 use motion::ledger::{Ledger, LedgerLines};
 use motion::{LAWS, Method, PhysicsBody, Totals, Transform, totals};
+use report::numbers::json_number as number;
 use serde_json::{Map, Value, json};
 
 use crate::app::session::Session;
-use crate::numbers::json_number as number;
 use crate::view::stage::QuarantinedBody;
 
 /// Header of the state file.

@@ -4,8 +4,8 @@ use bevy_ecs::prelude::*;
 use egui::{Align2, Grid, RichText};
 use glam::DVec3;
 use motion::{ForceCause, Method, PhysicsBody, Transform};
+use report::numbers::three_decimals;
 
-use crate::numbers::{three_decimals, vector};
 use crate::view::soft::SoftSum;
 use crate::view::stage::Stage;
 
@@ -183,6 +183,11 @@ pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
 }
 
 /// What the points have together. No acceleration: pins hold a soft body with forces that only its springs know.
+/// Three components with a unit.
+fn vector(v: DVec3, unit: &str) -> String {
+    format!("({}, {}, {}) {unit}", three_decimals(v.x), three_decimals(v.y), three_decimals(v.z))
+}
+
 fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
     let SoftSum { body, points, pinned, quarantined, springs, .. } = soft;
     let mut counted = points.to_string();

@@ -3,8 +3,8 @@
 use egui::{Align2, Grid};
 use lab::Row;
 use motion::effects::EffectState;
+use report::numbers::count;
 
-use crate::numbers::tidy;
 use crate::tools::tool::{Desk, Edit};
 use crate::view::hud::mouse_hint;
 
@@ -37,7 +37,7 @@ pub(super) fn show(desk: &mut Desk<'_>, rows: &[Row]) -> bool {
                     value.map_or(String::new(), |value| number(on, text(value)))
                 };
                 ui.label(number(on, row.bodies.to_string()));
-                ui.label(number(on, tidy(row.evaluations)));
+                ui.label(number(on, count(row.evaluations)));
                 ui.label(measured(row.ns, |ns| format!("{ns:.0}")));
                 ui.label(measured(row.share, |share| format!("{:.0} %", share * 100.0)));
                 ui.label(number(row.bytes > 0, row.bytes.to_string()));

@@ -1,8 +1,8 @@
 //! The panel of the forecast: how near everything is to instability, and what would help.
 
 use egui::{Align2, Color32, Grid, Rect, RichText, Sense, Ui, Vec2};
+use report::numbers::digits;
 
-use crate::numbers::digits;
 use crate::tools::forecast::ForecastRow;
 use crate::tools::tool::Desk;
 use crate::view::springs::margin_color;

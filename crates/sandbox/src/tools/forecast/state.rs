@@ -6,9 +6,9 @@ use bevy_ecs::prelude::*;
 use motion::forecast::{LimitingPart, Margin};
 use motion::groups::Groups;
 use motion::{Damping, Method, Substeps, TimeStep, forecast};
+use report::numbers::digits;
 use scene::StepKind;
 
-use crate::numbers::digits;
 use crate::view::notices::Topic;
 use crate::view::stage::Stage;
 

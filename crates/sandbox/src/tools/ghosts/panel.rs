@@ -1,9 +1,9 @@
 //! The panel of ghosts: color and distances of each method, and which are drawn. And the distances in the picture.
 
 use egui::{Align2, Color32, FontId, Grid, Painter, Pos2, Rect, RichText, Stroke, Ui, Vec2};
+use report::numbers::meters;
 use report::{Ink, REFERENCE_INK, ink};
 
-use crate::numbers::meters;
 use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
 use crate::tools::tool::Desk;
 use crate::view::hud::{THIN, swatch, text};

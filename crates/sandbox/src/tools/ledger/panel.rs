@@ -4,8 +4,8 @@ use egui::{Align2, Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
 use glam::DVec3;
 use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
+use report::numbers::{four_digits, signed};
 
-use crate::numbers::{four_digits, signed};
 use crate::tools::ledger::state::Point;
 use crate::tools::tool::Desk;
 use crate::view::stage::Stage;
