@@ -223,10 +223,10 @@ fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
         let push = Experiment::Push("ahead".to_owned(), [f64::NAN, 0.0, 0.0]);
         let input = [Input::Experiment(push)].into_iter().collect();
         session.advance(&input, clock.advance_by(1.0 / 60.0).expect("a time"));
-        let names: Vec<_> = session.quarantined_here().iter().map(|frozen| frozen.body.as_str()).collect();
+        let names: Vec<_> = session.quarantined_here().iter().map(|body| body.body.as_str()).collect();
         assert_eq!(names, ["ahead"]);
         let body = session.body("ahead").expect("it is there");
-        let why = session.quarantined_because(body).expect("it is frozen");
+        let why = session.quarantined_because(body).expect("it is quarantined");
         assert!(why.ends_with(" by integrate_acceleration"), "{why}");
     };
     nan(&mut session);

@@ -63,7 +63,7 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, edits: &mut Vec<Edit>) {
         ui.colored_label(FAULT, format!("tick {} goes wrong: {}", fault.tick, fault.what));
     }
     if within.left > 0 {
-        ui.label(format!("on the way: {} ticks left to simulate again", within.left));
+        ui.label(format!("seeking: {} ticks left to simulate again", within.left));
     } else if within.at < *within.range.end() {
         ui.label(match within.repeats {
             true => "going on from here repeats what came after; doing something drops it",

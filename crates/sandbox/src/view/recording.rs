@@ -96,7 +96,8 @@ impl Stage {
     pub(crate) fn give_up_seek(&mut self) {
         if let Some(way) = self.past.as_mut().and_then(|past| past.way.take()) {
             let to = way.seek.to();
-            self.notices.say(Topic::Place, format!("not gone to tick {to}, for something was done here"));
+            self.notices
+                .say(Topic::Place, format!("the seek to tick {to} was canceled: the run was changed"));
         }
     }
 
