@@ -2,7 +2,7 @@
 
 use std::io;
 
-use png::{BlendOp, Compression};
+use png::{BlendOp, Compression, Filter};
 
 use crate::Image;
 
@@ -58,6 +58,8 @@ impl Film {
         encoder.set_animated(u32::try_from(self.changes.len()).map_err(io::Error::other)?, 0)?;
         encoder.set_blend_op(BlendOp::Over)?;
         encoder.set_compression(Compression::High);
+        // Differences to neighbors are larger than what they replace where most pixels are transparent.
+        encoder.set_filter(Filter::NoFilter);
         let mut writer = encoder.write_header()?;
         let end_s = self.last_s + self.length_s;
         let ends_s = self.changes.iter().skip(1).map(|change| change.at_s).chain([end_s]);
