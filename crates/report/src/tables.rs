@@ -89,7 +89,7 @@ pub(crate) fn ranking(study: &Study) -> Table {
         format!("per body per step with {}", bodies(study.size())),
         format!("times {}", base.map_or_else(String::new, |base| title(base.method))),
     ];
-    Table::numbers("Time of a step", header, places.iter().enumerate().map(row).collect::<Vec<_>>())
+    Table::numbers("Time of a step", header, places.iter().enumerate().map(row))
 }
 
 /// Times on plain arrays, by method and precision.
@@ -130,7 +130,7 @@ pub(crate) fn of_methods(study: &Study) -> Table {
         let mut row = vec![method.claims().title.to_owned()];
         row.push(if ranks { order(study, method) } else { NONE.to_owned() });
         row.push(best(method));
-        row.push(or_none(single_precision(study, method).filter(|_| ranks), |text| text));
+        row.push(single_precision(study, method).filter(|_| ranks).unwrap_or_else(|| NONE.to_owned()));
         for (long, _) in &lengths {
             let drift =
                 study.drifts.iter().find(|drift| drift.long == *long && drift.setting.method == method);

@@ -38,7 +38,7 @@ fn by_method(matrix: &Matrix, columns: &[&str], cell: impl Fn(&Cell) -> String) 
         let words = [row.title(), row.measure.clone()].into_iter().take(columns.len());
         words.chain(methods.iter().map(|method| row.cell(*method).map_or_else(String::new, &cell))).collect()
     });
-    Table::words("Matrix", header.collect::<Vec<_>>(), rows.collect::<Vec<_>>())
+    Table::words("Matrix", header, rows)
 }
 
 /// Classes and numbers, for a terminal.
