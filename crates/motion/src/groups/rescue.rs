@@ -10,7 +10,7 @@ use super::split::Part;
 use super::suspects::{Before, Suspects, springs_by_row};
 use super::{Group, Groups};
 use crate::kernels::{
-    Applied, Batch, BodyOptions, Kernel, MethodStateRows, OfRows, RowOptions, StepStatistics, Terms,
+    Applied, Batch, BodyOptions, MethodStateRows, OfRows, RowOptions, StepStatistics, Terms,
 };
 use crate::laws::{Affine, Law};
 use crate::methods::MethodStateKind;
@@ -22,6 +22,7 @@ use crate::units::{Scalar, Vector};
 
 /// Repeats the tick of a group without the rows that failed.
 pub(super) struct Rescue<'a, 'w, 's, 'n> {
+    pub kernel: GroupKernel<Scalar>,
     pub environment: &'a GroupEnvironment<'a, Scalar>,
     pub options: &'a MemberOptions<'w, 's>,
     pub output: &'a mut TickOutput<'n>,
@@ -34,7 +35,6 @@ impl Rescue<'_, '_, '_, '_> {
     #[cold]
     pub fn run(
         &mut self,
-        kernel: GroupKernel<Scalar>,
         groups: &mut Groups,
         number: usize,
         state_of: &mut dyn FnMut(Entity) -> Option<(Transform, PhysicsBody, Scalar)>,
@@ -84,9 +84,7 @@ impl Rescue<'_, '_, '_, '_> {
             let mut statistics = StepStatistics { record, ..StepStatistics::default() };
             let culprits: Vec<_> = parts
                 .iter()
-                .flat_map(|part| {
-                    self.part(kernel, group, part, &pushes, &before, &mut after, &mut statistics)
-                })
+                .flat_map(|part| self.part(group, part, &pushes, &before, &mut after, &mut statistics))
                 .collect();
             if culprits.is_empty() {
                 self.output.evaluations.add(&statistics, &[], std::iter::empty());
@@ -107,7 +105,6 @@ impl Rescue<'_, '_, '_, '_> {
     /// Integrates a tick of a part; returns the rows that failed first, of which no two act on each other, and why.
     fn part(
         &self,
-        kernel: GroupKernel<Scalar>,
         group: &Group,
         part: &Part<Scalar>,
         pushes: &[(usize, Row<Scalar>)],
@@ -132,8 +129,7 @@ impl Rescue<'_, '_, '_, '_> {
             if let Some(record) = &mut statistics.record {
                 record.first = row;
             }
-            let alone =
-                self.alone(kernel.single, whole.row(row), force, before.w[row], &mut state, statistics);
+            let alone = self.alone(whole.row(row), force, before.w[row], &mut state, statistics);
             if let Err(breach) = alone {
                 return vec![(row, breach)];
             }
@@ -164,7 +160,7 @@ impl Rescue<'_, '_, '_, '_> {
                 let mut own = StepStatistics { record, ..StepStatistics::default() };
                 let field =
                     GroupField::new(coupling, self.environment, rows, &options, &mut scratch, &mut own);
-                match (kernel.tick)(field, watch) {
+                match (self.kernel.tick)(field, watch) {
                     Ok(()) => {
                         statistics.add(&own);
                         if let (Some(all), Some(own)) = (&mut statistics.record, &own.record) {
@@ -195,7 +191,6 @@ impl Rescue<'_, '_, '_, '_> {
     /// Integrates a tick of a body without coupling.
     fn alone(
         &self,
-        kernel: Kernel<Scalar>,
         options: BodyOptions<'_, Scalar>,
         force: [Scalar; 3],
         w: Scalar,
@@ -213,14 +208,14 @@ impl Rescue<'_, '_, '_, '_> {
         let options = BodyOptions { substeps: None, ..options };
         let [a, b, c, _] = x[0];
         let (mut positions, mut bodies) = ([[a, b, c]], [[v[0][0], v[0][1], v[0][2], w]]);
-        let method_state = match kernel.traits.state {
+        let method_state = match self.kernel.single.traits.state {
             MethodStateKind::LastStep => MethodStateRows::LastStep(last),
             _ => MethodStateRows::None,
         };
         let applied = Some(Applied { forces: &[force], rows: &[(0, 0)], offset: 0 });
         let mut batch =
             Batch { positions: &mut positions, bodies: &mut bodies, applied, method_state, residues: None };
-        let outcome = kernel.integrate_row(&terms, options, &mut batch, 0, statistics);
+        let outcome = self.kernel.single.integrate_row(&terms, options, &mut batch, 0, statistics);
         let ([a, b, c], [d, e, f, _]) = (positions[0], bodies[0]);
         (x[0], v[0]) = ([a, b, c, 0.0], [d, e, f, 0.0]);
         outcome

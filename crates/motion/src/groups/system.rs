@@ -90,8 +90,9 @@ fn advance_groups(
         } else {
             // A tick that failed may have overwritten the anchors as well.
             let _ = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
-            let mut rescue = Rescue { environment: &environment, options: &options, output: &mut output };
-            rescue.run(kernel, groups, number, &mut |body| {
+            let (environment, options, output) = (&environment, &options, &mut output);
+            let mut rescue = Rescue { kernel, environment, options, output };
+            rescue.run(groups, number, &mut |body| {
                 let (_, transform, state, _, last) = members.get(body).ok()?;
                 Some((*transform, *state, last.map_or(0.0, |last| last.0)))
             });

@@ -108,7 +108,7 @@ impl<'a, T: Real> GroupField<'a, T> {
                     rows.for_each(|((row, w), _)| to_acceleration(row, *w, g));
                 } else {
                     rows.for_each(|((row, w), v)| {
-                        to_acceleration(row, *w, [0, 1, 2].map(|i| g[i] - v[i] * rate))
+                        to_acceleration(row, *w, [0, 1, 2].map(|i| g[i] - v[i] * rate));
                     });
                 }
             }
