@@ -67,13 +67,14 @@ pub(crate) struct Terms<'a, T: Real> {
     pub times: TickTimes,
     /// Bounds of the states that are stored.
     pub bounds: Bounds<T>,
-    pub method: Traits,
+    /// The constants of the method.
+    pub traits: Traits,
 }
 
 impl<'a, T: Real> Terms<'a, T> {
-    /// The terms of a tick of `method`, without bounds.
+    /// The terms of a tick of a method, without bounds.
     pub fn new(
-        method: Traits,
+        traits: Traits,
         affine: Affine<T>,
         damping: Option<Damping>,
         laws: &'a [&'a dyn Law<T>],
@@ -92,7 +93,7 @@ impl<'a, T: Real> Terms<'a, T> {
             epoch,
             times,
             bounds: Bounds::FINITE,
-            method,
+            traits,
         };
         terms.damped(damping)
     }
@@ -110,13 +111,13 @@ impl<'a, T: Real> Terms<'a, T> {
         self.damping = damping;
         (self.decay, self.rate) = match damping {
             None => (Decay::none(self.times.substep()), self.drag),
-            Some(damping) if self.method.damps_inside => (damping.factors(self.times.substep()), self.drag),
+            Some(damping) if self.traits.damps_inside => (damping.factors(self.times.substep()), self.drag),
             Some(damping) => {
                 let (decay, rate) = damping.factors_around_tick(T::of(self.times.tick));
                 (decay, self.drag + rate)
             }
         };
-        if !self.method.passes_time {
+        if !self.traits.passes_time {
             self.times.substeps = 1;
             self.decay = Decay::none(T::of(self.times.tick));
         }
@@ -131,22 +132,22 @@ impl<'a, T: Real> Terms<'a, T> {
 
     /// Evaluations per body in a tick in which no law is called.
     pub fn evaluations(&self) -> u64 {
-        let claims = self.method.method.claims();
+        let claims = self.traits.method.claims();
         let of_a_step = match self.rate == T::ZERO {
             true => claims.evaluations,
             false => claims.evaluations_with_velocity_laws,
         };
-        if self.method.passes_time { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
+        if self.traits.passes_time { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
     }
 
     /// Whether velocities decay by linear drag and by damping in the same step: only the calling kernel does that.
     pub fn drags_and_damps(&self) -> bool {
-        self.rate != T::ZERO && self.damping.is_some() && self.method.damps_inside
+        self.rate != T::ZERO && self.damping.is_some() && self.traits.damps_inside
     }
 
     /// The factors of damping in a segment; those around a tick are the same in every segment.
     fn decay_in(&self, segment: Segment<T>) -> Decay<T> {
-        if !self.method.damps_inside || segment.length == self.times.substep() {
+        if !self.traits.damps_inside || segment.length == self.times.substep() {
             return self.decay;
         }
         self.damping.map_or(Decay::none(segment.length), |damping| damping.factors(segment.length))

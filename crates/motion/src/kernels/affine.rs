@@ -246,7 +246,9 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         forces: Option<&Triples<T>>,
         mut last: Option<&mut [T; BLOCK]>,
     ) -> Block<T, S> {
-        if let (MethodStateKind::LastStep, Some(last)) = (M::STATE, &mut last)
+        // In a `const`, so that it is compiled for position Verlet alone.
+        if const { matches!(M::STATE, MethodStateKind::LastStep) }
+            && let Some(last) = &mut last
             && !(last[1] == last[0] && last[2] == last[0] && last[3] == last[0])
         {
             return self.one_by_one::<M, PARTS>(simd, x, bodies, forces, last);

@@ -74,7 +74,7 @@ impl<T: Real> GroupField<'_, T> {
                 decay: own.decay,
                 limit: options.speed_limit.map(T::of),
                 locks: options.locks,
-                closed: options.closed_axes(terms.method.limits_after_kick),
+                closed: options.closed_axes(terms.traits.limits_after_kick),
                 gravity_off: options.gravity_off,
             }
         };
