@@ -1,8 +1,7 @@
 //! The system that integrates groups: gathers their rows from the tables, integrates a tick, and scatters them.
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryBuilder;
-use bevy_ecs::system::{BoxedSystem, ParamBuilder, QueryParamBuilder, SystemParam, SystemState};
+use bevy_ecs::system::{BoxedSystem, ParamBuilder, SystemParam, SystemState};
 
 use super::field::{GroupEnvironment, GroupField, GroupKernel, GroupRows, Watch};
 use super::members::{ByRow, MemberOptions, Members};
@@ -41,9 +40,8 @@ pub(crate) fn integrate_groups(
     which: &Which,
     name: String,
 ) -> BoxedSystem {
-    let members = QueryParamBuilder::new(|query: &mut QueryBuilder<_, _>| which.select(query));
     let state: SystemState<(EnvironmentParam, TickOutput, GroupsParam, Members)> =
-        (ParamBuilder, ParamBuilder, ParamBuilder, members).build_state(world);
+        (ParamBuilder, ParamBuilder, ParamBuilder, which.query()).build_state(world);
     let system = state.build_system(move |param, output, groups, members| {
         advance_groups(kernel, param, output, groups, members);
     });

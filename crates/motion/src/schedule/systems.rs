@@ -1,11 +1,10 @@
 //! The systems of a tick, their sets, and the schedule that they are compiled to.
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::QueryBuilder;
 use bevy_ecs::schedule::{
     LogLevel, ScheduleBuildSettings, ScheduleConfigs, ScheduleLabel, SingleThreadedExecutor,
 };
-use bevy_ecs::system::{ParamBuilder, QueryParamBuilder, ScheduleSystem, SystemState};
+use bevy_ecs::system::{ParamBuilder, ScheduleSystem, SystemState};
 
 use crate::groups::{GroupKernel, integrate_groups};
 use crate::kernels::Kernel;
@@ -181,8 +180,7 @@ fn remember_state<State: Component + Default>(
     name: &'static str,
 ) -> ScheduleConfigs<ScheduleSystem> {
     type Bodies<'w, 's, State> = Query<'w, 's, Entity, (With<PhysicsBody>, Without<State>, Moving)>;
-    let added = QueryParamBuilder::new(|query: &mut QueryBuilder<_, _>| which.select(query));
-    let state: SystemState<(Bodies<State>, Commands)> = (added, ParamBuilder).build_state(world);
+    let state: SystemState<(Bodies<State>, Commands)> = (which.query(), ParamBuilder).build_state(world);
     let system = state.build_system(|added, mut commands| {
         added.iter().for_each(|body| {
             commands.entity(body).insert(State::default());

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use bevy_ecs::prelude::*;
-use bevy_ecs::query::{ArchetypeFilter, QueryBuilder};
-use bevy_ecs::system::{BoxedSystem, ParamBuilder, QueryParamBuilder, SystemState};
+use bevy_ecs::query::ArchetypeFilter;
+use bevy_ecs::system::{BoxedSystem, ParamBuilder, SystemState};
 use bytemuck::TransparentWrapper as _;
 
 use crate::kernels::record::TickRecords;
@@ -307,9 +307,8 @@ pub(crate) fn integrate(
     which: &Which,
     name: String,
 ) -> BoxedSystem {
-    let bodies = QueryParamBuilder::new(|query: &mut QueryBuilder<_, _>| which.select(query));
     let state: SystemState<(EnvironmentParam, TickOutput, Bodies<()>)> =
-        (ParamBuilder, ParamBuilder, bodies).build_state(world);
+        (ParamBuilder, ParamBuilder, which.query()).build_state(world);
     let system = state.build_system(move |param, output, bodies| advance(kernel, param, output, bodies));
     Box::new(system.with_name(name))
 }

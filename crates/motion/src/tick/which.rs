@@ -3,6 +3,7 @@
 use bevy_ecs::component::ComponentId;
 use bevy_ecs::prelude::*;
 use bevy_ecs::query::{QueryBuilder, QueryData, QueryFilter};
+use bevy_ecs::system::QueryParamBuilder;
 
 use crate::methods::markers::{OwnMethod, marker};
 use crate::methods::table::Method;
@@ -35,6 +36,13 @@ impl Which {
     pub fn without<C: Component>(mut self, world: &mut World) -> Self {
         self.without.push(world.register_component::<C>());
         self
+    }
+
+    /// A query of these bodies, for a system.
+    pub fn query<D: QueryData, F: QueryFilter>(
+        &self,
+    ) -> QueryParamBuilder<impl FnOnce(&mut QueryBuilder<D, F>)> {
+        QueryParamBuilder::new(|query: &mut QueryBuilder<D, F>| self.select(query))
     }
 
     /// Restricts a query to these bodies.
