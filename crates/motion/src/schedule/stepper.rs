@@ -67,6 +67,10 @@ impl Stepper {
     fn compile(world: &mut World, method: Method, installed: bool) -> Self {
         mark_static(world);
         let plan = StepPlan::of(world, method);
+        Self::compile_plan(world, plan, installed)
+    }
+
+    fn compile_plan(world: &mut World, plan: StepPlan, installed: bool) -> Self {
         let mut schedule = if installed { inner_schedule(world, &plan) } else { step_schedule(world, &plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
         let (inputs, bodies) = (PlanInputs::of(world), count_bodies(world));
@@ -212,7 +216,7 @@ impl Stepper {
             (self.inputs, self.bodies) = (PlanInputs::of(world), count_bodies(world));
             self.claimed = ClaimedEvaluations::default();
         } else {
-            *self = Self::compile(world, plan.method, self.installed);
+            *self = Self::compile_plan(world, plan, self.installed);
         }
     }
 
