@@ -24,7 +24,7 @@ impl Tool for Ghosts {
         self.panel = panel::show(self, desk);
     }
 
-    /// Ghosts where there are none, and the other way round. The list can be closed without them.
+    /// Makes the ghosts, or removes them. Their list can be closed without them.
     fn toggle(&mut self, stage: &mut Stage, open: bool) -> bool {
         stage.notices.retract(Topic::Ghosts);
         if self.twins.take().is_some() {
