@@ -96,7 +96,7 @@ fn a_window_that_cannot_open_says_so_in_one_line_that_names_the_way_without_one(
     for variables in [[("DISPLAY", ":4711")], [("WAYLAND_DISPLAY", "gone")]] {
         let said = refused("fine.ron --record out.ron", &variables);
         assert_eq!((said.code, said.err.lines().count()), (5, 1), "{}", said.err);
-        let message = "sandbox: no display found; type `sandbox run tutorial` to run without a window, `sandbox --help` for everything else (";
+        let message = "sandbox: no display found; type `sandbox run fine.ron` to run without a window, `sandbox --help` for everything else (";
         assert!(said.err.starts_with(message), "{}", said.err);
     }
 }

@@ -299,6 +299,6 @@ bad.times:5:1: "soon" is not a frame time; give seconds from 0 up, one number a 
     Case { name: "a summary below a file", line: "run fine.ron --state out.csv --summary file/out.json", code: 2, message: "sandbox: cannot make the folder file: a file is in the way; give another path" },
     Case { name: "one file for state and summary", line: "run fine.ron --state out --summary out", code: 2, message: "sandbox: --state and --summary name the same file; give two" },
     Case { name: "a window without a display", line: "", code: 5, message: "sandbox: no display found; type `sandbox run tutorial` to run without a window, `sandbox --help` for everything else" },
-    Case { name: "a scene in a window without a display", line: "fine.ron --size 16x16 --paused", code: 5, message: "sandbox: no display found; type `sandbox run tutorial` to run without a window, `sandbox --help` for everything else" },
+    Case { name: "a scene in a window without a display", line: "fine.ron --size 16x16 --paused", code: 5, message: "sandbox: no display found; type `sandbox run fine.ron` to run without a window, `sandbox --help` for everything else" },
     Case { name: "a recording without a display", line: "tutorial --record out.ron", code: 5, message: "sandbox: no display found; type `sandbox run tutorial` to run without a window, `sandbox --help` for everything else" },
 ];

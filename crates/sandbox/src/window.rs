@@ -84,7 +84,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     }
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.step.method, args.size));
     let recorder = recorder.transpose()?;
-    let event_loop = display::event_loop()?;
+    let event_loop = display::event_loop(name)?;
     let mut shell = Shell {
         session,
         recorder,

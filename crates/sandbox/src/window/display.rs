@@ -7,12 +7,18 @@ use winit::event_loop::{EventLoop, EventLoopBuilder};
 
 use crate::failure::Failure;
 
-const NO_DISPLAY: &str = "no display found; type `sandbox run tutorial` to run without a window, `sandbox --help` for everything else";
-
-/// The event loop of the display that there is.
-pub(super) fn event_loop() -> Result<EventLoop<()>, Failure> {
+/// The event loop of the display that there is. Without one the error says how to run `scene` anyway.
+pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
+    let no_display = |reason: Option<String>| {
+        let reason = reason.map_or(String::new(), |reason| format!(" ({reason})"));
+        Failure::NoDisplay(format!(
+            "no display found; type `sandbox run {scene}` to run without a window, `sandbox --help` for everything else{reason}"
+        ))
+    };
     let mut builder = EventLoop::builder();
-    choose(&mut builder)?;
+    if !choose(&mut builder) {
+        return Err(no_display(None));
+    }
     // winit panics where a library of the display is missing, above all libxkbcommon-x11.
     let silent = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
@@ -20,15 +26,13 @@ pub(super) fn event_loop() -> Result<EventLoop<()>, Failure> {
     panic::set_hook(silent);
     match built {
         Ok(Ok(event_loop)) => Ok(event_loop),
-        Ok(Err(error)) => {
-            Err(Failure::NoDisplay(format!("{NO_DISPLAY} ({})", without_place(&error.to_string()))))
-        }
+        Ok(Err(error)) => Err(no_display(Some(without_place(&error.to_string())))),
         Err(payload) => {
             let text = payload.downcast_ref::<String>().cloned();
             let text = text.or_else(|| payload.downcast_ref::<&str>().map(|text| (*text).to_owned()));
             Err(Failure::NoDisplay(format!(
                 "a library of the display could not be loaded ({}); on Debian or Ubuntu install \
-                 libxkbcommon-x11-0 libxcursor1 libxi6 libx11-xcb1, or use `sandbox run tutorial`",
+                 libxkbcommon-x11-0 libxcursor1 libxi6 libx11-xcb1, or use `sandbox run {scene}`",
                 text.unwrap_or_else(|| "unknown".to_owned()).lines().next().unwrap_or_default()
             )))
         }
@@ -41,8 +45,9 @@ pub(super) fn without_place(error: &str) -> String {
     what.map_or(error, |(_, what)| what).lines().next().unwrap_or_default().to_owned()
 }
 
+/// Chooses between X11 and Wayland; `false` if there is no display.
 #[cfg(all(unix, not(target_vendor = "apple")))]
-fn choose(builder: &mut EventLoopBuilder<()>) -> Result<(), Failure> {
+fn choose(builder: &mut EventLoopBuilder<()>) -> bool {
     use std::os::unix::net::UnixStream;
     use std::path::{Path, PathBuf};
 
@@ -51,7 +56,7 @@ fn choose(builder: &mut EventLoopBuilder<()>) -> Result<(), Failure> {
     let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty());
     let (x11, wayland) = (set("DISPLAY"), set("WAYLAND_DISPLAY"));
     if x11.is_none() && wayland.is_none() && set("WAYLAND_SOCKET").is_none() {
-        return Err(Failure::NoDisplay(NO_DISPLAY.to_owned()));
+        return false;
     }
     if let (Some(name), Some(_)) = (wayland, x11) {
         let socket = match set("XDG_RUNTIME_DIR") {
@@ -63,10 +68,10 @@ fn choose(builder: &mut EventLoopBuilder<()>) -> Result<(), Failure> {
             builder.with_x11();
         }
     }
-    Ok(())
+    true
 }
 
 #[cfg(not(all(unix, not(target_vendor = "apple"))))]
-fn choose(_: &mut EventLoopBuilder<()>) -> Result<(), Failure> {
-    Ok(())
+fn choose(_: &mut EventLoopBuilder<()>) -> bool {
+    true
 }
