@@ -45,6 +45,15 @@ impl InstanceBuffer {
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
     }
+
+    /// Draws `count` rows of what is a strip of two triangles each.
+    pub fn draw_quads(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, count: u32) {
+        if count > 0 {
+            pass.set_pipeline(pipeline);
+            pass.set_vertex_buffer(0, self.buffer.slice(..));
+            pass.draw(0..4, 0..count);
+        }
+    }
 }
 
 /// The bodies of one mesh, the outlined ones last so that each kind is one draw.

@@ -270,31 +270,17 @@ impl Renderer {
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_outlined(&mut pass);
         }
-        draw_quads(&mut pass, &self.pipelines.particle, &self.particles, particles);
+        self.particles.draw_quads(&mut pass, &self.pipelines.particle, particles);
         if let Some(translucent) = &self.translucent {
             translucent.draw(&mut pass, &self.cube, &self.sphere);
         }
-        draw_quads(&mut pass, &self.pipelines.line, &self.lines, lines);
+        self.lines.draw_quads(&mut pass, &self.pipelines.line, lines);
     }
 
     fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, rows: impl Fn(&Bodies) -> std::ops::Range<u32>) {
         for (mesh, bodies) in [(&self.cube, &self.cuboids), (&self.sphere, &self.spheres)] {
             mesh.draw(pass, bodies.buffer(), rows(bodies));
         }
-    }
-}
-
-/// Draws `count` rows of what is a strip of two triangles each.
-pub(crate) fn draw_quads(
-    pass: &mut wgpu::RenderPass<'_>,
-    pipeline: &wgpu::RenderPipeline,
-    rows: &InstanceBuffer,
-    count: u32,
-) {
-    if count > 0 {
-        pass.set_pipeline(pipeline);
-        pass.set_vertex_buffer(0, rows.buffer().slice(..));
-        pass.draw(0..4, 0..count);
     }
 }
 

@@ -8,7 +8,6 @@ use crate::mesh::Mesh;
 use crate::pipelines::{
     BODY, BODY_ROWS, Destination, Drawing, GLOBALS, LIGHT, PARTICLE, PARTICLE_ROWS, layout, module,
 };
-use crate::renderer::draw_quads;
 use crate::{Gpu, Instance, Particle, Translucent, buffers::InstanceBuffer};
 
 pub(crate) struct TranslucentBodies {
@@ -96,6 +95,6 @@ impl TranslucentBodies {
         for (mesh, rows) in [(cube, &self.cuboids), (sphere, &self.spheres)] {
             mesh.draw(pass, rows.buffer.buffer(), 0..rows.count);
         }
-        draw_quads(pass, &self.particle, &self.particles.buffer, self.particles.count);
+        self.particles.buffer.draw_quads(pass, &self.particle, self.particles.count);
     }
 }
