@@ -7,9 +7,9 @@ use parry3d::bounding_volume::Aabb;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d::query::Ray as LocalRay;
 
-use crate::columns::{Known, Rows, SPAN, differs};
+use crate::Ray;
+use crate::columns::{Known, Rows, SPAN, differs, next_moved};
 use crate::exact::within_reach;
-use crate::{Ray, dispatch};
 
 /// Costs that decide between scan and tree, ns per target, from the crossover part of `cargo bench -p pick`
 /// (2 cores of an AMD EPYC with AVX2). Only their ratios matter, and a wrong one costs time, never a hit.
@@ -96,7 +96,7 @@ impl Tree {
         loop {
             let (x, y, z) = (&self.x[all.clone()], &self.y[all.clone()], &self.z[all.clone()]);
             let known = Known { frame: self.frame, x, y, z };
-            let Some(span) = dispatch::next_moved(known, rows, alpha, next) else { break };
+            let Some(span) = next_moved(known, rows, alpha, next) else { break };
             for row in span * SPAN..rows.transforms.len().min((span + 1) * SPAN) {
                 let at = from + row;
                 let is = (rows.drawn(row, alpha) - self.frame).as_vec3();

@@ -1,8 +1,10 @@
 //! The columns that change every frame: drawn positions in f32, relative to the anchor.
 
+use bevy_ecs::entity::Entity;
 use glam::{DVec3, Vec3};
 use motion::{PreviousPosition, Transform};
 
+use crate::dispatch::dispatched;
 use crate::scan::{BLOCK, Balls};
 
 /// Positions and bounding radii as structure of arrays, padded to whole blocks with balls that nothing meets.
@@ -91,13 +93,15 @@ pub(crate) struct Writing {
 /// Rows between two looks at whether enough have been counted.
 const STRIDE: usize = 256;
 
+dispatched!(write(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize, write_rows);
+
 /// Writes the drawn positions and returns how many of them are not where they were, or just some number above
 /// `enough`: counting costs as much as writing, and where all things move nobody needs the number.
 ///
 /// Positions are compared relative to the old anchor: so a thing at rest is told from a moving one without a
 /// second copy of the world, however the camera flies.
 #[inline(always)]
-pub(crate) fn write(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize {
+fn write_rows(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize {
     let mut moved = 0;
     let columns = to.x.chunks_mut(STRIDE).zip(to.y.chunks_mut(STRIDE)).zip(to.z.chunks_mut(STRIDE));
     let transforms = rows.transforms.chunks(STRIDE);
@@ -165,9 +169,14 @@ pub(crate) struct Known<'a> {
     pub(crate) z: &'a [f32],
 }
 
+dispatched!(
+    next_moved(known: Known<'_>, rows: Rows<'_>, alpha: f64, from: usize) -> Option<usize>,
+    next_moved_span
+);
+
 /// The first span of [`SPAN`] rows at or after span `from` in which a thing is not drawn where it is known to be.
 #[inline(always)]
-pub(crate) fn next_moved(known: Known<'_>, rows: Rows<'_>, alpha: f64, from: usize) -> Option<usize> {
+fn next_moved_span(known: Known<'_>, rows: Rows<'_>, alpha: f64, from: usize) -> Option<usize> {
     let columns = known.x.chunks(SPAN).zip(known.y.chunks(SPAN)).zip(known.z.chunks(SPAN));
     let spans = columns.zip(rows.transforms.chunks(SPAN)).enumerate().skip(from);
     match rows.previous {
@@ -208,4 +217,14 @@ fn any_moved(
 pub(crate) fn differs(is: Vec3, (x, y, z): (&f32, &f32, &f32)) -> bool {
     let off = |a: f32, b: &f32| a.to_bits() ^ b.to_bits();
     off(is.x, x) | off(is.y, y) | off(is.z, z) != 0
+}
+
+dispatched!(same(known: &[Entity], now: &[Entity]) -> bool, same_in_full);
+
+/// Whether `known` starts with what is there `now`.
+///
+/// No early end: comparing all of it in vectors is faster than stopping at a difference that is rare.
+#[inline(always)]
+fn same_in_full(known: &[Entity], now: &[Entity]) -> bool {
+    known.iter().zip(now).fold(0, |off, (a, b)| off | (a.to_bits() ^ b.to_bits())) == 0
 }

@@ -1,9 +1,4 @@
-//! The hot loops, compiled once for every processor and once for those with AVX2.
-
-use bevy_ecs::entity::Entity;
-
-use crate::columns::{self, Known, Positions, Rows, Writing};
-use crate::scan::{Balls, Beam};
+//! How hot loops are compiled once for every processor and once for those with AVX2.
 
 /// Defines `$name`, which runs `$body` as it was compiled for what the processor has. The bodies are `inline(always)`,
 /// so that each copy is compiled with the features of the function around it; the results are the same to the bit.
@@ -27,27 +22,4 @@ macro_rules! dispatched {
     };
 }
 
-dispatched!(
-    next_block(beam: &Beam, balls: Balls<'_>, from: usize, limit: f32) -> Option<usize>,
-    Beam::next_block
-);
-
-dispatched!(
-    write(to: Positions<'_>, rows: Rows<'_>, writing: Writing) -> usize,
-    columns::write
-);
-
-dispatched!(
-    next_moved(known: Known<'_>, rows: Rows<'_>, alpha: f64, from: usize) -> Option<usize>,
-    columns::next_moved
-);
-
-dispatched!(same(known: &[Entity], now: &[Entity]) -> bool, same_in_full);
-
-/// Whether `known` starts with what is there `now`.
-///
-/// No early end: comparing all of it in vectors is faster than stopping at a difference that is rare.
-#[inline(always)]
-fn same_in_full(known: &[Entity], now: &[Entity]) -> bool {
-    known.iter().zip(now).fold(0, |off, (a, b)| off | (a.to_bits() ^ b.to_bits())) == 0
-}
+pub(crate) use dispatched;

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::Ray;
+use crate::dispatch::dispatched;
 
 /// Targets in a block. 32 lanes are a few vectors; more only re-tests more targets one by one after a match.
 pub(crate) const BLOCK: usize = 32;
@@ -33,6 +34,11 @@ pub(crate) struct Beam {
     slack: f32,
 }
 
+dispatched!(
+    next_block(beam: &Beam, balls: Balls<'_>, from: usize, limit: f32) -> Option<usize>,
+    Beam::next_block
+);
+
 impl Beam {
     pub(crate) fn new(ray: &Ray, anchor: DVec3) -> Self {
         let origin = (ray.origin() - anchor).as_vec3();
@@ -57,7 +63,7 @@ impl Beam {
 
     /// The first block at or after `from` in which a ball may be met at less than `limit` m.
     #[inline(always)]
-    pub(crate) fn next_block(&self, balls: Balls<'_>, from: usize, limit: f32) -> Option<usize> {
+    fn next_block(&self, balls: Balls<'_>, from: usize, limit: f32) -> Option<usize> {
         let blocks = balls.x.iter().zip(balls.y).zip(balls.z).zip(balls.radius).enumerate().skip(from);
         for (block, (((x, y), z), radius)) in blocks {
             // An integer count: LLVM vectorizes its sum, a float maximum it does not.
@@ -76,7 +82,7 @@ impl Beam {
     #[inline]
     pub(crate) fn scan(&self, balls: Balls<'_>, mut limit: f32, mut visit: impl FnMut(usize, f32) -> f32) {
         let mut next = 0;
-        while let Some(block) = crate::dispatch::next_block(self, balls, next, limit) {
+        while let Some(block) = next_block(self, balls, next, limit) {
             let (x, y, z, radius) = (&balls.x[block], &balls.y[block], &balls.z[block], &balls.radius[block]);
             for lane in 0..BLOCK {
                 if self.may_meet(x[lane], y[lane], z[lane], radius[lane], limit) {

@@ -10,10 +10,10 @@ use glam::{DVec3, Quat};
 use motion::{Orientation, PreviousPosition, Transform};
 
 use crate::bvh::{Tree, cost};
-use crate::columns::{Columns, Rows, Writing};
+use crate::columns::{Columns, Rows, Writing, same, write};
 use crate::exact::{Volume, within_reach};
 use crate::scan::{Beam, INFLATION};
-use crate::{Ray, Shape, dispatch};
+use crate::{Ray, Shape};
 
 /// A run of rows of one table, all slices of one length.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +112,7 @@ impl Targets {
             let rows = Rows { transforms: chunk.transforms, previous: chunk.previous };
             // A tree finds out by itself who moved.
             let enough = self.tree.get().is_none().then_some(enough);
-            moved += dispatch::write(positions, rows, Writing { alpha, old_anchor, anchor, enough });
+            moved += write(positions, rows, Writing { alpha, old_anchor, anchor, enough });
             if let Some(tree) = self.tree.get_mut() {
                 tree.note(from, rows, alpha);
             }
@@ -139,7 +139,7 @@ impl Targets {
 
     fn has(&self, number: usize, from: usize, chunk: &Chunk<'_>) -> bool {
         let layout = (chunk.entities.len(), chunk.orientations.is_some());
-        self.layout.get(number) == Some(&layout) && dispatch::same(&self.entities[from..], chunk.entities)
+        self.layout.get(number) == Some(&layout) && same(&self.entities[from..], chunk.entities)
     }
 
     /// Forgets the rows of this chunk and of all after it.
