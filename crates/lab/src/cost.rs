@@ -3,8 +3,6 @@
 //! Error and time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one with samples
 //! and no clock, the other with a clock and no samples.
 
-mod afford;
-mod arrays;
 mod bench;
 mod drift;
 mod exact;
@@ -21,8 +19,8 @@ mod timing;
 mod timings;
 mod truth;
 
-pub(crate) use arrays::laws_of_bodies;
 pub(crate) use record::method_name;
+pub(crate) use runner::laws_of_bodies;
 pub(crate) use truth::larger;
 
 pub use bench::Bench;

@@ -9,8 +9,8 @@ use motion::{DampingModel, Method};
 
 pub use maps::{LongRun, Map, Panel, damping_map, stiffness_map};
 pub use nets::{Net, Stepped};
-pub use oscillator::{Damped, Oscillator};
-pub use theory::oscillator_limit;
+pub use oscillator::Oscillator;
+pub use theory::{Damped, oscillator_limit};
 
 /// Damping ratios that are measured; 0 is none.
 pub const RATIOS: [f64; 6] = [0.0, 0.05, 0.2, 0.5, 1.0, 2.0];

@@ -6,9 +6,9 @@
 use std::collections::VecDeque;
 
 use bevy_ecs::prelude::*;
+use history::REFERENCE_METHOD;
 use motion::{Method, PhysicsBody};
 
-use super::afford::affordable;
 use super::drift::Drifting;
 use super::plan::Plan;
 use super::record::{Cell, Host, Outcome, Precision, Setting, Study, Truth};
@@ -17,9 +17,6 @@ use super::subject::Subject;
 use super::timing::{Clock, thread_time};
 use super::timings::Timings;
 use super::truth::{Sampled, Samples, Target};
-
-/// The method of references: the highest order that loses none to laws of the velocity.
-pub(super) const REFERENCE: Method = Method::RungeKutta4;
 
 /// A relative error from which a reference is none.
 const TRUSTED: f64 = 1e-2;
@@ -91,7 +88,7 @@ impl Bench {
     /// The same of runs that `make` makes, timed by `clock`.
     #[must_use]
     pub fn with(mut subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>) -> Self {
-        let rungs = affordable(&mut subject, &plan, &*clock);
+        let rungs = plan.affordable(&mut subject, &*clock);
         Self::of_rungs(subject, plan, make, clock, &rungs)
     }
 
@@ -114,7 +111,7 @@ impl Bench {
             truth: match subject.exact {
                 Some((_, source)) => Truth::ClosedForm { source: source.to_owned() },
                 None => Truth::Reference {
-                    method: REFERENCE,
+                    method: REFERENCE_METHOD,
                     substeps: 0,
                     relative_error: 0.0,
                     position_error_m: 0.0,
@@ -292,7 +289,7 @@ impl Bench {
         let Some(job) = self.jobs.pop_front() else { return false };
         match job {
             Job::Reference(substeps) => {
-                let setting = Setting { method: REFERENCE, substeps, precision: Precision::F64 };
+                let setting = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
                 // The truth is the program's own run, whatever is studied.
                 match make(&self.truth, setting, Host::World) {
                     Ok(runner) => {

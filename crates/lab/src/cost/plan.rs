@@ -1,9 +1,23 @@
-//! What is run: methods, rungs, precisions, and how carefully time is measured.
+//! What is run: methods, rungs, precisions, how carefully time is measured, and what there is time for.
 
+use history::REFERENCE_METHOD;
 use motion::Method;
 
 use super::record::{Precision, Setting};
 use super::subject::Subject;
+use super::timing::Clock;
+
+/// Rungs below which none are left out, however long they take.
+const AT_LEAST: usize = 3;
+
+/// Rungs that are not given up for a longer run.
+const ENOUGH: usize = 5;
+
+/// A run of a scene is made no shorter to save time, s.
+const SHORTEST: f64 = 0.75;
+
+/// Why a run was made shorter.
+const LONG: &str = "more would have taken too long for this plan";
 
 /// What a study runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,6 +104,47 @@ impl Plan {
         if rungs.is_empty() { vec![coarsest] } else { rungs }
     }
 
+    /// The rungs that can be run in the plan's time, by a trial of some ticks. Long runs are shortened before the
+    /// ladder gets too short to show a slope; what is left out is noted.
+    pub(crate) fn affordable(&self, subject: &mut Subject, clock: &Clock) -> Vec<u32> {
+        let mut rungs = self.rungs_of(subject);
+        let evaluation = evaluation(subject, rungs[0], clock);
+        let before = rungs.len();
+        let price = |subject: &Subject, rungs: &[u32]| {
+            evaluation * subject.ticks as f64 * self.evaluations(subject, rungs)
+        };
+        while price(subject, &rungs) > self.patience {
+            if rungs.len() > ENOUGH || rungs.len() > AT_LEAST && !subject.yields {
+                rungs.pop();
+            } else if subject.seconds() < SHORTEST || !subject.halve(LONG) {
+                if rungs.len() <= AT_LEAST {
+                    break;
+                }
+                rungs.pop();
+            }
+        }
+        if rungs.len() < before {
+            let finest = rungs.last().copied().unwrap_or(1);
+            subject
+                .notes
+                .push(format!("more than {finest} substeps would have taken too long for this plan"));
+        }
+        rungs
+    }
+
+    /// Evaluations of a tick that all errors take together, about.
+    fn evaluations(&self, subject: &Subject, rungs: &[u32]) -> f64 {
+        let steps: f64 = rungs.iter().map(|rung| f64::from(*rung)).sum();
+        let of = |method: &Method| {
+            let solves = if *method == Method::ImplicitEuler { 10.0 } else { 1.0 };
+            let precisions = if self.single.contains(method) { 4.0 } else { 1.0 };
+            f64::from(method.claims().evaluations_with_velocity_laws) * solves * precisions
+        };
+        let finest = f64::from(rungs.last().copied().unwrap_or(1));
+        let reference = if subject.exact.is_some() { 0.0 } else { 6.0 * finest * f64::from(self.finer) };
+        steps * self.methods.iter().map(of).sum::<f64>() + reference
+    }
+
     /// Copies that a problem of so many bodies is timed with, ascending: powers of ten, and those of
     /// [`Self::bodies`].
     pub(crate) fn copies(&self, bodies: u32) -> Vec<u32> {
@@ -117,6 +172,19 @@ impl Plan {
         }
         settings
     }
+}
+
+/// Thread CPU time of one evaluation of all bodies, s, about.
+fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
+    let probe = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
+    let mut run = subject.run(probe);
+    run.tick();
+    let (start, mut ticks) = (clock(), 0.0);
+    while ticks < 8.0 && clock() - start < 0.02 {
+        run.tick();
+        ticks += 1.0;
+    }
+    (clock() - start) / ticks / (4.0 * f64::from(substeps))
 }
 
 fn octaves(from: u32, to: u32) -> Vec<u32> {

@@ -3,13 +3,18 @@
 //! Tests put runs of their own behind the same trait: a slow one and a broken one.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 
+use bevy_ecs::prelude::*;
 use glam::DVec3;
 use history::Simulation;
-use motion::{Evaluations, Laws, Quarantine};
-use scene::Names;
+use motion::arrays::{Bare, NotForArrays};
+use motion::groups::Groups;
+use motion::real::Real;
+use motion::{Evaluations, Law, Laws, Quarantine};
+use scene::Scene;
 
-use super::record::{Counts, Failure, Host, Setting};
+use super::record::{Counts, Failure, Host, Precision, Setting};
 use super::subject::Subject;
 use crate::run::started;
 
@@ -44,11 +49,8 @@ pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn R
         return Err(Failure::Unsolvable { why });
     }
     match host {
-        Host::World => {
-            let names = subject.scene.names.clone();
-            Ok(Box::new(WorldRunner { run: subject.run(setting), names }))
-        }
-        Host::Arrays => super::arrays::make(subject, setting),
+        Host::World => Ok(Box::new(subject.run(setting))),
+        Host::Arrays => in_arrays(subject, setting),
     }
 }
 
@@ -64,35 +66,125 @@ impl Subject {
     }
 }
 
-struct WorldRunner {
-    run: Simulation,
-    names: Names,
-}
-
-impl Runner for WorldRunner {
+impl Runner for Simulation {
     fn tick(&mut self) {
-        self.run.tick();
+        Self::tick(self);
     }
 
     fn states(&mut self) -> Vec<Sample> {
-        self.run.states().collect()
+        Self::states(self).collect()
     }
 
     fn counts(&mut self) -> Counts {
-        let evaluations = self.run.world.resource::<Evaluations>();
+        let evaluations = self.world.resource::<Evaluations>();
         let (accelerations, newton, cg) =
             (evaluations.accelerations(), evaluations.newton_iterations(), evaluations.cg_iterations());
-        Counts { accelerations, solver: newton + cg * super::arrays::mean_group(&self.run) }
+        Counts { accelerations, solver: newton + cg * mean_group(self) }
     }
 
     fn failure(&mut self) -> Option<Failure> {
-        let world = &self.run.world;
-        if let Some(record) = world.resource::<Quarantine>().records().first() {
-            let id = world.get::<motion::StableId>(record.body).map_or(u32::MAX, |id| id.0);
-            let body = self.names.get(id).map_or_else(|| "a body".to_owned(), Cow::into_owned);
+        if let Some(record) = self.world.resource::<Quarantine>().records().first() {
+            let id = self.world.get::<motion::StableId>(record.body).map_or(u32::MAX, |id| id.0);
+            let body = self.scene.names.get(id).map_or_else(|| "a body".to_owned(), Cow::into_owned);
             return Some(Failure::Quarantined { body, tick: record.tick });
         }
-        let steps = world.resource::<Evaluations>().unconverged_steps();
+        let steps = self.world.resource::<Evaluations>().unconverged_steps();
         (steps > 0).then_some(Failure::Unconverged { steps })
+    }
+}
+
+/// A run of `subject` from its start in plain arrays: f64, f32 and compensated f32 by the same kernels.
+fn in_arrays(subject: &Subject, setting: Setting) -> Result<Box<dyn Runner>, Failure> {
+    Ok(match setting.precision {
+        Precision::F64 => Box::new(ArraysRunner::<f64>::new(subject, setting)?),
+        Precision::F32 => Box::new(ArraysRunner::<f32>::new(subject, setting)?),
+        Precision::CompensatedF32 => {
+            let ArraysRunner { bare, solves } = ArraysRunner::<f32>::new(subject, setting)?;
+            Box::new(ArraysRunner { bare: bare.compensated(), solves })
+        }
+    })
+}
+
+/// Bodies of a group in the mean: an iteration of a solver is of one group.
+fn mean_group(run: &Simulation) -> u64 {
+    run.world.get_resource::<Groups>().map_or(0, |groups| groups.bodies() as u64 / groups.len().max(1) as u64)
+}
+
+/// Laws of single bodies of a run of `scene`, in the precision of the arrays.
+pub(crate) fn laws_of_bodies<'a, T: Real>(
+    scene: &'a Scene,
+    run: &Simulation,
+) -> impl Fn(Entity) -> Vec<Box<dyn Law<T>>> + use<'a, T> {
+    let ids: HashMap<_, u32> = run.bodies.iter().copied().zip(0..).collect();
+    move |body| {
+        let spec = ids.get(&body).and_then(|id| scene.own_laws.get(id));
+        spec.map_or_else(Vec::new, scene::OwnLawsSpec::laws)
+    }
+}
+
+struct ArraysRunner<T: Real> {
+    bare: Bare<T>,
+    solves: u64,
+}
+
+/// Number types that plain arrays are compiled for.
+trait Arithmetic: Real {
+    fn arrays(subject: &Subject, setting: Setting, run: &mut Simulation) -> Result<Bare<Self>, NotForArrays>;
+    fn tick(bare: &mut Bare<Self>);
+}
+
+macro_rules! arithmetic {
+    ($($t:ty)*) => {$(
+        impl Arithmetic for $t {
+            fn arrays(subject: &Subject, setting: Setting, run: &mut Simulation) -> Result<Bare<Self>, NotForArrays> {
+                let own = laws_of_bodies::<$t>(&subject.scene, run);
+                let shared = subject.law.map(|extra| extra.law::<Self>());
+                Bare::<Self>::of_world(&mut run.world, setting.method, &own, shared.into_iter().collect())
+            }
+
+            fn tick(bare: &mut Bare<Self>) {
+                bare.tick();
+            }
+        }
+    )*};
+}
+
+arithmetic!(f64 f32);
+
+impl<T: Arithmetic> ArraysRunner<T> {
+    fn new(subject: &Subject, setting: Setting) -> Result<Self, Failure> {
+        let mut run = subject.run(setting);
+        let solves = mean_group(&run);
+        let bare = T::arrays(subject, setting, &mut run);
+        let bare = bare.map_err(|error| Failure::Unsolvable { why: error.to_string() })?;
+        Ok(Self { bare, solves })
+    }
+}
+
+impl<T: Arithmetic> Runner for ArraysRunner<T> {
+    fn tick(&mut self) {
+        T::tick(&mut self.bare);
+    }
+
+    fn states(&mut self) -> Vec<Sample> {
+        self.bare.states().map(|(id, x, v)| (id.0, x, v)).collect()
+    }
+
+    fn counts(&mut self) -> Counts {
+        let solver = self.bare.newton().0 + self.bare.cg_iterations() * self.solves;
+        Counts { accelerations: self.bare.evaluations(), solver }
+    }
+
+    fn failure(&mut self) -> Option<Failure> {
+        let (_, steps) = self.bare.newton();
+        if self.bare.has_failed() {
+            Some(Failure::BlewUp)
+        } else {
+            (steps > 0).then_some(Failure::Unconverged { steps })
+        }
+    }
+
+    fn bytes_per_body(&self) -> Option<f64> {
+        Some(self.bare.bytes_per_body() as f64)
     }
 }

@@ -2,8 +2,8 @@
 
 use motion::Method;
 
-use super::oscillator::{Damped, Eigenvalues, Oscillator, eigenvalues};
-use super::theory::oscillator_limit;
+use super::oscillator::Oscillator;
+use super::theory::{Damped, Eigenvalues, Matrix, eigenvalues, oscillator_limit};
 
 /// What becomes of an oscillator in the long run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,7 +26,7 @@ impl LongRun {
 
     /// From one tick.
     #[must_use]
-    pub fn of(tick: [[f64; 2]; 2]) -> Self {
+    pub fn of(tick: Matrix) -> Self {
         // Where real eigenvalues meet, rounding moves them by its square root.
         let (size, least, swings, rounding) = match eigenvalues(tick) {
             Eigenvalues::Pair(re, im) => (re.hypot(im), re, true, 1e-12),

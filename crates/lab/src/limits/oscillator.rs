@@ -2,27 +2,10 @@
 
 use motion::arrays::Bare;
 use motion::real::{Real, RealMatrix as _};
-use motion::{BodyState, Damping, DampingModel, EvaluationTime, Jacobians, Law, Method};
+use motion::{BodyState, Damping, EvaluationTime, Jacobians, Law, Method};
 
-use super::theory::oscillator_limit;
+use super::theory::{Damped, Matrix, oscillator_limit, radius};
 use super::{Criterion, Limit, largest_stable};
-
-/// How an oscillator is damped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Damped {
-    /// Damping ratio zeta, at least 0: a rate of `2 zeta` for a frequency of 1.
-    pub ratio: f64,
-    /// By a model of damping, or else by a law of linear drag.
-    pub model: Option<DampingModel>,
-}
-
-impl Damped {
-    /// By a law of drag.
-    #[must_use]
-    pub const fn by_drag(ratio: f64) -> Self {
-        Self { ratio, model: None }
-    }
-}
 
 /// An oscillator of frequency 1 and its method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +65,7 @@ impl Oscillator {
     /// One tick of `h` seconds of an oscillator of stiffness `k`, as rows and columns of (w x, v). Of position Verlet it is
     /// a tick after another.
     #[must_use]
-    pub fn tick(&self, k: f64, h: f64) -> [[f64; 2]; 2] {
+    pub fn tick(&self, k: f64, h: f64) -> Matrix {
         let w = k.sqrt();
         let run = |[x, v]: [f64; 2], ticks: u32| {
             let mut bare = self.bare(k, h);
@@ -142,29 +125,5 @@ impl Oscillator {
             measured,
             theory: oscillator_limit(self.method, self.damped),
         }
-    }
-}
-
-/// Eigenvalues of two rows: both real, or real and imaginary part of a pair.
-pub(super) enum Eigenvalues {
-    Real(f64, f64),
-    Pair(f64, f64),
-}
-
-pub(super) fn eigenvalues([[a, b], [c, d]]: [[f64; 2]; 2]) -> Eigenvalues {
-    let (middle, apart) = ((a + d) / 2.0, (a - d) / 2.0);
-    let discriminant = apart * apart + b * c;
-    if discriminant < 0.0 {
-        Eigenvalues::Pair(middle, (-discriminant).sqrt())
-    } else {
-        Eigenvalues::Real(middle - discriminant.sqrt(), middle + discriminant.sqrt())
-    }
-}
-
-/// Largest magnitude of an eigenvalue.
-pub(super) fn radius(tick: [[f64; 2]; 2]) -> f64 {
-    match eigenvalues(tick) {
-        Eigenvalues::Real(a, b) => a.abs().max(b.abs()),
-        Eigenvalues::Pair(re, im) => re.hypot(im),
     }
 }

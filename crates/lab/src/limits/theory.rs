@@ -2,14 +2,54 @@
 
 use motion::{DampingModel, Method};
 
-use super::oscillator::{Damped, radius};
-
-type Matrix = [[f64; 2]; 2];
+/// One tick of an oscillator, as rows and columns of position and velocity.
+pub(super) type Matrix = [[f64; 2]; 2];
 
 const IDENTITY: Matrix = [[1.0, 0.0], [0.0, 1.0]];
 
 fn product(a: Matrix, b: Matrix) -> Matrix {
     [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
+}
+
+/// How an oscillator is damped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Damped {
+    /// Damping ratio zeta, at least 0: a rate of `2 zeta` for a frequency of 1.
+    pub ratio: f64,
+    /// By a model of damping, or else by a law of linear drag.
+    pub model: Option<DampingModel>,
+}
+
+impl Damped {
+    /// By a law of drag.
+    #[must_use]
+    pub const fn by_drag(ratio: f64) -> Self {
+        Self { ratio, model: None }
+    }
+}
+
+/// Eigenvalues of two rows: both real, or real and imaginary part of a pair.
+pub(super) enum Eigenvalues {
+    Real(f64, f64),
+    Pair(f64, f64),
+}
+
+pub(super) fn eigenvalues([[a, b], [c, d]]: Matrix) -> Eigenvalues {
+    let (middle, apart) = ((a + d) / 2.0, (a - d) / 2.0);
+    let discriminant = apart * apart + b * c;
+    if discriminant < 0.0 {
+        Eigenvalues::Pair(middle, (-discriminant).sqrt())
+    } else {
+        Eigenvalues::Real(middle - discriminant.sqrt(), middle + discriminant.sqrt())
+    }
+}
+
+/// Largest magnitude of an eigenvalue.
+pub(super) fn radius(tick: Matrix) -> f64 {
+    match eigenvalues(tick) {
+        Eigenvalues::Real(a, b) => a.abs().max(b.abs()),
+        Eigenvalues::Pair(re, im) => re.hypot(im),
+    }
 }
 
 /// The first terms of the exponential of `h L`, with L of `x' = v, v' = -x - c v`.

@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use history::REFERENCE_METHOD;
 use motion::Method;
 use scene::{Measure, Scene, SurvivalRow, unsolvable};
 
@@ -9,9 +10,6 @@ use super::class::{Class, Extremes};
 use super::gauge::{Gauge, Target};
 use super::host::Host;
 use super::record::{Cell, PREFIX, Prefix};
-
-/// The method of references: of those that take every law, the one of the highest order.
-const REFERENCE: Method = history::REFERENCE_METHOD;
 
 /// A run whose positions others are compared with.
 pub(super) struct Targeting {
@@ -25,7 +23,7 @@ impl Targeting {
     /// The fine run of a row.
     pub fn reference(scene: &Scene, row: &SurvivalRow) -> Result<Self, String> {
         let mut fine = row.scene(scene).damped_by_law();
-        (fine.method, fine.substeps) = (REFERENCE, row.reference_substeps);
+        (fine.method, fine.substeps) = (REFERENCE_METHOD, row.reference_substeps);
         Self::new(&fine, row)
     }
 
