@@ -1,6 +1,6 @@
 //! The panels and words of a frame, laid out from the session.
 
-use egui::{Context, Id, LayerId};
+use egui::{Context, Id, LayerId, Window};
 use motion::clock::{FrameClock, FrameTime};
 
 use crate::app::actions;
@@ -14,24 +14,22 @@ use crate::view::{hud, marks};
 
 /// Lays out all that is written over the picture; the changes that the person asks for.
 fn lay_out(ui: &mut Ui, context: &Context, stage: &mut Stage, tools: &mut Tools) -> Vec<Edit> {
-    let (mut edits, mut closed) = (Vec::new(), Vec::new());
+    let (mut edits, mut windows) = (Vec::new(), Vec::new());
     let titles: Vec<_> = ui.opened().iter().map(|panel| panel.row().title).collect();
     for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
-        let title = panel.row().title;
-        let (stage, edits) = (&mut *stage, &mut edits);
-        let keys = actions::rows;
-        let mut desk = Desk { context, stage, title, open: &titles, keys, edits, closes: false };
-        tool.show(&mut desk);
-        if desk.closes {
-            closed.push(panel);
-        }
+        let (place, inward) = tool.anchor(&titles);
+        let window = Window::new(panel.row().title).resizable(false).collapsible(false).anchor(place, inward);
+        let mut desk = Desk { stage, keys: actions::rows, edits: &mut edits, closes: false };
+        let shown = window.show(context, |ui| tool.show(ui, &mut desk));
+        windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
     }
-    closed.into_iter().for_each(|panel| ui.close(panel));
+    windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
     let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
     let mut taken = marks::show(&painter, &stage.visible_labels());
     taken.extend(stage.fault_mark().map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {
-        tool.write(stage, &painter, ui.shows(panel), taken.clone());
+        let window = windows.iter().find(|(other, ..)| *other == panel).and_then(|(_, rect, _)| *rect);
+        tool.write(stage, &painter, window, taken.clone());
     }
     hud::show(&painter, stage);
     let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));

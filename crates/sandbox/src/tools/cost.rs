@@ -3,19 +3,24 @@
 mod panel;
 mod state;
 
+use egui::{Align2, Ui};
 use lab::cost::{Bench, Plan, Subject};
 use motion::clock::FrameTime;
 use scene::Scene;
 
 use self::state::{LONGEST_FRAME, Live, SHARE, settings};
-use crate::tools::tool::{Desk, Tool};
+use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::stage::Stage;
 
 pub(crate) use state::Cost;
 
 impl Tool for Cost {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        if panel::show(self, desk) {
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::RIGHT_BOTTOM, [-8.0, -8.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        if panel::show(ui, self, desk) {
             // The next frame begins another study.
             self.live = None;
         }

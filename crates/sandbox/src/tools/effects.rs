@@ -3,18 +3,23 @@
 mod panel;
 mod state;
 
+use egui::{Align2, Ui};
 use motion::Evaluations;
 
-use crate::tools::tool::{Desk, Tool};
+use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::stage::Stage;
 
 pub use state::SwitchedBy;
 pub(crate) use state::{ENERGY_WATCH, Effects, picture_rows};
 
 impl Tool for Effects {
-    fn show(&mut self, desk: &mut Desk<'_>) {
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::RIGHT_CENTER, [-8.0, 0.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let rows = self.receipt(desk.stage);
-        if panel::show(desk, &rows) {
+        if panel::show(ui, desk, &rows) {
             self.measure(desk.stage);
         }
     }

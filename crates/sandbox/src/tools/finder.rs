@@ -1,8 +1,8 @@
 //! Find a scene by a part of its name.
 
-use egui::{Align2, Key, TextEdit};
+use egui::{Align2, Key, TextEdit, Ui};
 
-use crate::tools::tool::{Desk, Edit, Tool};
+use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::stage::Stage;
 
 /// What was typed so far.
@@ -17,29 +17,28 @@ impl Tool for Finder {
         !open
     }
 
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        let found = desk.window().anchor(Align2::CENTER_TOP, [0.0, 80.0]).show(desk.context, |ui| {
-            let field = TextEdit::singleline(&mut self.query);
-            let field = ui.add(field.hint_text("part of a name").desired_width(f32::INFINITY));
-            // Focus needs a frame, and Enter gives it up. Asking for what is there would ask for another frame.
-            if !field.has_focus() {
-                field.request_focus();
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::CENTER_TOP, [0.0, 80.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        let field = TextEdit::singleline(&mut self.query);
+        let field = ui.add(field.hint_text("part of a name").desired_width(f32::INFINITY));
+        // Focus needs a frame, and Enter gives it up. Asking for what is there would ask for another frame.
+        if !field.has_focus() {
+            field.request_focus();
+        }
+        let enter = ui.input(|input| input.key_pressed(Key::Enter));
+        let found = scene::find(&self.query);
+        if found.is_empty() {
+            ui.weak("no scene has this in its name");
+        }
+        for (row, scene) in found.into_iter().enumerate() {
+            let clicked = ui.selectable_label(row == 0, scene.name).clicked();
+            if !desk.closes && (clicked || (enter && row == 0)) {
+                desk.edits.push(Edit::Open(scene.name.to_owned()));
+                desk.closes = true;
             }
-            let enter = ui.input(|input| input.key_pressed(Key::Enter));
-            let found = scene::find(&self.query);
-            if found.is_empty() {
-                ui.weak("no scene has this in its name");
-            }
-            let mut chosen = None;
-            for (row, scene) in found.into_iter().enumerate() {
-                let clicked = ui.selectable_label(row == 0, scene.name).clicked();
-                chosen = chosen.or((clicked || (enter && row == 0)).then_some(scene.name));
-            }
-            chosen
-        });
-        if let Some(scene) = found.and_then(|shown| shown.inner).flatten() {
-            desk.edits.push(Edit::Open(scene.to_owned()));
-            desk.closes = true;
         }
     }
 }

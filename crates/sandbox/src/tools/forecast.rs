@@ -3,20 +3,25 @@
 mod panel;
 mod state;
 
+use egui::{Align2, Ui};
 use motion::Requests;
 use motion::clock::FrameTime;
 
 use self::state::{FRESH_LARGE_S, FRESH_S, LARGE_NET, settings};
-use crate::tools::tool::{Desk, Tool};
+use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::stage::Stage;
 
 pub use state::ForecastRow;
 pub(crate) use state::{Forecast, rows};
 
 impl Tool for Forecast {
-    fn show(&mut self, desk: &mut Desk<'_>) {
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::LEFT_BOTTOM, [8.0, -8.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, _: &mut Desk<'_>) {
         if let Some(rows) = self.shown() {
-            panel::show(desk, rows);
+            panel::show(ui, rows);
         }
     }
 

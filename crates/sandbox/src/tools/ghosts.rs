@@ -7,12 +7,12 @@ mod state;
 
 use std::collections::BTreeSet;
 
-use egui::{Painter, Rect};
+use egui::{Align2, Painter, Rect, Ui};
 use motion::TimeStep;
 use render::Frame;
 
 use self::state::{MOST_BODIES, Twins};
-use crate::tools::tool::{Desk, Tool};
+use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::notices::Topic;
 use crate::view::stage::Stage;
 
@@ -20,8 +20,12 @@ pub(crate) use state::Ghosts;
 pub use state::{GhostRow, GhostState};
 
 impl Tool for Ghosts {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        self.panel = panel::show(self, desk);
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::LEFT_CENTER, [8.0, 0.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        panel::show(ui, self, desk.stage);
     }
 
     /// Makes the ghosts, or removes them. Their list can be closed without them.
@@ -68,8 +72,7 @@ impl Tool for Ghosts {
         }
     }
 
-    fn write(&mut self, stage: &Stage, painter: &Painter, open: bool, taken: Vec<Rect>) {
-        let panel = self.panel.filter(|_| open);
+    fn write(&self, stage: &Stage, painter: &Painter, panel: Option<Rect>, taken: Vec<Rect>) {
         panel::show_labels(painter, &self.labels(stage), taken, panel);
     }
 }

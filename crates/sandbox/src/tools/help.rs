@@ -1,8 +1,8 @@
 //! The help panel: the table of named actions.
 
-use egui::{Align2, Grid, RichText, ScrollArea, Vec2};
+use egui::{Align2, Grid, RichText, ScrollArea, Ui, Vec2};
 
-use crate::tools::tool::{Desk, Tool};
+use crate::tools::tool::{Anchor, Desk, Tool};
 
 /// Points of the window's frame and title, and some around it.
 const MARGINS: Vec2 = Vec2::new(32.0, 64.0);
@@ -12,26 +12,28 @@ const MARGINS: Vec2 = Vec2::new(32.0, 64.0);
 pub(crate) struct Help;
 
 impl Tool for Help {
-    fn show(&mut self, desk: &mut Desk<'_>) {
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::CENTER_CENTER, [0.0, 0.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let keys = (desk.keys)();
-        let most = desk.context.content_rect().size() - MARGINS;
-        let window = desk.window().anchor(Align2::CENTER_CENTER, [0.0, 0.0]).default_size(most);
-        window.show(desk.context, |ui| {
-            ScrollArea::both().max_width(most.x).max_height(most.y).show(ui, |ui| {
-                ui.horizontal_top(|ui| {
-                    ui.spacing_mut().item_spacing.x = 24.0;
-                    // Two columns: one would be higher than a small window.
-                    for (half, rows) in keys.chunks(keys.len().div_ceil(2)).enumerate() {
-                        Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
-                            for (input, what, when) in rows {
-                                ui.label(RichText::new(input).monospace().strong());
-                                ui.label(*what).on_hover_text(*when);
-                                ui.end_row();
-                            }
-                        });
-                    }
-                })
-            });
+        let most = ui.ctx().content_rect().size() - MARGINS;
+        ui.set_max_size(most);
+        ScrollArea::both().max_width(most.x).max_height(most.y).show(ui, |ui| {
+            ui.horizontal_top(|ui| {
+                ui.spacing_mut().item_spacing.x = 24.0;
+                // Two columns: one would be higher than a small window.
+                for (half, rows) in keys.chunks(keys.len().div_ceil(2)).enumerate() {
+                    Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
+                        for (input, what, when) in rows {
+                            ui.label(RichText::new(input).monospace().strong());
+                            ui.label(*what).on_hover_text(*when);
+                            ui.end_row();
+                        }
+                    });
+                }
+            })
         });
     }
 }

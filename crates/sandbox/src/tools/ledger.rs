@@ -3,14 +3,26 @@
 mod panel;
 mod state;
 
-use crate::tools::tool::{Desk, Tool};
+use egui::{Align2, Ui};
+
+use crate::tools::tool::{Anchor, Desk, Tool};
 
 pub(crate) use state::Ledger;
 
 impl Tool for Ledger {
-    fn show(&mut self, desk: &mut Desk<'_>) {
+    /// It stands where other panels leave room.
+    fn anchor(&self, open: &[&str]) -> Anchor {
+        let any = |titles: [&str; 2]| titles.iter().any(|title| open.contains(title));
+        match (any(["Effects", "Accuracy and cost"]), any(["Settings", "Ghosts"])) {
+            (false, _) => (Align2::RIGHT_CENTER, [-8.0, 0.0]),
+            (true, false) => (Align2::LEFT_CENTER, [8.0, 0.0]),
+            (true, true) => (Align2::CENTER_BOTTOM, [0.0, -8.0]),
+        }
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         if let Some(ledger) = self.kept() {
-            panel::show(desk, ledger, self.points());
+            panel::show(ui, desk.stage, ledger, self.points());
         }
     }
 }

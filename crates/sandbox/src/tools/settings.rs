@@ -6,7 +6,7 @@ use egui::{Align2, ComboBox, DragValue, Ui};
 use glam::DVec3;
 use motion::{Damping, DampingModel, Gravity, Method, Request, TimeStep};
 
-use crate::tools::tool::{Desk, Edit, Tool};
+use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::card::Selected;
 use crate::view::hud::mouse_hint;
 use crate::view::stage::Stage;
@@ -23,33 +23,35 @@ const STEP_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 pub(crate) struct Settings;
 
 impl Tool for Settings {
-    fn show(&mut self, desk: &mut Desk<'_>) {
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::LEFT_CENTER, [8.0, 0.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let selected = desk.stage.seen.selection.and_then(|thing| Selected::of(desk.stage, thing));
-        desk.window().anchor(Align2::LEFT_CENTER, [8.0, 0.0]).show(desk.context, |ui| {
-            let (stage, edits) = (&*desk.stage, &mut *desk.edits);
-            let method = stage.sim.method();
-            mouse_hint(ui, stage);
-            gravity(ui, stage, edits);
-            ui.separator();
-            damping(ui, stage, edits);
-            ui.separator();
-            ui.horizontal(|ui| {
-                let mut rate = 1.0 / stage.sim.world.resource::<TimeStep>().0;
-                ui.label("step_hz");
-                if ui.add(DragValue::new(&mut rate).range(STEP_HZ).speed(1.0).suffix(" Hz")).changed() {
-                    edits.push(Edit::StepHz(rate));
-                }
-            });
-            ui.separator();
-            method::of_scene(ui, method, edits);
-            ui.separator();
-            match &selected {
-                Some(selected) => body(ui, selected, method, edits),
-                None => {
-                    ui.weak("select a body to edit its mass, velocity and method");
-                }
+        let (stage, edits) = (&*desk.stage, &mut *desk.edits);
+        let method = stage.sim.method();
+        mouse_hint(ui, stage);
+        gravity(ui, stage, edits);
+        ui.separator();
+        damping(ui, stage, edits);
+        ui.separator();
+        ui.horizontal(|ui| {
+            let mut rate = 1.0 / stage.sim.world.resource::<TimeStep>().0;
+            ui.label("step_hz");
+            if ui.add(DragValue::new(&mut rate).range(STEP_HZ).speed(1.0).suffix(" Hz")).changed() {
+                edits.push(Edit::StepHz(rate));
             }
         });
+        ui.separator();
+        method::of_scene(ui, method, edits);
+        ui.separator();
+        match &selected {
+            Some(selected) => body(ui, selected, method, edits),
+            None => {
+                ui.weak("select a body to edit its mass, velocity and method");
+            }
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 
-use crate::tools::tool::{Desk, Edit, Tool};
+use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::hud::mouse_hint;
 use crate::view::marks::FAULT;
 use crate::view::recorded::Within;
@@ -21,16 +21,18 @@ const KEYFRAME: Color32 = Color32::from_gray(110);
 const NOW: Color32 = Color32::from_rgb(120, 190, 255);
 
 impl Tool for Timeline {
-    fn show(&mut self, desk: &mut Desk<'_>) {
-        desk.window().anchor(Align2::RIGHT_BOTTOM, [-8.0, -48.0]).show(desk.context, |ui| {
-            ui.set_width(WIDTH);
-            mouse_hint(ui, desk.stage);
-            match &desk.stage.within() {
-                Some(within) => scrubber(ui, within, desk.stage.paused(), desk.edits),
-                None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
-            }
-            quarantined(ui, desk.stage.quarantined_here());
-        });
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::RIGHT_BOTTOM, [-8.0, -48.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        ui.set_width(WIDTH);
+        mouse_hint(ui, desk.stage);
+        match &desk.stage.within() {
+            Some(within) => scrubber(ui, within, desk.stage.paused(), desk.edits),
+            None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
+        }
+        quarantined(ui, desk.stage.quarantined_here());
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a tool is: something that a key opens beside the picture.
 
-use egui::{Context, Painter, Rect};
+use egui::{Align2, Painter, Rect, Ui};
 use lab::cost::Setting;
 use motion::Request;
 use motion::clock::FrameTime;
@@ -39,12 +39,7 @@ pub(crate) enum Edit {
 
 /// What a panel is laid out with.
 pub(crate) struct Desk<'a> {
-    pub context: &'a Context,
     pub stage: &'a mut Stage,
-    /// The title of the panel.
-    pub title: &'static str,
-    /// The titles of all open panels.
-    pub open: &'a [&'static str],
     /// Gives input, what it does and when, for every key and for the mouse.
     pub keys: fn() -> Vec<(String, &'static str, &'static str)>,
     /// Takes the changes that the person asks for.
@@ -53,17 +48,16 @@ pub(crate) struct Desk<'a> {
     pub closes: bool,
 }
 
-impl Desk<'_> {
-    /// A window that stands still, with the panel's title.
-    pub fn window(&self) -> egui::Window<'static> {
-        egui::Window::new(self.title).resizable(false).collapsible(false)
-    }
-}
+/// Where a panel stands on the screen: a side or a corner, and points from there.
+pub(crate) type Anchor = (Align2, [f32; 2]);
 
 /// A tool: its state, and what it does at each point of a frame. All but the panel can be left out.
 pub(crate) trait Tool {
+    /// Where the panel stands while those of these titles are open.
+    fn anchor(&self, open: &[&str]) -> Anchor;
+
     /// Lays out the open panel.
-    fn show(&mut self, desk: &mut Desk<'_>);
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>);
 
     /// Its key was pressed while the panel was `open` or not; whether the panel is open after that. No request is pending.
     fn toggle(&mut self, _stage: &mut Stage, open: bool) -> bool {
@@ -85,8 +79,8 @@ pub(crate) trait Tool {
     /// Adds to the picture.
     fn draw(&self, _stage: &Stage, _frame: &mut Frame) {}
 
-    /// Writes into the picture, not over what is `taken`.
-    fn write(&mut self, _stage: &Stage, _painter: &Painter, _open: bool, _taken: Vec<Rect>) {}
+    /// Writes into the picture, not over its own `panel` and not over what is `taken`.
+    fn write(&self, _stage: &Stage, _painter: &Painter, _panel: Option<Rect>, _taken: Vec<Rect>) {}
 
     /// Whether it goes on without ticks while its panel is open.
     fn works(&self) -> bool {

@@ -1,6 +1,6 @@
 //! The panel of accuracy and cost: one dot per method and step, measured on a copy of the running scene.
 
-use egui::{Align2, Color32, Grid, Id, ProgressBar, RichText, Ui};
+use egui::{Color32, Grid, Id, ProgressBar, RichText, Ui};
 use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
 use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
 use motion::Method;
@@ -31,27 +31,24 @@ const FRONT: Color32 = Color32::from_gray(150);
 const FAILED: Color32 = Color32::from_rgb(255, 90, 80);
 
 /// The panel; whether the study is to start again.
-pub(super) fn show(cost: &state::Cost, desk: &mut Desk<'_>) -> bool {
-    let mut again = false;
-    desk.window().anchor(Align2::RIGHT_BOTTOM, [-8.0, -8.0]).show(desk.context, |ui| {
-        ui.set_width(WIDTH);
-        let Some(study) = cost.study() else {
-            ui.label("the first run begins with the next frame");
-            return;
-        };
-        mouse_hint(ui, desk.stage);
-        again = head(ui, study, cost.progress());
-        // They stay as they are chosen when another scene is opened.
-        let id = Id::unique("cost axes");
-        let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
-        choose(ui, &mut axes);
-        ui.data_mut(|data| data.insert_temp(id, axes));
-        if let Some(setting) = plot(ui, study, axes, desk.stage.setting()) {
-            desk.edits.push(Edit::ApplySetting(setting));
-        }
-        legend(ui, study);
-        foot(ui, study, axes);
-    });
+pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool {
+    ui.set_width(WIDTH);
+    let Some(study) = cost.study() else {
+        ui.label("the first run begins with the next frame");
+        return false;
+    };
+    mouse_hint(ui, desk.stage);
+    let again = head(ui, study, cost.progress());
+    // They stay as they are chosen when another scene is opened.
+    let id = Id::unique("cost axes");
+    let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    choose(ui, &mut axes);
+    ui.data_mut(|data| data.insert_temp(id, axes));
+    if let Some(setting) = plot(ui, study, axes, desk.stage.setting()) {
+        desk.edits.push(Edit::ApplySetting(setting));
+    }
+    legend(ui, study);
+    foot(ui, study, axes);
     again
 }
 

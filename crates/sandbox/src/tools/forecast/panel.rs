@@ -1,10 +1,9 @@
 //! The panel of the forecast: how near everything is to instability, and what would help.
 
-use egui::{Align2, Color32, Grid, Rect, RichText, Sense, Ui, Vec2};
+use egui::{Color32, Grid, Rect, RichText, Sense, Ui, Vec2};
 use report::numbers::digits;
 
 use crate::tools::forecast::ForecastRow;
-use crate::tools::tool::Desk;
 use crate::view::springs::margin_color;
 
 /// Rows that are listed.
@@ -19,23 +18,21 @@ const FULL: f64 = 1.25;
 const LIMIT: Color32 = Color32::from_gray(235);
 const CURE: Color32 = Color32::from_rgb(255, 140, 90);
 
-pub(super) fn show(desk: &mut Desk<'_>, rows: &[ForecastRow]) {
-    desk.window().anchor(Align2::LEFT_BOTTOM, [8.0, -8.0]).show(desk.context, |ui| {
-        ui.label(RichText::new(sentence(rows)).strong());
-        if rows.is_empty() {
-            return;
+pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
+    ui.label(RichText::new(sentence(rows)).strong());
+    if rows.is_empty() {
+        return;
+    }
+    Grid::new("forecast").num_columns(4).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+        for words in ["nearest to its limit", "value of limit", "", "method, bodies"] {
+            ui.weak(words);
         }
-        Grid::new("forecast").num_columns(4).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-            for words in ["nearest to its limit", "value of limit", "", "method, bodies"] {
-                ui.weak(words);
-            }
-            ui.end_row();
-            rows.iter().take(MOST_ROWS).for_each(|row| line(ui, row));
-        });
-        if rows.len() > MOST_ROWS {
-            ui.weak(format!("and {} more, all of them farther away", rows.len() - MOST_ROWS));
-        }
+        ui.end_row();
+        rows.iter().take(MOST_ROWS).for_each(|row| line(ui, row));
     });
+    if rows.len() > MOST_ROWS {
+        ui.weak(format!("and {} more, all of them farther away", rows.len() - MOST_ROWS));
+    }
 }
 
 /// What it comes to.

@@ -5,9 +5,8 @@ use report::numbers::meters;
 use report::{Ink, REFERENCE_INK, ink};
 
 use crate::tools::ghosts::state::{GhostLabel, GhostRow, GhostState, Ghosts, Twins, subject};
-use crate::tools::tool::Desk;
 use crate::view::hud::{THIN, swatch, text};
-use crate::view::stage::Mode;
+use crate::view::stage::{Mode, Stage};
 
 /// Size of the words in the picture, points.
 const SIZE: f32 = 15.0;
@@ -21,34 +20,30 @@ const BETWEEN: f32 = 1.0;
 /// Points in which a long reason is broken into lines.
 const WIDTH: f32 = 300.0;
 
-/// The panel; where it stands.
-pub(super) fn show(ghosts: &mut Ghosts, desk: &mut Desk<'_>) -> Option<Rect> {
-    let rows = ghosts.rows(desk.stage);
-    let shown = desk.window().anchor(Align2::LEFT_CENTER, [8.0, 0.0]).show(desk.context, |ui| {
-        if desk.stage.view.mode == Mode::Camera {
-            // The words of the reference picture.
-            ui.weak("the pointer turns the camera: Q lets it click here");
+pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage) {
+    let rows = ghosts.rows(stage);
+    if stage.view.mode == Mode::Camera {
+        // The words of the reference picture.
+        ui.weak("the pointer turns the camera: Q lets it click here");
+    }
+    Grid::new("ghosts").num_columns(3).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+        for heading in ["", subject(stage).as_str(), "rms of all"] {
+            ui.weak(heading);
         }
-        Grid::new("ghosts").num_columns(3).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-            for heading in ["", subject(desk.stage).as_str(), "rms of all"] {
-                ui.weak(heading);
-            }
+        ui.end_row();
+        for row in &rows {
+            line(ui, row, ghosts.twins.as_mut());
             ui.end_row();
-            for row in &rows {
-                line(ui, row, ghosts.twins.as_mut());
-                ui.end_row();
-            }
-        });
-        ui.scope(|ui| {
-            ui.set_max_width(WIDTH);
-            for row in &rows {
-                if let Some(why) = trouble(row) {
-                    ui.weak(format!("{}: {why}", ink_of(row).short));
-                }
-            }
-        });
+        }
     });
-    shown.map(|shown| shown.response.rect)
+    ui.scope(|ui| {
+        ui.set_max_width(WIDTH);
+        for row in &rows {
+            if let Some(why) = trouble(row) {
+                ui.weak(format!("{}: {why}", ink_of(row).short));
+            }
+        }
+    });
 }
 
 fn ink_of(row: &GhostRow) -> Ink {

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use bevy_ecs::prelude::*;
-use egui::Rect;
 use glam::{DVec2, DVec3};
 use history::{Distances, Failure, Simulation, Twin};
 use motion::{Method, PreviousPosition, SoftBody, Transform};
@@ -51,8 +50,6 @@ pub enum GhostState {
 #[derive(Default)]
 pub(crate) struct Ghosts {
     pub(super) twins: Option<Twins>,
-    /// Where the panel stands.
-    pub(super) panel: Option<Rect>,
 }
 
 /// The twins of a world.

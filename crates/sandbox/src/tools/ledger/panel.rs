@@ -1,13 +1,12 @@
 //! The panel of the ledger: where energy and momentum go, and what the method invents.
 
-use egui::{Align2, Color32, Grid, RichText, TextStyle, Ui};
+use egui::{Color32, Grid, RichText, TextStyle, Ui};
 use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
 use glam::DVec3;
 use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
 use report::numbers::{four_digits, signed};
 
 use crate::tools::ledger::state::Point;
-use crate::tools::tool::Desk;
 use crate::view::stage::Stage;
 
 /// What stands out: the residual.
@@ -27,29 +26,20 @@ const PLOT_HEIGHT: f32 = 72.0;
 /// Small: a scene with everything in it has 26 lines.
 const TEXT_SIZE: f32 = 11.0;
 
-/// It stands where other panels leave room.
-pub(super) fn show(desk: &mut Desk<'_>, ledger: &Ledger, points: &[Point]) {
-    let any = |titles: [&str; 2]| titles.iter().any(|title| desk.open.contains(title));
-    let (place, inward) = match (any(["Effects", "Accuracy and cost"]), any(["Settings", "Ghosts"])) {
-        (false, _) => (Align2::RIGHT_CENTER, [-8.0, 0.0]),
-        (true, false) => (Align2::LEFT_CENTER, [8.0, 0.0]),
-        (true, true) => (Align2::CENTER_BOTTOM, [0.0, -8.0]),
-    };
-    desk.window().anchor(place, inward).show(desk.context, |ui| {
-        ui.set_width(WIDTH);
-        for style in [TextStyle::Body, TextStyle::Monospace] {
-            if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
-                font.size = TEXT_SIZE;
-            }
+pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, points: &[Point]) {
+    ui.set_width(WIDTH);
+    for style in [TextStyle::Body, TextStyle::Monospace] {
+        if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
+            font.size = TEXT_SIZE;
         }
-        let last_second = ledger.last_second();
-        ui.label(RichText::new(sentence(desk.stage, ledger, &last_second)).color(RESIDUAL).strong());
-        energy(ui, ledger, &last_second);
-        ui.separator();
-        momentum(ui, ledger, &last_second);
-        ui.separator();
-        plots(ui, points);
-    });
+    }
+    let last_second = ledger.last_second();
+    ui.label(RichText::new(sentence(stage, ledger, &last_second)).color(RESIDUAL).strong());
+    energy(ui, ledger, &last_second);
+    ui.separator();
+    momentum(ui, ledger, &last_second);
+    ui.separator();
+    plots(ui, points);
 }
 
 /// What the method has done, in words.
