@@ -1,7 +1,6 @@
 //! Groups: springs, soft bodies, mutual gravity and air on sheets, integrated by every method.
 
 mod conserved;
-mod exact;
 mod hostile;
 mod implicit;
 pub(crate) mod lab;
