@@ -7,7 +7,7 @@ use crate::harness::{G, H, Lab, close, digits};
 
 fn fall(model: DampingModel, hz: f64, seconds: f64) -> (f64, f64) {
     let mut lab = Lab::new(Method::SemiImplicitEuler, 1.0 / hz).with_gravity();
-    lab = lab.with_damping(Damping { model, rate: 0.4 });
+    lab = lab.with(Damping { model, rate: 0.4 });
     let body = lab.body(10.0, Vector::ZERO);
     lab.run((hz * seconds).round() as u64);
     (lab.v(body).y, lab.x(body).y - 10.0)
@@ -46,8 +46,7 @@ fn terminal_speed_of_each_model() {
     // q = c h = 0.5: the models differ by half.
     let rate = 60.0;
     let terminal = |model| {
-        let mut lab =
-            Lab::new(Method::SemiImplicitEuler, H).with_gravity().with_damping(Damping { model, rate });
+        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_gravity().with(Damping { model, rate });
         let body = lab.body(1.0, Vector::ZERO);
         lab.run(400);
         let before = lab.x(body).y;
@@ -71,7 +70,7 @@ fn terminal_speed_of_each_model() {
 #[test]
 fn strong_damping_flips_the_tutorial_stops_clamped_and_decays_exactly() {
     let after = |model, q: f64| {
-        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_damping(Damping { model, rate: q / H });
+        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with(Damping { model, rate: q / H });
         let body = lab.body(1.0, Vector::X);
         lab.run(1);
         lab.v(body).x
@@ -85,7 +84,7 @@ fn strong_damping_flips_the_tutorial_stops_clamped_and_decays_exactly() {
 #[test]
 fn two_thousand_seconds_of_damping_end_at_zero_not_in_subnormals() {
     for model in DampingModel::ALL {
-        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_damping(Damping { model, rate: 0.4 });
+        let mut lab = Lab::new(Method::SemiImplicitEuler, H).with(Damping { model, rate: 0.4 });
         let v = Vector::new(1.0, -1.0, 1e-300);
         let plain = lab.body(10.0, v);
         let asking = [
@@ -105,7 +104,7 @@ fn two_thousand_seconds_of_damping_end_at_zero_not_in_subnormals() {
 fn travel_after_one_push_is_force_times_inverse_mass_times_step_over_rate() {
     for rate in [0.1, 0.4, 2.0] {
         for model in DampingModel::ALL {
-            let mut lab = Lab::new(Method::SemiImplicitEuler, H).with_damping(Damping { model, rate });
+            let mut lab = Lab::new(Method::SemiImplicitEuler, H).with(Damping { model, rate });
             let body = lab.body(10.0, Vector::ZERO);
             lab.push(body, Vector::X * 10.0);
             lab.run((60.0 / rate / H) as u64);

@@ -76,7 +76,7 @@ impl Environment {
         damping.into_iter().for_each(|damping| world.insert_resource(damping));
         substeps.into_iter().for_each(|substeps| world.insert_resource(Substeps(substeps)));
         solver.into_iter().for_each(|solver| world.insert_resource(solver));
-        lab.stepper.recompile(&mut lab.world);
+        lab.recompile();
         lab
     }
 

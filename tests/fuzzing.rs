@@ -9,7 +9,7 @@ use acceptance::targets::{TARGETS, Target};
 use bevy_ecs::prelude::Entity;
 use glam::{DVec2, DVec3};
 use history::{Rerun, TIMELINE_BYTES};
-use motion::{Damping, DampingModel, Gravity, Method, Request, Spring, Substeps, Transform};
+use motion::{Damping, DampingModel, Method, Request, Transform};
 use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -17,6 +17,8 @@ use sandbox::input::{Button, Experiment, Input};
 use scene::Scene;
 
 use crate::drive::Drive;
+use crate::environment::{Environment, Start};
+use crate::groups::lab::elastic;
 use crate::harness::{H, Lab, bits};
 
 fn number(name: &str) -> Option<u32> {
@@ -85,9 +87,8 @@ fn falling_pair(velocities: [DVec3; 2], rest_length: f64) -> (Lab, [Entity; 2]) 
     let mut lab = Lab::new(Method::PositionVerlet, H).with_gravity();
     let bodies = velocities.map(|velocity| lab.body(1.0, velocity));
     lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.z += 2.0;
-    let elastic = motion::Elastic { stiffness: 50.0, damping: 0.0, rest_length };
-    lab.world.spawn(Spring { ends: bodies, elastic });
-    lab.stepper.recompile(&mut lab.world);
+    lab.spring(bodies, elastic(50.0, rest_length));
+    lab.recompile();
     (lab, bodies)
 }
 
@@ -208,8 +209,7 @@ fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
             lab.ask(Request::SetInverseMass(bodies[0], 3.0));
             lab.ask(Request::SetPosition(bodies[0], DVec3::ZERO));
         }
-        lab.run(5);
-        lab.bits(bodies[1])
+        lab.run(5).bits(1)
     };
     assert_eq!(run(true), run(false));
 }
@@ -222,8 +222,7 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
             let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
             lab.run(5);
             lab.ask(request(bodies[0], refused));
-            lab.run(5);
-            lab.bits(bodies[1])
+            lab.run(5).bits(1)
         };
         let gone = run(|body, _| Request::Remove(body));
         assert_eq!(run(Request::SetPosition), gone);
@@ -240,10 +239,9 @@ fn who_breaks_between_two_ticks_is_frozen_there() {
     let bodies = [DVec3::ZERO, DVec3::X * 1e12].map(|velocity| lab.body(1.0, velocity));
     lab.world.get_mut::<Transform>(bodies[1]).unwrap().position.x += 1.0;
     let rest_length = lab.x(bodies[0]).distance(lab.x(bodies[1]));
-    let elastic = motion::Elastic { stiffness: 1e300, damping: 0.0, rest_length };
-    lab.world.spawn(Spring { ends: bodies, elastic });
-    lab.stepper.recompile(&mut lab.world);
-    let frozen = |lab: &Lab| bodies.map(|body| lab.world.get::<motion::Quarantined>(body).is_some());
+    lab.spring(bodies, elastic(1e300, rest_length));
+    lab.recompile();
+    let frozen = |lab: &Lab| bodies.map(|body| lab.is_quarantined(body));
     lab.run(1);
     assert_eq!(frozen(&lab), [false; 2]);
     lab.set_method(Method::ImplicitEuler);
@@ -323,22 +321,21 @@ fn the_smallest_velocities_are_the_same_in_every_kernel() {
     for ((model, rate), substeps) in cases {
         for method in Method::ALL {
             let run = |joined: bool| {
-                let mut lab = Lab::new(method, H);
-                lab.world.insert_resource(Gravity { acceleration: DVec3::new(1.0, 0.0, 1e-310), on: true });
-                lab.world.insert_resource(Damping { model, rate });
-                lab.world.insert_resource(Substeps(substeps));
-                let bodies = [(); 5].map(|()| lab.body(1.0, DVec3::new(1e-289, 1e-310, 0.0)));
-                bodies
-                    .iter()
-                    .for_each(|body| lab.world.get_mut::<Transform>(*body).unwrap().position = DVec3::ZERO);
-                if joined {
-                    let elastic = motion::Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.0 };
-                    lab.world.spawn(Spring { ends: [bodies[0], bodies[1]], elastic });
-                    lab.push(bodies[1], DVec3::splat(f64::NAN));
+                let around = Environment {
+                    damping: Some(Damping { model, rate }),
+                    substeps: Some(substeps),
+                    ..Environment::pull(DVec3::new(1.0, 0.0, 1e-310))
+                };
+                let mut lab = around.lab(method, H);
+                for _ in 0..5 {
+                    lab.spawn(Start::of(1.0, DVec3::ZERO, DVec3::new(1e-289, 1e-310, 0.0)));
                 }
-                lab.stepper.recompile(&mut lab.world);
-                lab.run(1);
-                lab.bits(bodies[0])
+                if joined {
+                    lab.spring([0, 1], elastic(1.0, 0.0));
+                    lab.push(1, DVec3::splat(f64::NAN));
+                }
+                lab.recompile();
+                lab.run(1).bits(0)
             };
             assert_eq!(run(true), run(false), "{method:?}, {model:?} {rate}, {substeps} substeps");
         }

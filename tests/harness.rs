@@ -8,10 +8,12 @@ use std::time::{Duration, Instant};
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    Damping, Gravity, Method, PhysicsBody, PushQueue, Request, Requests, StableId, Stepper, TimeStep,
-    Transform,
+    Damping, Elastic, Evaluations, Gravity, Method, PhysicsBody, PushQueue, Quarantine, QuarantineRecord,
+    Quarantined, Request, Requests, Spring, StableId, Stepper, TimeStep, Totals, Transform, totals,
 };
 use process_control::{ChildExt as _, Control as _};
+
+use crate::environment::Start;
 
 /// The tutorial's tick, s.
 pub const H: f64 = 1.0 / 120.0;
@@ -39,39 +41,84 @@ pub fn world_bits(world: &mut World) -> Vec<(u32, Bits)> {
     all
 }
 
-/// A world and its stepper.
+/// A world that is built by hand and its stepper, its bodies and springs in the order that they came in.
 pub struct Lab {
     pub world: World,
     pub stepper: Stepper,
+    pub bodies: Vec<Entity>,
+    pub springs: Vec<Entity>,
+}
+
+/// A body of a [`Lab`]: itself, or its place among the bodies.
+pub trait Which {
+    fn of(self, lab: &Lab) -> Entity;
+}
+
+impl Which for Entity {
+    fn of(self, _: &Lab) -> Entity {
+        self
+    }
+}
+
+impl Which for usize {
+    fn of(self, lab: &Lab) -> Entity {
+        lab.bodies[self]
+    }
 }
 
 impl Lab {
     pub fn new(method: Method, h: f64) -> Self {
-        let mut world = World::new();
+        Self::of(World::new(), method, h)
+    }
+
+    /// With what is in `world` already.
+    pub fn of(mut world: World, method: Method, h: f64) -> Self {
         let stepper = Stepper::new(&mut world, method, TimeStep(h));
-        Self { world, stepper }
+        Self { world, stepper, bodies: Vec::new(), springs: Vec::new() }
     }
 
     pub fn tutorial() -> Self {
-        Self::new(Method::SemiImplicitEuler, H).with_gravity().with_damping(Damping::TUTORIAL)
+        Self::new(Method::SemiImplicitEuler, H).with_gravity().with(Damping::TUTORIAL)
     }
 
-    pub fn with_gravity(mut self) -> Self {
-        self.world.insert_resource(Gravity::EARTH);
+    pub fn with_gravity(self) -> Self {
+        self.with(Gravity::EARTH)
+    }
+
+    pub fn with(mut self, resource: impl Resource) -> Self {
+        self.world.insert_resource(resource);
         self
     }
 
-    pub fn with_damping(mut self, damping: Damping) -> Self {
-        self.world.insert_resource(damping);
-        self
+    pub fn spawn(&mut self, start: Start) -> Entity {
+        let body = self.world.spawn(start.components()).id();
+        self.bodies.push(body);
+        body
     }
 
     /// A body of that inverse mass at a height of 10 m.
     pub fn body(&mut self, inverse_mass: f64, velocity: Vector) -> Entity {
-        self.world.spawn((Transform::at(Vector::Y * 10.0), PhysicsBody { velocity, inverse_mass })).id()
+        self.spawn(Start { x: Vector::Y * 10.0, v: velocity, w: inverse_mass })
     }
 
-    pub fn push(&mut self, body: Entity, newtons: Vector) {
+    pub fn spring<T: Which>(&mut self, ends: [T; 2], elastic: Elastic<f64>) -> Entity {
+        let ends = ends.map(|end| end.of(self));
+        let spring = self.world.spawn(Spring { ends, elastic }).id();
+        self.springs.push(spring);
+        spring
+    }
+
+    pub fn insert(&mut self, body: impl Which, components: impl Bundle) {
+        let body = body.of(self);
+        self.world.entity_mut(body).insert(components);
+    }
+
+    pub fn recompile(&mut self) {
+        self.stepper.recompile(&mut self.world);
+    }
+
+    pub fn push(&mut self, body: impl Which, newtons: Vector) {
+        let body = body.of(self);
         self.world.resource_mut::<PushQueue>().push_once(body, newtons);
     }
 
@@ -89,25 +136,65 @@ impl Lab {
         self.stepper.set_method(&mut self.world, method);
     }
 
-    pub fn set_step(&mut self, step: f64) {
-        self.world.insert_resource(TimeStep(step));
-    }
-
     pub fn run(&mut self, ticks: u64) -> &mut Self {
         (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
         self
     }
 
-    pub fn x(&self, body: Entity) -> Vector {
-        self.world.get::<Transform>(body).unwrap().position
+    pub fn x(&self, body: impl Which) -> Vector {
+        self.world.get::<Transform>(body.of(self)).unwrap().position
     }
 
-    pub fn v(&self, body: Entity) -> Vector {
-        self.world.get::<PhysicsBody>(body).unwrap().velocity
+    pub fn v(&self, body: impl Which) -> Vector {
+        self.world.get::<PhysicsBody>(body.of(self)).unwrap().velocity
     }
 
-    pub fn bits(&self, body: Entity) -> Bits {
+    /// Position and velocity.
+    pub fn state(&self, body: impl Which + Copy) -> (Vector, Vector) {
+        (self.x(body), self.v(body))
+    }
+
+    pub fn states(&self) -> Vec<(Vector, Vector)> {
+        self.bodies.iter().map(|body| self.state(*body)).collect()
+    }
+
+    pub fn bits(&self, body: impl Which + Copy) -> Bits {
         bits(self.x(body), self.v(body))
+    }
+
+    /// Bits of all bodies but some.
+    pub fn all_bits(&self, but: &[usize]) -> Vec<Bits> {
+        (0..self.bodies.len()).filter(|body| !but.contains(body)).map(|body| self.bits(body)).collect()
+    }
+
+    pub fn is_quarantined(&self, body: impl Which) -> bool {
+        self.world.get::<Quarantined>(body.of(self)).is_some()
+    }
+
+    /// Records of the bodies that were quarantined, in the order of events.
+    pub fn records(&self) -> &[QuarantineRecord] {
+        self.world.resource::<Quarantine>().records()
+    }
+
+    pub fn evaluations(&self) -> &Evaluations {
+        self.world.resource()
+    }
+
+    /// Evaluations of accelerations, in all and by law.
+    pub fn counts(&self) -> (u64, Vec<(&'static str, u64)>) {
+        let mut laws = self.evaluations().laws().to_vec();
+        laws.sort_unstable();
+        (self.evaluations().accelerations(), laws)
+    }
+
+    pub fn totals(&mut self) -> Totals {
+        totals(&mut self.world)
+    }
+
+    /// Kinetic and potential energy, J.
+    pub fn energy(&mut self) -> f64 {
+        let sum = self.totals();
+        sum.kinetic_energy + sum.potential_energy
     }
 }
 

@@ -9,17 +9,20 @@ mod rig;
 use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
-    AxisLocks, Cause, Damping, Fault, Gravity, Method, PhysicsBody, Quarantine, Quarantined, Request,
-    StableId, Substeps, Transform,
+    AxisLocks, Cause, Damping, Fault, Gravity, Method, PhysicsBody, Quarantined, Request, StableId, Substeps,
+    Transform,
 };
 
+use crate::environment::Start;
 use crate::harness::Lab;
 
-fn crowd(n: usize) -> (Lab, Vec<Entity>) {
+fn crowd(n: usize) -> Lab {
     let mut lab = Lab::tutorial();
-    let bodies = (0..n).map(|i| lab.body(10.0, Vector::new(i as f64, 1.0, -1.0))).collect();
+    for i in 0..n {
+        lab.body(10.0, Vector::new(i as f64, 1.0, -1.0));
+    }
     lab.set_method(Method::SemiImplicitEuler);
-    (lab, bodies)
+    lab
 }
 
 #[test]
@@ -31,28 +34,23 @@ fn a_non_finite_push_freezes_its_body_and_no_other() {
             (Vector::new(0.0, 0.0, f64::MAX), "PhysicsBody.velocity", Fault::Overflow),
         ] {
             for victim in [0, 3, n - 1] {
-                let (mut lab, bodies) = crowd(n);
+                let mut lab = crowd(n);
                 lab.run(9);
-                let before = (lab.x(bodies[victim]), lab.v(bodies[victim]));
-                let (mut without, twins) = crowd(n);
+                let before = lab.state(victim);
+                let mut without = crowd(n);
                 without.run(9);
-                without.world.despawn(twins[victim]);
-                lab.push(bodies[victim], force);
+                without.world.despawn(without.bodies[victim]);
+                lab.push(victim, force);
                 lab.run(50);
                 without.run(50);
-                assert_eq!((lab.x(bodies[victim]), lab.v(bodies[victim])), before);
-                for i in (0..n).filter(|i| *i != victim) {
-                    assert_eq!(
-                        (lab.x(bodies[i]), lab.v(bodies[i])),
-                        (without.x(twins[i]), without.v(twins[i]))
-                    );
-                }
-                let records = lab.world.resource::<Quarantine>().records();
+                assert_eq!(lab.state(victim), before);
+                assert_eq!(lab.all_bits(&[victim]), without.all_bits(&[victim]));
+                let records = lab.records();
                 assert_eq!(records.len(), 1);
-                assert_eq!((records[0].body, records[0].tick), (bodies[victim], 10));
+                assert_eq!((records[0].body, records[0].tick), (lab.bodies[victim], 10));
                 let cause = Cause { system: "integrate_acceleration", component, fault };
                 assert_eq!(records[0].cause, cause);
-                assert!(lab.world.get::<Quarantined>(bodies[victim]).is_some());
+                assert!(lab.is_quarantined(victim));
             }
         }
     }
@@ -60,53 +58,53 @@ fn a_non_finite_push_freezes_its_body_and_no_other() {
 
 #[test]
 fn an_enormous_push_that_stays_finite_is_not_refused_before_the_position_overflows() {
-    let (mut lab, bodies) = crowd(3);
+    let mut lab = crowd(3);
     lab.world.remove_resource::<Damping>();
-    lab.push(bodies[1], Vector::X * 1e307);
+    lab.push(1, Vector::X * 1e307);
     lab.run(1);
-    assert!(lab.v(bodies[1]).x > 1e305);
+    assert!(lab.v(1).x > 1e305);
     for _ in 0..5 {
-        lab.push(bodies[1], Vector::X * 1.7e308);
+        lab.push(1, Vector::X * 1.7e308);
         lab.run(1);
     }
     lab.run(200_000);
-    let records = lab.world.resource::<Quarantine>().records();
-    assert_eq!((records.len(), records[0].body), (1, bodies[1]));
-    assert!(lab.x(bodies[1]).is_finite() && lab.v(bodies[1]).is_finite());
+    let records = lab.records();
+    assert_eq!((records.len(), records[0].body), (1, lab.bodies[1]));
+    assert!(lab.x(1).is_finite() && lab.v(1).is_finite());
 }
 
 #[test]
 fn growing_damping_of_the_tutorial_is_caught_before_it_is_infinite() {
-    let mut lab = Lab::tutorial().with_damping(Damping { rate: 600.0, ..Damping::TUTORIAL });
+    let mut lab = Lab::tutorial().with(Damping { rate: 600.0, ..Damping::TUTORIAL });
     lab.world.remove_resource::<Gravity>();
     let body = lab.body(1.0, Vector::X);
     // 1 - c h = -4: the speed doubles twice a tick and overflows after 512 of them.
     lab.run(600);
     assert!(lab.v(body).is_finite() && lab.x(body).is_finite());
-    assert_eq!(lab.world.resource::<Quarantine>().records().len(), 1);
+    assert_eq!(lab.records().len(), 1);
 }
 
 #[test]
 fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
     for request in [Request::SetVelocity, Request::SetPosition, Request::Impulse] {
-        let (mut lab, bodies) = crowd(2);
+        let mut lab = crowd(2);
         lab.run(3);
-        let before = (lab.x(bodies[0]), lab.v(bodies[0]));
-        lab.ask(request(bodies[0], Vector::splat(f64::NAN)));
+        let before = lab.state(0);
+        lab.ask(request(lab.bodies[0], Vector::splat(f64::NAN)));
         lab.run(3);
-        assert_eq!((lab.x(bodies[0]), lab.v(bodies[0])), before);
-        let record = lab.world.resource::<Quarantine>().records()[0];
-        assert_eq!((record.body, record.cause.fault, record.tick), (bodies[0], Fault::Request, 4));
+        assert_eq!(lab.state(0), before);
+        let record = lab.records()[0];
+        assert_eq!((record.body, record.cause.fault, record.tick), (lab.bodies[0], Fault::Request, 4));
     }
 }
 
 #[test]
 fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
     let asked = |request: fn(Entity) -> Request| {
-        let (mut lab, bodies) = crowd(1);
-        lab.ask(request(bodies[0]));
+        let mut lab = crowd(1);
+        lab.ask(request(lab.bodies[0]));
         lab.run(1);
-        lab.world.resource::<Quarantine>().records()[0].cause.what()
+        lab.records()[0].cause.what()
     };
     let says = |part: &str| format!("an experiment asked for a state that cannot be, in its {part}");
     assert_eq!(asked(|body| Request::SetVelocity(body, Vector::splat(f64::NAN))), says("velocity"));
@@ -120,13 +118,13 @@ fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
 
 #[test]
 fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
-    let (mut lab, bodies) = crowd(300);
+    let mut lab = crowd(300);
     let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
     lab.ask(Request::SetGravity(Vector::new(0.0, f64::NAN, 0.0)));
     lab.run(2);
-    assert_eq!(lab.world.resource::<Quarantine>().records().len(), bodies.len());
+    assert_eq!(lab.records().len(), lab.bodies.len());
     assert!(lab.world.get::<Quarantined>(floor).is_none());
-    assert!(bodies.iter().all(|body| lab.x(*body).is_finite()));
+    assert!(lab.bodies.iter().all(|body| lab.x(*body).is_finite()));
 }
 
 #[test]
@@ -137,19 +135,19 @@ fn damping_that_is_not_a_number_freezes_what_moves_where_it_is_and_an_infinite_r
             let stops = rate.is_infinite() && model != motion::DampingModel::Tutorial;
             for n in [1, 3, 4, 5, 8, 300] {
                 let what = format!("{model:?} {rate} {n}");
-                let (mut lab, bodies) = crowd(n);
+                let mut lab = crowd(n);
                 let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
                 lab.run(2);
-                let before: Vec<_> = bodies.iter().map(|body| lab.x(*body)).collect();
+                let before = lab.states();
                 lab.ask(Request::SetDamping(Damping { model, rate }));
                 lab.run(3);
-                for (body, before) in bodies.iter().zip(before) {
+                for (body, (before, _)) in lab.bodies.iter().zip(before) {
                     let rests = lab.v(*body) == Vector::ZERO;
-                    assert_eq!(lab.world.get::<Quarantined>(*body).is_some(), !stops, "{what}");
+                    assert_eq!(lab.is_quarantined(*body), !stops, "{what}");
                     assert!(lab.x(*body) == before && rests == stops, "{what}: {}", lab.v(*body));
                 }
                 assert!(lab.world.get::<Quarantined>(floor).is_none());
-                let records = lab.world.resource::<Quarantine>().records();
+                let records = lab.records();
                 assert_eq!(records.len(), if stops { 0 } else { n }, "{what}");
                 assert!(records.iter().all(|record| record.tick == 3), "{what}");
             }
@@ -159,37 +157,37 @@ fn damping_that_is_not_a_number_freezes_what_moves_where_it_is_and_an_infinite_r
 
 #[test]
 fn records_are_in_the_order_of_ticks_and_within_a_tick_of_stable_ids() {
-    let (mut lab, bodies) = crowd(300);
+    let mut lab = crowd(300);
     // The last row of the table has the lowest id.
-    for (id, body) in (0..).zip(bodies.iter().rev()) {
+    for (id, body) in (0..).zip(lab.bodies.iter().rev()) {
         lab.world.entity_mut(*body).insert(StableId(id));
     }
     for broken in [&[250, 2, 7][..], &[], &[1, 299], &[0, 4]] {
         for id in broken {
-            lab.push(bodies[299 - id], Vector::NAN);
+            lab.push(299 - id, Vector::NAN);
         }
         lab.run(1);
     }
-    let records = lab.world.resource::<Quarantine>().records().iter();
+    let records = lab.records().iter();
     let records: Vec<_> = records.map(|record| (record.tick, record.id.unwrap().0)).collect();
     assert_eq!(records, [(1, 2), (1, 7), (1, 250), (3, 1), (3, 299), (4, 0), (4, 4)]);
 }
 
 #[test]
 fn a_quarantined_body_stays_as_it_is_whatever_is_asked() {
-    let (mut lab, bodies) = crowd(2);
-    lab.push(bodies[0], Vector::splat(f64::NAN));
+    let mut lab = crowd(2);
+    lab.push(0, Vector::splat(f64::NAN));
     lab.run(1);
-    let frozen = (lab.x(bodies[0]), lab.v(bodies[0]));
+    let frozen = lab.state(0);
     for request in [
         Request::ReverseVelocities,
-        Request::SetVelocity(bodies[0], Vector::X),
-        Request::SetPosition(bodies[0], Vector::X),
-        Request::Impulse(bodies[0], Vector::X),
+        Request::SetVelocity(lab.bodies[0], Vector::X),
+        Request::SetPosition(lab.bodies[0], Vector::X),
+        Request::Impulse(lab.bodies[0], Vector::X),
     ] {
         lab.ask(request);
         lab.run(1);
-        assert_eq!((lab.x(bodies[0]), lab.v(bodies[0])), frozen);
+        assert_eq!(lab.state(0), frozen);
     }
 }
 
@@ -199,21 +197,19 @@ fn a_body_that_breaks_in_a_later_substep_stays_where_it_was_before_the_tick_in_b
     let start = (Vector::new(1.7e308, 1.0, 2.0), Vector::new(1.6e307, 3.0, 4.0));
     for method in Method::ALL {
         for called in [false, true] {
-            let mut lab = Lab::new(method, 1.0);
-            lab.world.insert_resource(Substeps(4));
-            let body = (Transform::at(start.0), PhysicsBody { velocity: start.1, inverse_mass: 1.0 });
-            let body = lab.world.spawn(body).id();
+            let mut lab = Lab::new(method, 1.0).with(Substeps(4));
+            let body = lab.spawn(Start::of(1.0, start.0, start.1));
             let neighbour = lab.body(1.0, Vector::X);
             if called {
                 // What a single body asks for is nothing for the kernel in registers.
                 for body in [body, neighbour] {
-                    lab.world.entity_mut(body).insert(AxisLocks::default());
+                    lab.insert(body, AxisLocks::default());
                 }
             }
-            lab.stepper.recompile(&mut lab.world);
+            lab.recompile();
             lab.run(1);
-            assert!(lab.world.get::<Quarantined>(body).is_some(), "{method:?} {called}");
-            assert_eq!((lab.x(body), lab.v(body)), start, "{method:?} {called}");
+            assert!(lab.is_quarantined(body), "{method:?} {called}");
+            assert_eq!(lab.state(body), start, "{method:?} {called}");
             assert_eq!(lab.x(neighbour).x, 1.0, "{method:?} {called}");
         }
     }

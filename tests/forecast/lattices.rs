@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use history::Simulation;
+use motion::Method;
 use motion::forecast::{Forecast, Margin};
-use motion::{Evaluations, Method};
 use scene::Scene;
 
 use crate::groups::lab::{Environment, Net, Start, elastic};
@@ -67,16 +67,15 @@ fn implicit_euler_is_a_cure_only_where_its_iteration_ends() {
     for bodies in [2, 5, 40, 1500] {
         for k in [1e5, 1e7, 1e9, 1e14, 1e20, 1e100, 1e300] {
             let net = bent_chain(bodies, k);
-            let mut rig = net.rig(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0);
-            let margin =
-                *Forecast::of(&mut rig.lab.world, Method::SemiImplicitEuler).margins().first().unwrap();
+            let mut rig = net.lab(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0);
+            let margin = *Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins().first().unwrap();
             assert!(margin.is_unstable && (margin.limit - 2.0).abs() <= 0.01, "{bodies} {k:e}: {margin:?}");
             let exact = (k * 4.0).sqrt() / 60.0;
             assert!(margin.value <= exact && margin.value >= 0.4 * exact, "{bodies} {k:e}: {margin:?}");
             if margin.cure.method == Some(Method::ImplicitEuler) {
-                let mut rig = net.rig(&Environment::default(), Method::ImplicitEuler, 1.0 / 60.0);
+                let mut rig = net.lab(&Environment::default(), Method::ImplicitEuler, 1.0 / 60.0);
                 rig.run(30);
-                let unconverged = rig.lab.world.resource::<Evaluations>().unconverged_steps();
+                let unconverged = rig.evaluations().unconverged_steps();
                 assert_eq!(unconverged, 0, "{bodies} {k:e}: {margin:?}");
                 cured += 1;
             }

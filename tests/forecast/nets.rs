@@ -6,11 +6,11 @@ use motion::forecast::{Forecast, LimitingPart, Margin};
 use motion::{Damping, DampingModel, Drag, Elastic, Method, OwnLaws, Substeps, Well, Wells};
 
 use crate::dice::Dice;
-use crate::groups::lab::{Environment, Net as Springs, Rig, Start, elastic};
+use crate::groups::lab::{Environment, Lab, Net as Springs, Start, elastic};
 
 /// What is foretold of the world of a rig.
-fn forecast(rig: &mut Rig) -> Forecast {
-    Forecast::of(&mut rig.lab.world, rig.lab.stepper.method())
+fn forecast(rig: &mut Lab) -> Forecast {
+    Forecast::of(&mut rig.world, rig.stepper.method())
 }
 
 fn worst(forecast: &Forecast) -> Margin {
@@ -19,24 +19,29 @@ fn worst(forecast: &Forecast) -> Margin {
 
 /// Two bodies on a spring of that stiffness over mass, one of them held.
 fn stiff_spring(k: f64) -> Springs {
-    Springs {
-        bodies: vec![Start::held(DVec3::ZERO), Start::of(1.0, DVec3::X, DVec3::ZERO)],
-        springs: vec![([0, 1], elastic(k, 1.0))],
-    }
+    damped_spring(k, 0.0)
 }
+
+/// The same with a damper of that rate.
+fn damped_spring(stiffness: f64, damping: f64) -> Springs {
+    let (post, body) = (Start::held(DVec3::ZERO), Start::of(1.0, DVec3::X, DVec3::ZERO));
+    Springs::pair(post, body, Elastic { stiffness, damping, rest_length: 1.0 })
+}
+
+/// Methods with a stability limit.
+const LIMITED: [Method; 5] = [
+    Method::SemiImplicitEuler,
+    Method::PositionVerlet,
+    Method::VelocityVerlet,
+    Method::RungeKutta4,
+    Method::Yoshida4,
+];
 
 #[test]
 fn a_net_breaks_where_it_was_foretold() {
-    let limited = [
-        Method::SemiImplicitEuler,
-        Method::PositionVerlet,
-        Method::VelocityVerlet,
-        Method::RungeKutta4,
-        Method::Yoshida4,
-    ];
     for number in 0..50 {
         let net = Net::random(100 + number);
-        let method = limited[usize::try_from(number).unwrap() % limited.len()];
+        let method = LIMITED[usize::try_from(number).unwrap() % LIMITED.len()];
         let h = 1e-3;
         let margin = worst(&net.stepped(method, h).forecast());
         assert!(
@@ -86,14 +91,8 @@ fn dampers(seed: u64) -> Springs {
     let spring = |ends: [usize; 2], dice: &mut Dice| {
         let stiffness = 10.0_f64.powf(3.0 + dice.number());
         let length = bodies[ends[0]].x.distance(bodies[ends[1]].x);
-        (
-            ends,
-            Elastic {
-                stiffness,
-                damping: 0.02 * stiffness.sqrt() * 10.0_f64.powf(dice.number()),
-                rest_length: length,
-            },
-        )
+        let damping = 0.02 * stiffness.sqrt() * 10.0_f64.powf(dice.number());
+        (ends, Elastic { stiffness, damping, rest_length: length })
     };
     let springs = ends.into_iter().map(|ends| spring(ends, &mut dice)).collect();
     for body in &mut bodies[1..] {
@@ -104,7 +103,7 @@ fn dampers(seed: u64) -> Springs {
 
 /// Whether it stays within a thousand times what it was moved by.
 fn stays_at_rest(net: &Springs, method: Method, h: f64) -> bool {
-    let mut rig = net.rig(&Environment::default(), method, h);
+    let mut rig = net.lab(&Environment::default(), method, h);
     let start = net.start();
     (0..1500).all(|_| {
         rig.run(1);
@@ -114,18 +113,11 @@ fn stays_at_rest(net: &Springs, method: Method, h: f64) -> bool {
 
 #[test]
 fn a_net_of_dampers_breaks_where_it_was_foretold() {
-    let limited = [
-        Method::SemiImplicitEuler,
-        Method::PositionVerlet,
-        Method::VelocityVerlet,
-        Method::RungeKutta4,
-        Method::Yoshida4,
-    ];
     for seed in 0..35 {
-        let method = limited[usize::try_from(seed).unwrap() % limited.len()];
+        let method = LIMITED[usize::try_from(seed).unwrap() % LIMITED.len()];
         let net = dampers(seed);
         let h = 1e-3;
-        let margin = worst(&forecast(&mut net.rig(&Environment::default(), method, h)));
+        let margin = worst(&forecast(&mut net.lab(&Environment::default(), method, h)));
         let longest = h / margin.ratio();
         assert!(stays_at_rest(&net, method, 0.99 * longest), "{seed} {method:?} breaks below {margin:?}");
         assert!(!stays_at_rest(&net, method, 1.01 * longest), "{seed} {method:?} holds above {margin:?}");
@@ -136,14 +128,14 @@ fn a_net_of_dampers_breaks_where_it_was_foretold() {
 fn a_stiff_spring_needs_84_substeps_or_an_implicit_method() {
     let net = stiff_spring(1e8);
     let margin =
-        worst(&forecast(&mut net.rig(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0)));
+        worst(&forecast(&mut net.lab(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0)));
     assert!((margin.value - 1e4 / 60.0).abs() <= 1e-6 * margin.value, "{margin:?}");
     assert!((margin.limit - 2.0).abs() <= 1e-4, "{margin:?}");
     assert!(margin.is_unstable && matches!(margin.part, LimitingPart::Spring(_)));
     assert_eq!((margin.cure.substeps, margin.cure.method), (Some(84), Some(Method::ImplicitEuler)));
     for (substeps, unstable) in [(83, true), (84, false)] {
         let around = Environment { substeps: Some(substeps), ..Environment::default() };
-        let margin = worst(&forecast(&mut net.rig(&around, Method::SemiImplicitEuler, 1.0 / 60.0)));
+        let margin = worst(&forecast(&mut net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0)));
         assert_eq!((margin.is_unstable, margin.substeps), (unstable, substeps));
     }
 }
@@ -156,7 +148,7 @@ fn limits_are_exact_to_a_hundredth_on_both_sides() {
             continue;
         }
         for (part, unstable) in [(0.99, false), (1.01, true)] {
-            let mut rig = stiff_spring(100.0).rig(&Environment::default(), method, part * limit / 10.0);
+            let mut rig = stiff_spring(100.0).lab(&Environment::default(), method, part * limit / 10.0);
             let forecast = forecast(&mut rig);
             assert_eq!(forecast.unstable().count(), usize::from(unstable), "{method:?} {part}");
             assert!((worst(&forecast).ratio() - part).abs() <= 1e-4, "{method:?} {part}");
@@ -173,14 +165,14 @@ fn methods_that_are_never_stable_are_named_with_their_growth_and_another_method(
         (Method::RungeKutta2Heun, 0.1, 1.0 + 1e-4 / 4.0, Method::VelocityVerlet),
     ] {
         let margin =
-            worst(&forecast(&mut stiff_spring(100.0).rig(&Environment::default(), method, z / 10.0)));
+            worst(&forecast(&mut stiff_spring(100.0).lab(&Environment::default(), method, z / 10.0)));
         assert!(margin.is_unstable && margin.limit == 0.0 && margin.ratio().is_infinite(), "{margin:?}");
         let growth = f64::powf(squared, 0.5 * 10.0 / z);
         assert!((margin.growth_per_s / growth - 1.0).abs() <= 1e-6, "{margin:?} {growth}");
         assert_eq!((margin.cure.substeps, margin.cure.method), (None, Some(other)));
     }
     let net = stiff_spring(1e8);
-    let margin = worst(&forecast(&mut net.rig(&Environment::default(), Method::ImplicitEuler, 1.0)));
+    let margin = worst(&forecast(&mut net.lab(&Environment::default(), Method::ImplicitEuler, 1.0)));
     assert!(!margin.is_unstable && margin.limit.is_infinite() && margin.ratio() == 0.0, "{margin:?}");
 }
 
@@ -188,8 +180,7 @@ fn methods_that_are_never_stable_are_named_with_their_growth_and_another_method(
 fn damping_and_drag_of_single_bodies_have_their_own_limits() {
     let body = |rate: f64, model: DampingModel, method: Method| {
         let around = Environment { damping: Some(Damping { model, rate }), ..Environment::default() };
-        let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::X)], springs: Vec::new() }
-            .rig(&around, method, 0.1);
+        let mut rig = Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::X)]).lab(&around, method, 0.1);
         worst(&forecast(&mut rig))
     };
     for (model, method, limit) in [
@@ -213,11 +204,11 @@ fn damping_and_drag_of_single_bodies_have_their_own_limits() {
 
     // Quadratic drag by what it takes of the present speed, c + k |v|, and where gravity drives by its slope, c + 2 k |v|.
     let around = Environment { drag: Some(Drag::new(1.0, 0.5)), ..Environment::default() };
-    let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::Y * 30.0)], springs: Vec::new() }
-        .rig(&around, Method::ExplicitEuler, 0.1);
+    let fast = Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::Y * 30.0)]);
+    let mut rig = fast.lab(&around, Method::ExplicitEuler, 0.1);
     let margin = worst(&forecast(&mut rig));
     assert!(!margin.is_unstable && (margin.value - 1.6).abs() < 1e-12, "{margin:?}");
-    rig.lab.world.insert_resource(motion::Gravity::EARTH);
+    rig.world.insert_resource(motion::Gravity::EARTH);
     let margin = worst(&forecast(&mut rig));
     assert!(margin.is_unstable && (margin.value - 3.1).abs() < 1e-12, "{margin:?}");
     assert_eq!((margin.part, margin.cure.substeps), (LimitingPart::Drag(rig.bodies[0]), Some(2)));
@@ -228,8 +219,7 @@ fn a_well_is_looked_at_from_where_bodies_are() {
     let wells = Wells(vec![Well { position: DVec3::ZERO, strength: 8.0, softening: 0.0 }]);
     let around = Environment { wells: Some(wells), ..Environment::default() };
     let bodies = [4.0, 2.0, 3.0].map(|r| Start::of(1.0, DVec3::Z * r, DVec3::ZERO));
-    let mut rig =
-        Springs { bodies: bodies.to_vec(), springs: Vec::new() }.rig(&around, Method::VelocityVerlet, 0.5);
+    let mut rig = Springs::free(bodies).lab(&around, Method::VelocityVerlet, 0.5);
     let margin = worst(&forecast(&mut rig));
     // w² = 8 / 2³.
     assert_eq!(margin.part, LimitingPart::Well(0, rig.bodies[1]));
@@ -240,8 +230,8 @@ fn a_well_is_looked_at_from_where_bodies_are() {
 fn the_limiting_spring_is_named_and_its_margin_is_that_of_the_group() {
     let mut net = crate::groups::lab::chain(6, 100.0, 1.0, 1.0);
     net.springs[3].1.stiffness = 5e4;
-    let mut rig = net.rig(&Environment::default(), Method::VelocityVerlet, 1.0 / 60.0);
-    let forecast = Forecast::with_springs(&mut rig.lab.world, Method::VelocityVerlet);
+    let mut rig = net.lab(&Environment::default(), Method::VelocityVerlet, 1.0 / 60.0);
+    let forecast = Forecast::with_springs(&mut rig.world, Method::VelocityVerlet);
     let margin = worst(&forecast);
     assert_eq!(margin.part, LimitingPart::Spring([rig.bodies[3], rig.bodies[4]]));
     let ratios: Vec<_> = forecast.springs().iter().map(|spring| spring.ratio).collect();
@@ -279,7 +269,7 @@ fn a_large_cloth_of_dampers_is_judged_like_its_run() {
         body.x += DVec3::new(dice.number(), dice.number(), 0.0) * 1e-9;
     }
     for method in [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4] {
-        let margin = worst(&forecast(&mut net.rig(&Environment::default(), method, 1e-3)));
+        let margin = worst(&forecast(&mut net.lab(&Environment::default(), method, 1e-3)));
         let longest = 1e-3 / margin.ratio();
         assert!(stays_at_rest(&net, method, 0.99 * longest), "{method:?} breaks below {margin:?}");
         assert!(!stays_at_rest(&net, method, 1.01 * longest), "{method:?} holds above {margin:?}");
@@ -288,32 +278,23 @@ fn a_large_cloth_of_dampers_is_judged_like_its_run() {
 
 #[test]
 fn a_scene_of_nothing_that_could_be_unstable_is_not_looked_at() {
-    let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::ZERO, DVec3::X)], springs: Vec::new() }.rig(
-        &Environment::falling(),
-        Method::ExplicitEuler,
-        0.1,
-    );
+    let falling = Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::X)]);
+    let mut rig = falling.lab(&Environment::falling(), Method::ExplicitEuler, 0.1);
     assert!(forecast(&mut rig).margins().is_empty());
-    rig.lab.world.insert_resource(Substeps(5));
+    rig.world.insert_resource(Substeps(5));
     assert!(forecast(&mut rig).margins().is_empty());
 }
 
 #[test]
 fn laws_of_single_bodies_are_looked_at_by_their_derivatives() {
     let wells = Wells(vec![Well { position: DVec3::ZERO, strength: 8.0, softening: 0.0 }]);
-    let mut rig = Springs { bodies: vec![Start::of(1.0, DVec3::Y * 2.0, DVec3::ZERO)], springs: Vec::new() }
-        .rig(&Environment::default(), Method::VelocityVerlet, 0.5);
-    rig.engines(0, OwnLaws::new(vec![Box::new(wells)]));
+    let body = Springs::free([Start::of(1.0, DVec3::Y * 2.0, DVec3::ZERO)]);
+    let mut rig = body.lab(&Environment::default(), Method::VelocityVerlet, 0.5);
+    rig.insert(0, OwnLaws::new(vec![Box::new(wells)]));
     let margin = worst(&forecast(&mut rig));
     // Across the line to the well it pulls back with 8 / 2³, along it apart.
     assert_eq!(margin.part, LimitingPart::Law("wells", rig.bodies[0]));
     assert!((margin.value - 0.5).abs() < 1e-9, "{margin:?}");
-}
-
-/// A spring with a damper of that rate, so that the two are reckoned with together.
-fn damped_spring(stiffness: f64, damping: f64) -> Springs {
-    let spring = Elastic { stiffness, damping, rest_length: 1.0 };
-    Springs { springs: vec![([0, 1], spring)], ..stiff_spring(1.0) }
 }
 
 /// The limit of a method is found from however far away.
@@ -323,7 +304,7 @@ fn a_limit_is_the_same_seen_from_afar() {
         for damped in [false, true] {
             let net = damped_spring(k, if damped { 1e-12 * k.sqrt() } else { 0.0 });
             let margin =
-                worst(&forecast(&mut net.rig(&Environment::default(), Method::SemiImplicitEuler, 1e-2)));
+                worst(&forecast(&mut net.lab(&Environment::default(), Method::SemiImplicitEuler, 1e-2)));
             assert!((margin.limit - 2.0).abs() <= 0.02, "{k:e} {damped}: {margin:?}");
             assert_eq!(margin.is_unstable, 1e-2 * k.sqrt() > 2.0, "{k:e} {damped}: {margin:?}");
             assert_eq!(margin.cure.substeps.is_some(), k == 1e8, "{k:e}");
@@ -334,18 +315,13 @@ fn a_limit_is_the_same_seen_from_afar() {
 /// What is faster than every number is unstable, and says so.
 #[test]
 fn a_net_without_end_is_unstable() {
-    let light = Springs {
-        bodies: vec![Start::held(DVec3::ZERO), Start::of(1e-300, DVec3::X, DVec3::ZERO)],
-        ..damped_spring(1e10, 0.0)
-    };
-    let fast = Springs {
-        bodies: vec![Start::held(DVec3::ZERO), Start::of(1.0, DVec3::X, DVec3::splat(1e160))],
-        ..damped_spring(1.0, 0.0)
-    };
+    let post = Start::held(DVec3::ZERO);
+    let light = Springs::pair(post, Start::of(1e-300, DVec3::X, DVec3::ZERO), elastic(1e10, 1.0));
+    let fast = Springs::pair(post, Start::of(1.0, DVec3::X, DVec3::splat(1e160)), elastic(1.0, 1.0));
     for (net, drag) in [(light, None), (fast, Some(Drag::new(0.0, 0.1)))] {
         for method in Method::ALL {
-            let mut rig = net.rig(&Environment::default(), method, 1e-2);
-            drag.into_iter().for_each(|drag| rig.lab.world.insert_resource(drag));
+            let mut rig = net.lab(&Environment::default(), method, 1e-2);
+            drag.into_iter().for_each(|drag| rig.world.insert_resource(drag));
             let margin = worst(&forecast(&mut rig));
             assert!(margin.is_unstable && margin.ratio() == f64::INFINITY, "{method:?}: {margin:?}");
             assert_eq!(margin.cure, motion::forecast::Cure::default(), "{method:?}");
@@ -366,14 +342,12 @@ fn many_rates_of_damping_are_taken_together() {
     let springs: Vec<_> = (last - 39..=last).map(spring).collect();
     net.springs.extend(springs);
     let around = |rates: usize| {
-        let mut rig = net.rig(&Environment::default(), Method::SemiImplicitEuler, 1e-3);
-        rig.lab.world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.4 });
+        let mut rig = net.lab(&Environment::default(), Method::SemiImplicitEuler, 1e-3);
+        rig.world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.4 });
         for body in 0..rates {
-            let rate = motion::DampingRate::new(0.1 + 0.01 * body as f64);
-            let body = rig.bodies[body];
-            rig.lab.world.entity_mut(body).insert(rate);
+            rig.insert(body, motion::DampingRate::new(0.1 + 0.01 * body as f64));
         }
-        rig.lab.stepper.recompile(&mut rig.lab.world);
+        rig.recompile();
         worst(&forecast(&mut rig))
     };
     let (few, many) = (around(4), around(last));

@@ -3,12 +3,12 @@
 use glam::DVec3;
 use motion::{Method, Request};
 
-use super::lab::{Environment, Net, Rig, Start, elastic, pendulum, ring, tetrahedron};
+use super::lab::{Environment, Lab, Net, Start, elastic, pendulum, ring, tetrahedron};
 use super::orders::figure_eight;
 use crate::methods::fingerprint;
 
 /// Most that momentum (kg m/s) and angular momentum differ from those at the start, and the sums of magnitudes.
-fn drifts(rig: &mut Rig, ticks: u64) -> [[f64; 2]; 2] {
+fn drifts(rig: &mut Lab, ticks: u64) -> [[f64; 2]; 2] {
     let start = rig.totals();
     let (mut drift, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
     for _ in 0..ticks / 16 {
@@ -19,9 +19,9 @@ fn drifts(rig: &mut Rig, ticks: u64) -> [[f64; 2]; 2] {
         drift[1] = worse(drift[1], now.angular_momentum.distance(start.angular_momentum));
         let (mut p, mut l) = (0.0, 0.0);
         for body in &rig.bodies {
-            let m = rig.lab.world.get::<motion::PhysicsBody>(*body).unwrap().mass();
-            p += m * rig.lab.v(*body).length();
-            l += m * rig.lab.v(*body).length() * rig.lab.x(*body).length();
+            let m = rig.world.get::<motion::PhysicsBody>(*body).unwrap().mass();
+            p += m * rig.v(*body).length();
+            l += m * rig.v(*body).length() * rig.x(*body).length();
         }
         size = [size[0].max(p), size[1].max(l)];
     }
@@ -43,7 +43,7 @@ fn springs_and_mutual_gravity_keep_momentum_to_rounding_under_every_method() {
     let ticks = 2048;
     for (name, net, around) in free_nets() {
         for method in Method::ALL {
-            let [[drift, _], [size, _]] = drifts(&mut net.rig(&around, method, 1.0 / 512.0), ticks);
+            let [[drift, _], [size, _]] = drifts(&mut net.lab(&around, method, 1.0 / 512.0), ticks);
             let bound = 2.0 * (ticks as f64).sqrt() * f64::EPSILON * size;
             println!("{name} {method:?} {:.3}", drift / bound);
             assert!(drift <= bound, "{name}, {method:?}: {drift:e}, at most {bound:e}");
@@ -58,7 +58,7 @@ fn methods_of_kicks_and_drifts_keep_angular_momentum_to_rounding() {
     let ticks = 4096;
     for (name, net, around) in free_nets() {
         for method in Method::ALL {
-            let mut rig = net.rig(&around, method, 1.0 / 512.0);
+            let mut rig = net.lab(&around, method, 1.0 / 512.0);
             // Position Verlet's velocity is that of half a step before, which its start is not.
             rig.run(1);
             let [[_, drift], [_, size]] = drifts(&mut rig, ticks);
@@ -75,8 +75,10 @@ fn methods_of_kicks_and_drifts_keep_angular_momentum_to_rounding() {
 
 /// 2 kg on a spring of no rest length to a post, w = 2: linear in three dimensions.
 fn oscillator(x: DVec3, v: DVec3) -> Net {
-    let bodies = vec![Start::held(DVec3::new(1.0, -2.0, 0.5)), Start { x, v, w: 0.5 }];
-    Net { bodies, springs: vec![([1, 0], elastic(8.0, 0.0))] }
+    Net {
+        springs: vec![([1, 0], elastic(8.0, 0.0))],
+        ..Net::free([Start::held(POST), Start { x, v, w: 0.5 }])
+    }
 }
 
 const POST: DVec3 = DVec3::new(1.0, -2.0, 0.5);
@@ -99,9 +101,9 @@ fn a_nearby_energy_is_kept_for_a_hundred_thousand_steps() {
         let limit = method.claims().stability_limit;
         // Near the limit of a method the form that it keeps is a thin ellipse, and no measure of rounding.
         for z in [0.1, 1.0, 1.5].into_iter().filter(|z| *z < 0.8 * limit) {
-            let mut rig = oscillator(POST + DVec3::X, DVec3::Y).rig(&Environment::default(), method, z / 2.0);
+            let mut rig = oscillator(POST + DVec3::X, DVec3::Y).lab(&Environment::default(), method, z / 2.0);
             rig.run(1);
-            let energy = |rig: &Rig| -> f64 {
+            let energy = |rig: &Lab| -> f64 {
                 let (x, v) = ((rig.x(1) - POST) * 2.0, rig.v(1));
                 (0..3).map(|axis| kept(method, z, x[axis], v[axis])).sum()
             };
@@ -131,12 +133,9 @@ fn a_step_of_a_spring_to_a_post_has_the_fingerprint_of_the_method() {
                     let before = start[0] - z * start[1];
                     (state, ticks) = ([before, start[1] + z / 2.0 * before], 2);
                 }
-                let bodies = vec![
-                    Start::held(DVec3::ZERO),
-                    Start { x: DVec3::Y * (state[0] / 2.0), v: DVec3::Y * state[1], w: 0.5 },
-                ];
-                let net = Net { bodies, springs: vec![([0, 1], elastic(8.0, 0.0))] };
-                let mut rig = net.rig(&Environment::default(), method, z / 2.0);
+                let body = Start { x: DVec3::Y * (state[0] / 2.0), v: DVec3::Y * state[1], w: 0.5 };
+                let net = Net::pair(Start::held(DVec3::ZERO), body, elastic(8.0, 0.0));
+                let mut rig = net.lab(&Environment::default(), method, z / 2.0);
                 rig.run(ticks);
                 [rig.x(1).y * 2.0, rig.v(1).y]
             };
@@ -169,7 +168,7 @@ fn velocities_turned_round_lead_back_along_the_string() {
         (Method::Yoshida4, 0.0),
     ] {
         let net = pendulum(100.0);
-        let mut rig = net.rig(&Environment::pull(DVec3::Y * -9.81), method, 1.0 / 240.0);
+        let mut rig = net.lab(&Environment::pull(DVec3::Y * -9.81), method, 1.0 / 240.0);
         rig.run(2400).ask(Request::ReverseVelocities);
         rig.run(2400);
         let error = rig.x(1).distance(net.bodies[1].x);
@@ -192,7 +191,7 @@ fn three_bodies_on_an_eight_keep_their_energy_in_bounds() {
         (Method::RungeKutta4, 8.5e-6),
         (Method::Yoshida4, 1e-6),
     ] {
-        let mut rig = net.rig(&around, method, 6.325_897_9 / 500.0);
+        let mut rig = net.lab(&around, method, 6.325_897_9 / 500.0);
         let start = rig.energy();
         // Of three unit masses: m v^2 / 2 and -1 / r.
         let pairs = [(0, 1), (1, 2), (0, 2)].map(|(a, b)| 1.0 / rig.x(a).distance(rig.x(b)));

@@ -4,10 +4,10 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{
     BodyState, Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Jacobians, Law,
-    Method, MutualGravity, OwnLaws, Quarantine, Request, SoftBody, Spring, Thrust, Wind,
+    Method, MutualGravity, OwnLaws, Request, SoftBody, Thrust, Wind,
 };
 
-use super::lab::{Environment, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use super::lab::{Environment, H, Lab, Net, Start, elastic, pendulum, tetrahedron};
 use crate::dice::Dice;
 
 /// Two triangles joined by a bridge, hung on a post, and two bodies beside them.
@@ -64,7 +64,7 @@ fn surroundings() -> [(&'static str, Environment); 5] {
 
 /// Two runs of one net: in the tick 11 the culprits break in the one, and are removed in the other.
 #[track_caller]
-fn no_other_notices(what: &str, make: impl Fn() -> Rig, culprits: &[usize], harm: impl Fn(&mut Rig)) {
+fn no_other_notices(what: &str, make: impl Fn() -> Lab, culprits: &[usize], harm: impl Fn(&mut Lab)) {
     let (mut rig, mut without) = (make(), make());
     rig.run(10);
     without.run(10);
@@ -83,7 +83,7 @@ fn no_other_notices(what: &str, make: impl Fn() -> Rig, culprits: &[usize], harm
     }
     let after: Vec<_> = culprits.iter().map(|culprit| rig.bits(*culprit)).collect();
     assert_eq!(before, after, "{what}: a culprit stays where it was");
-    for record in rig.lab.world.resource::<Quarantine>().records() {
+    for record in rig.records() {
         assert_eq!((record.tick, record.cause.system), (11, "integrate_groups"), "{what}");
     }
 }
@@ -93,8 +93,8 @@ fn a_member_that_breaks_is_frozen_and_the_others_go_on_as_without_it() {
     for method in Method::ALL {
         for (name, around) in surroundings() {
             let make = || {
-                let mut rig = bridge().rig(&around, method, H);
-                rig.engines(6, engine());
+                let mut rig = bridge().lab(&around, method, H);
+                rig.insert(6, engine());
                 rig
             };
             for culprit in [0, 2, 3, 6] {
@@ -115,7 +115,7 @@ fn two_members_that_break_in_one_tick_are_frozen_both() {
                 let what = format!("{method:?}, {name}, {culprits:?}");
                 no_other_notices(
                     &what,
-                    || bridge().rig(&around, method, H),
+                    || bridge().lab(&around, method, H),
                     &culprits,
                     |rig| {
                         culprits.iter().for_each(|culprit| rig.push(*culprit, DVec3::splat(f64::NAN)));
@@ -130,12 +130,12 @@ fn two_members_that_break_in_one_tick_are_frozen_both() {
 fn a_member_that_is_left_alone_goes_on_as_a_single_body() {
     for method in Method::ALL {
         for (name, around) in surroundings() {
-            let net =
-                Net { bodies: tetrahedron().bodies[..2].into(), springs: vec![([0, 1], elastic(50.0, 1.0))] };
+            let [a, b, ..] = tetrahedron().bodies[..] else { unreachable!() };
+            let net = Net::pair(a, b, elastic(50.0, 1.0));
             let what = format!("{method:?}, {name}");
             let make = || {
-                let mut rig = net.rig(&around, method, H);
-                rig.engines(1, engine());
+                let mut rig = net.lab(&around, method, H);
+                rig.insert(1, engine());
                 rig
             };
             no_other_notices(&what, make, &[0], |rig| rig.push(0, DVec3::NAN));
@@ -147,14 +147,14 @@ fn a_member_that_is_left_alone_goes_on_as_a_single_body() {
 #[test]
 fn a_member_whose_own_law_breaks_is_frozen() {
     for method in Method::ALL {
-        let mut rig = bridge().rig(&Environment::falling(), method, H);
-        rig.engines(3, OwnLaws::new(vec![Box::new(Broken(10.5 * H))]));
+        let mut rig = bridge().lab(&Environment::falling(), method, H);
+        rig.insert(3, OwnLaws::new(vec![Box::new(Broken(10.5 * H))]));
         rig.run(40);
         assert_eq!(rig.frozen(), [3], "{method:?}");
-        let record = rig.lab.world.resource::<Quarantine>().records()[0];
+        let record = rig.records()[0];
         let cause = Cause { system: "integrate_groups", component: "OwnLaws", fault: Fault::Law("broken") };
         assert_eq!((record.tick, record.cause), (11, cause), "{method:?}");
-        assert!(rig.state().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{method:?}");
+        assert!(rig.states().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{method:?}");
     }
 }
 
@@ -168,7 +168,7 @@ fn a_point_of_a_sheet_that_breaks_is_frozen_and_the_others_go_on_as_without_it()
     };
     for method in Method::ALL {
         let make = || {
-            let mut rig = bridge().rig(&around, method, H);
+            let mut rig = bridge().lab(&around, method, H);
             let points = rig.bodies.clone();
             let triangles = vec![[0, 1, 2], [4, 5, 6], [2, 4, 3], [0, 7, 5]];
             rig.soft(SoftBody { points, triangles, sheet: true, ..SoftBody::default() });
@@ -185,8 +185,8 @@ fn a_point_of_a_sheet_that_breaks_is_frozen_and_the_others_go_on_as_without_it()
 fn springs_that_are_no_numbers_freeze_an_end_and_nothing_else() {
     for stiffness in [f64::INFINITY, f64::NAN, f64::MAX] {
         for method in Method::ALL {
-            let mut rig = bridge().rig(&Environment::falling(), method, H);
-            let mut twin = bridge().rig(&Environment::falling(), method, H);
+            let mut rig = bridge().lab(&Environment::falling(), method, H);
+            let mut twin = bridge().lab(&Environment::falling(), method, H);
             rig.run(10);
             twin.run(10);
             rig.spring([3, 6], elastic(stiffness, 0.1));
@@ -199,7 +199,7 @@ fn springs_that_are_no_numbers_freeze_an_end_and_nothing_else() {
             for body in [8, 9] {
                 assert_eq!(rig.bits(body), twin.bits(body), "{what}");
             }
-            assert!(rig.state().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{what}");
+            assert!(rig.states().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{what}");
         }
     }
 }
@@ -207,17 +207,15 @@ fn springs_that_are_no_numbers_freeze_an_end_and_nothing_else() {
 #[test]
 fn a_stiffness_of_1e30_breaks_no_other_group() {
     let mut net = pendulum(100.0);
-    let first = net.and(&Net {
-        bodies: vec![Start::of(1.0, DVec3::X * 9.0, DVec3::Y), Start::of(2.0, DVec3::X * 10.5, DVec3::ZERO)],
-        springs: vec![([0, 1], elastic(1e30, 1.0))],
-    });
+    let (a, b) = (Start::of(1.0, DVec3::X * 9.0, DVec3::Y), Start::of(2.0, DVec3::X * 10.5, DVec3::ZERO));
+    let first = net.and(&Net::pair(a, b, elastic(1e30, 1.0)));
     for method in Method::ALL {
-        let mut rig = net.rig(&Environment::falling(), method, H);
-        let mut alone = pendulum(100.0).rig(&Environment::falling(), method, H);
+        let mut rig = net.lab(&Environment::falling(), method, H);
+        let mut alone = pendulum(100.0).lab(&Environment::falling(), method, H);
         rig.run(200);
         alone.run(200);
         assert_eq!(rig.bits(1), alone.bits(1), "{method:?}");
-        assert!(rig.state().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{method:?}");
+        assert!(rig.states().iter().all(|(x, v)| x.is_finite() && v.is_finite()), "{method:?}");
         if method == Method::ImplicitEuler {
             assert!(rig.frozen().is_empty());
             let length = rig.x(first).distance(rig.x(first + 1));
@@ -232,15 +230,14 @@ fn ends_at_one_place_and_springs_to_oneself_pull_nothing() {
         let bodies = vec![Start::of(1.0, DVec3::ONE, DVec3::X), Start::of(2.0, DVec3::ONE, DVec3::X)];
         let spring = Elastic { damping: 5.0, ..elastic(1e3, 0.5) };
         let net = Net { bodies, springs: vec![([0, 1], spring), ([0, 0], spring)] };
-        let mut rig = net.rig(&Environment::default(), method, 1.0 / 64.0);
+        let mut rig = net.lab(&Environment::default(), method, 1.0 / 64.0);
         rig.run(64);
         for body in [0, 1] {
-            assert_eq!((rig.x(body), rig.v(body)), (DVec3::new(2.0, 1.0, 1.0), DVec3::X), "{method:?}");
+            assert_eq!(rig.state(body), (DVec3::new(2.0, 1.0, 1.0), DVec3::X), "{method:?}");
         }
         // At one place only at the start, they part or not, and stay finite and symmetric.
-        let bodies = vec![Start::of(1.0, DVec3::ZERO, DVec3::X), Start::of(1.0, DVec3::ZERO, -DVec3::X)];
-        let mut rig =
-            Net { bodies, springs: vec![([0, 1], spring)] }.rig(&Environment::default(), method, 1.0 / 256.0);
+        let [a, b] = [DVec3::X, -DVec3::X].map(|v| Start::of(1.0, DVec3::ZERO, v));
+        let mut rig = Net::pair(a, b, spring).lab(&Environment::default(), method, 1.0 / 256.0);
         for _ in 0..256 {
             rig.run(1);
             assert_eq!(rig.x(0), -rig.x(1), "{method:?}");
@@ -258,8 +255,8 @@ fn two_springs_are_as_stiff_as_one_of_both() {
             let bodies = tetrahedron().bodies[..2].to_vec();
             Net { bodies, springs: springs.iter().map(|k| ([0, 1], elastic(*k, 1.0))).collect() }
         };
-        let mut double = net(&[32.0, 32.0]).rig(&Environment::default(), method, H);
-        let mut single = net(&[64.0]).rig(&Environment::default(), method, H);
+        let mut double = net(&[32.0, 32.0]).lab(&Environment::default(), method, H);
+        let mut single = net(&[64.0]).lab(&Environment::default(), method, H);
         for _ in 0..60 {
             double.run(1);
             single.run(1);
@@ -282,7 +279,7 @@ fn a_million_springs_hang_on_one_node() {
         springs: (1..=count).map(|i| ([0, i], elastic(100.0, 0.5))).collect(),
     };
     let solver = Some(Solver { most_iterations: 20, ..Solver::default() });
-    let mut rig = net.rig(&Environment { solver, ..Environment::default() }, Method::SemiImplicitEuler, H);
+    let mut rig = net.lab(&Environment { solver, ..Environment::default() }, Method::SemiImplicitEuler, H);
     for method in [Method::SemiImplicitEuler, Method::RungeKutta4, Method::ImplicitEuler] {
         rig.set_method(method);
         rig.run(2);
@@ -312,7 +309,7 @@ fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
         springs: springs.map(|ends| (ends, elastic(1e5, 0.1))).collect(),
     };
     for method in Method::ALL {
-        let mut rig = net.rig(&Environment::default(), method, H);
+        let mut rig = net.lab(&Environment::default(), method, H);
         rig.run(1);
         let frozen = rig.frozen().len();
         // A third of a net of triangles is left at most: no two that a spring joins.
@@ -326,18 +323,18 @@ fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
 #[test]
 fn a_spring_waits_for_no_one() {
     for method in Method::ALL {
-        let mut rig = pendulum(100.0).rig(&Environment::falling(), method, H);
-        let (gone, first) = (rig.lab.world.spawn_empty().id(), rig.bodies[1]);
-        rig.lab.world.despawn(gone);
-        rig.lab.world.spawn(Spring { ends: [gone, first], elastic: elastic(1e5, 0.0) });
-        let newcomer = rig.lab.body(1.0, DVec3::X);
+        let mut rig = pendulum(100.0).lab(&Environment::falling(), method, H);
+        let (gone, first) = (rig.world.spawn_empty().id(), rig.bodies[1]);
+        rig.world.despawn(gone);
+        rig.spring([gone, first], elastic(1e5, 0.0));
+        let newcomer = rig.body(1.0, DVec3::X);
         rig.run(3);
-        rig.lab.world.spawn(Spring { ends: [newcomer, first], elastic: elastic(10.0, 1.0) });
+        rig.spring([newcomer, first], elastic(10.0, 1.0));
         rig.run(3);
-        assert_eq!(rig.lab.world.resource::<motion::groups::Groups>().bodies(), 2, "{method:?}");
+        assert_eq!(rig.world.resource::<motion::groups::Groups>().bodies(), 2, "{method:?}");
         rig.ask(Request::Remove(newcomer));
         rig.run(3);
-        assert_eq!(rig.lab.world.resource::<motion::groups::Groups>().bodies(), 1, "{method:?}");
+        assert_eq!(rig.world.resource::<motion::groups::Groups>().bodies(), 1, "{method:?}");
         assert!(rig.x(1).is_finite() && rig.x(1).length() < 3.0, "{method:?}");
     }
 }
@@ -347,23 +344,23 @@ fn a_spring_waits_for_no_one() {
 fn mutual_gravity_that_is_replaced_acts_from_then_on() {
     for method in Method::ALL.into_iter().filter(|method| *method != Method::PositionVerlet) {
         let of = |constant| MutualGravity { constant, softening: 0.1 };
-        let net = Net { springs: vec![], ..tetrahedron() };
+        let net = Net::free(tetrahedron().bodies);
         let mut rig =
-            net.rig(&Environment { attraction: Some(of(1.0)), ..Environment::default() }, method, H);
+            net.lab(&Environment { attraction: Some(of(1.0)), ..Environment::default() }, method, H);
         rig.run(20);
         let mut now = net.clone();
-        now.bodies.iter_mut().zip(rig.state()).for_each(|(body, (x, v))| (body.x, body.v) = (x, v));
+        now.bodies.iter_mut().zip(rig.states()).for_each(|(body, (x, v))| (body.x, body.v) = (x, v));
         let mut twin =
-            now.rig(&Environment { attraction: Some(of(3.0)), ..Environment::default() }, method, H);
-        rig.lab.world.insert_resource(of(3.0));
+            now.lab(&Environment { attraction: Some(of(3.0)), ..Environment::default() }, method, H);
+        rig.world.insert_resource(of(3.0));
         for tick in 0..10 {
             assert_eq!(rig.run(1).all_bits(&[]), twin.run(1).all_bits(&[]), "{method:?}, tick {tick}");
         }
-        rig.lab.world.remove_resource::<MutualGravity>();
-        rig.lab.stepper.recompile(&mut rig.lab.world);
-        let before = rig.state();
+        rig.world.remove_resource::<MutualGravity>();
+        rig.recompile();
+        let before = rig.states();
         rig.run(10);
-        for ((_, v), (_, old)) in rig.state().iter().zip(&before) {
+        for ((_, v), (_, old)) in rig.states().iter().zip(&before) {
             assert_eq!(v, old, "{method:?}");
         }
     }
@@ -375,11 +372,11 @@ fn mutual_gravity_that_comes_to_springs_acts() {
     net.bodies.push(Start::of(5.0, DVec3::new(3.0, 1.0, 2.0), DVec3::ZERO));
     let attraction = MutualGravity { constant: 1.0, softening: 0.1 };
     for method in Method::ALL {
-        let mut rig = net.rig(&Environment::default(), method, H);
-        rig.lab.world.insert_resource(attraction);
-        rig.lab.stepper.recompile(&mut rig.lab.world);
+        let mut rig = net.lab(&Environment::default(), method, H);
+        rig.world.insert_resource(attraction);
+        rig.recompile();
         let mut twin =
-            net.rig(&Environment { attraction: Some(attraction), ..Environment::default() }, method, H);
+            net.lab(&Environment { attraction: Some(attraction), ..Environment::default() }, method, H);
         for tick in 0..10 {
             assert_eq!(rig.run(1).all_bits(&[]), twin.run(1).all_bits(&[]), "{method:?}, tick {tick}");
         }

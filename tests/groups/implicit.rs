@@ -2,27 +2,23 @@
 
 use glam::DVec3;
 use motion::groups::Solver;
-use motion::{AxisLocks, Elastic, Evaluations, Method};
+use motion::{AxisLocks, Elastic, Method};
 
-use super::lab::{Environment, H, Net, Rig, Start, chain, elastic};
+use super::lab::{Environment, H, Lab, Net, Start, chain, elastic};
 use crate::dice::Dice;
 
 const IMPLICIT: Method = Method::ImplicitEuler;
 
-fn evaluations(rig: &Rig) -> &Evaluations {
-    rig.lab.world.resource::<Evaluations>()
-}
-
 /// 1 kg at (1, 0, 0) on a spring to the origin.
 fn on_a_post(stiffness: f64, rest_length: f64) -> Net {
-    let bodies = vec![Start::held(DVec3::ZERO), Start::of(1.0, DVec3::X, DVec3::ZERO)];
-    Net { bodies, springs: vec![([0, 1], elastic(stiffness, rest_length))] }
+    let body = Start::of(1.0, DVec3::X, DVec3::ZERO);
+    Net::pair(Start::held(DVec3::ZERO), body, elastic(stiffness, rest_length))
 }
 
 #[test]
 fn a_stiff_spring_loses_the_root_of_one_and_z_squared_a_step() {
     for stiffness in [1e2, 1e4, 1e6, 1e8] {
-        let mut rig = on_a_post(stiffness, 0.0).rig(&Environment::default(), IMPLICIT, H);
+        let mut rig = on_a_post(stiffness, 0.0).lab(&Environment::default(), IMPLICIT, H);
         let (w, z) = (stiffness.sqrt(), stiffness.sqrt() * H);
         let mut size = 1.0_f64;
         for step in 1..=20 {
@@ -34,8 +30,8 @@ fn a_stiff_spring_loses_the_root_of_one_and_z_squared_a_step() {
             assert!((now / size - 1.0).abs() <= bound, "z = {z}: {now:e} for {size:e}");
         }
         // One unknown direction: one iteration a step.
-        assert_eq!(evaluations(&rig).cg_iterations(), 20);
-        assert_eq!(evaluations(&rig).unconverged_steps(), 0);
+        assert_eq!(rig.evaluations().cg_iterations(), 20);
+        assert_eq!(rig.evaluations().unconverged_steps(), 0);
     }
 }
 
@@ -46,8 +42,8 @@ fn the_artificial_damping_is_that_of_the_table() {
         let w = std::f64::consts::TAU * hertz;
         let mut net = on_a_post(w * w, 2.0);
         net.bodies[1].x = DVec3::X * 2.5;
-        let mut rig = net.rig(&Environment::default(), IMPLICIT, H);
-        let size = |rig: &Rig| ((rig.x(1).x - 2.0) * w).hypot(rig.v(1).x);
+        let mut rig = net.lab(&Environment::default(), IMPLICIT, H);
+        let size = |rig: &Lab| ((rig.x(1).x - 2.0) * w).hypot(rig.v(1).x);
         let start = size(&rig);
         rig.run(30);
         let rate = (start / size(&rig)).ln() / (30.0 * H);
@@ -63,7 +59,7 @@ fn the_artificial_damping_is_that_of_the_table() {
 fn a_stiff_pendulum_never_rises_above_its_start() {
     for (stiffness, most) in [(1e4, 4.5e-3), (1e6, 3.5e-4), (1e8, 1.7e-5)] {
         let net = on_a_post(stiffness, 1.0);
-        let mut rig = net.rig(&Environment::pull(DVec3::Y * -9.81), IMPLICIT, H);
+        let mut rig = net.lab(&Environment::pull(DVec3::Y * -9.81), IMPLICIT, H);
         let start = rig.energy();
         let (mut highest, mut stretch) = (f64::MIN, 0.0_f64);
         for _ in 0..600 {
@@ -71,14 +67,14 @@ fn a_stiff_pendulum_never_rises_above_its_start() {
             highest = highest.max(rig.energy());
             stretch = stretch.max(rig.x(1).length() - 1.0);
         }
-        let iterations = evaluations(&rig).cg_iterations();
+        let iterations = rig.evaluations().cg_iterations();
         println!(
             "k = {stiffness:e}: highest {highest:e} of {start:e}, stretch {stretch:e}, {iterations} iterations"
         );
         assert!(highest <= start, "k = {stiffness:e}: {highest:e} above {start:e}");
         assert!(stretch <= 1.05 * most, "k = {stiffness:e}: {stretch:e}, at most {most:e}");
         assert!(iterations <= 2 * 600, "{iterations} iterations");
-        assert_eq!(evaluations(&rig).unconverged_steps(), 0);
+        assert_eq!(rig.evaluations().unconverged_steps(), 0);
     }
 }
 
@@ -90,14 +86,14 @@ fn falling_chain(stiffness: f64, newton_iterations: u32) -> (f64, f64) {
     }
     let solver = Solver { newton_iterations, ..Solver::default() };
     let around = Environment { solver: Some(solver), ..Environment::pull(DVec3::Y * -9.81) };
-    let mut rig = net.rig(&around, IMPLICIT, H);
+    let mut rig = net.lab(&around, IMPLICIT, H);
     let (mut highest, mut longest) = (f64::MIN, 0.0_f64);
     for _ in 0..300 {
         rig.run(1);
         highest = highest.max(rig.energy());
         longest = (1..=20).map(|i| rig.x(i).distance(rig.x(i - 1))).fold(longest, f64::max);
     }
-    assert_eq!(evaluations(&rig).unconverged_steps(), 0);
+    assert_eq!(rig.evaluations().unconverged_steps(), 0);
     (highest, longest)
 }
 
@@ -124,11 +120,11 @@ fn a_spring_of_half_its_length_comes_to_its_length() {
     let mut net = on_a_post(1e4, 1.0);
     // Not along the axis alone: across it a compressed spring pushes outward.
     net.bodies[1] = Start::of(1.0, DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, 0.01, 0.0));
-    let mut rig = net.rig(&Environment::default(), IMPLICIT, H);
+    let mut rig = net.lab(&Environment::default(), IMPLICIT, H);
     rig.run(120);
     let length = rig.x(1).length();
     assert!((length - 1.0).abs() <= 1e-6, "{length}");
-    assert_eq!(evaluations(&rig).unconverged_steps(), 0);
+    assert_eq!(rig.evaluations().unconverged_steps(), 0);
     // With its negative stiffness across the axis, 1 + h² k (1 - L0 / L), the matrix would not be positive.
     let start = net.bodies[1].x.length();
     assert!(1.0 + H * H * 1e4 * (1.0 - 1.0 / start) < 0.0);
@@ -138,12 +134,12 @@ fn a_spring_of_half_its_length_comes_to_its_length() {
 fn a_million_kilograms_hang_on_a_chain_of_one_kilogram_links() {
     let mut net = chain(20, 1e9, 1.0, 1.0);
     net.bodies[20].w = 1e-6;
-    let mut rig = net.rig(&Environment::pull(DVec3::Y * -9.81), IMPLICIT, H);
+    let mut rig = net.lab(&Environment::pull(DVec3::Y * -9.81), IMPLICIT, H);
     let (mut peak, mut most) = (0.0_f64, 0);
     for _ in 0..3600 {
-        let before = evaluations(&rig).cg_iterations();
+        let before = rig.evaluations().cg_iterations();
         rig.run(1);
-        most = most.max(evaluations(&rig).cg_iterations() - before);
+        most = most.max(rig.evaluations().cg_iterations() - before);
         peak = peak.max(rig.x(0).distance(rig.x(1)) - 1.0);
     }
     let last = rig.x(0).distance(rig.x(1)) - 1.0;
@@ -156,7 +152,7 @@ fn a_million_kilograms_hang_on_a_chain_of_one_kilogram_links() {
     let left = (1.0 + z * z).powf(-std::f64::consts::PI / z.atan() / 2.0);
     assert!((peak / (still * (1.0 + left)) - 1.0).abs() <= 0.01, "{peak}");
     assert!((15..=24).contains(&most), "{most} iterations");
-    assert_eq!(evaluations(&rig).unconverged_steps(), 0);
+    assert_eq!(rig.evaluations().unconverged_steps(), 0);
 }
 
 #[test]
@@ -167,7 +163,7 @@ fn energy_of_linear_springs_falls_at_every_step_size() {
     net.bodies.iter_mut().skip(1).for_each(|body| (body.x, body.v) = (dice.vector(), dice.vector()));
     for power in -6..=3 {
         let h = 10.0_f64.powi(power);
-        let mut rig = net.rig(&Environment::default(), IMPLICIT, h);
+        let mut rig = net.lab(&Environment::default(), IMPLICIT, h);
         let mut before = rig.energy();
         for step in 0..50 {
             rig.run(1);
@@ -242,13 +238,13 @@ fn momentum(net: &Net, change: &[DVec3]) -> f64 {
 fn an_iteration_that_is_stopped_early_keeps_momentum() {
     let net = rough_net();
     let solver = Solver { tolerance: 0.0, most_iterations: 3, newton_iterations: 0 };
-    let mut rig = net.rig(&Environment::solved(solver), IMPLICIT, H);
+    let mut rig = net.lab(&Environment::solved(solver), IMPLICIT, H);
     rig.run(1);
-    let change: Vec<_> = rig.state().iter().zip(&net.bodies).map(|((_, v), body)| *v - body.v).collect();
+    let change: Vec<_> = rig.states().iter().zip(&net.bodies).map(|((_, v), body)| *v - body.v).collect();
     let lost = momentum(&net, &change);
     assert!(lost <= 1e-14, "{lost:e}");
-    assert_eq!(evaluations(&rig).cg_iterations(), 3);
-    assert_eq!(evaluations(&rig).unconverged_steps(), 1);
+    assert_eq!(rig.evaluations().cg_iterations(), 3);
+    assert_eq!(rig.evaluations().unconverged_steps(), 1);
     // The masses as preconditioner, and what the diagonal of the matrix would do.
     let masses: Vec<_> = net.bodies.iter().map(|body| 1.0 / body.w).collect();
     let mut diagonal = masses.clone();
@@ -266,11 +262,11 @@ fn an_iteration_that_is_stopped_early_keeps_momentum() {
     assert!(broken > 1e-6, "the diagonal keeps momentum as well: {broken:e}");
     // Many steps of it.
     let start = rig.totals().momentum;
-    let size: f64 = rig.state().iter().zip(&net.bodies).map(|((_, v), body)| v.length() / body.w).sum();
+    let size: f64 = rig.states().iter().zip(&net.bodies).map(|((_, v), body)| v.length() / body.w).sum();
     rig.run(999);
     let drift = rig.totals().momentum.distance(start) / size;
     assert!(drift <= 1e-13, "{drift:e}");
-    assert_eq!(evaluations(&rig).cg_iterations(), 3000);
+    assert_eq!(rig.evaluations().cg_iterations(), 3000);
 }
 
 #[test]
@@ -278,9 +274,9 @@ fn steps_that_do_not_converge_are_counted_and_the_others_are_not() {
     let net = rough_net();
     let run = |most_iterations| {
         let solver = Solver { most_iterations, ..Solver::default() };
-        let mut rig = net.rig(&Environment::solved(solver), IMPLICIT, H);
+        let mut rig = net.lab(&Environment::solved(solver), IMPLICIT, H);
         rig.run(10);
-        (evaluations(&rig).unconverged_steps(), evaluations(&rig).cg_iterations())
+        (rig.evaluations().unconverged_steps(), rig.evaluations().cg_iterations())
     };
     assert_eq!(run(5), (10, 50));
     let (unconverged, iterations) = run(500);
@@ -292,18 +288,17 @@ fn steps_that_do_not_converge_are_counted_and_the_others_are_not() {
         substeps: Some(4),
         ..Environment::solved(Solver { most_iterations: 1, ..Solver::default() })
     };
-    let mut rig = net.rig(&around, IMPLICIT, H);
+    let mut rig = net.lab(&around, IMPLICIT, H);
     rig.run(10);
-    assert_eq!(evaluations(&rig).unconverged_steps(), 40);
+    assert_eq!(rig.evaluations().unconverged_steps(), 40);
 }
 
 #[test]
 fn two_light_bodies_on_a_strong_damper_come_to_the_same_velocity() {
     let (a, b, c) = (1e-3, 2e-3, 1e6);
     let spring = Elastic { stiffness: 0.0, damping: c, rest_length: 0.0 };
-    let bodies = vec![Start::of(a, DVec3::ZERO, DVec3::X), Start::of(b, DVec3::X * 3.0, DVec3::Y * 0.5)];
-    let net = Net { bodies, springs: vec![([0, 1], spring)] };
-    let mut rig = net.rig(&Environment::default(), IMPLICIT, H);
+    let bodies = (Start::of(a, DVec3::ZERO, DVec3::X), Start::of(b, DVec3::X * 3.0, DVec3::Y * 0.5));
+    let mut rig = Net::pair(bodies.0, bodies.1, spring).lab(&Environment::default(), IMPLICIT, H);
     rig.run(1);
     let approach = (rig.v(1) - rig.v(0)).x;
     let exact = -1.0 / (1.0 + H * c * (1.0 / a + 1.0 / b));
@@ -326,12 +321,12 @@ fn locked_axes_stay_out_of_the_solve() {
     let net = Net { bodies, springs: vec![([0, 1], elastic(500.0, 0.2)), ([1, 2], elastic(300.0, 0.5))] };
     let solver = Solver { tolerance: 1e-13, newton_iterations: 8, ..Solver::default() };
     let around = Environment { solver: Some(solver), ..Environment::pull(DVec3::new(1.0, -9.0, 2.0)) };
-    let mut rig = net.rig(&around, IMPLICIT, H);
-    rig.lab.world.entity_mut(rig.bodies[1]).insert(AxisLocks { x: true, y: false, z: true });
+    let mut rig = net.lab(&around, IMPLICIT, H);
+    rig.insert(1, AxisLocks { x: true, y: false, z: true });
     for _ in 0..100 {
-        let before = rig.state();
+        let before = rig.states();
         rig.run(1);
-        let after = rig.state();
+        let after = rig.states();
         assert_eq!([after[1].0.x, after[1].0.z, after[1].1.x, after[1].1.z], [0.0; 4]);
         assert_eq!(after[0], (post, DVec3::ZERO));
         let forces = net.forces(&after);
@@ -349,10 +344,10 @@ fn locked_axes_stay_out_of_the_solve() {
 #[test]
 fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_only() {
     for (rest_length, part) in [(0.0, 1.0 / (1.0 + 3.0 * 1e4 * H * H)), (0.5, 1.0)] {
-        let bodies = vec![Start::of(1.0, DVec3::ONE, DVec3::Y), Start::of(0.5, DVec3::ONE, DVec3::ZERO)];
-        let net = Net { bodies, springs: vec![([0, 1], elastic(1e4, rest_length))] };
+        let (a, b) = (Start::of(1.0, DVec3::ONE, DVec3::Y), Start::of(0.5, DVec3::ONE, DVec3::ZERO));
+        let net = Net::pair(a, b, elastic(1e4, rest_length));
         for method in Method::ALL {
-            let mut rig = net.rig(&Environment::default(), method, H);
+            let mut rig = net.lab(&Environment::default(), method, H);
             rig.run(1);
             let apart = rig.v(0) - rig.v(1);
             assert!(apart.is_finite() && apart.x == 0.0 && apart.z == 0.0, "{method:?}: {apart}");
@@ -372,8 +367,8 @@ fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_o
 fn wells_that_push_apart_leave_the_matrix_positive() {
     let well = motion::Well { position: DVec3::new(1.1, 0.0, 0.0), strength: -50.0, softening: 0.1 };
     let around = Environment { wells: Some(motion::Wells(vec![well])), ..Environment::default() };
-    let mut rig = on_a_post(100.0, 1.0).rig(&around, IMPLICIT, H);
+    let mut rig = on_a_post(100.0, 1.0).lab(&around, IMPLICIT, H);
     rig.run(600);
-    assert_eq!(evaluations(&rig).unconverged_steps(), 0);
+    assert_eq!(rig.evaluations().unconverged_steps(), 0);
     assert!(rig.x(1).length() < 20.0, "{}", rig.x(1));
 }

@@ -1,16 +1,11 @@
 //! Nets of bodies and springs: built, run, looked at, and integrated once more by plain formulas.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{
-    Elastic, Method, OwnLaws, PhysicsBody, Quarantine, Request, SoftBody, Spring, StableId, Totals,
-    Transform, totals,
-};
+use motion::{Elastic, Link, Method, QuarantineRecord, SoftBody, StableId};
 
 use crate::dice::Dice;
 pub use crate::environment::{Environment, Start};
-pub use crate::harness::Bits;
-use crate::harness::Lab;
+pub use crate::harness::{Bits, Lab};
 
 /// The tick of most of these tests, s.
 pub const H: f64 = 1.0 / 60.0;
@@ -29,19 +24,40 @@ pub struct Net {
     pub springs: Vec<([usize; 2], Elastic<f64>)>,
 }
 
-/// A net in a world.
-pub struct Rig {
-    pub lab: Lab,
-    pub bodies: Vec<Entity>,
-    pub springs: Vec<Entity>,
-}
-
 impl Net {
+    /// Bodies that nothing joins.
+    pub fn free(bodies: impl Into<Vec<Start>>) -> Self {
+        Self { bodies: bodies.into(), springs: Vec::new() }
+    }
+
+    /// Two bodies on a spring.
+    pub fn pair(a: Start, b: Start, spring: Elastic<f64>) -> Self {
+        Self { bodies: vec![a, b], springs: vec![([0, 1], spring)] }
+    }
+
     /// In a world of its own.
-    pub fn rig(&self, around: &Environment, method: Method, h: f64) -> Rig {
-        let mut rig = Rig { lab: around.lab(method, h), bodies: Vec::new(), springs: Vec::new() };
-        rig.add(self);
-        rig
+    pub fn lab(&self, around: &Environment, method: Method, h: f64) -> Lab {
+        let mut lab = around.lab(method, h);
+        for (id, start) in (0..).map(StableId).zip(&self.bodies) {
+            lab.bodies.push(lab.world.spawn((id, start.components())).id());
+        }
+        for (ends, elastic) in &self.springs {
+            lab.spring(*ends, *elastic);
+        }
+        lab.recompile();
+        lab
+    }
+
+    /// The same as one soft body.
+    pub fn soft(&self, triangles: &[[u32; 3]], around: &Environment, method: Method, h: f64) -> Lab {
+        let mut lab = Self::free(&self.bodies[..]).lab(around, method, h);
+        let link = |(ends, elastic): &([usize; 2], Elastic<f64>)| Link {
+            ends: ends.map(|end| u32::try_from(end).unwrap()),
+            elastic: *elastic,
+        };
+        let (points, springs) = (lab.bodies.clone(), self.springs.iter().map(link).collect());
+        lab.soft(SoftBody { points, springs, triangles: triangles.to_vec(), sheet: !triangles.is_empty() });
+        lab
     }
 
     /// Adds another net; gives the number of its first body.
@@ -78,104 +94,23 @@ impl Net {
     }
 }
 
-impl Rig {
-    pub fn add(&mut self, net: &Net) {
-        let first = self.bodies.len();
-        for Start { x, v, w } in &net.bodies {
-            let id = StableId(u32::try_from(self.bodies.len()).unwrap());
-            let body = PhysicsBody { velocity: *v, inverse_mass: *w };
-            self.bodies.push(self.lab.world.spawn((id, Transform::at(*x), body)).id());
-        }
-        for (ends, elastic) in &net.springs {
-            self.spring(ends.map(|end| end + first), *elastic);
-        }
-        self.lab.stepper.recompile(&mut self.lab.world);
-    }
-
-    pub fn spring(&mut self, ends: [usize; 2], elastic: Elastic<f64>) -> Entity {
-        let spring = self.lab.world.spawn(Spring { ends: ends.map(|end| self.bodies[end]), elastic }).id();
-        self.springs.push(spring);
-        spring
-    }
-
-    pub fn soft(&mut self, soft: SoftBody) -> Entity {
-        let soft = self.lab.world.spawn(soft).id();
-        self.lab.stepper.recompile(&mut self.lab.world);
-        soft
-    }
-
-    pub fn engines(&mut self, body: usize, laws: OwnLaws) {
-        self.lab.world.entity_mut(self.bodies[body]).insert(laws);
-    }
-
-    pub fn run(&mut self, ticks: u64) -> &mut Self {
-        self.lab.run(ticks);
-        self
-    }
-
-    pub fn x(&self, body: usize) -> DVec3 {
-        self.lab.x(self.bodies[body])
-    }
-
-    pub fn v(&self, body: usize) -> DVec3 {
-        self.lab.v(self.bodies[body])
-    }
-
-    pub fn state(&self) -> Vec<State> {
-        (0..self.bodies.len()).map(|body| (self.x(body), self.v(body))).collect()
-    }
-
-    pub fn bits(&self, body: usize) -> Bits {
-        self.lab.bits(self.bodies[body])
-    }
-
-    /// Bits of all bodies but some.
-    pub fn all_bits(&self, but: &[usize]) -> Vec<Bits> {
-        (0..self.bodies.len()).filter(|body| !but.contains(body)).map(|body| self.bits(body)).collect()
-    }
-
-    pub fn push(&mut self, body: usize, newtons: DVec3) {
-        self.lab.push(self.bodies[body], newtons);
-    }
-
-    pub fn ask(&mut self, request: Request) {
-        self.lab.ask(request);
-    }
-
-    pub fn have(&mut self, request: Request) {
-        self.lab.have(request);
-    }
-
-    pub fn totals(&mut self) -> Totals {
-        totals(&mut self.lab.world)
-    }
-
-    /// Kinetic and potential energy, J.
-    pub fn energy(&mut self) -> f64 {
-        let sum = self.totals();
-        sum.kinetic_energy + sum.potential_energy
+impl Lab {
+    pub fn soft(&mut self, soft: SoftBody) {
+        self.world.spawn(soft);
+        self.recompile();
     }
 
     /// Numbers of the bodies that were frozen, in the order of events.
     pub fn frozen(&self) -> Vec<usize> {
-        let records = self.lab.world.resource::<Quarantine>().records();
-        records
-            .iter()
-            .map(|record| self.bodies.iter().position(|body| *body == record.body).unwrap())
-            .collect()
-    }
-
-    pub fn set_method(&mut self, method: Method) {
-        self.lab.set_method(method);
+        let number = |record: &QuarantineRecord| self.bodies.iter().position(|body| *body == record.body);
+        self.records().iter().map(|record| number(record).unwrap()).collect()
     }
 }
 
 /// S13: 1 kg on an elastic string from the origin.
 pub fn pendulum(stiffness: f64) -> Net {
-    Net {
-        bodies: vec![Start::held(DVec3::ZERO), Start::of(1.0, DVec3::new(0.6, -1.0, 0.0), DVec3::ZERO)],
-        springs: vec![([0, 1], elastic(stiffness, 1.0))],
-    }
+    let weight = Start::of(1.0, DVec3::new(0.6, -1.0, 0.0), DVec3::ZERO);
+    Net::pair(Start::held(DVec3::ZERO), weight, elastic(stiffness, 1.0))
 }
 
 /// S15: 1 to 4 kg, joined two by two, the first one moving.

@@ -43,16 +43,16 @@ impl Problem {
     /// Largest errors over the samples and bodies relative to the largest exact values.
     fn errors(&self, method: Method, solver: Option<Solver>, steps: usize) -> [f64; 2] {
         let around = Environment { solver, ..self.around.clone() };
-        let mut rig = self.net.rig(&around, method, self.span / steps as f64);
+        let mut rig = self.net.lab(&around, method, self.span / steps as f64);
         for body in 0..rig.bodies.len() {
             if let Some(laws) = (self.own)(body) {
-                rig.engines(body, laws);
+                rig.insert(body, laws);
             }
         }
         let (mut error, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
         for exact in &self.exact {
             rig.run((steps / SAMPLES) as u64);
-            for ((x, v), (exact_x, exact_v)) in rig.state().into_iter().zip(exact) {
+            for ((x, v), (exact_x, exact_v)) in rig.states().into_iter().zip(exact) {
                 for (i, (got, exact)) in [(x, *exact_x), (v, *exact_v)].into_iter().enumerate() {
                     // `max` would drop a NaN.
                     let distance = got.distance(exact);
@@ -117,10 +117,9 @@ fn on_a_post(damping: f64, deviation: impl Fn(f64) -> (f64, f64)) -> (Net, impl 
         vec![(DVec3::ZERO, DVec3::ZERO), (axis * (2.0 + x), axis * v)]
     };
     let (x, v) = at(0.0)[1];
-    let bodies = vec![Start::held(DVec3::ZERO), Start::of(2.0, x, v)];
     // w = 2, c = 2 zeta w m.
     let spring = motion::Elastic { damping: 8.0 * damping, ..elastic(8.0, 2.0) };
-    (Net { bodies, springs: vec![([0, 1], spring)] }, at)
+    (Net::pair(Start::held(DVec3::ZERO), Start::of(2.0, x, v), spring), at)
 }
 
 #[test]
@@ -165,9 +164,8 @@ fn two_masses_and_a_spring() {
         let state = |part: f64| (across * t + axis * (part * x), across + axis * (part * v));
         vec![state(-0.75), state(0.25)]
     };
-    let start = exact(0.0);
-    let bodies = [1.0, 3.0].into_iter().zip(start).map(|(mass, (x, v))| Start::of(mass, x, v)).collect();
-    let net = Net { bodies, springs: vec![([0, 1], elastic(50.0, 1.0))] };
+    let [a, b] = exact(0.0)[..] else { unreachable!() };
+    let net = Net::pair(Start::of(1.0, a.0, a.1), Start::of(3.0, b.0, b.1), elastic(50.0, 1.0));
     Problem::new("two masses", 1.0, net, exact).check_all();
 }
 
@@ -203,10 +201,9 @@ fn an_elastic_pendulum() {
 pub fn figure_eight() -> (Net, Environment) {
     let (x, v) =
         (DVec3::new(0.970_004_36, -0.243_087_53, 0.0), DVec3::new(-0.932_407_37, -0.864_731_46, 0.0));
-    let bodies =
-        vec![Start::of(1.0, x, v * -0.5), Start::of(1.0, -x, v * -0.5), Start::of(1.0, DVec3::ZERO, v)];
+    let bodies = [(x, v * -0.5), (-x, v * -0.5), (DVec3::ZERO, v)].map(|(x, v)| Start::of(1.0, x, v));
     let attraction = Some(MutualGravity { constant: 1.0, softening: 0.0 });
-    (Net { bodies, springs: vec![] }, Environment { attraction, ..Environment::default() })
+    (Net::free(bodies), Environment { attraction, ..Environment::default() })
 }
 
 #[test]
@@ -275,9 +272,9 @@ fn newton_iterations_lead_to_the_implicit_step_that_is_not_linearised() {
     manufactured(true).check(Method::ImplicitEuler.claims(), Some(newton(5)));
     let end = |iterations| {
         let around = Environment { solver: Some(newton(iterations)), ..problem.around.clone() };
-        let mut rig = problem.net.rig(&around, Method::ImplicitEuler, 1.0 / 60.0);
+        let mut rig = problem.net.lab(&around, Method::ImplicitEuler, 1.0 / 60.0);
         rig.run(1);
-        (rig.x(1), rig.v(1))
+        rig.state(1)
     };
     // v1 = v + h a(x1, v1), x1 = x + h v1: what is left of it.
     let left = |iterations| {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use motion::groups::Solver;
 use motion::{Damping, DampingModel, Method, Request};
 
-use super::lab::{Environment, H, Net, Rig, Start, chain, elastic};
+use super::lab::{Environment, H, Lab, Net, Start, chain, elastic};
 
 const G: f64 = 9.8;
 
@@ -50,7 +50,7 @@ fn cloth() -> Net {
 /// The net at rest: long implicit steps, each from rest.
 fn settled(net: &Net) -> Net {
     let solver = Some(Solver { tolerance: 1e-14, most_iterations: 2000, newton_iterations: 0 });
-    let mut rig = net.rig(&Environment { solver, ..Environment::falling() }, Method::ImplicitEuler, 2.0);
+    let mut rig = net.lab(&Environment { solver, ..Environment::falling() }, Method::ImplicitEuler, 2.0);
     for _ in 0..60 {
         rig.run(1);
         for body in rig.bodies.clone() {
@@ -58,12 +58,12 @@ fn settled(net: &Net) -> Net {
         }
     }
     let mut net = net.clone();
-    net.bodies.iter_mut().zip(rig.state()).for_each(|(body, (x, _))| body.x = x);
+    net.bodies.iter_mut().zip(rig.states()).for_each(|(body, (x, _))| body.x = x);
     net
 }
 
 /// Largest kinetic energy in each tenth of a run, J.
-fn jiggle(rig: &mut Rig, ticks: u64) -> [f64; 10] {
+fn jiggle(rig: &mut Lab, ticks: u64) -> [f64; 10] {
     [0; 10].map(|_| {
         let mut most = 0.0_f64;
         for _ in 0..ticks / 1000 {
@@ -83,7 +83,7 @@ fn stays(name: &str, net: &Net, mass: f64, ticks: u64) {
             ..Environment::falling()
         };
         for (around, growth) in [(Environment::falling(), 20.0), (damped, 3.0)] {
-            let tenths = jiggle(&mut net.rig(&around, Method::default(), H), ticks);
+            let tenths = jiggle(&mut net.lab(&around, Method::default(), H), ticks);
             println!("{name} at {far}: {tenths:?}");
             let bound = 1e-9 * mass * G * 0.1;
             assert!(

@@ -39,8 +39,8 @@ fn largest_frequency(masses: &[f64]) -> f64 {
 
 /// Whether a chain stays below a thousand times its size.
 fn holds(net: &Net, method: Method, h: f64) -> bool {
-    let mut rig = net.rig(&Environment::default(), method, h);
-    let size = |rig: &super::lab::Rig| (1..=LINKS).map(|body| rig.x(body).length()).fold(0.0, f64::max);
+    let mut rig = net.lab(&Environment::default(), method, h);
+    let size = |rig: &super::lab::Lab| (1..=LINKS).map(|body| rig.x(body).length()).fold(0.0, f64::max);
     let start = size(&rig);
     (0..40).all(|_| {
         rig.run(100);
@@ -88,7 +88,7 @@ fn methods_without_a_limit_win_energy_at_every_step() {
         (Method::RungeKutta2Midpoint, 1.0, 1e3),
         (Method::RungeKutta2Heun, 1.0, 1e3),
     ] {
-        let mut rig = net.rig(&Environment::default(), method, z / largest_frequency(&[1.0; LINKS]));
+        let mut rig = net.lab(&Environment::default(), method, z / largest_frequency(&[1.0; LINKS]));
         let start = rig.energy();
         rig.run(4000);
         assert!(rig.energy() > grows * start, "{method:?}");

@@ -8,7 +8,7 @@ use motion::{
     SoftBody, Spring, StableId, Transform,
 };
 
-use super::lab::{Bits, Environment, H, Net, Rig, Start, elastic, pendulum, tetrahedron};
+use super::lab::{Bits, Environment, H, Lab, Net, Start, elastic, pendulum, tetrahedron};
 use crate::dice::Dice;
 
 /// Seven bodies and a post, ten springs, some of them damped.
@@ -44,18 +44,17 @@ fn agree(what: &str, ticks: u64, mut a: impl FnMut() -> Vec<Bits>, mut b: impl F
 }
 
 /// The same net, its entities spawned in another order, its springs the other way round.
-fn shuffled(net: &Net, around: &Environment, method: Method, seed: u64) -> Rig {
+fn shuffled(net: &Net, around: &Environment, method: Method, seed: u64) -> Lab {
     let mut dice = Dice(seed);
-    let mut rig = Rig { lab: around.lab(method, H), bodies: Vec::new(), springs: Vec::new() };
+    let mut rig = around.lab(method, H);
     let mut order: Vec<_> = (0..net.bodies.len()).collect();
     (1..order.len()).for_each(|i| order.swap(i, dice.below(i + 1)));
     let mut bodies = vec![Entity::PLACEHOLDER; order.len()];
     for body in order {
-        let Start { x, v, w } = net.bodies[body];
-        let components = (PhysicsBody { velocity: v, inverse_mass: w }, Transform::at(x));
-        bodies[body] = rig.lab.world.spawn((components, StableId(u32::try_from(body).unwrap()))).id();
-        let gone = rig.lab.world.spawn(PhysicsBody::with_mass(1.0)).id();
-        rig.lab.world.despawn(gone);
+        let id = StableId(u32::try_from(body).unwrap());
+        bodies[body] = rig.world.spawn((net.bodies[body].components(), id)).id();
+        let gone = rig.world.spawn(PhysicsBody::with_mass(1.0)).id();
+        rig.world.despawn(gone);
     }
     rig.bodies = bodies;
     let mut springs = net.springs.clone();
@@ -63,7 +62,7 @@ fn shuffled(net: &Net, around: &Environment, method: Method, seed: u64) -> Rig {
     for ([a, b], elastic) in springs {
         rig.spring([b, a], elastic);
     }
-    rig.lab.stepper.recompile(&mut rig.lab.world);
+    rig.recompile();
     rig
 }
 
@@ -72,9 +71,9 @@ fn the_order_of_spawning_changes_no_bit() {
     let net = web(1);
     for method in Method::ALL {
         for (i, around) in surroundings().iter().enumerate() {
-            let mut a = net.rig(around, method, H);
+            let mut a = net.lab(around, method, H);
             let mut b = shuffled(&net, around, method, 5);
-            let step = |rig: &mut Rig| {
+            let step = |rig: &mut Lab| {
                 rig.push(2, DVec3::new(3.0, 1.0, -2.0));
                 rig.run(1).all_bits(&[])
             };
@@ -86,13 +85,13 @@ fn the_order_of_spawning_changes_no_bit() {
 /// Two soft bodies that share all their points, spawned in either order.
 #[test]
 fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
-    let net = Net { springs: vec![], ..web(2) };
+    let net = Net::free(web(2).bodies);
     let links = |step: u32| {
         let link = |i: u32| Link { ends: [i, (i + step) % 7], elastic: elastic(20.0 + f64::from(i), 0.3) };
         (0..7).map(link).collect::<Vec<_>>()
     };
     let run = |order: [u32; 2]| {
-        let mut rig = net.rig(&Environment::falling(), Method::default(), H);
+        let mut rig = net.lab(&Environment::falling(), Method::default(), H);
         for step in order {
             let soft =
                 SoftBody { points: rig.bodies.clone(), springs: links(step).into(), ..SoftBody::default() };
@@ -108,27 +107,20 @@ fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
 fn a_soft_body_is_its_springs() {
     let net = tetrahedron();
     for method in Method::ALL {
-        let mut rig = Net { springs: vec![], ..net.clone() }.rig(&Environment::falling(), method, H);
-        let link = |(ends, elastic): &([usize; 2], Elastic<f64>)| Link {
-            ends: ends.map(|end| u32::try_from(end).unwrap()),
-            elastic: *elastic,
-        };
-        let springs = net.springs.iter().map(link).collect();
-        let points = rig.bodies.clone();
-        rig.soft(SoftBody { points, springs, ..SoftBody::default() });
-        let mut plain = net.rig(&Environment::falling(), method, H);
+        let mut rig = net.soft(&[], &Environment::falling(), method, H);
+        let mut plain = net.lab(&Environment::falling(), method, H);
         agree(&format!("{method:?}"), 50, || rig.run(1).all_bits(&[]), || plain.run(1).all_bits(&[]));
     }
 }
 
 /// Goes on from the states of `rig`, at its time, with what of `net` is left.
-fn fresh(rig: &Rig, net: &Net, around: &Environment, gone: &[usize], method: Method) -> Rig {
+fn fresh(rig: &Lab, net: &Net, around: &Environment, gone: &[usize], method: Method) -> Lab {
     let mut net = net.clone();
     net.bodies.iter_mut().enumerate().filter(|(i, _)| !gone.contains(i)).for_each(|(i, body)| {
-        (body.x, body.v) = (rig.x(i), rig.v(i));
+        (body.x, body.v) = rig.state(i);
     });
-    let mut fresh = net.rig(around, method, H);
-    fresh.lab.world.insert_resource(*rig.lab.world.resource::<motion::clock::StepClock>());
+    let mut fresh = net.lab(around, method, H);
+    fresh.world.insert_resource(*rig.world.resource::<motion::clock::StepClock>());
     for body in gone {
         fresh.have(Request::Remove(fresh.bodies[*body]));
     }
@@ -145,7 +137,7 @@ fn a_body_that_is_removed_takes_its_springs_with_it() {
     let net = web(3);
     for method in without_memory() {
         for around in surroundings() {
-            let mut rig = net.rig(&around, method, H);
+            let mut rig = net.lab(&around, method, H);
             rig.run(20);
             rig.have(Request::Remove(rig.bodies[2]));
             let mut twin = fresh(&rig, &net, &around, &[2], method);
@@ -160,9 +152,9 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
     let less = Net { springs: net.springs[1..].to_vec(), ..net.clone() };
     for method in without_memory() {
         let around = Environment::falling();
-        let mut rig = net.rig(&around, method, H);
+        let mut rig = net.lab(&around, method, H);
         rig.run(20);
-        rig.lab.world.despawn(rig.springs[0]);
+        rig.world.despawn(rig.springs[0]);
         let mut twin = fresh(&rig, &less, &around, &[], method);
         let what = format!("{method:?}");
         agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
@@ -171,12 +163,11 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
         let mut twin = fresh(&rig, &net, &around, &[], method);
         agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
         // Another one in its place.
-        let spring =
-            Spring { ends: ends.map(|end| rig.bodies[end]), elastic: super::lab::elastic(90.0, 0.1) };
-        let old = *rig.springs.last().unwrap();
-        rig.lab.world.entity_mut(old).insert(spring);
         let mut stiffer = net.clone();
-        stiffer.springs[0].1 = spring.elastic;
+        stiffer.springs[0].1 = super::lab::elastic(90.0, 0.1);
+        let spring = Spring { ends: ends.map(|end| rig.bodies[end]), elastic: stiffer.springs[0].1 };
+        let old = *rig.springs.last().unwrap();
+        rig.world.entity_mut(old).insert(spring);
         let mut twin = fresh(&rig, &stiffer, &around, &[], method);
         agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
     }
@@ -186,26 +177,27 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
 fn a_spring_without_two_bodies_does_nothing() {
     let net = web(5);
     for method in Method::ALL {
-        let mut plain = net.rig(&Environment::falling(), method, H);
-        let mut rig = net.rig(&Environment::falling(), method, H);
+        let mut plain = net.lab(&Environment::falling(), method, H);
+        let mut rig = net.lab(&Environment::falling(), method, H);
         // Frozen before it was joined, out of the way of all others.
-        let frozen = rig.lab.body(1.0, DVec3::ZERO);
+        let frozen = rig.body(1.0, DVec3::ZERO);
         rig.have(Request::SetVelocity(frozen, DVec3::NAN));
-        let scenery = rig.lab.world.spawn(Transform::at(DVec3::ONE)).id();
-        let gone = rig.lab.world.spawn_empty().id();
-        rig.lab.world.despawn(gone);
+        let scenery = rig.world.spawn(Transform::at(DVec3::ONE)).id();
+        let gone = rig.world.spawn_empty().id();
+        rig.world.despawn(gone);
         let first = rig.bodies[0];
         for ends in [[first, frozen], [scenery, first], [first, gone], [first, first], [frozen, gone]] {
-            rig.lab.world.spawn(Spring { ends, elastic: elastic(1e3, 0.1) });
+            rig.world.spawn(Spring { ends, elastic: elastic(1e3, 0.1) });
         }
         let what = format!("{method:?}");
-        agree(&what, 30, || rig.run(1).all_bits(&[]), || plain.run(1).all_bits(&[]));
-        assert_eq!(rig.lab.world.resource::<Groups>().springs(), net.springs.len());
+        let added = net.bodies.len();
+        agree(&what, 30, || rig.run(1).all_bits(&[added]), || plain.run(1).all_bits(&[]));
+        assert_eq!(rig.world.resource::<Groups>().springs(), net.springs.len());
     }
 }
 
-fn groups(rig: &Rig) -> (usize, usize) {
-    let groups = rig.lab.world.resource::<Groups>();
+fn groups(rig: &Lab) -> (usize, usize) {
+    let groups = rig.world.resource::<Groups>();
     (groups.len(), groups.bodies())
 }
 
@@ -222,7 +214,7 @@ fn groups_split_and_join_with_what_is_between_them() {
     let net = row();
     for method in without_memory() {
         let what = format!("{method:?}");
-        let mut rig = net.rig(&Environment::falling(), method, H);
+        let mut rig = net.lab(&Environment::falling(), method, H);
         rig.run(10);
         assert_eq!(groups(&rig), (1, 5), "{what}");
         rig.ask(Request::Remove(rig.bodies[2]));
@@ -230,11 +222,8 @@ fn groups_split_and_join_with_what_is_between_them() {
         assert_eq!(groups(&rig), (2, 4), "{what}");
         // Each half is a world of its own.
         for half in [[0, 1], [3, 4]] {
-            let part = Net {
-                bodies: half.map(|i| Start { x: rig.x(i), v: rig.v(i), w: net.bodies[i].w }).into(),
-                springs: vec![([0, 1], elastic(40.0, 1.0))],
-            };
-            let mut twin = part.rig(&Environment::falling(), method, H);
+            let [a, b] = half.map(|i| Start { x: rig.x(i), v: rig.v(i), w: net.bodies[i].w });
+            let mut twin = Net::pair(a, b, elastic(40.0, 1.0)).lab(&Environment::falling(), method, H);
             let mut again = fresh(&rig, &net, &Environment::falling(), &[2], method);
             agree(
                 &what,
@@ -260,20 +249,16 @@ fn what_cannot_move_joins_nothing() {
     net.bodies.push(Start::of(2.0, DVec3::new(-1.0, 0.3, 0.2), DVec3::Z));
     net.springs.push(([2, 0], elastic(70.0, 0.8)));
     for method in Method::ALL {
-        let mut rig = net.rig(&Environment::falling(), method, H);
+        let mut rig = net.lab(&Environment::falling(), method, H);
         rig.run(1);
         assert_eq!(groups(&rig), (2, 2), "{method:?}");
         let alone = |body: usize, spring: usize| {
-            let elastic = net.springs[spring].1;
-            Net { bodies: vec![net.bodies[0], net.bodies[body]], springs: vec![([0, 1], elastic)] }.rig(
-                &Environment::falling(),
-                method,
-                H,
-            )
+            let pair = Net::pair(net.bodies[0], net.bodies[body], net.springs[spring].1);
+            let mut pair = pair.lab(&Environment::falling(), method, H);
+            pair.run(1);
+            pair
         };
         let (mut first, mut second) = (alone(1, 0), alone(2, 1));
-        first.run(1);
-        second.run(1);
         let mut apart = || vec![first.run(1).bits(1), second.run(1).bits(1)];
         agree(&format!("{method:?}"), 50, || rig.run(1).all_bits(&[0]), &mut apart);
     }
@@ -283,16 +268,14 @@ fn what_cannot_move_joins_nothing() {
 fn groups_and_single_bodies_beside_each_other_keep_their_bits() {
     let (first, second) = (web(7), tetrahedron().moved(DVec3::X * 50.0));
     let mut dice = Dice(9);
-    let free = Net {
-        bodies: (0..11).map(|_| Start::of(2.0, dice.vector() * 9.0, dice.vector())).collect(),
-        springs: vec![],
-    };
+    let free = (0..11).map(|_| Start::of(2.0, dice.vector() * 9.0, dice.vector()));
+    let free = Net::free(free.collect::<Vec<_>>());
     let mut all = first.clone();
     let (second_at, free_at) = (all.and(&second), all.and(&free));
     for method in Method::ALL {
         for around in surroundings().into_iter().filter(|around| around.attraction.is_none()) {
-            let mut rig = all.rig(&around, method, H);
-            let mut parts = [&first, &second, &free].map(|net| net.rig(&around, method, H));
+            let mut rig = all.lab(&around, method, H);
+            let mut parts = [&first, &second, &free].map(|net| net.lab(&around, method, H));
             let push = DVec3::new(5.0, -3.0, 2.0);
             let mut together = || {
                 [3, second_at + 1, free_at + 4].into_iter().for_each(|body| rig.push(body, push));
@@ -314,9 +297,9 @@ fn groups_and_single_bodies_beside_each_other_keep_their_bits() {
 fn substeps_of_a_group_are_those_of_its_first_member_and_as_good_as_ticks() {
     let net = web(8);
     for method in Method::ALL {
-        let mut rig = net.rig(&Environment::falling(), method, 1.0 / 64.0);
-        rig.lab.world.entity_mut(rig.bodies[0]).insert(OwnSubsteps(4));
-        let mut fine = net.rig(&Environment::falling(), method, 1.0 / 256.0);
+        let mut rig = net.lab(&Environment::falling(), method, 1.0 / 64.0);
+        rig.insert(0, OwnSubsteps(4));
+        let mut fine = net.lab(&Environment::falling(), method, 1.0 / 256.0);
         agree(&format!("{method:?}"), 20, || rig.run(1).all_bits(&[]), || fine.run(4).all_bits(&[]));
     }
 }
@@ -327,10 +310,10 @@ fn a_member_that_is_marked_before_its_first_tick_leaves_no_group_behind() {
     let net = web(10);
     for method in Method::ALL {
         for member in [0, 3] {
-            let mut rig = net.rig(&Environment::falling(), Method::default(), H);
-            motion::mark_method(&mut rig.lab.world.entity_mut(rig.bodies[member]), Some(method));
+            let mut rig = net.lab(&Environment::falling(), Method::default(), H);
+            motion::mark_method(&mut rig.world.entity_mut(rig.bodies[member]), Some(method));
             let of_group = if member == 0 { method } else { Method::default() };
-            let mut twin = net.rig(&Environment::falling(), of_group, H);
+            let mut twin = net.lab(&Environment::falling(), of_group, H);
             let what = format!("{method:?}, {member}");
             agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
         }
@@ -345,7 +328,7 @@ fn a_post_that_moves_on_carries_what_hangs_on_it() {
     moving.bodies.iter_mut().for_each(|body| body.v += speed);
     for method in Method::ALL {
         let (mut rig, mut train) =
-            (net.rig(&Environment::falling(), method, H), moving.rig(&Environment::falling(), method, H));
+            (net.lab(&Environment::falling(), method, H), moving.lab(&Environment::falling(), method, H));
         for tick in 1..=60 {
             rig.run(1);
             train.run(1);

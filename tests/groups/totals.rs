@@ -13,7 +13,7 @@ fn springs_store_half_of_stiffness_times_stretch_squared() {
         Start::of(1.0, DVec3::new(3.0, 4.0, 2.0), DVec3::ZERO),
     ];
     let net = Net { bodies, springs: vec![([0, 1], elastic(10.0, 3.0)), ([2, 1], elastic(6.0, 2.5))] };
-    let mut rig = net.rig(&Environment::default(), Method::default(), H);
+    let mut rig = net.lab(&Environment::default(), Method::default(), H);
     // 10 / 2 (5 - 3)^2 + 6 / 2 (2 - 2.5)^2, and 2 / 2 of motion.
     let sum = rig.totals();
     assert_eq!((sum.potential_energy, sum.kinetic_energy), (20.75, 1.0));
@@ -25,19 +25,16 @@ fn springs_store_half_of_stiffness_times_stretch_squared() {
 
 #[test]
 fn mutual_gravity_has_the_energy_of_every_pair() {
-    let bodies = vec![
+    let bodies = [
         Start::of(2.0, DVec3::ZERO, DVec3::ZERO),
         Start::of(3.0, DVec3::X * 3.0, DVec3::ZERO),
         Start::held(DVec3::Y * 8.0),
         Start::held(DVec3::Z),
     ];
     let attraction = Some(MutualGravity { constant: 0.5, softening: 4.0 });
-    let mut rig = Net { bodies, springs: vec![] }.rig(
-        &Environment { attraction, ..Environment::default() },
-        Method::default(),
-        H,
-    );
-    rig.lab.world.entity_mut(rig.bodies[2]).insert(SourceMass(7.0));
+    let around = Environment { attraction, ..Environment::default() };
+    let mut rig = Net::free(bodies).lab(&around, Method::default(), H);
+    rig.insert(2, SourceMass(7.0));
     let pair = |mass: f64, r: f64| -0.5 * mass / r.hypot(4.0);
     // The one that cannot move attracts with its mass as a source; the other one has none.
     let exact = pair(6.0, 3.0) + pair(14.0, 8.0) + pair(21.0, 73.0_f64.sqrt());
@@ -55,7 +52,7 @@ fn mutual_gravity_has_the_energy_of_every_pair() {
 fn velocity_verlet_keeps_the_energy_in_bounds() {
     for (name, net) in [("tetrahedron", tetrahedron()), ("ring", ring())] {
         let worst = |h: f64| {
-            let mut rig = net.rig(&Environment::default(), Method::VelocityVerlet, h);
+            let mut rig = net.lab(&Environment::default(), Method::VelocityVerlet, h);
             let start = rig.energy();
             [0, 1].map(|_| {
                 let mut worst = 0.0_f64;

@@ -2,12 +2,9 @@
 
 use glam::DVec3;
 use motion::groups::Solver;
-use motion::{
-    Affine, BodyState, Drag, Elastic, EvaluationTime, Evaluations, Law, Link, METHODS, Method, Request,
-    SoftBody, Wind,
-};
+use motion::{Affine, BodyState, Drag, EvaluationTime, Law, METHODS, Method, Request, Wind};
 
-use super::lab::{Environment, H, Net, Rig, Start, State, elastic, extrapolated};
+use super::lab::{Environment, H, Net, Start, State, elastic, extrapolated};
 use crate::dice::Dice;
 
 fn wind(velocity: DVec3) -> Wind {
@@ -30,19 +27,6 @@ fn kite(normal: DVec3, v: DVec3) -> Net {
     Net { bodies, springs }
 }
 
-/// A net whose points are the corners of a sheet.
-fn fly(net: &Net, triangles: &[[u32; 3]], around: &Environment, method: Method, h: f64) -> Rig {
-    let mut rig = Net { springs: vec![], ..net.clone() }.rig(around, method, h);
-    let link = |(ends, elastic): &([usize; 2], Elastic<f64>)| Link {
-        ends: ends.map(|end| u32::try_from(end).unwrap()),
-        elastic: *elastic,
-    };
-    let springs = net.springs.iter().map(link).collect();
-    let points = rig.bodies.clone();
-    rig.soft(SoftBody { points, springs, triangles: triangles.to_vec(), sheet: true });
-    rig
-}
-
 const ONE: [[u32; 3]; 1] = [[0, 1, 2]];
 
 /// A sheet shares the masses of its corners out, and what is free or held is integrated or not.
@@ -58,7 +42,7 @@ fn a_mass_that_is_changed_acts_as_if_it_had_been_there_from_the_start() {
             let mut from_the_start = net.clone();
             from_the_start.bodies[body].w = w;
             let [mut there, mut changed] =
-                [&from_the_start, &net].map(|net| fly(net, &ONE, &around, method, H));
+                [&from_the_start, &net].map(|net| net.soft(&ONE, &around, method, H));
             changed.have(Request::SetInverseMass(changed.bodies[body], w));
             assert_eq!(there.run(20).all_bits(&[]), changed.run(20).all_bits(&[]), "{method:?}, {body}, {w}");
             // And once more between two ticks.
@@ -77,9 +61,9 @@ fn a_sheet_square_to_the_wind_moves_like_one_body() {
             // A single body's implicit step is not linearised.
             let solver = Some(Solver { tolerance: 1e-13, newton_iterations: 12, ..Solver::default() });
             let around = Environment { solver, ..airy(drag, Some(wind(axis * 5.0))) };
-            let mut sheet = fly(&kite(axis, -axis), &ONE, &around, method, H);
-            let single = Net { bodies: vec![Start::of(1.5, DVec3::ZERO, -axis)], springs: vec![] };
-            let mut single = single.rig(&around, method, H);
+            let mut sheet = kite(axis, -axis).soft(&ONE, &around, method, H);
+            let single = Net::free([Start::of(1.5, DVec3::ZERO, -axis)]);
+            let mut single = single.lab(&around, method, H);
             let bound = if method == Method::ImplicitEuler { 1e-9 } else { 1e-12 };
             for tick in 0..120 {
                 sheet.run(1);
@@ -100,7 +84,7 @@ fn a_sheet_feels_nothing_of_air_along_it() {
         // Also one without springs, which is no more than points that share the air.
         for springs in [vec![], kite(DVec3::Y, v).springs] {
             let held = springs.is_empty();
-            let mut sheet = fly(&Net { springs, ..kite(DVec3::Y, v) }, &ONE, &around, method, H);
+            let mut sheet = Net { springs, ..kite(DVec3::Y, v) }.soft(&ONE, &around, method, H);
             sheet.run(120);
             for body in 0..3 {
                 assert_eq!(sheet.x(body).y, 0.0, "{method:?}");
@@ -119,7 +103,7 @@ fn a_sheet_falls_at_the_terminal_velocity() {
             [(Drag::new(2.0, 0.0), 9.8 / 2.0), (Drag::new(0.0, 0.4), (9.8_f64 / 0.4).sqrt())]
         {
             let around = Environment { drag: Some(drag), ..Environment::falling() };
-            let mut sheet = fly(&kite(DVec3::Y, DVec3::ZERO), &ONE, &around, method, H);
+            let mut sheet = kite(DVec3::Y, DVec3::ZERO).soft(&ONE, &around, method, H);
             sheet.run(1200);
             // Gravity is a kick g h before the step, which is linearised there: v² = g / k + (g h)² at the end.
             let kicked = method == Method::ImplicitEuler && drag.quadratic > 0.0;
@@ -181,11 +165,11 @@ const GUSTS: Wind = Wind { velocity: DVec3::new(2.0, 1.5, -1.0), gust: 1.5, gust
 fn the_momentum_that_a_sheet_gains_is_the_impulse_of_the_air() {
     let (net, triangles) = cloth();
     let drag = Drag::new(0.5, 0.3);
-    let mut rig = fly(&net, &triangles, &airy(drag, Some(GUSTS)), Method::ExplicitEuler, H);
+    let mut rig = net.soft(&triangles, &airy(drag, Some(GUSTS)), Method::ExplicitEuler, H);
     let before = rig.totals().momentum;
     let mut impulse = DVec3::ZERO;
     for tick in 0..30 {
-        let state = rig.state();
+        let state = rig.states();
         let mut forces = air(&net, &triangles, drag, GUSTS, f64::from(tick) * H, &state);
         net.forces(&state).iter().zip(&mut forces).for_each(|(spring, force)| *force += *spring);
         impulse += forces[1..].iter().sum::<DVec3>() * H;
@@ -208,7 +192,7 @@ fn a_cloth_in_gusts_is_integrated_with_the_order_of_the_method() {
     for claims in &METHODS {
         let error = |steps: u32| {
             let mut rig =
-                fly(&net, &triangles, &airy(drag, Some(GUSTS)), claims.method, 0.5 / f64::from(steps));
+                net.soft(&triangles, &airy(drag, Some(GUSTS)), claims.method, 0.5 / f64::from(steps));
             rig.run(u64::from(steps));
             (0..9).map(|body| rig.x(body).distance(exact[body].0)).fold(0.0, f64::max)
         };
@@ -237,7 +221,7 @@ fn gusts_are_carried_along_by_the_wind() {
     let around = airy(Drag::new(1.5, 0.0), Some(blow));
     let swing = |x: DVec3| {
         let mut rig =
-            fly(&kite(DVec3::Z, DVec3::ZERO).moved(x), &ONE, &around, Method::RungeKutta4, 1.0 / 256.0);
+            kite(DVec3::Z, DVec3::ZERO).moved(x).soft(&ONE, &around, Method::RungeKutta4, 1.0 / 256.0);
         (0..256).map(|_| rig.run(1).v(0).z).collect::<Vec<_>>()
     };
     let (here, half) = (swing(DVec3::ZERO), swing(DVec3::X));
@@ -265,30 +249,25 @@ fn steady_linear_wind_is_an_affine_law_and_carries_points_along() {
     let a = Law::<f64>::acceleration(&drag, at, state);
     assert!(a.distance((velocity - DVec3::Y) * c) <= 1e-15);
     let v0 = DVec3::new(-1.0, 2.0, 0.0);
+    let around = Environment { drag: Some(drag), ..Environment::default() };
     for claims in &METHODS {
         // A single point, and a member of a group.
         let bodies = vec![Start::of(2.0, DVec3::ZERO, v0), Start::of(1.0, DVec3::X, v0)];
         for springs in [vec![], vec![([0, 1], elastic(0.0, 1.0))]] {
             let net = Net { bodies: bodies.clone(), springs };
             let error = |steps: u32| {
-                let around = Environment { drag: Some(drag), ..Environment::default() };
-                let mut rig = net.rig(&around, claims.method, 2.0 / f64::from(steps));
+                let mut rig = net.lab(&around, claims.method, 2.0 / f64::from(steps));
                 rig.run(u64::from(steps));
-                let counted = rig.lab.world.resource::<Evaluations>().accelerations();
-                assert_eq!(
-                    counted,
-                    2 * u64::from(steps * claims.evaluations_with_velocity_laws),
-                    "{}",
-                    claims.name
-                );
+                let counted = rig.evaluations().accelerations();
+                let claimed = 2 * u64::from(steps * claims.evaluations_with_velocity_laws);
+                assert_eq!(counted, claimed, "{}", claims.name);
                 let gone = -f64::exp_m1(-c * 2.0);
                 rig.x(0).distance(velocity * 2.0 + (v0 - velocity) * (gone / c))
             };
             let order = (error(64) / error(128)).log2();
             let off = (order - f64::from(claims.order_with_velocity_laws)).abs();
             assert!(off <= 0.06, "{}: {order:.3}", claims.name);
-            let around = Environment { drag: Some(drag), ..Environment::default() };
-            let mut rig = net.rig(&around, claims.method, H);
+            let mut rig = net.lab(&around, claims.method, H);
             rig.run(3000);
             assert!(rig.v(1).distance(velocity) <= 1e-13, "{}: {}", claims.name, rig.v(1));
         }

@@ -12,10 +12,9 @@ mod requests;
 mod switches;
 mod threads;
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::{Curve, OwnLaws, Thrust};
+use motion::{Curve, Method, OwnLaws, Thrust};
 
 use super::numbers;
 use crate::dice::Dice;
@@ -51,14 +50,20 @@ fn engines() -> OwnLaws {
     OwnLaws::new(vec![Box::new(engine())])
 }
 
-impl Lab {
-    fn spawn(&mut self, start: Start) -> Entity {
-        self.world.spawn(start.components()).id()
+/// A world with the bodies of [`starts`].
+fn crowd(scene: &Environment, method: Method) -> Lab {
+    let mut lab = scene.lab(method, H);
+    for start in starts() {
+        lab.spawn(start);
     }
+    lab
+}
 
-    fn all_bits(&self, bodies: &[Entity]) -> Vec<Bits> {
-        bodies.iter().map(|body| self.bits(*body)).collect()
-    }
+/// The same, the fourth body with engines.
+fn crowd_with_engines(scene: &Environment, method: Method) -> Lab {
+    let mut lab = crowd(scene, method);
+    lab.insert(3, engines());
+    lab
 }
 
 fn add(bare: &mut Bare<f64>, start: Start) -> usize {
@@ -69,11 +74,12 @@ fn bare_bits(bare: &Bare<f64>, body: usize) -> Bits {
     bits(super::position(bare, body), super::velocity(bare, body))
 }
 
-/// Pushes at some ticks of a run: tick, body, N.
-fn pushes(seed: u64, ticks: usize, bodies: usize) -> Vec<(usize, usize, DVec3)> {
+/// The pushes of each tick of a run: body, N.
+fn pushes(seed: u64, ticks: usize, bodies: usize) -> Vec<Vec<(usize, DVec3)>> {
     let mut dice = Dice(seed);
-    let mut pushes: Vec<_> =
-        (0..ticks / 3).map(|_| (dice.below(ticks), dice.below(bodies), dice.vector() * 30.0)).collect();
-    pushes.sort_by_key(|(tick, ..)| *tick);
+    let mut pushes = vec![Vec::new(); ticks];
+    for _ in 0..ticks / 3 {
+        pushes[dice.below(ticks)].push((dice.below(bodies), dice.vector() * 30.0));
+    }
     pushes
 }

@@ -4,28 +4,28 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::arrays::Bare;
 use motion::real::Real;
-use motion::{
-    Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Quarantine, Range, Request, Spring,
-    StableId, Substeps, Transform,
-};
+use motion::{Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Range, Request, StableId};
 use scene::Scene;
 
 use super::rig::{Rig, scenes};
 use crate::drive::Drive;
+use crate::groups::lab::{Environment, Net, Start, elastic};
 use crate::harness::{H, Lab};
 
 /// Bodies that fall side by side, of which one flies off at 50 m/s.
-fn crowd(method: Method, range: Option<Range>, called: bool) -> (Lab, Vec<Entity>) {
-    let mut lab = Lab::new(method, H).with_gravity();
-    lab.world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.1 });
-    if called {
-        lab.world.insert_resource(Drag::new(0.0, 1e-3));
-    }
+fn crowd(method: Method, range: Option<Range>, called: bool) -> Lab {
+    let around = Environment {
+        damping: Some(Damping { model: DampingModel::Exact, rate: 0.1 }),
+        drag: called.then_some(Drag::new(0.0, 1e-3)),
+        ..Environment::falling()
+    };
+    let mut lab = around.lab(method, H);
     range.into_iter().for_each(|range| lab.world.insert_resource(range));
-    let speed = |i: usize| if i == 4 { DVec3::X * 50.0 } else { DVec3::Z };
-    let bodies = (0..11).map(|i| lab.body(1.0, speed(i))).collect();
-    lab.stepper.recompile(&mut lab.world);
-    (lab, bodies)
+    for i in 0..11 {
+        lab.body(1.0, if i == 4 { DVec3::X * 50.0 } else { DVec3::Z });
+    }
+    lab.recompile();
+    lab
 }
 
 #[test]
@@ -35,31 +35,24 @@ fn a_body_that_would_leave_the_range_is_frozen_within_and_no_other_notices() {
             let bound = 20.0;
             let range = Range { position: bound, ..Range::FINITE };
             let what = format!("{method:?}, {called}");
-            let ((mut lab, bodies), (mut free, twins)) =
-                (crowd(method, Some(range), called), crowd(method, None, called));
+            let (mut lab, mut free) = (crowd(method, Some(range), called), crowd(method, None, called));
             let mut last = DVec3::ZERO;
-            while lab.world.resource::<Quarantine>().records().is_empty() {
-                last = lab.x(bodies[4]);
+            while lab.records().is_empty() {
+                last = lab.x(4);
                 lab.run(1);
                 free.run(1);
             }
             // The free one is beyond it, and this one is where it was before the tick.
-            assert!(free.x(twins[4]).x > bound && lab.x(bodies[4]) == last && last.x <= bound, "{what}");
-            let record = lab.world.resource::<Quarantine>().records()[0];
+            assert!(free.x(4).x > bound && lab.x(4) == last && last.x <= bound, "{what}");
+            let record = lab.records()[0];
             let Cause { component, fault, system } = record.cause;
-            assert_eq!(record.body, bodies[4]);
+            assert_eq!(record.body, lab.bodies[4]);
             assert_eq!((component, fault), ("Transform.position", Fault::Range(bound)), "{what}");
             let expected = format!("position would leave the range of 2e1 m in {system}");
             assert_eq!(record.cause.what(), expected, "{what}");
             lab.run(20);
             free.run(20);
-            for i in (0..11).filter(|i| *i != 4) {
-                assert_eq!(
-                    (lab.x(bodies[i]), lab.v(bodies[i])),
-                    (free.x(twins[i]), free.v(twins[i])),
-                    "{what}"
-                );
-            }
+            assert_eq!(lab.all_bits(&[4]), free.all_bits(&[4]), "{what}");
         }
     }
 }
@@ -69,22 +62,19 @@ fn a_body_that_would_be_too_fast_is_frozen_in_every_kernel() {
     for method in Method::ALL {
         for called in [false, true] {
             let range = Range { speed: 5.0, ..Range::FINITE };
-            let (mut lab, bodies) = crowd(method, Some(range), called);
+            let mut lab = crowd(method, Some(range), called);
             lab.run(1);
-            let records = lab.world.resource::<Quarantine>().records();
+            let records = lab.records();
             assert_eq!(records.len(), 1, "{method:?}, {called}");
-            assert_eq!(records[0].body, bodies[4]);
+            assert_eq!(records[0].body, lab.bodies[4]);
             let Cause { component, fault, .. } = records[0].cause;
-            assert_eq!(
-                (component, fault),
-                ("PhysicsBody.velocity", Fault::Range(5.0)),
-                "{method:?}, {called}"
-            );
+            let expected = ("PhysicsBody.velocity", Fault::Range(5.0));
+            assert_eq!((component, fault), expected, "{method:?}, {called}");
             // The others fall: 9.8 m/s² take half a second to 5 m/s.
             lab.run(60);
-            assert_eq!(lab.world.resource::<Quarantine>().records().len(), 1, "{method:?}, {called}");
+            assert_eq!(lab.records().len(), 1, "{method:?}, {called}");
             lab.run(60);
-            assert_eq!(lab.world.resource::<Quarantine>().records().len(), 11, "{method:?}, {called}");
+            assert_eq!(lab.records().len(), 11, "{method:?}, {called}");
         }
     }
 }
@@ -92,24 +82,21 @@ fn a_body_that_would_be_too_fast_is_frozen_in_every_kernel() {
 #[test]
 fn a_member_of_a_group_that_would_leave_the_range_is_frozen() {
     for method in Method::ALL {
-        let mut lab = Lab::new(method, H);
+        let spring = Elastic { damping: 0.1, ..elastic(1.0, 1.0) };
+        let net = Net {
+            bodies: (0..3).map(|i| Start::of(1.0, DVec3::Y * 10.0, DVec3::X * 60.0 * f64::from(i))).collect(),
+            springs: vec![([0, 1], spring), ([1, 2], spring)],
+        };
+        let mut lab = net.lab(&Environment::default(), method, H);
         lab.world.insert_resource(Range { position: 12.0, ..Range::FINITE });
-        let elastic = Elastic { stiffness: 1.0, damping: 0.1, rest_length: 1.0 };
-        let bodies: Vec<_> = (0..3).map(|i| lab.body(1.0, DVec3::X * 60.0 * f64::from(i))).collect();
-        (0..).map(StableId).zip(&bodies).for_each(|(id, body)| {
-            lab.world.entity_mut(*body).insert(id);
-        });
-        for ends in [[bodies[0], bodies[1]], [bodies[1], bodies[2]]] {
-            lab.world.spawn(Spring { ends, elastic });
-        }
-        lab.stepper.recompile(&mut lab.world);
+        lab.recompile();
         lab.run(14);
-        let records = lab.world.resource::<Quarantine>().records();
-        assert_eq!((records.len(), records[0].body), (1, bodies[2]), "{method:?}: {records:?}");
+        let records = lab.records();
+        assert_eq!((records.len(), records[0].body), (1, lab.bodies[2]), "{method:?}: {records:?}");
         let cause =
             Cause { system: "integrate_groups", component: "Transform.position", fault: Fault::Range(12.0) };
         assert_eq!(records[0].cause, cause, "{method:?}");
-        assert!(lab.x(bodies[2]).x <= 12.0 && lab.x(bodies[1]).x > 3.0, "{method:?}");
+        assert!(lab.x(2).x <= 12.0 && lab.x(1).x > 3.0, "{method:?}");
     }
 }
 
@@ -120,19 +107,18 @@ fn an_experiment_may_ask_for_too_much() {
         (Request::SetVelocity, "PhysicsBody.velocity", 30.0),
         (Request::Impulse, "PhysicsBody.velocity", 30.0),
     ] {
-        let mut lab = Lab::new(Method::RungeKutta4, H);
-        lab.world.insert_resource(Range { position: 100.0, speed: 30.0 });
+        let mut lab = Lab::new(Method::RungeKutta4, H).with(Range { position: 100.0, speed: 30.0 });
         let body = lab.body(1.0, DVec3::ZERO);
         lab.ask(request(body, DVec3::Y * bound));
         lab.run(1);
-        assert_eq!(lab.world.resource::<Quarantine>().records(), []);
+        assert_eq!(lab.records(), []);
         let body = lab.body(1.0, DVec3::ZERO);
         lab.ask(request(body, DVec3::Y * (1.01 * bound)));
         lab.run(1);
-        let record = *lab.world.resource::<Quarantine>().records().last().unwrap();
+        let record = *lab.records().last().unwrap();
         let cause = Cause { system: "requests", component, fault: Fault::Range(bound) };
         assert_eq!((record.body, record.cause), (body, cause));
-        assert_eq!((lab.x(body), lab.v(body)), (DVec3::Y * 10.0, DVec3::ZERO));
+        assert_eq!(lab.state(body), (DVec3::Y * 10.0, DVec3::ZERO));
     }
 }
 
@@ -192,23 +178,21 @@ fn the_range_of_a_scene_is_kept_through_the_program() {
 #[test]
 fn a_range_is_asked_at_the_end_of_a_tick() {
     let thrown = |method, law: bool, joined: bool| {
-        let mut lab = Lab::new(method, 1.0);
-        lab.world.insert_resource(Gravity { acceleration: DVec3::Y * -10.0, on: true });
-        lab.world.insert_resource(Range { position: 1.0, ..Range::FINITE });
-        lab.world.insert_resource(Substeps(10));
-        if law {
-            lab.world.insert_resource(Drag::new(0.0, 1e-9));
+        let around = Environment {
+            drag: law.then_some(Drag::new(0.0, 1e-9)),
+            substeps: Some(10),
+            ..Environment::pull(DVec3::Y * -10.0)
+        };
+        let mut lab = around.lab(method, 1.0).with(Range { position: 1.0, ..Range::FINITE });
+        for _ in 0..6 {
+            lab.spawn(Start::of(1.0, DVec3::ZERO, DVec3::Y * 5.0));
         }
-        let bodies: Vec<_> = (0..6).map(|_| lab.body(1.0, DVec3::Y * 5.0)).collect();
         if joined {
-            let elastic = Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.0 };
-            lab.world.spawn(Spring { ends: [bodies[0], bodies[1]], elastic });
+            lab.spring([0, 1], elastic(1.0, 0.0));
         }
-        bodies.iter().for_each(|body| lab.world.get_mut::<Transform>(*body).unwrap().position = DVec3::ZERO);
-        lab.stepper.recompile(&mut lab.world);
-        lab.run(1);
-        let records = lab.world.resource::<Quarantine>().records().len();
-        (records, bodies.iter().map(|body| lab.x(*body).y).collect::<Vec<_>>())
+        lab.recompile();
+        let heights: Vec<_> = lab.run(1).states().into_iter().map(|(x, _)| x.y).collect();
+        (lab.records().len(), heights)
     };
     for method in Method::ALL {
         for (law, joined) in [(false, false), (true, false), (false, true)] {
@@ -224,25 +208,22 @@ fn a_range_is_asked_at_the_end_of_a_tick() {
 fn two_passes_and_one_ask_for_the_range_alike() {
     for method in [Method::SemiImplicitEuler, Method::ExplicitEuler] {
         for count in [3, 300] {
-            let mut lab = Lab::new(method, 0.25);
-            lab.world.insert_resource(Gravity { acceleration: DVec3::Y * -10.0, on: true });
-            lab.world.insert_resource(Damping { model: DampingModel::Tutorial, rate: 0.4 });
-            lab.world.insert_resource(Range { speed: 10.0, ..Range::FINITE });
-            let bodies: Vec<_> = (0..count).map(|_| lab.body(1.0, DVec3::Y * -8.0)).collect();
-            lab.stepper.recompile(&mut lab.world);
+            let damping = Some(Damping { model: DampingModel::Tutorial, rate: 0.4 });
+            let around = Environment { damping, ..Environment::pull(DVec3::Y * -10.0) };
+            let mut lab = around.lab(method, 0.25).with(Range { speed: 10.0, ..Range::FINITE });
+            for _ in 0..count {
+                lab.body(1.0, DVec3::Y * -8.0);
+            }
+            lab.recompile();
             lab.run(1);
-            let frozen = lab.world.resource::<Quarantine>().records().len();
-            let speed = lab.v(bodies[0]).y;
+            let frozen = lab.records().len();
+            let speed = lab.v(0).y;
             // Explicit Euler damps before it kicks.
             assert_eq!(frozen, 0, "{method:?} {count}: {speed}");
             assert!((-10.0..-8.0).contains(&speed), "{method:?} {count}: {speed}");
             lab.run(3);
             // The next one leaves it.
-            assert_eq!(
-                lab.world.resource::<Quarantine>().records().len(),
-                bodies.len(),
-                "{method:?} {count}"
-            );
+            assert_eq!(lab.records().len(), count, "{method:?} {count}");
         }
     }
 }
@@ -252,18 +233,18 @@ fn two_passes_and_one_ask_for_the_range_alike() {
 fn a_body_at_the_border_is_frozen_as_it_was_before_the_tick() {
     for method in Method::ALL {
         for substeps in [1, 8] {
-            let mut lab = Lab::new(method, H);
-            lab.world.insert_resource(Gravity { acceleration: DVec3::Y * -10.0, on: true });
-            lab.world.insert_resource(Range { speed: 1.0, ..Range::FINITE });
-            lab.world.insert_resource(Substeps(substeps));
-            let bodies: Vec<_> = (0..5).map(|_| lab.body(1.0, DVec3::ZERO)).collect();
-            lab.stepper.recompile(&mut lab.world);
+            let around = Environment { substeps: Some(substeps), ..Environment::pull(DVec3::Y * -10.0) };
+            let mut lab = around.lab(method, H).with(Range { speed: 1.0, ..Range::FINITE });
+            for _ in 0..5 {
+                lab.body(1.0, DVec3::ZERO);
+            }
+            lab.recompile();
             let mut last = (DVec3::ZERO, DVec3::ZERO);
-            while lab.world.resource::<Quarantine>().records().is_empty() {
-                last = (lab.x(bodies[2]), lab.v(bodies[2]));
+            while lab.records().is_empty() {
+                last = lab.state(2);
                 lab.run(1);
             }
-            assert_eq!((lab.x(bodies[2]), lab.v(bodies[2])), last, "{method:?} {substeps}");
+            assert_eq!(lab.state(2), last, "{method:?} {substeps}");
         }
     }
 }

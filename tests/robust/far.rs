@@ -1,33 +1,21 @@
 //! Far from the origin: the same relative motion, to what positions are rounded to there.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{
-    Damping, DampingModel, Elastic, Gravity, Method, PhysicsBody, Spring, StableId, Stepper, TimeStep,
-    Transform,
-};
+use motion::{Damping, DampingModel, Elastic, Method};
+
+use crate::groups::lab::{Environment, Net, Start};
 
 const H: f64 = 1.0 / 128.0;
 
-/// A net that swings on a post, and two bodies that fly by, all moved by `shift`.
-fn net(method: Method, shift: DVec3) -> (World, Stepper, Vec<Entity>) {
-    let mut world = World::new();
-    world.insert_resource(Gravity::EARTH);
-    world.insert_resource(Damping { model: DampingModel::Exact, rate: 0.5 });
-    let bodies: Vec<_> = (0..6_u32)
-        .map(|i| {
-            let x = shift + DVec3::new(f64::from(i), 0.25 * f64::from(i % 2), -0.5);
-            let body = PhysicsBody::with_mass(if i == 0 { 0.0 } else { 1.0 });
-            let body = if i > 3 { body.moving_at(DVec3::new(3.0, 7.5, -1.25)) } else { body };
-            world.spawn((StableId(i), Transform::at(x), body)).id()
-        })
-        .collect();
+/// A net that swings on a post, and two bodies that fly by.
+fn net() -> Net {
+    let body = |i: usize| {
+        let v = if i > 3 { DVec3::new(3.0, 7.5, -1.25) } else { DVec3::ZERO };
+        let x = DVec3::new(i as f64, 0.25 * (i % 2) as f64, -0.5);
+        if i == 0 { Start::held(x) } else { Start::of(1.0, x, v) }
+    };
     let elastic = Elastic { stiffness: 20.0, damping: 2.0, rest_length: 1.0 };
-    for ends in bodies[..4].windows(2) {
-        world.spawn(Spring { ends: [ends[0], ends[1]], elastic });
-    }
-    let stepper = Stepper::new(&mut world, method, TimeStep(H));
-    (world, stepper, bodies)
+    Net { bodies: (0..6).map(body).collect(), springs: (0..3).map(|i| ([i, i + 1], elastic)).collect() }
 }
 
 #[test]
@@ -36,28 +24,21 @@ fn ten_thousand_kilometers_from_the_origin_the_motion_is_the_same() {
     let (shift, ulp) = (DVec3::new(1e7, -1e7, 1e7), 1.9e-9);
     let ticks = 1280;
     for method in Method::ALL {
-        let (mut near, mut near_stepper, bodies) = net(method, DVec3::ZERO);
-        let (mut far, mut far_stepper, others) = net(method, shift);
-        for _ in 0..ticks {
-            near_stepper.tick(&mut near);
-            far_stepper.tick(&mut far);
-        }
-        for (body, other) in bodies.iter().zip(&others) {
-            let x = near.get::<Transform>(*body).unwrap().position;
-            let y = far.get::<Transform>(*other).unwrap().position - shift;
+        let damping = Some(Damping { model: DampingModel::Exact, rate: 0.5 });
+        let around = Environment { damping, ..Environment::falling() };
+        let [mut near, mut far] = [DVec3::ZERO, shift].map(|by| net().moved(by).lab(&around, method, H));
+        let (near, far) = (near.run(ticks).states(), far.run(ticks).states());
+        for ((x, v), (y, u)) in near.iter().zip(&far) {
+            let y = *y - shift;
             // Each tick rounds each coordinate by half of that at most; damped motion does not enlarge it, and adds up
             // what ten seconds of it leave.
-            let bound = 2.0 * f64::from(ticks) * ulp;
+            let bound = 2.0 * ticks as f64 * ulp;
             assert!(x.distance(y) <= bound, "{method:?}: {x} {y} {:e}", x.distance(y));
-            let [v, u] = [(&near, body), (&far, other)]
-                .map(|(world, body)| world.get::<PhysicsBody>(*body).unwrap().velocity);
-            assert!(v.distance(u) <= 10.0 * bound, "{method:?}: {v} {u}");
+            assert!(v.distance(*u) <= 10.0 * bound, "{method:?}: {v} {u}");
         }
         // What nothing pulls at has the very same velocity.
         for free in [4, 5] {
-            let [v, u] = [(&near, bodies[free]), (&far, others[free])]
-                .map(|(world, body)| world.get::<PhysicsBody>(body).unwrap().velocity);
-            assert_eq!(v, u, "{method:?}");
+            assert_eq!(near[free].1, far[free].1, "{method:?}");
         }
     }
 }

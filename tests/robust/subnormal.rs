@@ -1,13 +1,11 @@
 //! What decays ends at zero, not in subnormal numbers, which run many times slower.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::arrays::Bare;
 use motion::real::Real;
-use motion::{
-    Damping, DampingModel, DampingRate, Drag, Elastic, Method, PhysicsBody, SpeedLimit, Spring, StableId,
-    Stepper, TimeStep, Transform,
-};
+use motion::{Damping, DampingModel, DampingRate, Drag, Elastic, Method, SpeedLimit};
+
+use crate::groups::lab::{Environment, Lab, Net, Start};
 
 /// 2,000 s in ticks of 1/30 s.
 const TICKS: u32 = 60_000;
@@ -68,41 +66,33 @@ fn no_state_is_subnormal_after_2000_s_of_damping_in_any_method() {
 }
 
 /// A chain that comes to rest on a post, with members that ask for something.
-fn chain(model: DampingModel) -> World {
-    let mut world = World::new();
-    world.insert_resource(TimeStep(1.0 / 20.0));
-    world.insert_resource(Damping { model, rate: 2.0 });
-    let bodies: Vec<_> = (0..4)
-        .map(|i| {
-            let x = DVec3::new(1.1 * f64::from(i), 0.0, 0.0);
-            let body = PhysicsBody::with_mass(if i == 0 { 0.0 } else { 1.0 });
-            world.spawn((StableId(i), Transform::at(x), body)).id()
-        })
-        .collect();
+fn chain(model: DampingModel, method: Method) -> Lab {
+    let start = |i: usize| {
+        let x = DVec3::X * (1.1 * i as f64);
+        if i == 0 { Start::held(x) } else { Start::of(1.0, x, DVec3::ZERO) }
+    };
     let elastic = Elastic { stiffness: 4.0, damping: 0.5, rest_length: 1.0 };
-    for ends in bodies.windows(2) {
-        world.spawn(Spring { ends: [ends[0], ends[1]], elastic });
-    }
-    world.entity_mut(bodies[2]).insert((DampingRate::new(3.0), SpeedLimit(5.0)));
-    world
+    let springs = (0..3).map(|i| ([i, i + 1], elastic)).collect();
+    let net = Net { bodies: (0..4).map(start).collect(), springs };
+    let around = Environment { damping: Some(Damping { model, rate: 2.0 }), ..Environment::default() };
+    let mut lab = net.lab(&around, method, 1.0 / 20.0);
+    lab.insert(2, (DampingRate::new(3.0), SpeedLimit(5.0)));
+    lab.recompile();
+    lab
 }
 
 #[test]
 fn no_state_of_a_group_is_subnormal_after_2000_s_of_damping() {
     for method in Method::ALL {
         for model in DampingModel::ALL {
-            let mut world = chain(model);
-            let mut single = Bare::<f32>::of_world(&mut world, method, &|_| Vec::new(), Vec::new()).unwrap();
-            let mut stepper = Stepper::new(&mut world, method, TimeStep(1.0 / 20.0));
-            for _ in 0..40_000 {
-                stepper.tick(&mut world);
-            }
-            let mut bodies = world.query::<(&Transform, &PhysicsBody)>();
-            for (at, body) in bodies.iter(&world) {
-                let numbers = at.position.to_array().into_iter().chain(body.velocity.to_array());
-                let what = format!("{method:?}, {model:?}: {at:?} {body:?}");
+            let mut lab = chain(model, method);
+            let arrays = Bare::<f32>::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new());
+            let mut single = arrays.unwrap();
+            for (x, v) in lab.run(40_000).states() {
+                let numbers = x.to_array().into_iter().chain(v.to_array());
+                let what = format!("{method:?}, {model:?}: {x:?} {v:?}");
                 assert!(!numbers.into_iter().any(f64::is_subnormal), "{what}");
-                assert!(body.velocity.length() < 1e-12, "{what}");
+                assert!(v.length() < 1e-12, "{what}");
             }
             (0..4_000).for_each(|_| single.tick());
             let numbers = single.positions.iter().flatten().chain(single.bodies.iter().flatten());

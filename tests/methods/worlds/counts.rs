@@ -3,11 +3,10 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Damping, DampingModel, Drag, Evaluations, Gravity, GravityOff, Law, Laws, Method, Request, Substeps,
-    mark_method,
+    Damping, DampingModel, Drag, Gravity, GravityOff, Law, Laws, Method, Request, Substeps, mark_method,
 };
 
-use super::{Dice, Environment, H, Start, engines, starts};
+use super::{Dice, Environment, Start, crowd, engines, starts};
 use crate::harness::Lab;
 
 const TICKS: u64 = 10;
@@ -16,17 +15,8 @@ const TICKS: u64 = 10;
 const MOVABLE: u64 = 10;
 
 fn counts(lab: &Lab) -> (u64, Vec<(&'static str, u64)>) {
-    let evaluations = lab.world.resource::<Evaluations>();
-    assert_eq!(evaluations.unconverged_steps(), 0);
-    let mut laws = evaluations.laws().to_vec();
-    laws.sort_unstable();
-    (evaluations.accelerations(), laws)
-}
-
-fn crowd(scene: &Environment, method: Method) -> (Lab, Vec<Entity>) {
-    let mut lab = scene.lab(method, H);
-    let bodies = starts().into_iter().map(|start| lab.spawn(start)).collect();
-    (lab, bodies)
+    assert_eq!(lab.evaluations().unconverged_steps(), 0);
+    lab.counts()
 }
 
 /// Evaluations of one body in [`TICKS`] ticks: from the table, and what Newton's method took beyond.
@@ -39,34 +29,25 @@ fn of_a_body(method: Method, velocity_laws: bool, kept: bool) -> u64 {
 
 /// Every iteration but the last, which only corrects, evaluates once more.
 fn of_newton(lab: &Lab, steps: u64) -> u64 {
-    let iterations = lab.world.resource::<Evaluations>().newton_iterations();
-    iterations.saturating_sub(steps)
+    lab.evaluations().newton_iterations().saturating_sub(steps)
 }
 
 #[test]
 fn laws_that_are_summed_up_count_as_claimed() {
     for method in Method::ALL {
         for substeps in [1, 3] {
-            let substep = u64::from(substeps);
-            let (mut lab, _) =
-                crowd(&Environment { substeps: Some(substeps), ..Environment::falling() }, method);
-            lab.run(TICKS);
-            let n = MOVABLE * substep * of_a_body(method, false, false);
-            assert_eq!(counts(&lab), (n, vec![("gravity", n)]), "{method:?} gravity");
-
-            let drag = Some(Drag::new(0.3, 0.0));
-            let (mut lab, _) =
-                crowd(&Environment { drag, substeps: Some(substeps), ..Environment::falling() }, method);
-            lab.run(TICKS);
-            let n = MOVABLE * substep * of_a_body(method, true, false);
-            assert_eq!(counts(&lab), (n, vec![("drag", n), ("gravity", n)]), "{method:?} drag");
-
+            let fall = Environment { substeps: Some(substeps), ..Environment::falling() };
+            let drag = Environment { drag: Some(Drag::new(0.3, 0.0)), ..fall.clone() };
             // Exact damping is one of the laws but in the Eulers of the tutorial, which have one evaluation.
             let damping = Some(Damping { model: DampingModel::Exact, rate: 0.3 });
-            let (mut lab, _) =
-                crowd(&Environment { damping, substeps: Some(substeps), ..Environment::falling() }, method);
-            lab.run(TICKS);
-            assert_eq!(counts(&lab), (n, vec![("damping", n), ("gravity", n)]), "{method:?} damping");
+            let damping = Environment { damping, ..fall.clone() };
+            for (law, scene) in [("", fall), ("drag", drag), ("damping", damping)] {
+                let mut lab = crowd(&scene, method);
+                lab.run(TICKS);
+                let n = MOVABLE * u64::from(substeps) * of_a_body(method, !law.is_empty(), false);
+                let laws = [law, "gravity"].into_iter().filter(|law| !law.is_empty());
+                assert_eq!(counts(&lab), (n, laws.map(|law| (law, n)).collect()), "{method:?} gravity {law}");
+            }
         }
     }
 }
@@ -78,9 +59,9 @@ fn drag_among_other_laws_counts_as_drag() {
         for damping in [None, Some(Damping { model: DampingModel::Tutorial, rate: 0.3 })] {
             for linear in [0.0, 0.3] {
                 let drag: Box<dyn Law<f64>> = Box::new(Drag::new(linear, 0.0));
-                let (mut lab, _) = crowd(&Environment { damping, ..Environment::falling() }, method);
+                let mut lab = crowd(&Environment { damping, ..Environment::falling() }, method);
                 lab.world.insert_resource(Laws(vec![drag]));
-                lab.stepper.recompile(&mut lab.world);
+                lab.recompile();
                 lab.run(TICKS);
                 let n = MOVABLE * of_a_body(method, linear > 0.0, false);
                 let expected = (n, vec![("drag", n), ("gravity", n)]);
@@ -94,7 +75,7 @@ fn drag_among_other_laws_counts_as_drag() {
 fn laws_that_are_called_count_as_claimed() {
     for method in Method::ALL {
         for (drag, velocity_laws) in [(None, false), (Some(Drag::new(0.0, 0.1)), true)] {
-            let (mut lab, _) = crowd(&Environment { drag, ..Environment::orbiting() }, method);
+            let mut lab = crowd(&Environment { drag, ..Environment::orbiting() }, method);
             lab.run(TICKS);
             let mut n = MOVABLE * of_a_body(method, velocity_laws, true);
             if method == Method::ImplicitEuler {
@@ -109,11 +90,11 @@ fn laws_that_are_called_count_as_claimed() {
 #[test]
 fn engines_count_for_the_body_that_has_them() {
     for method in Method::ALL {
-        let (mut lab, bodies) = crowd(&Environment::falling(), method);
+        let mut lab = crowd(&Environment::falling(), method);
         // Always on: the steps are not split.
         let curve = motion::Curve::Polynomial(vec![DVec3::X, DVec3::Y]);
         let engine = motion::Thrust::new(curve, f64::NEG_INFINITY, f64::INFINITY);
-        lab.world.entity_mut(bodies[3]).insert(motion::OwnLaws::new(vec![Box::new(engine)]));
+        lab.insert(3, motion::OwnLaws::new(vec![Box::new(engine)]));
         lab.run(TICKS);
         let mut own = of_a_body(method, false, true);
         if method == Method::ImplicitEuler {
@@ -128,38 +109,30 @@ fn engines_count_for_the_body_that_has_them() {
 #[test]
 fn a_body_that_asks_for_something_later_is_counted_once() {
     let asks: [(&str, fn(&mut Lab, Entity)); 5] = [
-        ("a limit", |lab, body| {
-            lab.world.entity_mut(body).insert(motion::SpeedLimit(1e9));
-        }),
-        ("a lock", |lab, body| {
-            lab.world.entity_mut(body).insert(motion::AxisLocks::default());
-        }),
+        ("a limit", |lab, body| lab.insert(body, motion::SpeedLimit(1e9))),
+        ("a lock", |lab, body| lab.insert(body, motion::AxisLocks::default())),
         ("a method", |lab, body| {
             let method = lab.stepper.method();
             mark_method(&mut lab.world.entity_mut(body), Some(method));
         }),
-        ("substeps", |lab, body| {
-            lab.world.entity_mut(body).insert(motion::OwnSubsteps(1));
-        }),
-        ("laws", |lab, body| {
-            lab.world.entity_mut(body).insert(motion::OwnLaws::new(vec![]));
-        }),
+        ("substeps", |lab, body| lab.insert(body, motion::OwnSubsteps(1))),
+        ("laws", |lab, body| lab.insert(body, motion::OwnLaws::new(vec![]))),
     ];
     for method in Method::ALL {
         for (name, ask) in asks {
             // A body of that kind has been there before or not: a new kind of entity is noticed anyway.
             for seen in [false, true] {
-                let (mut lab, bodies) = crowd(&Environment::falling(), method);
+                let mut lab = crowd(&Environment::falling(), method);
                 if seen {
                     let first = lab.spawn(Start { w: 0.0, ..starts()[0] });
                     ask(&mut lab, first);
                 }
                 lab.run(5);
-                ask(&mut lab, bodies[2]);
+                let third = lab.bodies[2];
+                ask(&mut lab, third);
                 lab.run(5);
-                let (accelerations, laws) = counts(&lab);
                 let n = MOVABLE * of_a_body(method, false, false);
-                assert_eq!((accelerations, laws), (n, vec![("gravity", n)]), "{method:?} {name} {seen}");
+                assert_eq!(counts(&lab), (n, vec![("gravity", n)]), "{method:?} {name} {seen}");
             }
         }
     }
@@ -169,23 +142,23 @@ fn a_body_that_asks_for_something_later_is_counted_once() {
 #[test]
 fn what_comes_later_is_counted_from_then_on() {
     for method in Method::ALL {
-        let (mut lab, _) = crowd(&Environment { substeps: Some(1), ..Environment::falling() }, method);
+        let mut lab = crowd(&Environment { substeps: Some(1), ..Environment::falling() }, method);
         lab.run(5);
         lab.world.resource_mut::<Substeps>().0 = 2;
         lab.run(5);
         let half = MOVABLE * of_a_body(method, false, false) / 2;
         assert_eq!(counts(&lab).0, 3 * half, "{method:?} substeps");
 
-        let (mut lab, _) = crowd(&Environment::falling(), method);
+        let mut lab = crowd(&Environment::falling(), method);
         for _ in 0..300 {
             // A large world has the same schedule with drag and without.
             lab.world.spawn((starts()[0].components(), GravityOff));
         }
-        lab.stepper.recompile(&mut lab.world);
+        lab.recompile();
         lab.run(5);
         let before = counts(&lab).0;
         lab.world.insert_resource(Drag::new(0.3, 0.0));
-        lab.stepper.recompile(&mut lab.world);
+        lab.recompile();
         lab.run(5);
         let all = (MOVABLE + 300) * of_a_body(method, true, false) / 2;
         assert_eq!(counts(&lab).0 - before, all, "{method:?} drag");
@@ -197,10 +170,10 @@ fn a_body_in_quarantine_counts_no_more() {
     for method in Method::ALL {
         for scene in [Environment::falling(), Environment::orbiting()] {
             let of_a_run = |victims: &[usize]| {
-                let (mut lab, bodies) = crowd(&scene, method);
+                let mut lab = crowd(&scene, method);
                 lab.run(5);
                 for victim in victims {
-                    lab.have(Request::SetVelocity(bodies[*victim], DVec3::splat(f64::NAN)));
+                    lab.have(Request::SetVelocity(lab.bodies[*victim], DVec3::splat(f64::NAN)));
                 }
                 let before = counts(&lab).0;
                 lab.run(5);
@@ -223,7 +196,7 @@ fn a_body_in_quarantine_counts_no_more() {
 #[test]
 fn a_body_that_comes_later_costs_a_start_of_its_block_and_no_more() {
     for method in [Method::VelocityVerlet, Method::Yoshida4] {
-        let (mut lab, _) = crowd(&Environment::orbiting(), method);
+        let mut lab = crowd(&Environment::orbiting(), method);
         lab.run(5);
         let before = counts(&lab).0;
         let mut dice = Dice(1);
@@ -241,9 +214,9 @@ fn a_body_that_comes_later_costs_a_start_of_its_block_and_no_more() {
 #[test]
 fn gravity_counts_where_it_acts() {
     for method in Method::ALL {
-        let (mut lab, bodies) = crowd(&Environment::falling(), method);
-        lab.world.entity_mut(bodies[0]).insert((GravityOff, engines()));
-        lab.world.entity_mut(bodies[1]).insert(GravityOff);
+        let mut lab = crowd(&Environment::falling(), method);
+        lab.insert(0, (GravityOff, engines()));
+        lab.insert(1, GravityOff);
         lab.world.insert_resource(Gravity::EARTH);
         lab.run(TICKS);
         let falling = (MOVABLE - 2) * of_a_body(method, false, false);

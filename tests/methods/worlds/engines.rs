@@ -1,7 +1,7 @@
 //! Engines of a body that come on and go off inside a tick.
 
 use glam::DVec3;
-use motion::{Curve, Evaluations, Gravity, Method, OwnLaws, Thrust};
+use motion::{Curve, Gravity, Method, OwnLaws, Thrust};
 
 use super::{Environment, H, Start, starts, wells};
 
@@ -47,9 +47,7 @@ fn an_engine_gives_the_exact_impulse_of_its_burn() {
                         Environment { substeps: Some(substeps), ..Environment::default() }.lab(method, H);
                     let body = lab.spawn(Start { x: DVec3::ONE, v: DVec3::ZERO, w: 0.5 });
                     let curve = Curve::Polynomial(COEFFICIENTS[..=degree].to_vec());
-                    lab.world
-                        .entity_mut(body)
-                        .insert(OwnLaws::new(vec![Box::new(Thrust::new(curve, from, until))]));
+                    lab.insert(body, OwnLaws::new(vec![Box::new(Thrust::new(curve, from, until))]));
                     lab.run(TICKS);
                     let expected = impulse(degree, from, until) * 0.5;
                     let error = lab.v(body).distance(expected);
@@ -70,19 +68,17 @@ fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
         {
             let run = |with_engine: bool| {
                 let mut lab = scene.lab(method, H);
-                let mut bodies = Vec::new();
                 for (i, start) in starts().into_iter().enumerate() {
                     if i == 4 && with_engine {
                         let curve = Curve::Polynomial(COEFFICIENTS.to_vec());
                         let engine = Thrust::new(curve, 0.3 * H, 7.6 * H);
                         lab.world.spawn((start.components(), OwnLaws::new(vec![Box::new(engine)])));
                     }
-                    bodies.push(lab.spawn(start));
+                    lab.spawn(start);
                 }
                 lab.run(TICKS);
-                let evaluations = lab.world.resource::<Evaluations>();
-                let newton = evaluations.newton_iterations();
-                (lab.all_bits(&bodies), evaluations.accelerations(), newton)
+                let evaluations = lab.evaluations();
+                (lab.all_bits(&[]), evaluations.accelerations(), evaluations.newton_iterations())
             };
             let ((with, evaluated, newton), (without, before, newton_before)) = (run(true), run(false));
             assert_eq!(with, without, "{method:?} {scene:?}");

@@ -1,101 +1,101 @@
 //! The acceleration that velocity Verlet and Yoshida's composition keep is used only where it is the one that
 //! would be evaluated: a run that keeps nothing has the same bits.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::snapshot::LastAcceleration;
 use motion::{
-    Curve, Damping, DampingModel, Evaluations, Gravity, Law, Laws, Method, OwnLaws, Request, SpeedLimit,
-    Substeps, Thrust, Well, Wells,
+    Curve, Damping, DampingModel, Gravity, Law, Laws, Method, OwnLaws, Request, SpeedLimit, Substeps, Thrust,
+    TimeStep, Well, Wells,
 };
 
-use super::{Bits, Environment, H, engines, starts, wells};
+use super::{Bits, Environment, H, crowd_with_engines, starts, wells};
 use crate::harness::Lab;
 
 const METHODS: [Method; 2] = [Method::VelocityVerlet, Method::Yoshida4];
 
-type Event = fn(&mut Lab, &[Entity]);
+type Event = fn(&mut Lab);
 
 /// The bits after every tick and the accelerations that were evaluated.
 fn run(scene: &Environment, method: Method, forgets: bool, event: Event) -> (Vec<Vec<Bits>>, u64) {
-    let mut lab = scene.lab(method, H);
-    let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
-    lab.world.entity_mut(bodies[3]).insert(engines());
+    let mut lab = crowd_with_engines(scene, method);
     let mut ticks = Vec::new();
     for tick in 0..40 {
         if tick == 20 {
-            event(&mut lab, &bodies);
+            event(&mut lab);
         }
         if forgets {
-            for body in &bodies {
-                lab.world.entity_mut(*body).remove::<LastAcceleration>();
-            }
+            forget(&mut lab);
         }
-        lab.run(1);
-        ticks.push(lab.all_bits(&bodies));
+        ticks.push(lab.run(1).all_bits(&[]));
     }
-    (ticks, lab.world.resource::<Evaluations>().accelerations())
+    (ticks, lab.evaluations().accelerations())
+}
+
+fn forget(lab: &mut Lab) {
+    for body in &lab.bodies {
+        lab.world.entity_mut(*body).remove::<LastAcceleration>();
+    }
 }
 
 /// What may happen between two ticks, to a world whose laws are called.
 const EVENTS: [(&str, Event); 15] = [
-    ("nothing", |_, _| {}),
-    ("wells", |lab, _| {
+    ("nothing", |_| {}),
+    ("wells", |lab| {
         lab.world.resource_mut::<Wells>().0[0].strength = -2.0;
     }),
-    ("wells replaced", |lab, _| {
+    ("wells replaced", |lab| {
         lab.world.insert_resource(Wells(vec![Well { position: DVec3::Y, strength: 2.0, softening: 1.0 }]));
     }),
-    ("wells switched for other laws", |lab, _| {
+    ("wells switched for other laws", |lab| {
         lab.world.remove_resource::<Wells>();
         let law: Box<dyn Law<f64>> = Box::new(wells());
         lab.world.insert_resource(Laws(vec![law]));
-        lab.stepper.recompile(&mut lab.world);
+        lab.recompile();
     }),
-    ("position", |lab, bodies| {
-        lab.ask(Request::SetPosition(bodies[1], DVec3::new(-3.0, 0.5, 2.0)));
-        lab.ask(Request::SetPosition(bodies[3], DVec3::new(-3.0, 0.5, 2.0)));
+    ("position", |lab| {
+        lab.ask(Request::SetPosition(lab.bodies[1], DVec3::new(-3.0, 0.5, 2.0)));
+        lab.ask(Request::SetPosition(lab.bodies[3], DVec3::new(-3.0, 0.5, 2.0)));
     }),
-    ("velocity", |lab, bodies| {
-        lab.ask(Request::SetVelocity(bodies[1], DVec3::X));
-        lab.ask(Request::SetVelocity(bodies[3], DVec3::X));
+    ("velocity", |lab| {
+        lab.ask(Request::SetVelocity(lab.bodies[1], DVec3::X));
+        lab.ask(Request::SetVelocity(lab.bodies[3], DVec3::X));
     }),
-    ("inverse mass", |lab, bodies| {
-        lab.ask(Request::SetInverseMass(bodies[3], 5.0));
+    ("inverse mass", |lab| {
+        lab.ask(Request::SetInverseMass(lab.bodies[3], 5.0));
     }),
-    ("inverse mass without an engine, and one that becomes movable", |lab, bodies| {
-        lab.ask(Request::SetInverseMass(bodies[1], 0.0));
-        lab.ask(Request::SetInverseMass(bodies[5], 2.0));
+    ("inverse mass without an engine, and one that becomes movable", |lab| {
+        lab.ask(Request::SetInverseMass(lab.bodies[1], 0.0));
+        lab.ask(Request::SetInverseMass(lab.bodies[5], 2.0));
     }),
-    ("engines", |lab, bodies| {
+    ("engines", |lab| {
         let curve = Curve::Polynomial(vec![DVec3::new(-9.0, 3.0, 1.0)]);
         let laws: Vec<Box<dyn Law<f64>>> =
             vec![Box::new(Thrust::new(curve, f64::NEG_INFINITY, f64::INFINITY))];
-        lab.world.entity_mut(bodies[3]).insert(OwnLaws::new(laws));
+        lab.insert(3, OwnLaws::new(laws));
     }),
-    ("engines gone", |lab, bodies| {
-        lab.world.entity_mut(bodies[3]).remove::<OwnLaws>();
+    ("engines gone", |lab| {
+        lab.world.entity_mut(lab.bodies[3]).remove::<OwnLaws>();
     }),
-    ("engines that another body had", |lab, bodies| {
-        let laws = lab.world.entity_mut(bodies[3]).take::<OwnLaws>().unwrap();
-        lab.world.entity_mut(bodies[4]).insert(laws);
+    ("engines that another body had", |lab| {
+        let laws = lab.world.entity_mut(lab.bodies[3]).take::<OwnLaws>().unwrap();
+        lab.insert(4, laws);
     }),
-    ("gravity and damping", |lab, _| {
+    ("gravity and damping", |lab| {
         lab.ask(Request::SetGravity(DVec3::new(1.0, 2.0, 3.0)));
         lab.ask(Request::SetDamping(Damping { model: DampingModel::Exact, rate: 0.5 }));
     }),
-    ("tick and substeps", |lab, _| {
-        lab.set_step(H / 2.0);
+    ("tick and substeps", |lab| {
+        lab.world.insert_resource(TimeStep(H / 2.0));
         lab.world.insert_resource(Substeps(2));
     }),
-    ("removal", |lab, bodies| {
+    ("removal", |lab| {
         // The last row takes the place of the one that is gone.
-        lab.ask(Request::SetVelocity(bodies[10], DVec3::X * f64::NAN));
-        lab.push(bodies[2], DVec3::Y * f64::INFINITY);
+        lab.ask(Request::SetVelocity(lab.bodies[10], DVec3::X * f64::NAN));
+        lab.push(2, DVec3::Y * f64::INFINITY);
     }),
-    ("a limit, and damping that is one of the laws", |lab, bodies| {
-        lab.world.entity_mut(bodies[1]).insert(SpeedLimit(0.5));
-        lab.ask(Request::SetVelocity(bodies[1], DVec3::X * 3.0));
+    ("a limit, and damping that is one of the laws", |lab| {
+        lab.insert(1, SpeedLimit(0.5));
+        lab.ask(Request::SetVelocity(lab.bodies[1], DVec3::X * 3.0));
         lab.ask(Request::SetDamping(Damping { model: DampingModel::Exact, rate: 0.5 }));
     }),
 ];
@@ -127,18 +127,17 @@ fn a_law_that_goes_leaves_no_acceleration_behind() {
             let mut lab = Environment::orbiting().lab(method, H);
             let law: Box<dyn Law<f64>> = Box::new(wells());
             lab.world.insert_resource(Laws(vec![law]));
-            lab.stepper.recompile(&mut lab.world);
-            let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
+            lab.recompile();
+            for start in starts() {
+                lab.spawn(start);
+            }
             lab.run(10);
             lab.world.remove_resource::<Wells>();
-            lab.stepper.recompile(&mut lab.world);
+            lab.recompile();
             if forgets {
-                for body in &bodies {
-                    lab.world.entity_mut(*body).remove::<LastAcceleration>();
-                }
+                forget(&mut lab);
             }
-            lab.run(1);
-            lab.all_bits(&bodies)
+            lab.run(1).all_bits(&[])
         };
         assert_eq!(run(false), run(true), "{method:?}");
     }

@@ -3,11 +3,11 @@
 use glam::DVec3;
 use motion::arrays::Bare;
 use motion::{
-    AxisLocks, Damping, DampingModel, Drag, Elastic, Gravity, Method, PhysicsBody, SpeedLimit, Spring,
-    StableId, Transform,
+    AxisLocks, Damping, DampingModel, Drag, Gravity, Method, PhysicsBody, SpeedLimit, StableId, Transform,
 };
 
-use super::{Environment, H, engines, pushes, starts, wells};
+use super::{Environment, H, crowd_with_engines, pushes, starts, wells};
+use crate::groups::lab::elastic;
 use crate::harness::Lab;
 
 const TICKS: usize = 100;
@@ -34,23 +34,18 @@ fn nothing_moves_along_a_locked_axis() {
             for lock in 1..8_u8 {
                 let locks = AxisLocks { x: lock & 1 != 0, y: lock & 2 != 0, z: lock & 4 != 0 };
                 let locked = [locks.x, locks.y, locks.z];
-                let mut lab = scene.lab(method, H);
-                let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
-                for (number, body) in bodies.iter().enumerate() {
-                    lab.world.entity_mut(*body).insert(locks);
-                    if number % 2 == 1 {
-                        lab.world.entity_mut(*body).insert(SpeedLimit(1.5));
+                let mut lab = crowd_with_engines(&scene, method);
+                for body in 0..lab.bodies.len() {
+                    lab.insert(body, locks);
+                    if body % 2 == 1 {
+                        lab.insert(body, SpeedLimit(1.5));
                     }
                 }
-                lab.world.entity_mut(bodies[3]).insert(engines());
-                let mut pushes = pushes(u64::from(lock), TICKS, bodies.len()).into_iter().peekable();
-                for tick in 0..TICKS {
-                    while let Some((_, body, newtons)) = pushes.next_if(|(at, ..)| *at == tick) {
-                        lab.push(bodies[body], newtons);
-                    }
+                let pushes = pushes(u64::from(lock), TICKS, lab.bodies.len());
+                for (tick, pushes) in pushes.into_iter().enumerate() {
+                    pushes.into_iter().for_each(|(body, newtons)| lab.push(body, newtons));
                     lab.run(1);
-                    for (body, start) in bodies.iter().zip(starts()) {
-                        let (x, v) = (lab.x(*body).to_array(), lab.v(*body).to_array());
+                    for ((x, v), start) in lab.states().into_iter().zip(starts()) {
                         for axis in (0..3).filter(|axis| locked[*axis]) {
                             let held = x[axis].to_bits() == start.x[axis].to_bits() && v[axis] == 0.0;
                             assert!(held, "{method:?} {locks:?} axis {axis} tick {tick} {scene:?}");
@@ -58,7 +53,7 @@ fn nothing_moves_along_a_locked_axis() {
                     }
                 }
                 if lock < 7 {
-                    let moved = lab.x(bodies[0]).distance(starts()[0].x);
+                    let moved = lab.x(0).distance(starts()[0].x);
                     assert!(moved > 0.01, "{method:?} {locks:?} {scene:?}");
                 }
             }
@@ -71,25 +66,20 @@ fn a_speed_limit_holds_at_the_end_of_every_tick() {
     const LIMIT: f64 = 1.25;
     for method in Method::ALL {
         for scene in scenes() {
-            let mut lab = scene.lab(method, H);
-            let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
-            for body in &bodies {
-                lab.world.entity_mut(*body).insert(SpeedLimit(LIMIT));
+            let mut lab = crowd_with_engines(&scene, method);
+            for body in 0..lab.bodies.len() {
+                lab.insert(body, SpeedLimit(LIMIT));
             }
-            lab.world.entity_mut(bodies[3]).insert(engines());
-            let mut pushes = pushes(1, TICKS, bodies.len()).into_iter().peekable();
+            let pushes = pushes(1, TICKS, lab.bodies.len());
             let mut fastest = 0.0_f64;
-            for tick in 0..TICKS {
-                while let Some((_, body, newtons)) = pushes.next_if(|(at, ..)| *at == tick) {
-                    lab.push(bodies[body], newtons * 100.0);
-                }
-                let before: Vec<DVec3> = bodies.iter().map(|body| lab.x(*body)).collect();
-                lab.run(1);
-                for (body, before) in bodies.iter().zip(before) {
+            for (tick, pushes) in pushes.into_iter().enumerate() {
+                pushes.into_iter().for_each(|(body, newtons)| lab.push(body, newtons * 100.0));
+                let before = lab.states();
+                for ((x, v), (before, _)) in lab.run(1).states().into_iter().zip(before) {
                     // Explicit Euler accelerates after the move that was limited.
                     let speed = match method {
-                        Method::ExplicitEuler => lab.x(*body).distance(before) / H,
-                        _ => lab.v(*body).length(),
+                        Method::ExplicitEuler => x.distance(before) / H,
+                        _ => v.length(),
                     };
                     fastest = fastest.max(speed);
                     assert!(speed <= LIMIT * (1.0 + 1e-12), "{method:?} tick {tick}: {speed} {scene:?}");
@@ -121,13 +111,12 @@ fn semi_implicit_euler_limits_the_speed_before_it_locks_an_axis() {
             }
             if others == "a spring" {
                 let other = lab.body(1.0, DVec3::ZERO);
-                let elastic = Elastic { stiffness: 0.0, damping: 0.0, rest_length: 0.0 };
-                lab.world.spawn(Spring { ends: [body, other], elastic });
+                lab.spring([body, other], elastic(0.0, 0.0));
             }
             if let Some(model) = model {
                 lab.world.insert_resource(Damping { model, rate: RATE });
             }
-            lab.stepper.recompile(&mut lab.world);
+            lab.recompile();
             let mut double =
                 Bare::<f64>::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
             let single = Bare::<f32>::of_world(&mut lab.world, method, &|_| Vec::new(), Vec::new()).unwrap();
@@ -142,12 +131,9 @@ fn semi_implicit_euler_limits_the_speed_before_it_locks_an_axis() {
                 _ => (1.0, 0.98),
             };
             let moved = TICK * along / f64::hypot(along, fallen);
-            assert!(
-                (lab.x(body) - DVec3::X * moved).length() < 1e-15,
-                "{others} {model:?}: {:?}",
-                lab.x(body)
-            );
-            assert_eq!(double.positions[0], lab.x(body).to_array(), "{others} {model:?}");
+            let at = lab.x(body);
+            assert!((at - DVec3::X * moved).length() < 1e-15, "{others} {model:?}: {at:?}");
+            assert_eq!(double.positions[0], at.to_array(), "{others} {model:?}");
             let [x, y, z] = single.positions[0];
             assert!((f64::from(x) - moved).abs() < 1e-8 && [y, z] == [0.0; 2], "{others} {model:?}: {x}");
         }

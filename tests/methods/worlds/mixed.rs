@@ -1,10 +1,9 @@
 //! Methods share a world, and bodies go from one to another.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Drag, Gravity, Method, Request, mark_method};
 
-use super::{Bits, Environment, H, engines, starts, wells};
+use super::{Bits, Environment, H, crowd_with_engines, engines, starts, wells};
 use crate::harness::Lab;
 
 const MANY: usize = Method::ALL.len();
@@ -23,25 +22,18 @@ fn scenes() -> [Environment; 4] {
 /// The bodies of one world, each of the method that `method_of` names; `None`: the world's.
 fn fly(scene: &Environment, world: Method, method_of: impl Fn(usize) -> Option<Method>) -> Vec<Bits> {
     let mut lab = scene.lab(world, H);
-    let bodies: Vec<_> = starts()
-        .iter()
-        .cycle()
-        .take(3 * MANY)
-        .enumerate()
-        .map(|(i, start)| {
-            let body = lab.spawn(*start);
-            mark_method(&mut lab.world.entity_mut(body), method_of(i));
-            if i % 4 == 1 {
-                lab.world.entity_mut(body).insert(engines());
-            }
-            body
-        })
-        .collect();
+    for (i, start) in starts().into_iter().cycle().take(3 * MANY).enumerate() {
+        let body = lab.spawn(start);
+        mark_method(&mut lab.world.entity_mut(body), method_of(i));
+        if i % 4 == 1 {
+            lab.insert(body, engines());
+        }
+    }
     for tick in 0..60 {
-        lab.push(bodies[(5 * tick) % bodies.len()], DVec3::new(3.0, tick as f64, -1.0));
+        lab.push((5 * tick) % (3 * MANY), DVec3::new(3.0, tick as f64, -1.0));
         lab.run(1);
     }
-    lab.all_bits(&bodies)
+    lab.all_bits(&[])
 }
 
 #[test]
@@ -60,41 +52,31 @@ fn methods_that_share_a_world_move_as_in_worlds_of_their_own() {
     }
 }
 
-/// A world of eleven bodies, the fourth with engines.
-fn eleven(scene: &Environment, method: Method) -> (Lab, Vec<Entity>) {
-    let mut lab = scene.lab(method, H);
-    let bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
-    lab.world.entity_mut(bodies[3]).insert(engines());
-    (lab, bodies)
-}
-
 #[test]
 fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
     for scene in scenes() {
         for from in Method::ALL {
-            let (mut stays, same) = eleven(&scene, from);
+            let mut stays = crowd_with_engines(&scene, from);
             stays.run(60);
             for to in Method::ALL.into_iter().filter(|to| *to != from) {
-                let (mut lab, bodies) = eleven(&scene, from);
-                let (mut changes, twins) = eleven(&scene, from);
+                let [mut lab, mut changes] = [(); 2].map(|()| crowd_with_engines(&scene, from));
                 lab.run(20);
                 changes.run(20);
                 for body in [2, 3] {
-                    lab.ask(Request::SetBodyMethod(bodies[body], Some(to)));
+                    lab.ask(Request::SetBodyMethod(lab.bodies[body], Some(to)));
                 }
                 changes.set_method(to);
                 lab.run(20);
                 changes.run(20);
                 for body in [2, 3] {
-                    lab.ask(Request::SetBodyMethod(bodies[body], None));
+                    lab.ask(Request::SetBodyMethod(lab.bodies[body], None));
                 }
                 changes.set_method(from);
                 lab.run(20);
                 changes.run(20);
-                for i in 0..bodies.len() {
-                    let of_a_world =
-                        if [2, 3].contains(&i) { changes.bits(twins[i]) } else { stays.bits(same[i]) };
-                    assert_eq!(lab.bits(bodies[i]), of_a_world, "body {i}, {from:?} to {to:?} {scene:?}");
+                for i in 0..lab.bodies.len() {
+                    let of_a_world = if [2, 3].contains(&i) { &changes } else { &stays };
+                    assert_eq!(lab.bits(i), of_a_world.bits(i), "body {i}, {from:?} to {to:?} {scene:?}");
                 }
             }
         }
@@ -104,17 +86,18 @@ fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
 /// What a schedule was compiled without is not forgotten: a kind of body that had gone comes back.
 #[test]
 fn a_method_that_nobody_had_when_the_schedule_was_compiled_comes_back() {
-    let (mut lab, bodies) = eleven(&Environment::falling(), Method::RungeKutta4);
-    lab.ask(Request::SetBodyMethod(bodies[0], Some(Method::Yoshida4)));
+    let mut lab = crowd_with_engines(&Environment::falling(), Method::RungeKutta4);
+    let first = lab.bodies[0];
+    lab.ask(Request::SetBodyMethod(first, Some(Method::Yoshida4)));
     lab.run(1);
-    lab.ask(Request::SetBodyMethod(bodies[0], None));
+    lab.ask(Request::SetBodyMethod(first, None));
     lab.run(1);
     lab.set_method(Method::RungeKutta2Heun);
     lab.run(1);
-    lab.ask(Request::SetBodyMethod(bodies[0], Some(Method::Yoshida4)));
-    let before = lab.x(bodies[0]);
+    lab.ask(Request::SetBodyMethod(first, Some(Method::Yoshida4)));
+    let before = lab.x(first);
     lab.run(1);
-    assert_ne!(lab.x(bodies[0]), before);
+    assert_ne!(lab.x(first), before);
 }
 
 /// The same of a body that asks for laws of its own, which two passes would apply to different states.
@@ -136,9 +119,8 @@ fn engines_that_nobody_had_when_the_schedule_was_compiled_come_back() {
             } else {
                 lab.run(1);
             }
-            lab.world.entity_mut(body).insert(engines());
-            lab.run(20);
-            (lab.x(body), lab.v(body))
+            lab.insert(body, engines());
+            lab.run(20).state(body)
         };
         let (came_back, there) = (run(true), run(false));
         // Position Verlet starts anew when the method is set, which rounds.

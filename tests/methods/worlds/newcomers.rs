@@ -4,17 +4,13 @@ use bevy_ecs::prelude::*;
 use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Drag, Gravity, Method, PhysicsBody, Request, Static};
 
-use super::{Environment, H, engines, starts, wells};
+use super::{Environment, H, crowd, crowd_with_engines, starts, wells};
 use crate::harness::Lab;
 
 /// Bodies that carry what position Verlet keeps, and what velocity Verlet and Yoshida's composition do.
 fn kept(lab: &mut Lab) -> (Vec<Entity>, Vec<Entity>) {
     let mut steps = lab.world.query_filtered::<Entity, With<LastStep>>();
     let mut accelerations = lab.world.query_filtered::<Entity, With<LastAcceleration>>();
-    let sorted = |mut bodies: Vec<Entity>| {
-        bodies.sort_unstable();
-        bodies
-    };
     (sorted(steps.iter(&lab.world).collect()), sorted(accelerations.iter(&lab.world).collect()))
 }
 
@@ -31,11 +27,12 @@ fn scenes() -> [(Environment, fn(usize) -> bool); 4] {
     ]
 }
 
+fn sorted(mut bodies: Vec<Entity>) -> Vec<Entity> {
+    bodies.sort_unstable();
+    bodies
+}
+
 fn expected(bodies: &[Entity], method: Method, keeps: fn(usize) -> bool) -> (Vec<Entity>, Vec<Entity>) {
-    let sorted = |mut bodies: Vec<Entity>| {
-        bodies.sort_unstable();
-        bodies
-    };
     match method {
         Method::PositionVerlet => (sorted(bodies.to_vec()), vec![]),
         Method::VelocityVerlet | Method::Yoshida4 => {
@@ -52,10 +49,8 @@ fn bodies_carry_what_their_method_keeps_and_no_more() {
         for from in Method::ALL {
             for to in Method::ALL {
                 let what = format!("{from:?} to {to:?} {scene:?}");
-                let mut lab = scene.lab(from, H);
-                let mut bodies: Vec<_> = starts().into_iter().map(|start| lab.spawn(start)).collect();
-                lab.world.entity_mut(bodies[3]).insert(engines());
-                lab.run(2);
+                let mut lab = crowd_with_engines(&scene, from);
+                let mut bodies = lab.run(2).bodies.clone();
                 // One is immovable and at rest: no step looks at it, and nothing is kept of it.
                 bodies.retain(|body| lab.world.get::<Static>(*body).is_none());
                 assert_eq!(kept(&mut lab), expected(&bodies, from, keeps), "{what}");
@@ -76,9 +71,7 @@ fn bodies_carry_what_their_method_keeps_and_no_more() {
                 let (own_steps, own_accelerations) = expected(&bodies[3..4], from, |_| true);
                 steps.extend(own_steps);
                 accelerations.extend(own_accelerations);
-                steps.sort_unstable();
-                accelerations.sort_unstable();
-                assert_eq!(kept(&mut lab), (steps, accelerations), "own method, {what}");
+                assert_eq!(kept(&mut lab), (sorted(steps), sorted(accelerations)), "own method, {what}");
             }
         }
     }
@@ -90,35 +83,32 @@ fn a_body_that_comes_later_moves_as_one_that_was_first() {
     const TICKS: usize = 40;
     for (scene, _) in scenes() {
         for method in Method::ALL {
-            let mut first = scene.lab(method, H);
-            let twins: Vec<_> = starts().into_iter().map(|start| first.spawn(start)).collect();
-            let mut after_ticks = vec![first.all_bits(&twins)];
+            let mut first = crowd(&scene, method);
+            let mut after_ticks = vec![first.all_bits(&[])];
             for _ in 0..TICKS {
-                first.run(1);
-                after_ticks.push(first.all_bits(&twins));
+                after_ticks.push(first.run(1).all_bits(&[]));
             }
             let mut lab = scene.lab(method, H);
-            let mut bodies = Vec::new();
+            let mut came = Vec::new();
             for tick in 0..TICKS {
                 // Alone, in pairs, in one tick after the other, and with an old one gone.
                 let coming = [(0, 2), (7, 1), (8, 2), (20, 1), (21, 1), (22, 1), (30, 3)];
                 let coming = coming.iter().find(|(at, _)| *at == tick).map_or(0, |(_, count)| *count);
                 for _ in 0..coming {
-                    let body = lab.spawn(starts()[bodies.len()]);
-                    bodies.push((tick, body));
+                    lab.spawn(starts()[came.len()]);
+                    came.push(tick);
                 }
                 if tick == 25 {
-                    let (_, gone) = bodies[1];
-                    lab.ask(Request::Remove(gone));
+                    lab.ask(Request::Remove(lab.bodies[1]));
                 }
                 lab.run(1);
             }
-            assert_eq!(bodies.len(), twins.len());
-            for (i, (came, body)) in bodies.iter().enumerate().filter(|(i, _)| *i != 1) {
-                assert_eq!(lab.bits(*body), after_ticks[TICKS - came][i], "{method:?} body {i} {scene:?}");
+            assert_eq!(came.len(), first.bodies.len());
+            for (i, came) in came.into_iter().enumerate().filter(|(i, _)| *i != 1) {
+                assert_eq!(lab.bits(i), after_ticks[TICKS - came][i], "{method:?} body {i} {scene:?}");
             }
             let mut left = lab.world.query::<&PhysicsBody>();
-            assert_eq!(left.iter(&lab.world).len(), twins.len() - 1);
+            assert_eq!(left.iter(&lab.world).len(), first.bodies.len() - 1);
         }
     }
 }

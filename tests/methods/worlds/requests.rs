@@ -15,6 +15,22 @@ fn lab_of(scene: &Environment, method: Method, step: f64) -> (Lab, Entity) {
     (lab, body)
 }
 
+/// The same with engines, after 50 ticks.
+fn engined(scene: &Environment, method: Method) -> (Lab, Entity) {
+    let (mut lab, body) = lab_of(scene, method, H);
+    lab.insert(body, engines());
+    lab.run(50);
+    (lab, body)
+}
+
+/// The same, its velocity that of the time of its position: what a switch of the method leaves.
+fn restarted(scene: &Environment, method: Method) -> (Lab, Entity) {
+    let (mut lab, body) = engined(scene, method);
+    lab.set_method(method.next());
+    lab.set_method(method);
+    (lab, body)
+}
+
 #[test]
 fn an_impulse_is_what_it_is_at_every_step() {
     let impulse = DVec3::new(3.0, -1.0, 0.25);
@@ -23,9 +39,9 @@ fn an_impulse_is_what_it_is_at_every_step() {
             for step in [H, H / 7.0] {
                 let (mut lab, body) = lab_of(&scene, method, step);
                 lab.run(30);
-                let (x, v) = (lab.x(body), lab.v(body));
+                let (x, v) = lab.state(body);
                 lab.have(Request::Impulse(body, impulse));
-                assert_eq!((lab.x(body), lab.v(body)), (x, v + impulse * 0.5), "{method:?} {scene:?}");
+                assert_eq!(lab.state(body), (x, v + impulse * 0.5), "{method:?} {scene:?}");
             }
         }
         // Where nothing else acts the way that is gone for it is J w t.
@@ -49,7 +65,7 @@ fn starts_anew(
 ) -> [Vec<Bits>; 2] {
     let (mut lab, body) = lab_of(scene, method, H);
     if own {
-        lab.world.entity_mut(body).insert(engines());
+        lab.insert(body, engines());
     }
     lab.run(50);
     request(&mut lab, body);
@@ -58,7 +74,7 @@ fn starts_anew(
     let now = *lab.world.get::<motion::PhysicsBody>(body).unwrap();
     let twin = fresh.spawn(Start { x: lab.x(body), v: now.velocity, w: now.inverse_mass });
     if own {
-        fresh.world.entity_mut(twin).insert(engines());
+        fresh.insert(twin, engines());
     }
     let run = |lab: &mut Lab, body| (0..50).map(|_| lab.run(1).bits(body)).collect::<Vec<_>>();
     [run(&mut lab, body), run(&mut fresh, twin)]
@@ -93,15 +109,8 @@ fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
     for method in Method::ALL {
         for scene in [Environment::falling(), Environment::orbiting()] {
             for (name, request) in requests {
-                let (mut lab, body) = lab_of(&scene, method, H);
-                lab.world.entity_mut(body).insert(engines());
-                lab.run(50);
-                // What a switch of the method leaves is the velocity of the time.
-                let (mut twin, other) = lab_of(&scene, method, H);
-                twin.world.entity_mut(other).insert(engines());
-                twin.run(50);
-                twin.set_method(method.next());
-                twin.set_method(method);
+                let ((mut lab, body), (mut twin, other)) =
+                    (engined(&scene, method), restarted(&scene, method));
                 lab.ask(request(body));
                 twin.ask(request(other));
                 for tick in 0..50 {
@@ -120,17 +129,11 @@ fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
 fn new_engines_do_not_act_before_they_are_there() {
     for method in Method::ALL {
         let swap = |lab: &mut Lab, body: Entity| {
-            lab.world.entity_mut(body).insert(OwnLaws::new(vec![Box::new(engine()), Box::new(engine())]));
+            lab.insert(body, OwnLaws::new(vec![Box::new(engine()), Box::new(engine())]));
         };
-        let (mut lab, body) = lab_of(&Environment::falling(), method, H);
-        lab.world.entity_mut(body).insert(engines());
-        lab.run(50);
+        let (mut lab, body) = engined(&Environment::falling(), method);
         swap(&mut lab, body);
-        let (mut twin, other) = lab_of(&Environment::falling(), method, H);
-        twin.world.entity_mut(other).insert(engines());
-        twin.run(50);
-        twin.set_method(method.next());
-        twin.set_method(method);
+        let (mut twin, other) = restarted(&Environment::falling(), method);
         swap(&mut twin, other);
         lab.run(1);
         twin.run(1);

@@ -1,8 +1,7 @@
 //! Threads share the bodies and change no bit.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
-use motion::{Damping, DampingModel, Gravity, Method, Quarantine, Threads};
+use motion::{Damping, DampingModel, Gravity, Method, Threads};
 
 use super::{Bits, Dice, Environment, H, Start, wells};
 
@@ -37,23 +36,20 @@ fn run(
         assert_eq!(threads_of_it.count(), threads);
         lab.world.insert_resource(threads_of_it);
     }
-    let bodies: Vec<Entity> =
-        lab.world.spawn_batch(starts.iter().map(|start| start.components()).collect::<Vec<_>>()).collect();
-    lab.stepper.recompile(&mut lab.world);
+    let starts: Vec<_> = starts.iter().map(|start| start.components()).collect();
+    lab.bodies = lab.world.spawn_batch(starts).collect();
+    lab.recompile();
     for tick in 0..4 {
         for (k, body) in PUSHED.into_iter().enumerate() {
-            lab.push(bodies[body], DVec3::new(k as f64, 10.0, f64::from(tick)));
+            lab.push(body, DVec3::new(k as f64, 10.0, f64::from(tick)));
         }
         if tick == 1 {
-            lab.push(bodies[VICTIM], DVec3::X * f64::NAN);
+            lab.push(VICTIM, DVec3::X * f64::NAN);
         }
         lab.run(1);
     }
-    let row = |body: Entity| bodies.iter().position(|other| *other == body).unwrap();
-    let records = lab.world.resource::<Quarantine>().records().iter();
-    let records = records.map(|record| (row(record.body), record.tick)).collect();
-    let evaluations = lab.world.resource::<motion::Evaluations>().accelerations();
-    (lab.all_bits(&bodies), records, evaluations)
+    let records = lab.frozen().into_iter().zip(lab.records()).map(|(body, record)| (body, record.tick));
+    (lab.all_bits(&[]), records.collect(), lab.evaluations().accelerations())
 }
 
 #[test]
