@@ -53,7 +53,6 @@ pub struct Ablation {
 
 /// Runs `scene` for `ticks` ticks, at least 1, and again without each effect that acts at its start.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let ticks = ticks.max(1);
     let scene = Arc::new(scene.clone());
@@ -95,7 +94,6 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
 type State = (u32, glam::DVec3, glam::DVec3);
 
 /// Largest and mean distance of bodies, and whether all bits are equal. Both lists are of the same bodies.
-#[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
 fn compare(a: &[State], b: &[State]) -> (f64, f64, bool) {
     let bits = |(id, x, v): &State| (*id, x.to_array().map(f64::to_bits), v.to_array().map(f64::to_bits));
     let identical = a.len() == b.len() && a.iter().zip(b).all(|(a, b)| bits(a) == bits(b));

@@ -31,7 +31,6 @@ pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
     }
     let each = bodies.div_ceil(SAMPLE);
     let sample: Vec<BodySpec> = attracted().step_by(each).map(|(_, body)| *body).collect();
-    #[expect(clippy::cast_precision_loss, reason = "counts of bodies")]
     let share = bodies as f64 / sample.len() as f64;
     let sample = Scene {
         bodies: sample,

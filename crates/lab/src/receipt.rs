@@ -74,7 +74,6 @@ pub fn receipt(scene: &Scene, ticks: u64) -> Receipt {
 
 /// The same with effects switched off before the first tick.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 pub fn receipt_without(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let ticks = ticks.max(1);
     let mut simulation = started(scene.clone(), without);

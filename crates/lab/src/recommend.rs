@@ -186,7 +186,6 @@ struct Front<'a> {
 }
 
 impl<'a> Front<'a> {
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     fn of((part, study): (&'a str, &Study), unit: Unit) -> Self {
         // A frame of 60 a second.
         let (cost, scale) = match unit {

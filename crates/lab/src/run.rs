@@ -27,7 +27,6 @@ pub(crate) fn started(scene: impl Into<Arc<Scene>>, without: &[Effect]) -> Simul
 }
 
 /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
-#[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
 fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
     let start = ThreadTime::now();
     (0..ticks).for_each(|_| tick());
@@ -35,7 +34,6 @@ fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
 }
 
 /// Ticks of a block, at most `ticks`, when one of them takes so many seconds.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to a count of ticks")]
 fn block_of(tick: f64, ticks: u64) -> u64 {
     ((BLOCK / tick.max(1e-9)) as u64).clamp(1, ticks.max(1))
 }

@@ -104,7 +104,6 @@ impl Chart {
         let (x, top) = self.at((x, f64::INFINITY));
         let above = self.failures.iter().filter(|other| (**other - x).abs() < 9.0).count();
         self.failures.push(x);
-        #[expect(clippy::cast_precision_loss, reason = "a few runs")]
         let y = top + 9.0 + 12.0 * above as f64;
         self.taken.push([x - 6.0, y - 6.0, x + 6.0, y + 6.0]);
         let stroke = Stroke::new(marks::color(method, marks::LIGHT), 2.4);
@@ -246,7 +245,6 @@ fn overlap(a: &Box4, b: &Box4) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a few letters")]
 fn width_of(text: &str) -> f64 {
     LETTER * text.chars().count() as f64
 }

@@ -79,7 +79,6 @@ pub(crate) fn leads(study: &Study, cost: Cost) -> Vec<Lead> {
     if largest <= 0.0 {
         return Vec::new();
     }
-    #[expect(clippy::cast_possible_truncation, reason = "a few decades")]
     let levels = ((largest / least).log10() * f64::from(LEVELS)).ceil() as i32;
     let mut leads: Vec<Lead> = Vec::new();
     for level in 0..=levels {
@@ -152,7 +151,6 @@ pub(crate) fn answers(study: &Study) -> Vec<Answer<'_>> {
         return Vec::new();
     }
     let leads = leads(study, Cost::Evaluations);
-    #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64")]
     let start = loosest.log10().ceil() as i32;
     let mut answers: Vec<Answer<'_>> = Vec::new();
     // Not by powi: 10^-3 is to be the number that is written 0.001.

@@ -34,7 +34,6 @@ fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
     if value == 0.0 {
         "0".to_owned()
     } else if range.contains(&size) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few digits")]
         let decimals = (f64::from(digits) - 1.0 - size.log10().floor()).max(0.0) as usize;
         format!("{value:.decimals$}")
     } else {
@@ -210,7 +209,6 @@ fn power_of_ten(exponent: i32) -> String {
 /// A power of ten, or a digit times one, where a plain number would be long.
 #[must_use]
 pub fn power(value: f64) -> String {
-    #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64")]
     let exponent = value.log10().floor() as i32;
     let digit = (value / 10f64.powi(exponent)).round();
     if (-2..=3).contains(&exponent) {

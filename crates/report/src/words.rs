@@ -143,7 +143,6 @@ fn cheapest_by_time(study: &Study) -> Option<String> {
 }
 
 /// The sizes at which two methods change places by the time of a step.
-#[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
 fn changes(study: &Study) -> Option<String> {
     let sizes = study.sizes();
     let change = |Crossing { above, below, body_steps }: &Crossing| {
@@ -205,7 +204,6 @@ pub(crate) fn evaluations(study: &Study, per_second: f64) -> String {
 
 /// "1 body", "1,000 bodies".
 pub(crate) fn bodies(count: usize) -> String {
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     let digits = number(count as f64, 9);
     format!("{digits} {}", if count == 1 { "body" } else { "bodies" })
 }

@@ -405,7 +405,6 @@ impl Bench {
     }
 
     /// About how much work a job is, in evaluations of a tick.
-    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     fn weight(&self, job: Job) -> f64 {
         let of = |setting: Setting| {
             // An implicit step iterates.

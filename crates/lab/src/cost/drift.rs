@@ -72,7 +72,6 @@ impl Drifting {
         self.tick == self.ticks
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     fn time(&self) -> f64 {
         self.tick as f64 * self.length
     }

@@ -48,7 +48,6 @@ impl Study {
 
     /// The cost of a cell, failed or not; `None` if it was not measured.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let bodies = self.bodies.max(1) as f64;
         let time = || match cell.setting.precision {
@@ -76,7 +75,6 @@ impl Study {
     /// The least error that is told from round-off, and from the truth's own, of a run of f64 of `steps` steps.
     #[must_use]
     pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
         let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
         let scale = match accuracy {
             Accuracy::Relative => 1.0,

@@ -93,7 +93,6 @@ impl Study {
 
     /// Bodies times steps of the tick that methods are ranked at: one step of [`Self::size`] bodies, or the scene's own
     /// tick.
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     fn ranked_at(&self) -> f64 {
         let steps = if self.timed_bodies.is_some() { 1 } else { self.own.substeps };
         self.size() as f64 * f64::from(steps)
@@ -135,7 +134,6 @@ impl Study {
 
     /// The sizes of copies that were timed, ascending; empty for a scene.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of bodies")]
     pub fn sizes(&self) -> Vec<usize> {
         let copies = self.world_times().filter(|of| of.substeps.is_some());
         let mut sizes: Vec<_> =
@@ -163,7 +161,6 @@ impl Study {
         }
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     fn time_at_size(&self, cell: &Cell, host: Host) -> Option<Time> {
         let (bodies, setting) = (self.size() as f64, cell.setting);
         let of = self.tick_times.iter().find(|of| of.is_of(setting, host))?;
@@ -179,7 +176,6 @@ impl Study {
 
     /// Evaluations of a step of a cell relative to those of its method at `substeps`: the iterations of a solver depend
     /// on the step. 1 without a solver.
-    #[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
     fn solver_share(&self, cell: &Cell, substeps: u32) -> f64 {
         let per_step = |cell: &Cell| {
             (cell.counts.accelerations + cell.counts.solver) as f64 / f64::from(cell.setting.substeps)
@@ -191,7 +187,6 @@ impl Study {
     }
 
     /// The time of a tick of a scene by its ladder of substeps, from the times of its cells.
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     pub(crate) fn fit_substeps(&mut self, setting: Setting, host: Host) {
         let bodies = self.size() as f64;
         let timed = |cell: &Cell| {

@@ -65,7 +65,6 @@ impl Plan {
     /// An answer for `subjects` of them within a minute.
     #[must_use]
     pub fn quick(subjects: usize) -> Self {
-        #[expect(clippy::cast_precision_loss, reason = "a count of subjects")]
         let share = 1.0 / subjects.max(1) as f64;
         Self {
             single: vec![Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4],

@@ -77,7 +77,6 @@ fn pushed(subject: &Subject) -> Option<u32> {
 }
 
 /// Ticks of a second.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive")]
 fn ticks(tick_hz: f64) -> u64 {
     tick_hz.round() as u64
 }

@@ -395,7 +395,6 @@ pub(crate) mod method_name {
     use motion::Method;
     use serde::{Deserialize, Deserializer, Serializer, de};
 
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
     pub fn serialize<S: Serializer>(method: &Method, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_str(method.name())
     }

@@ -92,11 +92,6 @@ impl Subject {
     #[must_use]
     pub fn of_scene_as_it_is(scene: Scene, seconds: Option<f64>, notes: Vec<String>) -> Self {
         let eighth = seconds.unwrap_or(SECONDS) * scene.step_hz / SAMPLES as f64;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "positive, and saturating"
-        )]
         let ticks = (eighth - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64 * SAMPLES;
         Self {
             name: scene.name.clone(),
@@ -169,7 +164,6 @@ impl Subject {
 
     /// Length of a run, s.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     pub fn seconds(&self) -> f64 {
         self.ticks as f64 / self.scene.step_hz
     }

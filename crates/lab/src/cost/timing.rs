@@ -46,7 +46,6 @@ impl Trial {
             let start = clock();
             run.tick();
             let tick = (clock() - start).max(1e-9);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to ticks")]
             let fit = |seconds: f64| ((seconds / tick) as u64).clamp(1, ticks.max(1));
             self.block = fit(BLOCK);
             self.ticks = fit(longest).next_multiple_of(self.block);
@@ -72,7 +71,6 @@ impl Trial {
 
     /// Least thread CPU time of a tick, s; `None` before the first pass.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
     pub fn tick(&self) -> Option<f64> {
         let ticks = self.least.len() as f64 * self.block as f64;
         (ticks > 0.0).then(|| self.least.iter().sum::<f64>() / ticks)

@@ -133,7 +133,6 @@ impl Timings {
     }
 
     /// Writes the time so far of a cell of a scene.
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     fn note(&self, at: usize, study: &mut Study) {
         let Timing { cell, host, trial, .. } = &self.list[at];
         let Some(tick) = trial.tick() else { return };
@@ -153,7 +152,6 @@ impl Timings {
     }
 
     /// Writes the times of a problem, whose timings are all done.
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
     pub fn finish(&self, study: &mut Study) {
         let mut found: Vec<TickTime> = Vec::new();
         for Timing { cell, host, copies, trial } in &self.list {

@@ -82,10 +82,8 @@ impl Target {
 
     /// Of the closed form of a problem.
     pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<super::State>, movable: &[u32]) -> Self {
-        #[expect(clippy::cast_precision_loss, reason = "a count of ticks")]
         let time = |k: u64| (subject.ticks / SAMPLES * k) as f64 / subject.scene.step_hz;
         let state = |t| movable.iter().zip(exact(t)).map(|(id, (x, v))| (*id, x, v)).collect();
-        #[expect(clippy::cast_precision_loss, reason = "a count of looks")]
         let between = |k: u64| time(SAMPLES) * k as f64 / (16 * LOOKS) as f64;
         let samples = (1..=SAMPLES).map(|k| state(time(k))).collect();
         Self::new(samples, (0..=16 * LOOKS).map(|k| state(between(k))).collect(), movable)

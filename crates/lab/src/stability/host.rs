@@ -84,7 +84,7 @@ impl Host {
             }
             Engine::Single(bare) => {
                 if changed {
-                    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is looked at")]
+                    // Rounding is what is looked at.
                     bare.set_step(length as f32);
                 }
                 inputs.into_iter().for_each(|input| act(bare, input));
@@ -167,7 +167,7 @@ fn input(step: &Step, scene: &Scene) -> Option<Input> {
 
 /// Does to arrays what an input does to a world; rows in single precision ask for nothing else.
 fn act(bare: &mut Bare<f32>, input: Input) {
-    #[expect(clippy::cast_possible_truncation, reason = "rounding is what is looked at")]
+    // Rounding is what is looked at.
     let rounded = |v: motion::units::Vector| v.to_array().map(|part| part as f32);
     match input {
         Input::Push(body, newtons) => {

@@ -128,7 +128,6 @@ impl Survey {
     }
 
     /// Evaluations of a run of the job, about.
-    #[expect(clippy::cast_precision_loss, reason = "a weight")]
     fn weight(&self, job: Job) -> f64 {
         let row = &self.rows[job.row()].1;
         let (substeps, method) = match job {

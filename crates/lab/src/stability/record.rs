@@ -115,7 +115,6 @@ mod number {
         Word(String),
     }
 
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
     pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
         match number {
             number if number.is_finite() => to.serialize_f64(*number),

@@ -51,7 +51,6 @@ impl Axis {
 
     /// Marks at powers of ten, or also between them where there are few.
     fn mark(&mut self, low: f64, high: f64, label: impl Fn(f64) -> String) {
-        #[expect(clippy::cast_possible_truncation, reason = "exponents of f64")]
         let (first, last) = (low.floor() as i32, high.ceil() as i32);
         let every = ((last - first) / 9 + 1).max(1);
         let between: &[f64] = if high - low < 1.2 {

@@ -23,7 +23,6 @@ pub(crate) fn color(method: Method, ground: Rgb) -> Rgb {
     mixed(part).map(rounded)
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a channel from 0 to 255")]
 fn rounded(channel: f64) -> u8 {
     channel.round() as u8
 }

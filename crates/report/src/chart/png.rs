@@ -57,7 +57,6 @@ fn paint([r, g, b]: Rgb, opacity: f32) -> AlphaColor<Srgb> {
 
 /// The outlines of words, from the foot of the first letter.
 fn letters(text: &str, size: f64, anchor: Anchor) -> BezPath {
-    #[expect(clippy::cast_possible_truncation, reason = "a few pixels")]
     let size = Size::new(size as f32);
     // The second one has the signs that the first one lacks.
     let fonts =

@@ -100,7 +100,6 @@ const fn label(cost: Cost) -> fn(f64) -> String {
 }
 
 /// Where a frame of 60 a second is full, and what to call it.
-#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
 fn budget(study: &Study, cost: Cost) -> Option<(f64, &'static str)> {
     let words = "budget: all of a frame at 60 a second";
     match cost {

@@ -29,7 +29,6 @@ const fn fill(class: Class) -> Rgb {
 /// The picture of `matrix`.
 pub(super) fn drawing(matrix: &Matrix) -> Drawing {
     let methods = methods(matrix);
-    #[expect(clippy::cast_precision_loss, reason = "nine methods")]
     let width = ((f64::from(WIDTH) - LEFT - 10.0) / methods.len().max(6) as f64).floor();
     let columns = || std::iter::successors(Some(LEFT), |x| Some(x + width)).zip(&methods);
     let mut shapes = Vec::new();
@@ -58,7 +57,6 @@ pub(super) fn drawing(matrix: &Matrix) -> Drawing {
         }
         y += ROW;
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a height in pixels")]
     let height = y as u32 + 10;
     Drawing { title: "What survives what: methods by hard cases".to_owned(), height, shapes }
 }

@@ -45,7 +45,6 @@ fn draw(map: &Map, panel: &Panel, frame: [f64; 4]) -> Vec<Shape> {
     let across = |part: f64| (left + part * (right - left)).round();
     let up = |part: f64| (bottom - part * (bottom - top)).round();
     let (wide, high) = (map.places[0].len(), map.places[1].len());
-    #[expect(clippy::cast_precision_loss, reason = "some hundred cells")]
     let part = |i: usize, of: usize| i as f64 / of as f64;
     let cells = |class: LongRun| {
         let rows = panel.classes.chunks(wide).enumerate();
