@@ -30,7 +30,6 @@ pub struct Absence {
 
 impl Absence {
     /// Whether leaving the effect out changes anything that is seen.
-    #[must_use]
     pub fn needed(&self) -> bool {
         !self.identical || self.picture_differs == Some(true)
     }
@@ -52,7 +51,6 @@ pub struct Ablation {
 }
 
 /// Runs `scene` for `ticks` ticks, at least 1, and again without each effect that acts at its start.
-#[must_use]
 pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     let ticks = ticks.max(1);
     let scene = Arc::new(scene.clone());

@@ -19,7 +19,6 @@ pub struct AttractionTick {
 }
 
 /// What a tick of `scene` takes if that is mostly attraction: of more than 2,000 bodies. `None` otherwise.
-#[must_use]
 pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
     scene.mutual_gravity?;
     let is_particle = |id: u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(&id));

@@ -28,7 +28,6 @@ pub enum Criterion {
 
 impl Criterion {
     /// What it is called in tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Amplitude => "amplitude",
@@ -56,13 +55,11 @@ pub struct Limit {
 
 impl Limit {
     /// How far the measured one is from the closed form, relative to it; 0 where both are none or infinite.
-    #[must_use]
     pub fn relative_difference(&self) -> f64 {
         if self.measured == self.theory { 0.0 } else { self.measured / self.theory - 1.0 }
     }
 
     /// System, method, measured, closed form, difference in percent and criterion, as a row of a table.
-    #[must_use]
     pub fn cells(&self) -> [String; 6] {
         let word = |value: f64| match value {
             0.0 => "never".to_owned(),
@@ -78,7 +75,6 @@ impl Limit {
 
 /// The oscillators whose limits are measured: by every method without damping and with drag of every ratio, and by the two
 /// explicit Eulers with every model of damping.
-#[must_use]
 pub fn oscillators() -> Vec<Oscillator> {
     let drag =
         RATIOS.into_iter().flat_map(|ratio| Method::ALL.map(|method| (method, Damped::by_drag(ratio))));
@@ -91,7 +87,6 @@ pub fn oscillators() -> Vec<Oscillator> {
 
 /// The nets whose limits are measured: so many random ones, by number, after chains with a last mass of 1, 1e6, 1e-3 and
 /// 1e-6 kg.
-#[must_use]
 pub fn nets(random: u64) -> Vec<Net> {
     let chains = [1.0, 1e6, 1e-3, 1e-6].map(Net::chain);
     chains.into_iter().chain((0..random).map(Net::random)).collect()

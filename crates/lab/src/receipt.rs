@@ -35,7 +35,6 @@ pub struct Row {
 
 impl Row {
     /// A row without effect and cost.
-    #[must_use]
     pub const fn of(name: &'static str, state: EffectState) -> Self {
         Self {
             name,
@@ -67,13 +66,11 @@ pub struct Receipt {
 }
 
 /// The receipt of `ticks` ticks of `scene`, at least 1, from its start.
-#[must_use]
 pub fn receipt(scene: &Scene, ticks: u64) -> Receipt {
     receipt_without(scene, ticks, &[])
 }
 
 /// The same with effects switched off before the first tick.
-#[must_use]
 pub fn receipt_without(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let ticks = ticks.max(1);
     let mut simulation = started(scene.clone(), without);
@@ -146,7 +143,6 @@ pub fn look(simulation: &mut Simulation) -> Vec<Row> {
 }
 
 /// The first key of the scene file that calls for an effect, with its line where that is known.
-#[must_use]
 pub fn because(scene: &Scene, effect: Effect) -> String {
     let declared = scene.declared.iter().find(|declared| declared.effect == effect);
     match declared {

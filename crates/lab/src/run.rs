@@ -67,7 +67,6 @@ const WATCH_WARM_UP: u64 = 32;
 
 /// What a [`Watch`] adds to a tick of `scene`, least thread CPU time, ns, while nothing grows. It is measured by itself:
 /// beside a tick of many springs it would be lost in what measurements differ by.
-#[must_use]
 pub fn watch_time(scene: &Scene) -> f64 {
     let mut simulation = Simulation::new(scene.clone());
     let mut watch = Watch::new(&mut simulation.world);

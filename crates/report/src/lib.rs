@@ -48,7 +48,6 @@ pub fn files(report: &Report) -> impl Iterator<Item = (String, Vec<u8>)> {
 }
 
 /// The report as it is read again.
-#[must_use]
 pub fn json(report: &Report) -> String {
     serde_json::to_string_pretty(report).expect("a report is plain data") + "\n"
 }

@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 pub const NONE: &str = "-";
 
 /// Digits that matter only; powers of ten from ten million up and below a ten-thousandth.
-#[must_use]
 pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return NONE.to_owned();
@@ -42,7 +41,6 @@ fn significant(value: f64, digits: u8, range: Range<f64>) -> String {
 }
 
 /// At most four digits, zeros at the end left out.
-#[must_use]
 pub fn digits(value: f64) -> String {
     match significant(value, 4, 1e-3..1e4) {
         _ if value.is_infinite() => "infinite".to_owned(),
@@ -52,26 +50,22 @@ pub fn digits(value: f64) -> String {
 }
 
 /// Four digits of what changes: zeros at the end keep it in its place.
-#[must_use]
 pub fn four_digits(value: f64) -> String {
     let digits = if (1e-3..1e5).contains(&value.abs()) { 4 } else { 3 };
     significant(value, digits, 1e-3..1e5)
 }
 
 /// Four digits with a sign, of a change.
-#[must_use]
 pub fn signed(value: f64) -> String {
     if value > 0.0 { format!("+{}", four_digits(value)) } else { four_digits(value) }
 }
 
 /// Three digits.
-#[must_use]
 pub fn three_digits(value: f64) -> String {
     significant(value, 3, 0.01..1e4)
 }
 
 /// Three decimals, or a power of ten where they would say nothing.
-#[must_use]
 pub fn three_decimals(value: f64) -> String {
     // -0 is 0.
     let (value, size) = (value + 0.0, value.abs());
@@ -79,7 +73,6 @@ pub fn three_decimals(value: f64) -> String {
 }
 
 /// A distance with three digits at most: what is read while it changes.
-#[must_use]
 pub fn meters(distance: f64) -> String {
     match distance {
         0.0 => "0 m".to_owned(),
@@ -93,13 +86,11 @@ pub fn meters(distance: f64) -> String {
 }
 
 /// A count per step; a whole number without decimals.
-#[must_use]
 pub fn count(count: f64) -> String {
     if count == count.round() { format!("{count:.0}") } else { format!("{count:.2}") }
 }
 
 /// Seconds as a person would say them.
-#[must_use]
 pub fn long_duration(seconds: f64) -> String {
     let units = [("days", 86_400.0), ("h", 3_600.0), ("min", 60.0), ("s", 1.0)];
     let unit = units.iter().find(|(_, length)| seconds >= 1.5 * length);
@@ -108,7 +99,6 @@ pub fn long_duration(seconds: f64) -> String {
 }
 
 /// A number, or its name where JSON has none.
-#[must_use]
 pub fn json_number(value: f64) -> Value {
     if value.is_nan() {
         json!("nan")
@@ -152,7 +142,6 @@ fn in_units(value: f64, digits: usize, units: &[Unit]) -> String {
 }
 
 /// A length in m.
-#[must_use]
 pub fn length(meters: f64, digits: usize) -> String {
     let units: &[Unit] = &[
         (1.0, 1.0, "m"),
@@ -168,13 +157,11 @@ pub fn length(meters: f64, digits: usize) -> String {
 }
 
 /// A time in ns.
-#[must_use]
 pub fn duration(ns: f64, digits: usize) -> String {
     in_units(ns, digits, &[(1e9, 1e9, "s"), (1e6, 1e6, "ms"), (1e3, 1e3, "µs"), (1.0, 1.0, "ns")])
 }
 
 /// A part of a whole, or how many fold it is.
-#[must_use]
 pub fn share(part: f64, digits: usize) -> String {
     match part {
         _ if !part.is_finite() => NONE.to_owned(),
@@ -184,7 +171,6 @@ pub fn share(part: f64, digits: usize) -> String {
 }
 
 /// How many fold, written as people say it.
-#[must_use]
 pub fn fold(factor: f64) -> String {
     let rounded: f64 = format!("{factor:.1e}").parse().unwrap_or(factor);
     number(rounded, 2)
@@ -207,7 +193,6 @@ fn power_of_ten(exponent: i32) -> String {
 }
 
 /// A power of ten, or a digit times one, where a plain number would be long.
-#[must_use]
 pub fn power(value: f64) -> String {
     let exponent = value.log10().floor() as i32;
     let digit = (value / 10f64.powi(exponent)).round();
@@ -221,7 +206,6 @@ pub fn power(value: f64) -> String {
 }
 
 /// A sentence's first letter is a capital.
-#[must_use]
 pub fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

@@ -31,7 +31,6 @@ pub const INKS: [Ink; 9] = [
 ];
 
 /// How `method` is shown.
-#[must_use]
 pub const fn ink(method: Method) -> Ink {
     INKS[method as usize]
 }

@@ -13,7 +13,6 @@ pub use tables::{limits_csv, markdown, matrix_csv, table};
 
 /// The files of a report by their names: `stability.html` with everything in it, `matrix.svg`, `matrix.csv`, `matrix.md`
 /// and `matrix.json`, which is read again; `limits.csv` and the maps where they were measured.
-#[must_use]
 pub fn files(matrix: &Matrix, limits: &[Limit], maps: &[(&str, Map)]) -> Vec<(String, Vec<u8>)> {
     let drawn: Vec<_> = maps.iter().map(|(_, map)| map.clone()).collect();
     let mut files = vec![

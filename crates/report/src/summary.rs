@@ -6,7 +6,6 @@ use super::tables::{every_run, ranking, tables};
 use super::words::words;
 
 /// The answers in short: who is the cheapest, the times of methods, and the machine. Every number is the study's.
-#[must_use]
 pub fn brief(study: &Study, machine: &Machine) -> String {
     let mut text: String = words(study).iter().map(|sentence| format!("- {sentence}\n")).collect();
     let ranking = ranking(study);
@@ -21,14 +20,12 @@ pub fn brief(study: &Study, machine: &Machine) -> String {
 }
 
 /// [`brief`], then every table.
-#[must_use]
 pub fn markdown(study: &Study, machine: &Machine) -> String {
     let part = |table: &super::Table| format!("\n### {}\n\n{}", table.title, table.markdown());
     brief(study, machine) + &tables(study).iter().map(part).collect::<String>()
 }
 
 /// For a terminal: sentences, what they are read from, and every run.
-#[must_use]
 pub fn text(study: &Study) -> String {
     let mut text = format!("{}: {}\n\n", study.subject, study.description);
     words(study).iter().for_each(|sentence| text += &format!("  {sentence}\n"));
@@ -39,7 +36,6 @@ pub fn text(study: &Study) -> String {
 }
 
 /// Methods by the time of a step, then every cell that was run, with a star on those of the front; columns line up.
-#[must_use]
 pub fn table(study: &Study) -> String {
     let mut text = String::new();
     let ranking = ranking(study);

@@ -49,7 +49,6 @@ impl Table {
     }
 
     /// In Markdown, without its title.
-    #[must_use]
     pub fn markdown(&self) -> String {
         let line = |row: &[String]| format!("| {} |\n", row.join(" | "));
         let rows: String = self.rows.iter().map(|row| line(row)).collect();
@@ -57,7 +56,6 @@ impl Table {
     }
 
     /// For a terminal, without its title: columns line up, words to the left and numbers to the right.
-    #[must_use]
     pub fn aligned(&self) -> String {
         let rows: Vec<_> = std::iter::once(&self.header).chain(&self.rows).cloned().collect();
         aligned(&rows, self.numbers)
@@ -65,7 +63,6 @@ impl Table {
 }
 
 /// Rows whose columns line up, all to the left, or but for the first one to the right.
-#[must_use]
 pub fn aligned(rows: &[Vec<String>], to_the_right: bool) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<_> = (0..rows.first().map_or(0, Vec::len)).map(width).collect();

@@ -11,7 +11,6 @@ use super::table::Table;
 use super::words::{bodies, setting, title};
 
 /// The tables of a summary, those that have any rows.
-#[must_use]
 pub fn tables(study: &Study) -> Vec<Table> {
     let tables =
         [cheapest(study), of_methods(study), equal(study), failed(study), front(study), on_arrays(study)];

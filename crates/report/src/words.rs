@@ -9,7 +9,6 @@ use super::palette::ink;
 use super::reading::{self, SEEN, exact, finished, ranks, reference_uncertain, rounds, usable};
 
 /// What was found in sentences, the answer in one line first.
-#[must_use]
 pub fn words(study: &Study) -> Vec<String> {
     let mut words = vec![headline(study)];
     if ranks(study) {
@@ -107,7 +106,6 @@ fn tutorial(study: &Study) -> Option<String> {
 }
 
 /// The ranking of methods by the time of a step, and where it changes: "A < B = C", of which B and C tie.
-#[must_use]
 pub fn time_words(study: &Study) -> Vec<String> {
     let places = study.ranking();
     let mut text = String::new();

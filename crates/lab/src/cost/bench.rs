@@ -80,13 +80,11 @@ enum Job {
 
 impl Bench {
     /// A study of `subject`, nothing run yet.
-    #[must_use]
     pub fn new(subject: Subject, plan: Plan) -> Self {
         Self::with(subject, plan, Box::new(make), Box::new(thread_time))
     }
 
     /// The same of runs that `make` makes, timed by `clock`.
-    #[must_use]
     pub fn with(mut subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>) -> Self {
         let rungs = plan.affordable(&mut subject, &*clock);
         Self::of_rungs(subject, plan, make, clock, &rungs)
@@ -244,32 +242,27 @@ impl Bench {
     }
 
     /// Whether everything that was planned is run.
-    #[must_use]
     pub fn is_done(&self) -> bool {
         self.jobs.is_empty() && self.current.is_none()
     }
 
     /// What is done of all, in [0, 1].
-    #[must_use]
     pub fn progress(&self) -> f64 {
         if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
     }
 
     /// What is known so far: a cell that was not run yet is [`Failure::NotRun`](super::Failure::NotRun).
-    #[must_use]
     pub const fn study(&self) -> &Study {
         &self.study
     }
 
     /// The states that errors are measured from, at each sample time, of the bodies that can move; `None` before the
     /// reference is run.
-    #[must_use]
     pub fn truth(&self) -> Option<&[Vec<Sample>]> {
         self.target.as_ref().map(Target::samples)
     }
 
     /// What was studied.
-    #[must_use]
     pub const fn subject(&self) -> &Subject {
         &self.subject
     }

@@ -30,13 +30,11 @@ pub enum Cost {
 
 impl Study {
     /// Length of a substep of that setting, s.
-    #[must_use]
     pub fn step_s(&self, setting: Setting) -> f64 {
         1.0 / (self.step_hz * f64::from(setting.substeps))
     }
 
     /// The error of a cell, unless it failed.
-    #[must_use]
     pub fn error(&self, cell: &Cell, accuracy: Accuracy) -> Option<f64> {
         let errors = cell.errors()?;
         Some(match accuracy {
@@ -47,7 +45,6 @@ impl Study {
     }
 
     /// The cost of a cell, failed or not; `None` if it was not measured.
-    #[must_use]
     pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let bodies = self.bodies.max(1) as f64;
         let time = || match cell.setting.precision {
@@ -73,7 +70,6 @@ impl Study {
     }
 
     /// The least error that is told from round-off, and from the truth's own, of a run of f64 of `steps` steps.
-    #[must_use]
     pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
         let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
         let scale = match accuracy {
@@ -92,7 +88,6 @@ impl Study {
     /// The order of a method: the slope of its error against the step on the finest two rungs of f64 whose
     /// errors stand well above round-off and the truth's own, as numbers of the usual convergence test have it
     /// (SciML, `analyticless_convergence_tests`). `None` where no two of them do: a method that is exact.
-    #[must_use]
     pub fn order(&self, method: Method, accuracy: Accuracy) -> Option<f64> {
         let points: Vec<_> = self
             .curve(method, Precision::F64)
@@ -105,7 +100,6 @@ impl Study {
     }
 
     /// The settings that no other one of f64 beats in both error and cost, the cheapest first.
-    #[must_use]
     pub fn front(&self, accuracy: Accuracy, cost: Cost) -> Vec<&Cell> {
         let mut points: Vec<_> = self
             .cells
@@ -125,7 +119,6 @@ impl Study {
 
     /// The error of a method in double precision at a cost, between rungs by straight lines in logarithms; `None`
     /// beyond them.
-    #[must_use]
     pub fn error_at(&self, method: Method, accuracy: Accuracy, cost: Cost, at: f64) -> Option<f64> {
         let points = self
             .curve(method, Precision::F64)

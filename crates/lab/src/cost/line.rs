@@ -86,7 +86,6 @@ pub struct Crossing {
 
 impl Study {
     /// Bodies that times are of.
-    #[must_use]
     pub fn size(&self) -> usize {
         self.timed_bodies.unwrap_or(self.bodies).max(1)
     }
@@ -105,7 +104,6 @@ impl Study {
     }
 
     /// Methods by the time of a step at [`Self::size`] bodies in double precision, the shortest first.
-    #[must_use]
     pub fn ranking(&self) -> Vec<Place> {
         let at = self.ranked_at();
         let mut timed: Vec<_> = self.world_times().filter_map(|of| Some((of.method, of.at(at)?))).collect();
@@ -123,7 +121,6 @@ impl Study {
 
     /// The sizes at which the ranking changes, ascending: between two that were timed the difference of times is
     /// taken for a line. Ties change nothing.
-    #[must_use]
     pub fn crossings(&self) -> Vec<Crossing> {
         let times: Vec<_> = self.world_times().collect();
         let pairs = (0..times.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
@@ -133,7 +130,6 @@ impl Study {
     }
 
     /// The sizes of copies that were timed, ascending; empty for a scene.
-    #[must_use]
     pub fn sizes(&self) -> Vec<usize> {
         let copies = self.world_times().filter(|of| of.substeps.is_some());
         let mut sizes: Vec<_> =
@@ -144,7 +140,6 @@ impl Study {
     }
 
     /// The same with the times of copies of so many bodies, one of [`Self::sizes`].
-    #[must_use]
     pub fn at_size(&self, bodies: usize) -> Self {
         let mut study = Self { timed_bodies: Some(bodies), ..self.clone() };
         study.time_cells();
@@ -210,7 +205,6 @@ impl Study {
     }
 
     /// Part by which prices of a method in time may differ by chance.
-    #[must_use]
     pub fn spread(&self, method: Method) -> f64 {
         let times = self.curve(method, Precision::F64).filter_map(|cell| cell.time);
         let mut spreads: Vec<_> = times.map(|time| spread(time.quartiles)).collect();

@@ -6,7 +6,6 @@ use super::record::Machine;
 
 impl Machine {
     /// This one.
-    #[must_use]
     pub fn here() -> Self {
         Self {
             processor: processor(),

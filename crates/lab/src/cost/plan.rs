@@ -46,7 +46,6 @@ pub struct Plan {
 
 impl Plan {
     /// Everything.
-    #[must_use]
     pub fn full() -> Self {
         Self {
             methods: Method::ALL.to_vec(),
@@ -63,7 +62,6 @@ impl Plan {
     }
 
     /// An answer for `subjects` of them within a minute.
-    #[must_use]
     pub fn quick(subjects: usize) -> Self {
         let share = 1.0 / subjects.max(1) as f64;
         Self {
@@ -78,7 +76,6 @@ impl Plan {
     }
 
     /// For a running window: the same errors and counts at fewer rungs, without what the window does not show.
-    #[must_use]
     pub fn live() -> Self {
         Self {
             single: Vec::new(),

@@ -196,7 +196,6 @@ pub const PROBLEMS: [Problem; 8] = [
 const SPRING: &str = "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 4, rest_length_m: 0)],";
 
 /// The problem of that name.
-#[must_use]
 pub fn problem(name: &str) -> Option<&'static Problem> {
     PROBLEMS.iter().find(|problem| problem.name == name)
 }
@@ -259,7 +258,6 @@ fn duffing(t: f64) -> Vec<State> {
 
 /// The oscillator over so many whole periods, at least 1. Over 8 it would be looked at in one phase
 /// alone, in which the position of semi-implicit Euler happens to be right.
-#[must_use]
 pub(crate) fn oscillator_scene(periods: u32) -> String {
     let step_hz = 8.0 / f64::from(periods) * FREQUENCY / TAU;
     one_body(step_hz, "", "position_m: (1, 0, 0), velocity_m_s: (0.5, 0, 0)", SPRING)

@@ -18,7 +18,6 @@ const FINER: u32 = 100;
 const EVEN: f64 = 60.0;
 
 /// Rows that a second takes: two kinds of step and two of push, and two models of damping where there is one.
-#[must_use]
 pub(crate) fn seconds(subject: &Subject) -> usize {
     RATES.len() * 4 * models(subject).len()
 }
@@ -32,7 +31,6 @@ fn models(subject: &Subject) -> Vec<Option<DampingModel>> {
 
 /// A second of `subject` by its own method: at each rate by ticks as long as frames and by ticks of its own, with
 /// each model of damping if it has any, its first body pushed by a force for one tick and by an impulse.
-#[must_use]
 pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     let Some(body) = pushed(subject) else { return Vec::new() };
     let newtons = subject.scene.push.map_or(10.0, |push| push.start);

@@ -22,7 +22,6 @@ impl Precision {
     pub const ALL: [Self; 3] = [Self::F64, Self::CompensatedF32, Self::F32];
 
     /// The word for it in tables and files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
@@ -215,13 +214,11 @@ impl Cell {
     }
 
     /// Whether it has been run.
-    #[must_use]
     pub fn is_run(&self) -> bool {
         self.outcome != Outcome::Failed(Failure::NotRun)
     }
 
     /// Its time in the world or on arrays.
-    #[must_use]
     pub const fn time_in(&self, host: Host) -> Option<Time> {
         match host {
             Host::World => self.time,
@@ -230,7 +227,6 @@ impl Cell {
     }
 
     /// The errors of a run that went through.
-    #[must_use]
     pub const fn errors(&self) -> Option<Errors> {
         match self.outcome {
             Outcome::Finished(errors) => Some(errors),
@@ -266,7 +262,6 @@ pub enum Truth {
 
 impl Truth {
     /// Errors below this cannot be told from those of the truth itself: relative, m.
-    #[must_use]
     pub const fn own_error(&self) -> (f64, f64) {
         match self {
             Self::ClosedForm { .. } => (0.0, 0.0),

@@ -36,7 +36,6 @@ impl Subject {
     ///
     /// # Panics
     /// Never: the scenes of problems are right.
-    #[must_use]
     pub fn of_problem(problem: &Problem) -> Self {
         let scene = Scene::parse(problem.name, &(problem.scene)()).expect("the scenes of problems are right");
         Self {
@@ -58,7 +57,6 @@ impl Subject {
     ///
     /// # Panics
     /// Never: its scene is right.
-    #[must_use]
     pub fn oscillator(periods: u32) -> Self {
         let problem = super::problem::problem("harmonic_oscillator").expect("a problem of the list");
         let text = super::problem::oscillator_scene(periods.max(1));
@@ -76,7 +74,6 @@ impl Subject {
     ///
     /// Gravity that waits for someone to switch it on is switched on, or there would be nothing to see; a note
     /// says so.
-    #[must_use]
     pub fn of_scene(mut scene: Scene, seconds: Option<f64>) -> Self {
         let mut notes = Vec::new();
         if let Some(gravity) = &mut scene.gravity
@@ -89,7 +86,6 @@ impl Subject {
     }
 
     /// The same with nothing switched.
-    #[must_use]
     pub fn of_scene_as_it_is(scene: Scene, seconds: Option<f64>, notes: Vec<String>) -> Self {
         let eighth = seconds.unwrap_or(SECONDS) * scene.step_hz / SAMPLES as f64;
         let ticks = (eighth - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64 * SAMPLES;
@@ -120,7 +116,6 @@ impl Subject {
     }
 
     /// Copies of a problem that have so many bodies that move, and whose ticks are as long as one of so many substeps.
-    #[must_use]
     pub fn of_bodies(&self, bodies: u32, substeps: u32) -> Self {
         let each = self.scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0)).count();
         self.copies(bodies.div_ceil(u32::try_from(each.max(1)).unwrap_or(u32::MAX)), substeps)
@@ -144,38 +139,32 @@ impl Subject {
     }
 
     /// Without some of its effects.
-    #[must_use]
     pub fn without(mut self, effects: Vec<Effect>) -> Self {
         self.without = effects;
         self
     }
 
     /// The word for it on the command line.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Its bodies and laws.
-    #[must_use]
     pub const fn scene(&self) -> &Scene {
         &self.scene
     }
 
     /// Length of a run, s.
-    #[must_use]
     pub fn seconds(&self) -> f64 {
         self.ticks as f64 / self.scene.step_hz
     }
 
     /// What the scene itself asks for.
-    #[must_use]
     pub fn own(&self) -> Setting {
         Setting { method: self.scene.method, substeps: self.scene.substeps, precision: Precision::F64 }
     }
 
     /// Why `method` cannot run it, if it cannot.
-    #[must_use]
     pub fn refusal(&self, method: Method) -> Option<String> {
         let attracts = self.scene.mutual_gravity.is_some() && !self.without.contains(&Effect::MutualGravity);
         unsolvable(method, attracts).map(|why| why.to_string())

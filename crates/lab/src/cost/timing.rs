@@ -70,14 +70,12 @@ impl Trial {
     }
 
     /// Least thread CPU time of a tick, s; `None` before the first pass.
-    #[must_use]
     pub fn tick(&self) -> Option<f64> {
         let ticks = self.least.len() as f64 * self.block as f64;
         (ticks > 0.0).then(|| self.least.iter().sum::<f64>() / ticks)
     }
 
     /// Quartiles of the passes' times as ratios to the least.
-    #[must_use]
     pub fn quartiles(&self) -> [f64; 3] {
         let least: f64 = self.least.iter().sum();
         let mut totals = self.totals.clone();
@@ -125,7 +123,6 @@ impl Yardstick {
     }
 
     /// Least thread CPU time of one substep of one body, s.
-    #[must_use]
     pub const fn seconds(&self) -> f64 {
         self.least
     }

@@ -25,7 +25,6 @@ impl LongRun {
     pub const ALL: [Self; 5] = [Self::Keeps, Self::Decays, Self::Creeps, Self::Flips, Self::Grows];
 
     /// From one tick.
-    #[must_use]
     pub fn of(tick: Matrix) -> Self {
         // Where real eigenvalues meet, rounding moves them by its square root.
         let (size, least, swings, rounding) = match eigenvalues(tick) {
@@ -46,7 +45,6 @@ impl LongRun {
     }
 
     /// What it is called in a legend.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Keeps => "swings on",
@@ -88,7 +86,6 @@ fn ratios(low: f64, high: f64, n: u32) -> Vec<f64> {
 }
 
 /// Step against stiffness, without damping: `side` cells a side.
-#[must_use]
 pub fn stiffness_map(side: u32) -> Map {
     let places = [ratios(1e-4, 1.0, side), ratios(1.0, 1e8, side)];
     let panel = |method: Method| {
@@ -112,7 +109,6 @@ pub fn stiffness_map(side: u32) -> Map {
 }
 
 /// Step against damping by linear drag, of an oscillator of frequency w: `side` cells a side.
-#[must_use]
 pub fn damping_map(side: u32) -> Map {
     let (steps, rates) = ((0.02, 20.0), (0.01, 10.0));
     let places = [ratios(steps.0, steps.1, side), ratios(rates.0, rates.1, side)];

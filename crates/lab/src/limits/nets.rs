@@ -51,7 +51,6 @@ fn decade(random: &mut Pcg64, [low, high]: [f64; 2]) -> f64 {
 
 impl Net {
     /// Ten bodies in a row from a post, of 1 kg but the last, on springs of 100 N/m.
-    #[must_use]
     pub fn chain(last: f64) -> Self {
         let mut masses = vec![1.0; 10];
         masses[9] = last;
@@ -60,7 +59,6 @@ impl Net {
     }
 
     /// 3 to 12 bodies of 1e-3 to 1e3 kg, joined at random on springs of 10 to 1e4 N/m, all of them to the post in the end.
-    #[must_use]
     pub fn random(number: u64) -> Self {
         let random = &mut Pcg64::seed_from_u64(number);
         let n = random.random_range(3..13);
@@ -77,7 +75,6 @@ impl Net {
     }
 
     /// Largest frequency w, 1/s: of `W^½ K W^½`, whose high powers grow by w² (Gelfand 1941).
-    #[must_use]
     pub fn largest_frequency(&self) -> f64 {
         let n = self.masses.len();
         let mut a = vec![vec![0.0; n]; n];
@@ -103,7 +100,6 @@ impl Net {
     }
 
     /// In a world of its own, moved at random.
-    #[must_use]
     pub fn stepped(&self, method: Method, h: f64) -> Stepped {
         let mut world = World::new();
         if self.drag > 0.0 {
@@ -128,7 +124,6 @@ impl Net {
     }
 
     /// Its largest stable step by `method`; without drag.
-    #[must_use]
     pub fn limit(&self, method: Method) -> Limit {
         let (w, theory) = (self.largest_frequency(), method.claims().stability_limit);
         let stepped = |z: f64| self.stepped(method, z / w);
@@ -183,7 +178,6 @@ fn between(theory: f64, mut stays: impl FnMut(f64) -> bool) -> f64 {
 
 impl Stepped {
     /// Whether no body goes farther than a thousand times the size of the start in so many ticks.
-    #[must_use]
     pub fn stays(&mut self, ticks: u32) -> bool {
         let start = self.size();
         (0..ticks).all(|_| {
@@ -198,7 +192,6 @@ impl Stepped {
     }
 
     /// What its forecast says.
-    #[must_use]
     pub fn forecast(&mut self) -> Forecast {
         Forecast::of(&mut self.world, self.stepper.method())
     }

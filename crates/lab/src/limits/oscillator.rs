@@ -64,7 +64,6 @@ impl Oscillator {
 
     /// One tick of `h` seconds of an oscillator of stiffness `k`, as rows and columns of (w x, v). Of position Verlet it is
     /// a tick after another.
-    #[must_use]
     pub fn tick(&self, k: f64, h: f64) -> Matrix {
         let w = k.sqrt();
         let run = |[x, v]: [f64; 2], ticks: u32| {
@@ -104,7 +103,6 @@ impl Oscillator {
     }
 
     /// Its largest stable step.
-    #[must_use]
     pub fn limit(&self) -> Limit {
         // Runge-Kutta 2 at w h = 0.01 grows by 1.25e-9 a tick.
         let by_radius = |h: f64| radius(self.tick(1.0, h)) <= 1.0 + 1e-11;

@@ -22,7 +22,6 @@ pub struct Damped {
 
 impl Damped {
     /// By a law of drag.
-    #[must_use]
     pub const fn by_drag(ratio: f64) -> Self {
         Self { ratio, model: None }
     }
@@ -128,7 +127,6 @@ fn damped_step(method: Method, model: DampingModel, h: f64, c: f64) -> Matrix {
 
 /// The largest stable w h of one oscillator, where the characteristic polynomial of its step first leaves the unit circle;
 /// 0 for none, infinite for no limit. Of the two Eulers with a model of damping, and of every method with drag.
-#[must_use]
 pub fn oscillator_limit(method: Method, damped: Damped) -> f64 {
     let c = 2.0 * damped.ratio;
     let z = damped.ratio;

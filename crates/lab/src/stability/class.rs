@@ -29,7 +29,6 @@ impl Class {
         [Self::Exact, Self::Bounded, Self::Drifts, Self::Decays, Self::Explodes, Self::Refused];
 
     /// The word for it in tables and files.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -69,7 +68,6 @@ impl Extremes {
     }
 
     /// What a run with these numbers is. A comparison with what is not a number fails, and such a run has exploded.
-    #[must_use]
     pub fn verdict(&self, bounds: &Bounds) -> Verdict {
         let size = self.largest.abs();
         let finite = size <= bounds.explodes;

@@ -55,7 +55,6 @@ enum Going {
 impl Survey {
     /// The rows of `scenes` by `methods`, each of at most `ticks`, nothing run yet. A scene that is no hard case has
     /// no rows.
-    #[must_use]
     pub fn new(scenes: Vec<Scene>, methods: &[Method], ticks: Option<u64>) -> Self {
         let mut rows = Vec::new();
         for (at, scene) in scenes.iter().enumerate() {
@@ -103,26 +102,22 @@ impl Survey {
     }
 
     /// Whether every cell is run.
-    #[must_use]
     pub fn is_done(&self) -> bool {
         self.jobs.is_empty() && self.current.is_none()
     }
 
     /// What is done of all, in [0, 1].
-    #[must_use]
     pub fn progress(&self) -> f64 {
         if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
     }
 
     /// The row that is being run, as people call it.
-    #[must_use]
     pub fn now(&self) -> Option<String> {
         let job = self.current.as_ref().map(|(job, _)| *job).or(self.jobs.front().copied())?;
         Some(self.matrix.rows[job.row()].title())
     }
 
     /// What is known so far: cells that were run.
-    #[must_use]
     pub const fn matrix(&self) -> &Matrix {
         &self.matrix
     }

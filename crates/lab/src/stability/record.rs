@@ -42,7 +42,6 @@ pub struct Row {
 
 impl Row {
     /// The case, the label and the precision where it is not f64, as one title.
-    #[must_use]
     pub fn title(&self) -> String {
         let single = if self.precision == Precision::F64 { "" } else { self.precision.name() };
         let parts = [self.label.as_str(), single];
@@ -52,7 +51,6 @@ impl Row {
     }
 
     /// The cell of `method`.
-    #[must_use]
     pub fn cell(&self, method: Method) -> Option<&Cell> {
         self.cells.iter().find(|cell| cell.method == method)
     }
@@ -99,7 +97,6 @@ impl Matrix {
     ///
     /// # Panics
     /// Never: it is plain data.
-    #[must_use]
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a matrix is plain data") + "\n"
     }

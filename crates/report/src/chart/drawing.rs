@@ -236,7 +236,6 @@ pub struct Drawing {
 
 impl Drawing {
     /// An SVG document of its own.
-    #[must_use]
     pub fn document(&self) -> String {
         self.tag(&format!(
             "xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{}\" ",

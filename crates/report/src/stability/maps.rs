@@ -22,7 +22,6 @@ const fn color(class: LongRun) -> Rgb {
 }
 
 /// The picture of `map`.
-#[must_use]
 pub fn picture(map: &Map) -> Drawing {
     let (width, height) = (f64::from(WIDTH) / 3.0, (f64::from(HEIGHT) - TITLE - LEGEND) / 3.0);
     let mut shapes = vec![Shape::words(&map.title).sized(20.0).at(16.0, 30.0)];

@@ -42,13 +42,11 @@ fn by_method(matrix: &Matrix, columns: &[&str], cell: impl Fn(&Cell) -> String) 
 }
 
 /// Classes and numbers, for a terminal.
-#[must_use]
 pub fn table(matrix: &Matrix) -> Table {
     by_method(matrix, &["case", "measure"], |cell| format!("{} {}", cell.class.name(), digits(cell)))
 }
 
 /// The classes as a table in Markdown; the good ones stand out.
-#[must_use]
 pub fn markdown(matrix: &Matrix) -> String {
     let word = |cell: &Cell| match (cell.class.name(), cell.class) {
         (word, Class::Exact | Class::Bounded) => format!("**{word}**"),
@@ -104,7 +102,6 @@ pub(super) fn limits(limits: &[Limit]) -> Table {
 }
 
 /// One line per cell, numbers with all their digits.
-#[must_use]
 pub fn matrix_csv(matrix: &Matrix) -> String {
     let cells = matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
     let rows = cells.map(|(row, cell)| {
@@ -125,7 +122,6 @@ pub fn matrix_csv(matrix: &Matrix) -> String {
 }
 
 /// The table for programs: `system,method,measured,theory,criterion`; 0 is never stable, `inf` always.
-#[must_use]
 pub fn limits_csv(limits: &[Limit]) -> String {
     let row = |limit: &Limit| {
         let [measured, theory] = [limit.measured, limit.theory].map(exact);
