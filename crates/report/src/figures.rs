@@ -7,20 +7,9 @@ mod step;
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
 
-use super::chart::{Axis, Drawing};
+use super::chart::{Axis, Chart, Drawing};
 use super::numbers::{duration, length, number, power, share};
-use super::reading::methods;
 use crate::palette::ink;
-
-/// A figure with what a page has to know of it.
-pub(crate) struct Figure {
-    /// Name of the file without the subject and the ending.
-    pub name: String,
-    /// What it answers.
-    pub kind: Kind,
-    /// The picture.
-    pub drawing: Drawing,
-}
 
 /// What a figure shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +24,20 @@ pub(crate) enum Kind {
     Drift(bool),
 }
 
+impl Kind {
+    /// Name of the file without the subject and the ending.
+    pub(crate) fn name(self) -> String {
+        match self {
+            Self::Step(accuracy) => format!("error-step-{}", accuracy_name(accuracy)),
+            Self::Cost(accuracy, cost) => {
+                format!("error-cost-{}-{}", cost_name(cost), accuracy_name(accuracy))
+            }
+            Self::Precision => "precision".to_owned(),
+            Self::Drift(long) => format!("energy-{}", if long { "long" } else { "short" }),
+        }
+    }
+}
+
 /// The two that are drawn: what one sees, and what methods are usually compared by.
 pub(crate) const ACCURACIES: [Accuracy; 2] = [Accuracy::Position, Accuracy::Relative];
 
@@ -45,17 +48,22 @@ pub(crate) fn costs(study: &Study) -> Vec<Cost> {
 }
 
 /// All figures of a study that have anything to show.
-pub(crate) fn figures(study: &Study) -> Vec<Figure> {
-    let mut figures = Vec::new();
+pub(crate) fn figures(study: &Study) -> Vec<(Kind, Drawing)> {
+    let mut kinds = Vec::new();
     if curves(study).next().is_some() {
-        figures.extend(ACCURACIES.map(|accuracy| step::figure(study, accuracy)));
+        kinds.extend(ACCURACIES.map(Kind::Step));
         for cost in costs(study) {
-            figures.extend(ACCURACIES.map(|accuracy| cost::figure(study, accuracy, cost)));
+            kinds.extend(ACCURACIES.map(|accuracy| Kind::Cost(accuracy, cost)));
         }
     }
-    figures.extend(precision::figure(study));
-    figures.extend([false, true].into_iter().filter_map(|long| drift::figure(study, long)));
-    figures
+    kinds.extend([Kind::Precision, Kind::Drift(false), Kind::Drift(true)]);
+    let drawing = |kind| match kind {
+        Kind::Step(accuracy) => Some(step::figure(study, accuracy)),
+        Kind::Cost(accuracy, cost) => Some(cost::figure(study, accuracy, cost)),
+        Kind::Precision => precision::figure(study),
+        Kind::Drift(long) => drift::figure(study, long),
+    };
+    kinds.into_iter().filter_map(|kind| Some((kind, drawing(kind)?))).collect()
 }
 
 /// The cells of double precision, of which most figures are.
@@ -160,24 +168,28 @@ fn error_axis<'a>(
     }
 }
 
-/// Methods with cells of double precision, each with its points and failures by `place`.
-fn plotted<'a>(
-    study: &'a Study,
+/// Draws a curve whose cells stand at `place`, with `words` under the pointer; whether any run of it failed.
+fn draw(
+    chart: &mut Chart,
+    study: &Study,
+    (method, precision): (Method, Precision),
     accuracy: Accuracy,
-    place: impl Fn(&Cell) -> Option<f64> + 'a,
-) -> impl Iterator<Item = (Method, Vec<(&'a Cell, f64, Option<f64>)>)> {
-    methods(study, Precision::F64).into_iter().map(move |method| {
-        let cells = study.curve(method, Precision::F64).filter(|cell| cell.is_run());
-        let placed = cells.filter_map(|cell| Some((cell, place(cell)?, study.error(cell, accuracy))));
-        (method, placed.collect())
-    })
-}
-
-/// Runs of neighbours that went through: a line does not pass over a failure.
-fn unbroken(points: &[(&Cell, f64, Option<f64>)]) -> Vec<Vec<(f64, f64)>> {
-    points
-        .split(|(.., error)| error.is_none())
-        .filter(|part| part.len() > 1)
-        .map(|part| part.iter().filter_map(|(_, x, error)| Some((*x, (*error)?))).collect())
-        .collect()
+    place: impl Fn(&Cell) -> Option<f64>,
+    words: impl Fn(&Cell) -> String,
+) -> bool {
+    let cells = study.curve(method, precision).filter(|cell| cell.is_run());
+    let points: Vec<_> =
+        cells.filter_map(|cell| Some((cell, place(cell)?, study.error(cell, accuracy)))).collect();
+    // A line does not pass over a failure.
+    for part in points.split(|(.., error)| error.is_none()).filter(|part| part.len() > 1) {
+        let line: Vec<_> = part.iter().filter_map(|(_, x, error)| Some((*x, (*error)?))).collect();
+        chart.curve(method, precision, &line);
+    }
+    for (cell, x, error) in &points {
+        match error {
+            Some(error) => chart.point(method, *x, *error, &words(cell)),
+            None => chart.failure(method, *x, &words(cell)),
+        }
+    }
+    points.iter().any(|(.., error)| error.is_none())
 }

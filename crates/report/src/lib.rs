@@ -18,7 +18,7 @@ mod table;
 mod tables;
 mod words;
 
-use figures::{Figure, figures};
+use figures::figures;
 use lab::cost::{Report, Study};
 
 pub use chart::Drawing;
@@ -61,8 +61,7 @@ fn summary(report: &Report) -> String {
 /// Figures by their names without an ending.
 fn drawn(report: &Report) -> impl Iterator<Item = (String, Drawing)> {
     report.studies.iter().zip(slugs(&report.studies)).flat_map(|(study, slug)| {
-        let named = move |figure: Figure| (format!("{slug}-{}", figure.name), figure.drawing);
-        figures(study).into_iter().map(named)
+        figures(study).into_iter().map(move |(kind, drawing)| (format!("{slug}-{}", kind.name()), drawing))
     })
 }
 

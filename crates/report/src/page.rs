@@ -2,8 +2,8 @@
 
 use lab::cost::{Accuracy, Cost, Report, Study};
 
-use super::chart::{dark_rules, escaped};
-use super::figures::{ACCURACIES, Figure, Kind, accuracy_name, cost_name, costs, figures};
+use super::chart::{Drawing, dark_rules, escaped};
+use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
 use super::tables::{cheapest, equal, every_run, failed, of_methods, on_arrays, ranking, rates};
 use super::words::{bodies, evaluations, headline, setting, words};
@@ -84,7 +84,7 @@ fn contents(report: &Report, slugs: &[String]) -> String {
 fn section(study: &Study, slug: &str) -> String {
     let figures = figures(study);
     let of = |kinds: fn(&Kind) -> bool| -> String {
-        figures.iter().filter(|figure| kinds(&figure.kind)).map(shown).collect()
+        figures.iter().filter(|(kind, _)| kinds(kind)).map(shown).collect()
     };
     let words = words(study);
     let sentences = words.iter().skip(1).map(|sentence| format!("<p>{}</p>\n", escaped(sentence)));
@@ -126,8 +126,8 @@ fn about(study: &Study) -> String {
     )
 }
 
-fn shown(figure: &Figure) -> String {
-    let (classes, caption) = match figure.kind {
+fn shown((kind, drawing): &(Kind, Drawing)) -> String {
+    let (classes, caption) = match *kind {
         Kind::Step(accuracy) => (
             format!("step {}", accuracy_name(accuracy)),
             "Error against step. A method of order p falls as a line of slope p; where it bends level, round-off or the \
@@ -150,14 +150,14 @@ fn shown(figure: &Figure) -> String {
     };
     format!(
         "<figure class=\"{classes}\">\n{}<figcaption>{caption}</figcaption>\n</figure>\n",
-        figure.drawing.inline()
+        drawing.inline()
     )
 }
 
 /// The two panels, with what they show chosen above them.
-fn selected(study: &Study, slug: &str, figures: &[Figure]) -> String {
+fn selected(study: &Study, slug: &str, figures: &[(Kind, Drawing)]) -> String {
     let of = |kinds: fn(&Kind) -> bool| -> String {
-        figures.iter().filter(|figure| kinds(&figure.kind)).map(shown).collect()
+        figures.iter().filter(|(kind, _)| kinds(kind)).map(shown).collect()
     };
     let panels = of(|kind| matches!(kind, Kind::Cost(..))) + &of(|kind| matches!(kind, Kind::Step(_)));
     if panels.is_empty() {

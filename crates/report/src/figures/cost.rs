@@ -1,22 +1,23 @@
 //! Error against cost: the lower left is best.
 
-use lab::cost::{Accuracy, Cost, Precision, Study};
+use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 
-use super::{Figure, Kind, accuracy_name, cost_name, curves, error_axis, plotted, short, tooltip, unbroken};
-use crate::chart::{Axis, Chart};
+use super::{curves, draw, error_axis, short, tooltip};
+use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{duration, fold, number, power, share};
-use crate::reading::place;
+use crate::reading::{methods, place};
 use crate::words;
 
 /// Decades between the costs and the budget beyond which the budget stands at the edge: an axis that reached it would
 /// crowd the points into a corner.
 const FAR: f64 = 300.0;
 
-pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Figure {
-    let costs = || curves(study).filter_map(|cell| place(study, cell, cost)).filter(|cost| *cost > 0.0);
+pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
+    let placed = |cell: &Cell| place(study, cell, cost);
+    let costs = || curves(study).filter_map(placed).filter(|cost| *cost > 0.0);
     let highest = costs().fold(0.0, f64::max);
     let budget = budget(study, cost).filter(|_| highest > 0.0);
-    let near = budget.filter(|(at, _)| *at < FAR * highest).map(|(at, _)| at);
+    let near = budget.filter(|at| *at < FAR * highest);
     let x = Axis::logarithmic(title(cost), costs().chain(near), label(cost));
     let y = error_axis(study, accuracy, curves(study), None);
     let mut chart =
@@ -25,14 +26,28 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Figure {
     let point = |cell| Some((study.cost(cell, cost)?, study.error(cell, accuracy)?));
     let line: Vec<_> = front.iter().copied().filter_map(point).collect();
     chart.front(&line);
-    if let Some((at, words)) = &budget {
+    if let Some(at) = budget {
         let times = match near {
             Some(_) => String::new(),
             None => format!(", {} times further right", fold(at / highest)),
         };
-        chart.upright(*at, &format!("{words}{times}"));
+        chart.upright(at, &format!("budget: all of a frame at 60 a second{times}"));
     }
-    draw(&mut chart, study, accuracy, cost);
+    let mut failed = false;
+    for method in methods(study, Precision::F64) {
+        let words = |cell: &Cell| tooltip(study, cell, accuracy, cost);
+        failed |= draw(&mut chart, study, (method, Precision::F64), accuracy, placed, words);
+        chart.legend_method(method, method.claims().title);
+    }
+    chart.legend_gap();
+    chart.legend_front("front: none cheaper and better");
+    if failed {
+        chart.legend_failure("failed run, at its cost");
+    }
+    let unpriced = curves(study).filter(|cell| placed(cell).is_none()).count();
+    if unpriced > 0 {
+        chart.legend_note(&format!("{unpriced} runs without this cost"));
+    }
     for cell in &front {
         if let Some((x, y)) = point(cell) {
             chart.name(x, y, &short(cell));
@@ -47,38 +62,7 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Figure {
     if budget.is_some() {
         chart.legend_budget("budget of 60 frames a second");
     }
-    Figure {
-        name: format!("error-cost-{}-{}", cost_name(cost), accuracy_name(accuracy)),
-        kind: Kind::Cost(accuracy, cost),
-        drawing: chart.finish(),
-    }
-}
-
-fn draw(chart: &mut Chart, study: &Study, accuracy: Accuracy, cost: Cost) {
-    let (mut failed, mut unpriced) = (false, 0);
-    for (method, points) in plotted(study, accuracy, move |cell| place(study, cell, cost)) {
-        for part in unbroken(&points) {
-            chart.curve(method, Precision::F64, &part);
-        }
-        for (cell, x, error) in &points {
-            let words = tooltip(study, cell, accuracy, cost);
-            match error {
-                Some(error) => chart.point(method, *x, *error, &words),
-                None => chart.failure(method, *x, &words),
-            }
-            failed |= error.is_none();
-        }
-        unpriced += study.curve(method, Precision::F64).filter(|cell| cell.is_run()).count() - points.len();
-        chart.legend_method(method, method.claims().title);
-    }
-    chart.legend_gap();
-    chart.legend_front("front: none cheaper and better");
-    if failed {
-        chart.legend_failure("failed run, at its cost");
-    }
-    if unpriced > 0 {
-        chart.legend_note(&format!("{unpriced} runs without this cost"));
-    }
+    chart.finish()
 }
 
 const fn title(cost: Cost) -> &'static str {
@@ -99,12 +83,11 @@ const fn label(cost: Cost) -> fn(f64) -> String {
     }
 }
 
-/// Where a frame of 60 a second is full, and what to call it.
-fn budget(study: &Study, cost: Cost) -> Option<(f64, &'static str)> {
-    let words = "budget: all of a frame at 60 a second";
+/// Where a frame of 60 a second is full.
+fn budget(study: &Study, cost: Cost) -> Option<f64> {
     match cost {
-        Cost::RealTime => Some((1.0, words)),
-        Cost::Time => Some((1e9 / study.size() as f64, words)),
+        Cost::RealTime => Some(1.0),
+        Cost::Time => Some(1e9 / study.size() as f64),
         Cost::Evaluations | Cost::Instructions => None,
     }
 }

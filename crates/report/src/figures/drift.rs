@@ -2,15 +2,14 @@
 
 use lab::cost::{Drift, Study};
 
-use super::{Figure, Kind};
-use crate::chart::{Axis, Chart};
+use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{number, power};
 use crate::reading::fate;
 
 /// Residuals below the round-off of one sum are drawn at it: a logarithm has no zero.
 const FOOT: f64 = 1e-17;
 
-pub(super) fn figure(study: &Study, long: bool) -> Option<Figure> {
+pub(super) fn figure(study: &Study, long: bool) -> Option<Drawing> {
     let drifts: Vec<_> = study.drifts.iter().filter(|drift| drift.long == long).collect();
     let simulated_s = drifts.iter().map(|drift| drift.simulated_s).reduce(f64::max)?;
     let lines: Vec<_> = drifts.iter().map(|drift| largest_so_far(drift)).collect();
@@ -34,8 +33,7 @@ pub(super) fn figure(study: &Study, long: bool) -> Option<Figure> {
         chart.legend_method(method, &name);
         chart.legend_note(&fate(drift));
     }
-    let name = if long { "energy-long" } else { "energy-short" };
-    Some(Figure { name: name.to_owned(), kind: Kind::Drift(long), drawing: chart.finish() })
+    Some(chart.finish())
 }
 
 /// Times, and the largest residual until then: what swings through zero is no better for it.

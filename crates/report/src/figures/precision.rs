@@ -3,8 +3,8 @@
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
 
-use super::{Figure, Kind, error_axis, error_words, in_sight, unbroken};
-use crate::chart::{Axis, Chart};
+use super::{draw, error_axis, error_words, in_sight, tooltip};
+use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::number;
 use crate::reading::methods;
 
@@ -26,7 +26,7 @@ fn shown(study: &Study) -> Vec<Method> {
     shown
 }
 
-pub(super) fn figure(study: &Study) -> Option<Figure> {
+pub(super) fn figure(study: &Study) -> Option<Drawing> {
     let accuracy = Accuracy::Position;
     let shown = shown(study);
     let cells = || study.cells.iter().filter(|cell| shown.contains(&cell.setting.method) && cell.is_run());
@@ -46,9 +46,13 @@ pub(super) fn figure(study: &Study) -> Option<Figure> {
         chart.level(floor, &words, true);
     }
     let mut failed = false;
+    let place = |cell: &Cell| Some(f64::from(cell.setting.substeps));
+    let words = |cell: &Cell| {
+        format!("{}, {}", tooltip(study, cell, accuracy, Cost::Evaluations), cell.setting.precision.name())
+    };
     for method in &shown {
         for precision in Precision::ALL {
-            failed |= draw(&mut chart, study, accuracy, *method, precision);
+            failed |= draw(&mut chart, study, (*method, precision), accuracy, place, words);
         }
         chart.legend_method(*method, method.claims().title);
     }
@@ -59,29 +63,5 @@ pub(super) fn figure(study: &Study) -> Option<Figure> {
     if failed {
         chart.legend_failure("failed run");
     }
-    Some(Figure { name: "precision".to_owned(), kind: Kind::Precision, drawing: chart.finish() })
-}
-
-/// Whether any run of it failed.
-fn draw(chart: &mut Chart, study: &Study, accuracy: Accuracy, method: Method, precision: Precision) -> bool {
-    let points: Vec<_> = study
-        .curve(method, precision)
-        .filter(|cell| cell.is_run())
-        .map(|cell| (cell, f64::from(cell.setting.substeps), study.error(cell, accuracy)))
-        .collect();
-    for part in unbroken(&points) {
-        chart.curve(method, precision, &part);
-    }
-    for (cell, x, error) in &points {
-        let words = words(study, cell, accuracy);
-        match error {
-            Some(error) => chart.point(method, *x, *error, &words),
-            None => chart.failure(method, *x, &words),
-        }
-    }
-    points.iter().any(|(.., error)| error.is_none())
-}
-
-fn words(study: &Study, cell: &Cell, accuracy: Accuracy) -> String {
-    format!("{}, {}", super::tooltip(study, cell, accuracy, Cost::Evaluations), cell.setting.precision.name())
+    Some(chart.finish())
 }

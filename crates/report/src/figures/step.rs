@@ -1,14 +1,13 @@
 //! Error against step: on logarithms a method of order p has slope p.
 
-use lab::cost::{Accuracy, Cost, Precision, Study};
+use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 
-use super::{
-    Figure, Kind, accuracy_name, curves, error_axis, error_words, in_sight, plotted, tooltip, unbroken,
-};
-use crate::chart::{Axis, Chart};
+use super::{curves, draw, error_axis, error_words, in_sight, tooltip};
+use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::duration;
+use crate::reading::methods;
 
-pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Figure {
+pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
     let own_error = match accuracy {
         Accuracy::Relative => study.truth.own_error().0,
         _ => study.truth.own_error().1,
@@ -28,18 +27,10 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Figure {
         );
     }
     let mut failed = false;
-    for (method, points) in plotted(study, accuracy, |cell| Some(study.step_s(cell.setting))) {
-        for part in unbroken(&points) {
-            chart.curve(method, Precision::F64, &part);
-        }
-        for (cell, x, error) in &points {
-            let words = tooltip(study, cell, accuracy, Cost::Evaluations);
-            match error {
-                Some(error) => chart.point(method, *x, *error, &words),
-                None => chart.failure(method, *x, &words),
-            }
-            failed |= error.is_none();
-        }
+    for method in methods(study, Precision::F64) {
+        let place = |cell: &Cell| Some(study.step_s(cell.setting));
+        let words = |cell: &Cell| tooltip(study, cell, accuracy, Cost::Evaluations);
+        failed |= draw(&mut chart, study, (method, Precision::F64), accuracy, place, words);
         let order = study.order(method, accuracy).filter(|order| order.is_finite());
         let order = order.map_or_else(String::new, |order| format!(": {order:.2}"));
         chart.legend_method(method, &format!("{}{order}", method.claims().title));
@@ -52,9 +43,5 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Figure {
         chart.legend_gap();
         chart.legend_failure("failed run");
     }
-    Figure {
-        name: format!("error-step-{}", accuracy_name(accuracy)),
-        kind: Kind::Step(accuracy),
-        drawing: chart.finish(),
-    }
+    chart.finish()
 }
