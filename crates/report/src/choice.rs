@@ -10,7 +10,7 @@ use super::reading::{SEEN, methods, usable};
 const EVEN: f64 = 0.03;
 
 /// Part by which the costs of two methods may differ and are equal: of times, the spread of their rounds.
-pub(crate) fn tie(study: &Study, cost: Cost, methods: [Method; 2]) -> f64 {
+fn tie(study: &Study, cost: Cost, methods: [Method; 2]) -> f64 {
     match cost {
         Cost::Evaluations | Cost::Instructions => EVEN,
         Cost::Time | Cost::RealTime => {
@@ -45,12 +45,16 @@ fn priced(study: &Study, cost: Cost) -> impl Iterator<Item = (&Cell, f64, f64)> 
     cells.filter_map(move |cell| Some((cell, study.cost(cell, cost)?, resolved(study, cell)?)))
 }
 
+/// The largest error that is of use and the least that was reached, m; `None` if none is of use.
+fn errors_of_use(study: &Study, cost: Cost) -> Option<(f64, f64)> {
+    let errors = || priced(study, cost).filter(|(cell, ..)| usable(study, cell)).map(|(.., error)| error);
+    let (largest, least) = (errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min));
+    (largest > 0.0).then_some((largest, least))
+}
+
 /// The cost at which a method first keeps an error, between rungs by straight lines in logarithms.
 fn price(study: &Study, method: Method, cost: Cost, error: f64) -> Option<f64> {
-    let points: Vec<_> = study
-        .curve(method, Precision::F64)
-        .filter_map(|cell| Some((cell, study.cost(cell, cost)?, resolved(study, cell)?)))
-        .collect();
+    let points: Vec<_> = priced(study, cost).filter(|(cell, ..)| cell.setting.method == method).collect();
     let first = points.iter().position(|(cell, _, reached)| usable(study, cell) && *reached <= error)?;
     let (_, fine_cost, fine) = points[first];
     let Some((_, coarse_cost, coarse)) = first.checked_sub(1).map(|before| points[before]) else {
@@ -74,11 +78,7 @@ fn leader(study: &Study, cost: Cost, error: f64) -> Option<Method> {
 
 /// Who leads for which errors, from the largest that is of use to the least that was reached.
 pub(crate) fn leads(study: &Study, cost: Cost) -> Vec<Lead> {
-    let errors = || priced(study, cost).filter(|(cell, ..)| usable(study, cell)).map(|(.., error)| error);
-    let (largest, least) = (errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min));
-    if largest <= 0.0 {
-        return Vec::new();
-    }
+    let Some((largest, least)) = errors_of_use(study, cost) else { return Vec::new() };
     let levels = ((largest / least).log10() * f64::from(LEVELS)).ceil() as i32;
     let mut leads: Vec<Lead> = Vec::new();
     for level in 0..=levels {
@@ -115,7 +115,7 @@ pub(crate) struct Answer<'a> {
     pub below_m: f64,
     /// Cheapest by evaluations.
     pub by_evaluations: &'a Cell,
-    /// Cheapest by thread CPU time, where it was measured.
+    /// Cheapest by thread CPU time, where it was measured; if it ties with the cheapest by evaluations, that one.
     pub by_time: Option<&'a Cell>,
     /// The method that becomes cheaper by evaluations, and the error, m, below which it does.
     pub next: Option<(Method, f64)>,
@@ -144,12 +144,7 @@ fn cheapest(study: &Study, cost: Cost, below_m: f64) -> Option<&Cell> {
 /// Answers for powers of ten within what was measured, the loosest first, six bounds at most. Of bounds with one answer
 /// there is the tightest, which says the others.
 pub(crate) fn answers(study: &Study) -> Vec<Answer<'_>> {
-    let errors =
-        || priced(study, Cost::Evaluations).filter(|(cell, ..)| usable(study, cell)).map(|(.., error)| error);
-    let (loosest, least) = (errors().fold(0.0, f64::max), errors().fold(f64::INFINITY, f64::min));
-    if loosest <= 0.0 {
-        return Vec::new();
-    }
+    let Some((loosest, least)) = errors_of_use(study, Cost::Evaluations) else { return Vec::new() };
     let leads = leads(study, Cost::Evaluations);
     let start = loosest.log10().ceil() as i32;
     let mut answers: Vec<Answer<'_>> = Vec::new();
@@ -160,7 +155,11 @@ pub(crate) fn answers(study: &Study) -> Vec<Answer<'_>> {
         if answers.last().is_some_and(|last| last.by_evaluations.setting == by_evaluations.setting) {
             answers.pop();
         }
-        let by_time = cheapest(study, Cost::Time, below_m);
+        let by_time = cheapest(study, Cost::Time, below_m).map(|quick| {
+            let tie = tie(study, Cost::Time, [quick, by_evaluations].map(|cell| cell.setting.method));
+            let price = |cell| study.cost(cell, Cost::Time).unwrap_or(f64::INFINITY);
+            if price(quick) * (1.0 + tie) < price(by_evaluations) { quick } else { by_evaluations }
+        });
         let next = next(&leads, by_evaluations.setting.method, below_m);
         answers.push(Answer { below_m, by_evaluations, by_time, next });
     }

@@ -83,9 +83,6 @@ fn contents(report: &Report, slugs: &[String]) -> String {
 
 fn section(study: &Study, slug: &str) -> String {
     let figures = figures(study);
-    let of = |kinds: fn(&Kind) -> bool| -> String {
-        figures.iter().filter(|(kind, _)| kinds(kind)).map(shown).collect()
-    };
     let words = words(study);
     let sentences = words.iter().skip(1).map(|sentence| format!("<p>{}</p>\n", escaped(sentence)));
     [
@@ -102,8 +99,8 @@ fn section(study: &Study, slug: &str) -> String {
         selected(study, slug, &figures),
         titled(&of_methods(study)),
         folded(&equal(study)),
-        of(|kind| *kind == Kind::Precision),
-        of(|kind| matches!(kind, Kind::Drift(_))),
+        shown_of(&figures, |kind| *kind == Kind::Precision),
+        shown_of(&figures, |kind| matches!(kind, Kind::Drift(_))),
         titled(&rates(study)),
         titled(&failed(study)),
         folded(&every_run(study)),
@@ -154,12 +151,15 @@ fn shown((kind, drawing): &(Kind, Drawing)) -> String {
     )
 }
 
+/// The figures of some kinds.
+fn shown_of(figures: &[(Kind, Drawing)], kinds: fn(&Kind) -> bool) -> String {
+    figures.iter().filter(|(kind, _)| kinds(kind)).map(shown).collect()
+}
+
 /// The two panels, with what they show chosen above them.
 fn selected(study: &Study, slug: &str, figures: &[(Kind, Drawing)]) -> String {
-    let of = |kinds: fn(&Kind) -> bool| -> String {
-        figures.iter().filter(|(kind, _)| kinds(kind)).map(shown).collect()
-    };
-    let panels = of(|kind| matches!(kind, Kind::Cost(..))) + &of(|kind| matches!(kind, Kind::Step(_)));
+    let panels = shown_of(figures, |kind| matches!(kind, Kind::Cost(..)))
+        + &shown_of(figures, |kind| matches!(kind, Kind::Step(_)));
     if panels.is_empty() {
         return String::new();
     }

@@ -154,30 +154,15 @@ pub(crate) fn floor(study: &Study, method: Method, precision: Precision) -> Opti
     Some((best, least, worse))
 }
 
-/// How the residual of energy goes on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Growth {
-    /// No more than sums of round-off.
-    RoundOff,
-    /// It swings within bounds.
-    Bounded,
-    /// It grows as this power of the time.
-    Grows(f64),
-    /// More than half of the energy is gone at the end.
-    Lost,
-    /// More than half of the energy was invented on the way.
-    Invented,
-}
-
-/// `None` where the run failed or is too short to say.
-fn growth(drift: &Drift) -> Option<Growth> {
-    let largest = drift.largest?;
+/// What became of energy, in words.
+pub(crate) fn fate(drift: &Drift) -> String {
+    let Some(largest) = drift.largest else { return "failed".to_owned() };
     if largest < 1e-11 {
-        return Some(Growth::RoundOff);
+        return "round-off".to_owned();
     }
-    let (end, residual) = *drift.series.last()?;
+    let Some((end, residual)) = drift.series.last().copied() else { return "failed".to_owned() };
     if residual < -0.5 {
-        return Some(Growth::Lost);
+        return "most of it lost".to_owned();
     }
     let peak = |later: bool| {
         let part = drift.series.iter().filter(|(time, _)| (*time > 0.5 * end) == later);
@@ -186,26 +171,13 @@ fn growth(drift: &Drift) -> Option<Growth> {
     let (early, late) = (peak(false), peak(true));
     // Samples that keep step with the motion miss its peaks, and then say nothing about growth.
     let seen = late > 0.5 * largest;
-    Some(if seen && early > 0.0 && late > 1.3 * early {
-        Growth::Grows((late / early).log2())
+    if seen && early > 0.0 && late > 1.3 * early {
+        format!("grows as t^{:.1} to {}", (late / early).log2(), share(largest, 2))
     } else if largest > 0.5 {
         // Relative to what it became: it cannot grow much beyond.
-        Growth::Invented
+        "most of it invented".to_owned()
     } else {
-        Growth::Bounded
-    })
-}
-
-/// What became of energy, in words.
-pub(crate) fn fate(drift: &Drift) -> String {
-    let largest = share(drift.largest.unwrap_or(f64::NAN), 2);
-    match growth(drift) {
-        Some(Growth::RoundOff) => "round-off".to_owned(),
-        Some(Growth::Bounded) => format!("within {largest}"),
-        Some(Growth::Grows(power)) => format!("grows as t^{power:.1} to {largest}"),
-        Some(Growth::Lost) => "most of it lost".to_owned(),
-        Some(Growth::Invented) => "most of it invented".to_owned(),
-        None => "failed".to_owned(),
+        format!("within {}", share(largest, 2))
     }
 }
 

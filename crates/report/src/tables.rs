@@ -3,7 +3,7 @@
 use lab::cost::{Accuracy, Cell, Cost, Host, Outcome, Place, Precision, RateRow, Study, TickTime};
 use motion::Method;
 
-use super::choice::{Answer, answers, leads, never_best, tie};
+use super::choice::{Answer, answers, leads, never_best};
 use super::numbers::{NONE, duration, length, number, share};
 use super::palette::ink;
 use super::reading::{SEEN, claimed_orders, exact, failures, fate, floor, methods, ranks, usable};
@@ -25,7 +25,7 @@ fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
 pub(crate) fn cheapest(study: &Study) -> Table {
     let answers = if ranks(study) { answers(study) } else { Vec::new() };
     let row = |answer: &Answer<'_>| {
-        let (pick, quick) = (answer.by_evaluations, by_time(study, answer));
+        let (pick, quick) = (answer.by_evaluations, answer.by_time);
         let real_time = quick.and_then(|quick| study.cost(quick, Cost::RealTime));
         vec![
             format!("below {}", length(answer.below_m, 2)),
@@ -48,14 +48,6 @@ pub(crate) fn cheapest(study: &Study) -> Table {
     ];
     let title = format!("Cheapest for an error within {} s", number(study.simulated_s, 3));
     Table::numbers(title, header, answers.iter().map(row))
-}
-
-/// The cheapest by time; if it ties with the cheapest by evaluations, that one.
-fn by_time<'a>(study: &Study, answer: &Answer<'a>) -> Option<&'a Cell> {
-    let (pick, quick) = (answer.by_evaluations, answer.by_time?);
-    let tie = tie(study, Cost::Time, [quick.setting.method, pick.setting.method]);
-    let price = |cell| study.cost(cell, Cost::Time).unwrap_or(f64::INFINITY);
-    Some(if price(quick) * (1.0 + tie) < price(pick) { quick } else { pick })
 }
 
 /// Methods by the time of a step, the shortest first; "=" is on those that tie.
