@@ -2,8 +2,6 @@
 //!
 //! A choice is one point of the measured front for each part of a scene; nothing is interpolated.
 
-use std::fmt;
-
 use crate::cost::{Accuracy, Cost, Setting, Study};
 
 /// What is asked of a choice.
@@ -80,18 +78,25 @@ pub struct Recommendation {
 }
 
 /// Why there is no choice.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// There is no part.
+    #[error("no body of the scene can move, so there is no method to choose")]
     NothingMoves,
     /// Every setting of a part failed.
+    #[error("{part}: no method finished at any step that was tried; raise step_hz")]
     NothingFinished {
         /// Its name.
         part: String,
     },
     /// No time was measured, so that none can be promised.
+    #[error("no time was measured, so none can be promised; ask for an error")]
     NoTimes,
     /// The reference of a part is farther from the truth than the error that is asked for.
+    #[error(
+        "{part}: the reference itself may be off by {reference_error_m:.1e} m, so that an error of {error_m:e} m cannot \
+         be told; give a larger error, or fewer seconds"
+    )]
     Uncertain {
         /// Its name.
         part: String,
@@ -101,6 +106,11 @@ pub enum Refusal {
         reference_error_m: f64,
     },
     /// No setting of a part is as accurate.
+    #[error(
+        "{part}: nothing reaches an error of {error_m:e} m: the best is {} at {:.1e} m; give a larger error",
+        best.setting,
+        best.error_m
+    )]
     TooAccurate {
         /// Its name.
         part: String,
@@ -110,6 +120,7 @@ pub enum Refusal {
         best: Point,
     },
     /// No choice is as cheap.
+    #[error("nothing runs in {budget_ms} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget")]
     TooCheap {
         /// The time asked for, ms.
         budget_ms: f64,
@@ -117,34 +128,6 @@ pub enum Refusal {
         least_ms: f64,
     },
 }
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NothingMoves => write!(f, "no body of the scene can move, so there is no method to choose"),
-            Self::NothingFinished { part } => {
-                write!(f, "{part}: no method finished at any step that was tried; raise step_hz")
-            }
-            Self::NoTimes => write!(f, "no time was measured, so none can be promised; ask for an error"),
-            Self::Uncertain { part, error_m, reference_error_m } => write!(
-                f,
-                "{part}: the reference itself may be off by {reference_error_m:.1e} m, so that an error of \
-                 {error_m:e} m cannot be told; give a larger error, or fewer seconds"
-            ),
-            Self::TooAccurate { part, error_m, best } => write!(
-                f,
-                "{part}: nothing reaches an error of {error_m:e} m: the best is {} at {:.1e} m; give a larger error",
-                best.setting, best.error_m
-            ),
-            Self::TooCheap { budget_ms, least_ms } => write!(
-                f,
-                "nothing runs in {budget_ms} ms: the cheapest takes {least_ms:.2e} ms; give a larger budget"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for Refusal {}
 
 /// Chooses a method and substeps for each part, by its name and its study.
 ///

@@ -62,12 +62,14 @@ pub struct Errors {
 }
 
 /// Why a run is a mark and no point.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum Failure {
     /// It left the scale of the motion more than [`BLOWN_UP`] fold, or turned non-finite.
+    #[error("blew up")]
     BlewUp,
     /// A body was quarantined.
+    #[error("{body} was quarantined in tick {tick}")]
     Quarantined {
         /// Its name.
         body: String,
@@ -75,29 +77,20 @@ pub enum Failure {
         tick: u64,
     },
     /// Implicit steps were taken as the last iteration left them.
+    #[error("{steps} steps did not converge")]
     Unconverged {
         /// How many.
         steps: u64,
     },
     /// The study was stopped before it.
+    #[error("was not run")]
     NotRun,
     /// The method cannot solve what the scene declares.
+    #[error("{why}")]
     Unsolvable {
         /// Why.
         why: String,
     },
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::BlewUp => write!(f, "blew up"),
-            Self::Quarantined { body, tick } => write!(f, "{body} was quarantined in tick {tick}"),
-            Self::Unconverged { steps } => write!(f, "{steps} steps did not converge"),
-            Self::NotRun => write!(f, "was not run"),
-            Self::Unsolvable { why } => write!(f, "{why}"),
-        }
-    }
 }
 
 /// A relative error from which a run has blown up.
