@@ -87,47 +87,50 @@ fn ratios(low: f64, high: f64, n: u32) -> Vec<f64> {
 
 /// Step against stiffness, without damping: `side` cells a side.
 pub fn stiffness_map(side: u32) -> Map {
-    let places = [ratios(1e-4, 1.0, side), ratios(1.0, 1e8, side)];
-    let panel = |method: Method| {
-        let oscillator = Oscillator { method, damped: Damped::by_drag(0.0) };
-        let class =
-            |k: &f64| places[0].iter().map(|h| LongRun::of(oscillator.tick(*k, *h))).collect::<Vec<_>>();
-        let limit = oscillator_limit(method, oscillator.damped);
-        let line = ratios(1.0, 1e8, 200).into_iter().map(|k| (limit / k.sqrt(), k));
-        Panel {
-            method,
-            classes: places[1].iter().flat_map(class).collect(),
-            theory: line.filter(|(h, _)| (1e-4..=1.0).contains(h)).collect(),
-        }
-    };
-    Map {
-        title: "Step against stiffness, no damping".to_owned(),
-        axes: ["step h, s".to_owned(), "stiffness over mass k / m, 1/s²".to_owned()],
-        panels: Method::ALL.map(panel).to_vec(),
-        places,
-    }
+    let damped = Damped::by_drag(0.0);
+    map(
+        "Step against stiffness, no damping",
+        [("step h, s", (1e-4, 1.0)), ("stiffness over mass k / m, 1/s²", (1.0, 1e8))],
+        side,
+        |method, h, k| Oscillator { method, damped }.tick(k, h),
+        |method, k| oscillator_limit(method, damped) / k.sqrt(),
+    )
 }
 
 /// Step against damping by linear drag, of an oscillator of frequency w: `side` cells a side.
 pub fn damping_map(side: u32) -> Map {
-    let (steps, rates) = ((0.02, 20.0), (0.01, 10.0));
-    let places = [ratios(steps.0, steps.1, side), ratios(rates.0, rates.1, side)];
+    map(
+        "Step against damping by linear drag",
+        [("w h", (0.02, 20.0)), ("damping ratio c / 2w", (0.01, 10.0))],
+        side,
+        |method, h, ratio| Oscillator { method, damped: Damped::by_drag(ratio) }.tick(1.0, h),
+        |method, ratio| oscillator_limit(method, Damped::by_drag(ratio)),
+    )
+}
+
+/// A map with axes of these titles and ranges, from one tick of a method at a place and the closed form of its limit.
+fn map(
+    title: &str,
+    axes: [(&str, (f64, f64)); 2],
+    side: u32,
+    tick: impl Fn(Method, f64, f64) -> Matrix,
+    limit: impl Fn(Method, f64) -> f64,
+) -> Map {
+    let [(_, (shortest, longest)), (_, (low, high))] = axes;
+    let places = axes.map(|(_, (low, high))| ratios(low, high, side));
     let panel = |method: Method| {
-        let class = |ratio: &f64| {
-            let oscillator = Oscillator { method, damped: Damped::by_drag(*ratio) };
-            places[0].iter().map(|h| LongRun::of(oscillator.tick(1.0, *h))).collect::<Vec<_>>()
-        };
-        let line = ratios(rates.0, rates.1, 200);
-        let line = line.into_iter().map(|ratio| (oscillator_limit(method, Damped::by_drag(ratio)), ratio));
+        let classes =
+            |y: &f64| places[0].iter().map(|h| LongRun::of(tick(method, *h, *y))).collect::<Vec<_>>();
+        let line = ratios(low, high, 200).into_iter().map(|y| (limit(method, y), y));
         Panel {
             method,
-            classes: places[1].iter().flat_map(class).collect(),
-            theory: line.filter(|(h, _)| (steps.0..=steps.1).contains(h)).collect(),
+            classes: places[1].iter().flat_map(classes).collect(),
+            theory: line.filter(|(h, _)| (shortest..=longest).contains(h)).collect(),
         }
     };
     Map {
-        title: "Step against damping by linear drag".to_owned(),
-        axes: ["w h".to_owned(), "damping ratio c / 2w".to_owned()],
+        title: title.to_owned(),
+        axes: axes.map(|(title, _)| title.to_owned()),
         panels: Method::ALL.map(panel).to_vec(),
         places,
     }
