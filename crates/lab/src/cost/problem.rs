@@ -21,7 +21,7 @@ pub struct Problem {
     /// The bodies and laws, as a scene file whose tick is an eighth of the run.
     pub(crate) scene: fn() -> String,
     /// A law that no scene file can declare.
-    pub(crate) law: Option<Extra>,
+    pub(crate) law: Option<Duffing>,
     /// The state of every body that can move, in the order of the file, at a time in s.
     pub(crate) exact: Option<(fn(f64) -> Vec<State>, &'static str)>,
     /// Length of a natural period, s.
@@ -30,24 +30,9 @@ pub struct Problem {
     pub(crate) ladder: (u32, u32),
 }
 
-/// Laws for problems.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Extra {
-    /// `x'' = -x - 2 x³` along every axis.
-    Duffing,
-}
-
-impl Extra {
-    pub fn law<T: Real>(self) -> Box<dyn Law<T>> {
-        match self {
-            Self::Duffing => Box::new(Duffing),
-        }
-    }
-}
-
 /// Duffing's hardening spring without damping and drive, of unit mass: `x'' = -x - 2 x³` along every axis.
-#[derive(Debug)]
-struct Duffing;
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Duffing;
 
 impl<T: Real> Law<T> for Duffing {
     fn name(&self) -> &'static str {
@@ -163,7 +148,7 @@ pub const PROBLEMS: [Problem; 8] = [
         name: "duffing",
         description: "A spring that hardens, x'' = -x - 2 x³, 8 s",
         scene: || one_body(1.0, "", "position_m: (1, 0, 0)", ""),
-        law: Some(Extra::Duffing),
+        law: Some(Duffing),
         exact: Some((duffing, "Duffing 1918: x = cn(sqrt(3) t | 1/3)")),
         period: None,
         ladder: (4, 4096),

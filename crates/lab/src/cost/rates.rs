@@ -39,15 +39,11 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
         let truth = Second { subject, body, model: model.map(|_| DampingModel::Exact), newtons };
         let fine = Setting { method: Method::RungeKutta4, substeps: FINER, precision: Precision::F64 };
         let start = truth.place(&truth.run(fine));
-        let aim = truth.impulse(fine, subject.scene.step_hz);
+        let aim = truth.pushed(fine, subject.scene.step_hz, "impulse");
         for frame_hz in RATES {
             for (step, tick_hz) in [("frame", frame_hz), ("fixed", subject.scene.step_hz)] {
                 for push in ["force", "impulse"] {
-                    let second = Second { model, ..truth };
-                    let end = match push {
-                        "force" => second.force(subject.own(), tick_hz),
-                        _ => second.impulse(subject.own(), tick_hz),
-                    };
+                    let end = Second { model, ..truth }.pushed(subject.own(), tick_hz, push);
                     let distance = |from: Option<DVec3>| {
                         let distance = from?.distance(end?);
                         distance.is_finite().then_some(distance)
@@ -95,24 +91,15 @@ impl Second<'_> {
         subject.run(setting)
     }
 
-    /// Where the body ends that a force pushes in the first tick, m; `None` if it was frozen on the way.
-    fn force(&self, setting: Setting, tick_hz: f64) -> Option<DVec3> {
+    /// Where the body ends that is pushed in the first tick, by a force or by the impulse that the force is at [`EVEN`],
+    /// m; `None` if it was quarantined on the way.
+    fn pushed(&self, setting: Setting, tick_hz: f64, push: &str) -> Option<DVec3> {
         let mut run = self.run(setting);
         let body = self.entity(&run)?;
-        run.push(body, DVec3::X * self.newtons);
-        self.end(run, tick_hz)
-    }
-
-    /// The same of the impulse that the force is at [`EVEN`].
-    fn impulse(&self, setting: Setting, tick_hz: f64) -> Option<DVec3> {
-        let mut run = self.run(setting);
-        let body = self.entity(&run)?;
-        let impulse = DVec3::X * (self.newtons / EVEN);
-        run.request(Request::Impulse(body, impulse));
-        self.end(run, tick_hz)
-    }
-
-    fn end(&self, mut run: Simulation, tick_hz: f64) -> Option<DVec3> {
+        match push {
+            "force" => run.push(body, DVec3::X * self.newtons),
+            _ => run.request(Request::Impulse(body, DVec3::X * (self.newtons / EVEN))),
+        }
         run.world.insert_resource(TimeStep(1.0 / tick_hz));
         run.run(ticks(tick_hz));
         let sound = run.world.resource::<Quarantine>().records().is_empty();

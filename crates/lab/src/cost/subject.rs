@@ -4,7 +4,7 @@ use motion::effects::Effect;
 use motion::{DampingModel, Method};
 use scene::{Scene, unsolvable};
 
-use super::problem::{Extra, Problem, State};
+use super::problem::{Duffing, Problem, State};
 use super::record::{Precision, SAMPLES, Setting};
 
 /// Ticks between two looks at most: what more there is of a scene of so short ticks is left out.
@@ -19,7 +19,7 @@ pub struct Subject {
     pub(crate) name: String,
     pub(crate) description: String,
     pub(crate) scene: Scene,
-    pub(crate) law: Option<Extra>,
+    pub(crate) law: Option<Duffing>,
     pub(crate) without: Vec<Effect>,
     pub(crate) ticks: u64,
     /// Whether nobody asked for that length: a run may then be shortened.
