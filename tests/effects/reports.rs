@@ -29,7 +29,7 @@ fn row<'a>(rows: &'a [Row], name: &str) -> &'a Row {
 
 #[test]
 fn the_receipt_says_what_acts_on_how_many_bodies_and_why() {
-    let receipt = lab::receipt(&scene(), 20);
+    let receipt = lab::receipt(&scene(), 20, &[]);
     assert_eq!((receipt.scene.as_str(), receipt.method, receipt.ticks), ("four", Method::RungeKutta4, 20));
     let names: Vec<_> = receipt.rows.iter().filter_map(|row| row.effect).collect();
     assert_eq!(names, Effect::ALL);
@@ -76,7 +76,7 @@ fn the_receipt_has_what_methods_keep() {
         ("velocity_verlet", "kept_accelerations"),
     ] {
         let text = SCENE.replace("runge_kutta_4", method);
-        let receipt = lab::receipt(&Scene::parse("t", &text).unwrap(), 5);
+        let receipt = lab::receipt(&Scene::parse("t", &text).unwrap(), 5, &[]);
         for known in ["implicit_solver", "verlet_state", "kept_accelerations"] {
             let row = row(&receipt.rows, known);
             // Of velocity Verlet only the body with a well of its own keeps an acceleration.

@@ -7,6 +7,7 @@ use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, Method};
 use scene::Scene;
 
+use crate::cost::Sample;
 use crate::run::{started, step_times};
 
 /// A run without one effect, against the full one.
@@ -89,11 +90,9 @@ pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {
     Ablation { scene: scene.name.clone(), method: scene.method, ticks, ns, rows }
 }
 
-type State = (u32, glam::DVec3, glam::DVec3);
-
 /// Largest and mean distance of bodies, and whether all bits are equal. Both lists are of the same bodies.
-fn compare(a: &[State], b: &[State]) -> (f64, f64, bool) {
-    let bits = |(id, x, v): &State| (*id, x.to_array().map(f64::to_bits), v.to_array().map(f64::to_bits));
+fn compare(a: &[Sample], b: &[Sample]) -> (f64, f64, bool) {
+    let bits = |(id, x, v): &Sample| (*id, x.to_array().map(f64::to_bits), v.to_array().map(f64::to_bits));
     let identical = a.len() == b.len() && a.iter().zip(b).all(|(a, b)| bits(a) == bits(b));
     let (mut max, mut sum) = (0.0_f64, 0.0);
     for ((_, a, _), (_, b, _)) in a.iter().zip(b) {

@@ -6,7 +6,6 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod ablation;
-mod attraction;
 pub mod cost;
 pub mod limits;
 mod receipt;
@@ -15,6 +14,5 @@ mod run;
 pub mod stability;
 
 pub use ablation::{Ablation, Absence, ablate};
-pub use attraction::{AttractionTick, attraction_tick};
-pub use receipt::{Receipt, Row, because, look, receipt, receipt_without};
-pub use run::watch_time;
+pub use receipt::{Receipt, Row, look, receipt};
+pub use run::{AttractionTick, attraction_tick, watch_time};

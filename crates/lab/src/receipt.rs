@@ -65,13 +65,8 @@ pub struct Receipt {
     pub rows: Vec<Row>,
 }
 
-/// The receipt of `ticks` ticks of `scene`, at least 1, from its start.
-pub fn receipt(scene: &Scene, ticks: u64) -> Receipt {
-    receipt_without(scene, ticks, &[])
-}
-
-/// The same with effects switched off before the first tick.
-pub fn receipt_without(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
+/// The receipt of `ticks` ticks of `scene`, at least 1, from its start, with effects switched off before the first tick.
+pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let ticks = ticks.max(1);
     let mut simulation = started(scene.clone(), without);
     simulation.run(ticks);
@@ -143,7 +138,7 @@ pub fn look(simulation: &mut Simulation) -> Vec<Row> {
 }
 
 /// The first key of the scene file that calls for an effect, with its line where that is known.
-pub fn because(scene: &Scene, effect: Effect) -> String {
+fn because(scene: &Scene, effect: Effect) -> String {
     let declared = scene.declared.iter().find(|declared| declared.effect == effect);
     match declared {
         Some(Declaration { path, line: Some(line), .. }) => format!("{path}, line {line}"),

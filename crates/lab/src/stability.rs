@@ -8,6 +8,6 @@ mod matrix;
 mod record;
 mod run;
 
-pub use class::{Class, Extremes, Verdict};
+pub use class::Class;
 pub use matrix::Survey;
 pub use record::{Cell, FORMAT, Matrix, PREFIX, Prefix, Row};

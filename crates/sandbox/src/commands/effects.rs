@@ -43,7 +43,7 @@ pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
 
 /// The receipt of `ticks` ticks of `scene`.
 fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
-    let Receipt { scene: name, method, ticks, ns, mut rows } = lab::receipt(&scene, ticks);
+    let Receipt { scene: name, method, ticks, ns, mut rows } = lab::receipt(&scene, ticks, &[]);
     let watch = lab::watch_time(&scene);
     let mut session = Session::new(scene, Options::default());
     session.update_targets();

@@ -91,7 +91,7 @@ impl Effects {
         }
         let off = |effect: &Effect| motion::effects::state(&mut stage.sim.world, *effect) == EffectState::Off;
         let without: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
-        let receipt = lab::receipt_without(scene, MEASURED_TICKS, &without);
+        let receipt = lab::receipt(scene, MEASURED_TICKS, &without);
         let watch = lab::watch_time(scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
