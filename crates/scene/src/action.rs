@@ -1,4 +1,6 @@
-//! What a script can do: every input of a person, and experiments.
+//! What a script can do, and when: every input of a person, and experiments.
+
+use std::fmt;
 
 use glam::DVec3;
 use motion::Method;
@@ -167,6 +169,58 @@ impl Action {
             _ => return None,
         };
         Some((what, cure.to_owned()))
+    }
+}
+
+/// What happens, and when.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// When it is due.
+    pub when: When,
+    /// What happens.
+    pub action: Action,
+}
+
+impl Step {
+    /// Whether the step waits for a tick, so that what it does is the same for all frames: experiments do, unless they have the
+    /// number of a frame.
+    #[must_use]
+    pub const fn is_of_ticks(&self) -> bool {
+        self.action.is_experiment() && !matches!(self.when, When::Frame(_))
+    }
+}
+
+/// The moment from which a step is due.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum When {
+    /// Seconds from the start, finite and at least 0.
+    Seconds(f64),
+    /// So many ticks done.
+    Tick(u64),
+    /// The frame of that number, from 0.
+    Frame(u64),
+}
+
+impl When {
+    /// Whether it has come for the tick that starts at `start` seconds and lasts `length` seconds, after `ticks` others.
+    #[must_use]
+    pub fn has_come(self, ticks: u64, start: f64, length: f64) -> bool {
+        match self {
+            // A start is a product that was rounded, and what a person writes is another one.
+            Self::Seconds(at) => at - start <= (1e-6 * length).max(4.0 * f64::EPSILON * start),
+            Self::Tick(at) => at <= ticks,
+            Self::Frame(_) => true,
+        }
+    }
+}
+
+impl fmt::Display for When {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Seconds(seconds) => write!(out, "{seconds} s"),
+            Self::Tick(tick) => write!(out, "tick {tick}"),
+            Self::Frame(frame) => write!(out, "frame {frame}"),
+        }
     }
 }
 

@@ -30,7 +30,7 @@ mod shipped;
 mod spawn;
 mod text;
 
-pub use action::{Action, MouseButton};
+pub use action::{Action, MouseButton, Step, When};
 pub use declared::key_of_law;
 pub use edit::{Change, changes, edit};
 pub use entries::Entry;
@@ -42,7 +42,7 @@ pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
 pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
 pub use scene::names::Names;
-pub use scene::script::{Recording, SCRIPT_VERSION, Script, Step, When};
+pub use scene::script::{Recording, SCRIPT_VERSION, Script};
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, SceneText,

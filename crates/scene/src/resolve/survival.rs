@@ -4,12 +4,12 @@ use glam::DVec3;
 use motion::effects::Effect;
 use motion::{Damping, DampingModel};
 
-use crate::action::Action;
+use crate::action::{Action, Step, When};
 use crate::check::DAMPING_RATE;
 use crate::check::{Scope, not_negative, positive};
 use crate::raw::survival::{RawMoment, RawSteps, RawSurvival};
 use crate::scene::names::Names;
-use crate::scene::script::{Removed, Step, When, undeclared};
+use crate::scene::script::{Removed, undeclared};
 use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
 use crate::text::faults::Faults;
 use crate::text::syntax::Word;

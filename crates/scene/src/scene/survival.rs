@@ -5,9 +5,9 @@ use motion::{Damping, DampingModel};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
+use crate::action::Step;
 use crate::random::symmetric;
 use crate::scene::Scene;
-use crate::scene::script::Step;
 
 /// One row of the survival matrix: a run of the scene that every method makes.
 #[derive(Clone, Debug, PartialEq)]
