@@ -80,6 +80,7 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
     "frame_times",
     "raw",
     "scene",
+    "script",
     "declared",
     "memory",
     "check",

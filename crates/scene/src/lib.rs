@@ -26,6 +26,7 @@ mod random;
 mod raw;
 mod resolve;
 mod scene;
+mod script;
 mod shipped;
 mod spawn;
 mod text;
@@ -42,12 +43,12 @@ pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
 pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};
 pub use scene::names::Names;
-pub use scene::script::{Recording, SCRIPT_VERSION, Script};
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, SceneText,
     Source, StepKind,
 };
+pub use script::{Recording, SCRIPT_VERSION, Script};
 pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use text::faults::{Fault, SceneError};

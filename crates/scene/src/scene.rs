@@ -2,7 +2,6 @@
 
 pub(crate) mod coupled;
 pub(crate) mod names;
-pub(crate) mod script;
 pub(crate) mod survival;
 
 use std::collections::BTreeMap;

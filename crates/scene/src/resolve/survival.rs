@@ -9,8 +9,8 @@ use crate::check::DAMPING_RATE;
 use crate::check::{Scope, not_negative, positive};
 use crate::raw::survival::{RawMoment, RawSteps, RawSurvival};
 use crate::scene::names::Names;
-use crate::scene::script::{Removed, undeclared};
 use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
+use crate::script::{Removed, undeclared};
 use crate::text::faults::Faults;
 use crate::text::syntax::Word;
 
