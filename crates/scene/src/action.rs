@@ -212,6 +212,15 @@ impl When {
             Self::Frame(_) => true,
         }
     }
+
+    /// Whether it comes before `other`; `None` if that is a moment of another kind.
+    pub(crate) fn is_before(self, other: Self) -> Option<bool> {
+        match (self, other) {
+            (Self::Seconds(at), Self::Seconds(other)) => Some(at < other),
+            (Self::Tick(at), Self::Tick(other)) | (Self::Frame(at), Self::Frame(other)) => Some(at < other),
+            _ => None,
+        }
+    }
 }
 
 impl fmt::Display for When {
@@ -252,20 +261,14 @@ mod triple {
 mod method {
     //! A method of integration as its bare name.
 
+    use std::sync::LazyLock;
+
     use motion::Method;
     use serde::{Deserialize, Deserializer, Serializer, de};
 
     use crate::text::syntax::Word;
 
-    const NAMES: [&str; Method::ALL.len()] = {
-        let mut names = [""; Method::ALL.len()];
-        let mut i = 0;
-        while i < names.len() {
-            names[i] = Method::ALL[i].name();
-            i += 1;
-        }
-        names
-    };
+    static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| Method::ALL.map(Method::name).to_vec());
 
     pub(super) fn serialize<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_unit_variant("Method", *method as u32, method.name())
@@ -280,18 +283,12 @@ mod method {
 mod effect {
     //! An effect as its name in quotes.
 
+    use std::sync::LazyLock;
+
     use motion::effects::Effect;
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-    const NAMES: [&str; Effect::ALL.len()] = {
-        let mut names = [""; Effect::ALL.len()];
-        let mut i = 0;
-        while i < names.len() {
-            names[i] = Effect::ALL[i].name();
-            i += 1;
-        }
-        names
-    };
+    static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| Effect::ALL.map(Effect::name).to_vec());
 
     pub(super) fn serialize<S: Serializer>(effect: &Effect, serializer: S) -> Result<S::Ok, S::Error> {
         effect.name().serialize(serializer)
@@ -299,7 +296,6 @@ mod effect {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Effect, D::Error> {
         let name = String::deserialize(deserializer)?;
-        let known = Effect::ALL.into_iter().find(|effect| effect.name() == name);
-        known.ok_or_else(|| de::Error::unknown_variant(&name, &NAMES))
+        Effect::from_name(&name).ok_or_else(|| de::Error::unknown_variant(&name, &NAMES))
     }
 }

@@ -4,8 +4,7 @@ use glam::{DQuat, DVec3, EulerRot};
 use motion::{AxisLocks, Method};
 use pick::Shape;
 
-use crate::check::DAMPING_RATE;
-use crate::check::{Scope, not_negative, shown, shown_vector};
+use crate::check::{DAMPING_RATE, SPEED, Scope, shown, shown_vector};
 use crate::raw::{RawBody, RawShape};
 use crate::scene::BodySpec;
 use crate::text::faults::Faults;
@@ -41,8 +40,7 @@ pub(crate) fn body(raw: &RawBody, index: usize, scenes: Defaults, faults: &mut F
         true => "give a positive number of kilograms, or leave it out",
         false => "give a positive number of kilograms, or immovable: true",
     };
-    let inverse_mass = faults.inverse_mass(scope, raw.mass_kg, 1.0, cure);
-    let speed = ("a speed", "give meters per second from 0 up");
+    let inverse_mass = faults.inverse_mass(scope, raw.mass_kg, (1.0, 1.0), cure);
     let position = faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO);
     let method = faults.method(scope, raw.method.as_ref());
     let substeps = faults.substeps(scope, raw.substeps);
@@ -59,16 +57,12 @@ pub(crate) fn body(raw: &RawBody, index: usize, scenes: Defaults, faults: &mut F
         verlet_previous: if scenery { None } else { verlet_previous(raw, position, own, scope, faults) },
         inverse_mass: (!scenery).then_some(if immovable { 0.0 } else { inverse_mass }),
         source_mass: raw.mass_kg.filter(|_| immovable && !scenery),
-        color: faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0),
+        color: faults.color(scope, raw.color),
         checker: faults.word((scope, "texture"), raw.texture.as_ref(), false, &TEXTURES),
         method,
         substeps,
-        damping_rate: raw
-            .damping_per_s
-            .map(|rate| faults.number((scope, "damping_per_s"), Some(rate), 0.0, not_negative, DAMPING_RATE)),
-        max_speed: raw
-            .max_speed_m_s
-            .map(|limit| faults.number((scope, "max_speed_m_s"), Some(limit), 0.0, not_negative, speed)),
+        damping_rate: faults.optional((scope, "damping_per_s"), raw.damping_per_s, DAMPING_RATE),
+        max_speed: faults.optional((scope, "max_speed_m_s"), raw.max_speed_m_s, SPEED),
         locks: locks(raw.locked_axes.as_deref().unwrap_or_default(), scope, faults),
         gravity_off: raw.gravity_off == Some(true),
     }

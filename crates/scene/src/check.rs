@@ -4,17 +4,26 @@ use glam::DVec3;
 use motion::{Method, Substeps};
 
 use crate::raw::Triple;
+use crate::scene::BodySpec;
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 use crate::text::syntax::Word;
 
-/// The words for a bad rate of the scene or of a body.
-pub(crate) const DAMPING_RATE: (&str, &str) = ("a damping rate", "give a rate per second from 0 up");
+/// What a number has to be: what makes it good, what a bad one is not, and the cure.
+pub(crate) type Rule = (fn(f64) -> bool, &'static str, &'static str);
+
+pub(crate) const DAMPING_RATE: Rule = (not_negative, "a damping rate", "give a rate per second from 0 up");
+pub(crate) const SPEED: Rule = (not_negative, "a speed", "give meters per second from 0 up");
+pub(crate) const STEP_RATE: Rule =
+    (|v| positive(v) && (1.0 / v).is_finite(), "a step rate", "give a positive number of steps a second");
+
+/// The cure for a bad mass.
+pub(crate) const MASS: &str = "give a positive number of kilograms";
 
 /// Where a group of keys stands in the file; paths are only put together for faults.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scope {
-    section: &'static str,
+    pub section: &'static str,
     index: Option<usize>,
 }
 
@@ -68,15 +77,17 @@ pub(crate) fn shown_vector(v: DVec3) -> String {
     format!("({})", v.to_array().map(shown).join(", "))
 }
 
+/// A key and the group that it stands in.
+pub(crate) type Key<'a> = (Scope, &'a str);
+
 impl Faults {
-    /// A number, or `default` where none is given; `noun` says what a bad one is not.
+    /// A number, or `default` where none is given.
     pub fn number(
         &mut self,
-        (scope, key): (Scope, &str),
+        (scope, key): Key<'_>,
         value: Option<f64>,
         default: f64,
-        good: impl Fn(f64) -> bool,
-        (noun, cure): (&str, &str),
+        (good, noun, cure): Rule,
     ) -> f64 {
         match value {
             Some(v) if !good(v) => {
@@ -88,8 +99,13 @@ impl Faults {
         }
     }
 
+    /// A number where one is given.
+    pub fn optional(&mut self, key: Key<'_>, value: Option<f64>, rule: Rule) -> Option<f64> {
+        value.map(|_| self.number(key, value, 0.0, rule))
+    }
+
     /// Three finite numbers, or `default` where none are given.
-    pub fn vector(&mut self, (scope, key): (Scope, &str), value: Option<Triple>, default: DVec3) -> DVec3 {
+    pub fn vector(&mut self, (scope, key): Key<'_>, value: Option<Triple>, default: DVec3) -> DVec3 {
         let v = value.map_or(default, DVec3::from_array);
         if v.is_finite() {
             return v;
@@ -98,28 +114,32 @@ impl Faults {
         default
     }
 
-    /// A color, or white; `largest` is the limit of each part.
-    pub fn color(
+    /// A color, or white.
+    pub fn color(&mut self, scope: Scope, value: Option<Triple>) -> [f32; 3] {
+        self.color_to(scope, value, BodySpec::DEFAULT.color, (1.0, "from 0 to 1"))
+    }
+
+    /// A color, or `default` where none is given; `largest` is the limit of each part, and the range in words.
+    pub fn color_to(
         &mut self,
-        (scope, key): (Scope, &str),
+        scope: Scope,
         value: Option<Triple>,
         default: [f32; 3],
-        largest: f64,
+        (largest, range): (f64, &str),
     ) -> [f32; 3] {
         let Some(parts) = value else { return default };
         if parts.iter().all(|part| (0.0..=largest).contains(part)) {
             return parts.map(|part| part as f32);
         }
-        let range = if largest.is_finite() && largest <= 1.0 { "from 0 to 1" } else { "from 0 up" };
-        let cure = format!("give red, green and blue, each {range}");
-        self.add(scope.key(key), format!("{} is not a color", shown_vector(DVec3::from_array(parts))), cure);
+        let what = format!("{} is not a color", shown_vector(DVec3::from_array(parts)));
+        self.add(scope.key("color"), what, format!("give red, green and blue, each {range}"));
         default
     }
 
     /// One of a few words, or `default` where none is given.
     pub fn word<T: Copy>(
         &mut self,
-        (scope, key): (Scope, &str),
+        (scope, key): Key<'_>,
         value: Option<&Word>,
         default: T,
         known: &[(&str, T)],
@@ -145,7 +165,7 @@ impl Faults {
     }
 
     /// A number of parts of a tick under any key, where one is given.
-    pub fn parts(&mut self, (scope, key): (Scope, &str), value: Option<u32>) -> Option<u32> {
+    pub fn parts(&mut self, (scope, key): Key<'_>, value: Option<u32>) -> Option<u32> {
         let substeps = value?;
         if (1..=Substeps::MOST).contains(&substeps) {
             return value;
@@ -160,14 +180,26 @@ impl Faults {
         self.add(path, format!("`{key}` is missing"), cure);
     }
 
-    /// The reciprocal of a mass, 1/kg.
-    pub fn inverse_mass(&mut self, scope: Scope, mass: Option<f64>, default: f64, cure: &str) -> f64 {
-        let usable = |mass: f64| positive(mass) && (1.0 / mass).is_finite();
-        1.0 / self.number((scope, "mass_kg"), mass, default, usable, ("a mass", cure))
+    /// The same where it is not `given`.
+    pub fn require(&mut self, given: bool, (scope, key): Key<'_>, cure: &str) {
+        if !given {
+            self.missing(scope.path(), key, cure);
+        }
     }
-}
 
-/// Whether every part is finite and at least 0.
-pub(crate) fn is_extent(v: DVec3) -> bool {
-    v.to_array().into_iter().all(not_negative)
+    /// The reciprocal of the mass of each of `bodies`, 1/kg; the mass is that of all of them, or `default`.
+    pub fn inverse_mass(
+        &mut self,
+        scope: Scope,
+        mass: Option<f64>,
+        (default, bodies): (f64, f64),
+        cure: &str,
+    ) -> f64 {
+        let given = mass.unwrap_or(default);
+        if positive(given) && (bodies / given).is_finite() {
+            return bodies / given;
+        }
+        self.add(scope.key("mass_kg"), format!("{} is not a mass", shown(given)), cure);
+        bodies / default
+    }
 }

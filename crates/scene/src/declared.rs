@@ -2,13 +2,13 @@
 
 use motion::effects::Effect;
 
-use crate::raw::RawScene;
+use crate::raw::{RawBody, RawScene};
 use crate::scene::coupled::Declaration;
 use crate::text::locate;
 
 /// Each effect that the scene calls for, with the first key that does, in the order of the receipt.
-pub(crate) fn keys(raw: &RawScene) -> Vec<(Effect, String)> {
-    let own = |key: &str, has: fn(&crate::raw::RawBody) -> bool| {
+pub(crate) fn declared(raw: &RawScene, text: &str) -> Vec<Declaration> {
+    let own = |key: &str, has: fn(&RawBody) -> bool| {
         raw.bodies.iter().position(has).map(|i| format!("bodies[{i}].{key}"))
     };
     let path = |effect: Effect| match effect {
@@ -27,14 +27,14 @@ pub(crate) fn keys(raw: &RawScene) -> Vec<(Effect, String)> {
         // The others are called as their keys are.
         other => raw.path(other.name()),
     };
-    Effect::ALL.into_iter().filter_map(|effect| Some((effect, path(effect)?))).collect()
-}
-
-/// The same with their lines in `text`.
-pub(crate) fn located(keys: Vec<(Effect, String)>, text: &str) -> Vec<Declaration> {
-    let paths: Vec<&str> = keys.iter().map(|(_, path)| path.as_str()).collect();
+    let mut declared: Vec<_> = Effect::ALL
+        .into_iter()
+        .filter_map(|effect| Some(Declaration { effect, path: path(effect)?, line: None }))
+        .collect();
+    let paths: Vec<&str> = declared.iter().map(|found| found.path.as_str()).collect();
     let lines = locate::lines(text, &paths);
-    keys.into_iter().zip(lines).map(|((effect, path), line)| Declaration { effect, path, line }).collect()
+    declared.iter_mut().zip(lines).for_each(|(found, line)| found.line = line);
+    declared
 }
 
 /// The keys of a scene that call for a law of [`motion::LAWS`], in words.

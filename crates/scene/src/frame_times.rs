@@ -29,9 +29,7 @@ pub fn parse_frame_times(name: &str, text: &str) -> Result<Vec<f64>, SceneError>
         }
         start += line.len();
     }
-    if !faults.is_empty() {
-        return Err(faults.into_error(name, text, ""));
-    }
+    faults.check(name, text, "")?;
     if times.is_empty() {
         return Err(SceneError::of_file(name, "there is no frame time", "give one number of seconds a line"));
     }

@@ -90,7 +90,7 @@ impl Scene {
         scene.keep_declared();
         let moves = |entry: &&Entry| {
             let mut bodies = entry.bodies.clone();
-            bodies.any(|id| is_movable(&self.bodies[id as usize]) && new(id).is_some())
+            bodies.any(|id| self.bodies[id as usize].is_movable() && new(id).is_some())
         };
         let entries = entries.iter().filter(moves).cloned().collect();
         Part { name: scene.part_name(), entries, bodies: ids, scene }
@@ -100,7 +100,7 @@ impl Scene {
     fn take_common_setting(&mut self) {
         let setting =
             |body: &BodySpec| (body.method.unwrap_or(self.method), body.substeps.unwrap_or(self.substeps));
-        let mut settings = self.bodies.iter().filter(|body| is_movable(body)).map(setting);
+        let mut settings = self.bodies.iter().filter(|body| body.is_movable()).map(setting);
         let Some((method, substeps)) = settings.next() else { return };
         if settings.all(|other| other == (method, substeps)) {
             (self.method, self.substeps) = (method, substeps);
@@ -136,17 +136,13 @@ impl Scene {
         if let Some(soft) = self.soft_bodies.first() {
             return soft.name.clone();
         }
-        let mut movable = (0..).zip(&self.bodies).filter(|(_, body)| is_movable(body)).map(|(id, _)| id);
+        let mut movable = (0..).zip(&self.bodies).filter(|(_, body)| body.is_movable()).map(|(id, _)| id);
         let first = movable.next().and_then(|id| self.names.get(id)).unwrap_or_default();
         match movable.count() {
             0 => first.into_owned(),
             more => format!("{first} and {more} more"),
         }
     }
-}
-
-fn is_movable(body: &BodySpec) -> bool {
-    body.inverse_mass.is_some_and(|inverse_mass| inverse_mass > 0.0)
 }
 
 /// Stable ids by what joins them.
@@ -159,7 +155,7 @@ struct Joined {
 
 impl Joined {
     fn of(scene: &Scene, entries: &[Entry]) -> Self {
-        let movable = |id: &u32| is_movable(&scene.bodies[*id as usize]);
+        let movable = |id: &u32| scene.bodies[*id as usize].is_movable();
         let count = scene.bodies.len();
         let (mut sets, mut joined) = (Sets::new(count), vec![false; count]);
         let mut join = |ids: &mut dyn Iterator<Item = u32>, joined: &mut [bool]| {

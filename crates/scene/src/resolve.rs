@@ -4,14 +4,14 @@ mod laws;
 pub(crate) mod springs;
 pub(crate) mod survival;
 
-use motion::effects::Effect;
 use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::body::Defaults;
-use crate::check::{DAMPING_RATE, Scope, not_negative, positive};
+use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
 use crate::declared;
 use crate::generate::{self, Bodies};
 use crate::raw::{self, RawCamera, RawDamping, RawExpect, RawLight, RawRange, RawScene, RawVersion};
+use crate::scene::coupled::Declaration;
 use crate::scene::{
     CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, SceneText, Source, StepKind,
 };
@@ -20,6 +20,16 @@ use crate::text::locate;
 use crate::text::nearest::suggest;
 use crate::text::syntax;
 use laws::OwnLaws;
+
+const FORCE: Rule = (f64::is_finite, "a force", "give a finite number of newtons");
+const LARGEST_DISTANCE: Rule =
+    (positive, "a largest distance from the origin", "give a positive number of meters");
+const LARGEST_SPEED: Rule = (positive, "a largest speed", "give a positive number of meters per second");
+const DISTANCE: Rule = (positive, "a distance", "give a positive number of meters");
+const PITCH: Rule = (|v| (-90.0..=90.0).contains(&v), "a pitch", "give degrees from -90 to 90");
+const YAW: Rule = (f64::is_finite, "a yaw", "give a finite number of degrees");
+const FOV: Rule = (|v| v > 0.0 && v < 180.0, "a field of view", "give degrees above 0 and below 180");
+const DRIFT: Rule = (positive, "a bound", "give a positive number such as 1e-3");
 
 impl Scene {
     /// Reads a scene from a text; `name` is what messages call it, and the scene's name where it has none.
@@ -68,13 +78,9 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
     for path in &unknown {
         unknown_key(&raw, &mut faults, path);
     }
-    let declared = declared::keys(&raw);
-    let mut scene = resolve(raw, &declared, name, source, &mut faults);
-    if !faults.is_empty() {
-        return Err(faults.into_error(name, text, ""));
-    }
-    scene.text = read;
-    scene.declared = declared::located(declared, text);
+    let declared = declared::declared(&raw, text);
+    let scene = resolve(&raw, declared, (read, name, source), &mut faults);
+    faults.check(name, text, "")?;
     Ok(scene)
 }
 
@@ -86,10 +92,9 @@ fn unknown_key(raw: &RawScene, faults: &mut Faults, path: &str) {
 
 /// The one place where defaults are filled in. Gives a scene even where there are faults, which nobody sees.
 fn resolve(
-    raw: RawScene,
-    declared: &[(Effect, String)],
-    name: &str,
-    source: Source,
+    raw: &RawScene,
+    declared: Vec<Declaration>,
+    (text, name, source): (SceneText, &str, Source),
     faults: &mut Faults,
 ) -> Scene {
     const ROOT: Scope = Scope::ROOT;
@@ -104,14 +109,7 @@ fn resolve(
             );
         }
     }
-    let frequency = ("a step rate", "give a positive number of steps a second");
-    let step_hz = faults.number(
-        (ROOT, "step_hz"),
-        raw.step_hz,
-        120.0,
-        |v| positive(v) && (1.0 / v).is_finite(),
-        frequency,
-    );
+    let step_hz = faults.number((ROOT, "step_hz"), raw.step_hz, 120.0, STEP_RATE);
     let kinds = [("fixed", StepKind::Fixed), ("frame", StepKind::Frame)];
     let step = faults.word((ROOT, "step"), raw.step.as_ref(), StepKind::Fixed, &kinds);
     let own = faults.method(ROOT, raw.method.as_ref());
@@ -131,55 +129,31 @@ fn resolve(
     let range = raw.range.as_ref().map(|raw| range(raw, faults));
     let push = raw.push.as_ref().map(|raw| {
         let scope = Scope::section("push");
-        let words = ("a force", "give a finite number of newtons");
-        let default = PushSpec::TUTORIAL;
+        let (default, key) = (PushSpec::TUTORIAL, (scope, "newtons_per_notch"));
         PushSpec {
-            start: faults.number((scope, "start_n"), raw.start_n, default.start, f64::is_finite, words),
-            per_notch: faults.number(
-                (scope, "newtons_per_notch"),
-                raw.newtons_per_notch,
-                default.per_notch,
-                f64::is_finite,
-                words,
-            ),
+            start: faults.number((scope, "start_n"), raw.start_n, default.start, FORCE),
+            per_notch: faults.number(key, raw.newtons_per_notch, default.per_notch, FORCE),
         }
     });
     let camera = raw.camera.as_ref().map_or(CameraSpec::TUTORIAL, |raw| camera(raw, faults));
     let light = raw.light.as_ref().map(|raw| light(raw, faults));
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
-    let bodies = generate::bodies(&raw, defaults, seed, faults);
+    let bodies = generate::bodies(raw, defaults, seed, faults);
     let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
-    let laws = laws::world_laws(&raw, &mut own_laws, faults);
+    let laws = laws::world_laws(raw, &mut own_laws, faults);
     own_laws.thrusts(&raw.thrusts, faults);
     let own_laws = own_laws.by_id;
     let springs = springs::springs(&raw.springs, &bodies, faults);
     springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);
     if mutual_gravity.is_some() {
-        springs::check_methods(defaults.method, &bodies.sections, &bodies.emitters, faults);
+        springs::check_methods(defaults.method, &bodies.sections, faults);
     }
-    let survival = raw.expect.as_ref().and_then(|expect| expect.survival.as_ref()).map(|raw_survival| {
-        let around = survival::Around {
-            step_hz,
-            substeps,
-            damping,
-            falls: gravity.is_some_and(|gravity| gravity.acceleration != motion::units::Vector::ZERO),
-            differ: bodies.bodies.iter().any(|body| body.gravity_off || body.damping_rate.is_some()),
-            stretches: !raw.soft_bodies.is_empty()
-                || springs.iter().any(|spring| spring.elastic.rest_length > 0.0),
-            names: bodies.names.as_ref(),
-            declared,
-        };
-        survival::survival(raw_survival, &around, faults)
-    });
     let Bodies { bodies, names, labels, emitters, soft_bodies, .. } = bodies;
-    // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
-    let own_rates = bodies.iter().any(|body| body.damping_rate.is_some());
-    let damping = damping.or(own_rates.then_some(Damping { model: DampingModel::Exact, rate: 0.0 }));
-
-    Scene {
-        text: SceneText::default(),
-        name: raw.name.unwrap_or_else(|| name.to_owned()),
-        description: raw.description.unwrap_or_default(),
+    let named = names.is_some();
+    let mut scene = Scene {
+        text,
+        name: raw.name.clone().unwrap_or_else(|| name.to_owned()),
+        description: raw.description.clone().unwrap_or_default(),
         source,
         step_hz,
         step,
@@ -203,10 +177,16 @@ fn resolve(
         emitters,
         springs,
         soft_bodies,
-        declared: Vec::new(),
+        declared,
         expect,
-        survival,
+        survival: None,
+    };
+    scene.survival = survival::survival(raw, &scene, named.then_some(&scene.names), faults);
+    // A body's own rate has to act even where the scene says nothing: with the default model, on that body alone.
+    if scene.bodies.iter().any(|body| body.damping_rate.is_some()) {
+        scene.damping.get_or_insert(Damping { model: DampingModel::Exact, rate: 0.0 });
     }
+    scene
 }
 
 fn damping(raw: &RawDamping, faults: &mut Faults) -> Damping {
@@ -216,7 +196,7 @@ fn damping(raw: &RawDamping, faults: &mut Faults) -> Damping {
     if raw.rate_per_s.is_none() {
         faults.add(scope.key("rate_per_s"), "the rate is missing", "add one such as `rate_per_s: 0.4`");
     }
-    let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 0.0, not_negative, DAMPING_RATE);
+    let rate = faults.number((scope, "rate_per_s"), raw.rate_per_s, 0.0, DAMPING_RATE);
     Damping { model, rate }
 }
 
@@ -226,55 +206,28 @@ fn range(raw: &RawRange, faults: &mut Faults) -> Range {
         let cure = "add `position_m`, `speed_m_s` or both";
         faults.add(scope.path(), "a range without a bound is nothing", cure);
     }
-    let position = ("a largest distance from the origin", "give a positive number of meters");
-    let speed = ("a largest speed", "give a positive number of meters per second");
     let Range { position: any_position, speed: any_speed } = Range::FINITE;
     Range {
-        position: faults.number((scope, "position_m"), raw.position_m, any_position, positive, position),
-        speed: faults.number((scope, "speed_m_s"), raw.speed_m_s, any_speed, positive, speed),
+        position: faults.number((scope, "position_m"), raw.position_m, any_position, LARGEST_DISTANCE),
+        speed: faults.number((scope, "speed_m_s"), raw.speed_m_s, any_speed, LARGEST_SPEED),
     }
 }
 
 fn camera(raw: &RawCamera, faults: &mut Faults) -> CameraSpec {
     let scope = Scope::section("camera");
     let default = CameraSpec::TUTORIAL;
-    let distance = ("a distance", "give a positive number of meters");
-    let pitch = ("a pitch", "give degrees from -90 to 90");
-    let fov = ("a field of view", "give degrees above 0 and below 180");
     let camera = CameraSpec {
         position: faults.vector((scope, "position_m"), raw.position_m, default.position),
-        pitch_deg: faults.number(
-            (scope, "pitch_deg"),
-            raw.pitch_deg,
-            default.pitch_deg,
-            |v| (-90.0..=90.0).contains(&v),
-            pitch,
-        ),
-        yaw_deg: faults.number(
-            (scope, "yaw_deg"),
-            raw.yaw_deg,
-            default.yaw_deg,
-            f64::is_finite,
-            ("a yaw", "give a finite number of degrees"),
-        ),
-        fov_y_deg: faults.number(
-            (scope, "fov_y_deg"),
-            raw.fov_y_deg,
-            default.fov_y_deg,
-            |v| v > 0.0 && v < 180.0,
-            fov,
-        ),
-        near: faults.number((scope, "near_m"), raw.near_m, default.near, positive, distance),
-        far: faults.number((scope, "far_m"), raw.far_m, default.far, positive, distance),
+        pitch_deg: faults.number((scope, "pitch_deg"), raw.pitch_deg, default.pitch_deg, PITCH),
+        yaw_deg: faults.number((scope, "yaw_deg"), raw.yaw_deg, default.yaw_deg, YAW),
+        fov_y_deg: faults.number((scope, "fov_y_deg"), raw.fov_y_deg, default.fov_y_deg, FOV),
+        near: faults.number((scope, "near_m"), raw.near_m, default.near, DISTANCE),
+        far: faults.number((scope, "far_m"), raw.far_m, default.far, DISTANCE),
     };
     if camera.near >= camera.far {
         let key = if raw.far_m.is_some() { "far_m" } else { "near_m" };
-        let CameraSpec { near, far, .. } = camera;
-        faults.add(
-            scope.key(key),
-            format!("far_m {far} is not above near_m {near}"),
-            "make far_m the larger one",
-        );
+        let what = format!("far_m {} is not above near_m {}", camera.far, camera.near);
+        faults.add(scope.key(key), what, "make far_m the larger one");
     }
     camera
 }
@@ -285,16 +238,15 @@ fn light(raw: &RawLight, faults: &mut Faults) -> LightSpec {
     LightSpec {
         position: faults.vector((scope, "position_m"), raw.position_m, default.position),
         // A bright light may be more than white.
-        color: faults.color((scope, "color"), raw.color, default.color, f64::from(f32::MAX)),
+        color: faults.color_to(scope, raw.color, default.color, (f32::MAX.into(), "from 0 up")),
         shadows: raw.shadows.unwrap_or(default.shadows),
     }
 }
 
 fn expect(raw: &RawExpect, faults: &mut Faults) -> ExpectSpec {
     let key = (Scope::section("expect"), "energy_drift_below");
-    let words = ("a bound", "give a positive number such as 1e-3");
-    let bound = faults.number(key, raw.energy_drift_below, 1.0, positive, words);
-    ExpectSpec { energy_drift_below: raw.energy_drift_below.map(|_| bound), finite: raw.finite }
+    let energy_drift_below = faults.optional(key, raw.energy_drift_below, DRIFT);
+    ExpectSpec { energy_drift_below, finite: raw.finite }
 }
 
 #[cfg(test)]

@@ -12,7 +12,8 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use motion::real::Real;
 use motion::{
-    AxisLocks, Damping, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells, WorldLaws,
+    AxisLocks, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells,
+    WorldLaws,
 };
 use pick::Shape;
 
@@ -85,6 +86,36 @@ pub struct Scene {
     pub expect: Option<ExpectSpec>,
     /// Rows of the survival matrix, at least one, if the scene is a hard case.
     pub survival: Option<Vec<SurvivalRow>>,
+}
+
+impl SurvivalRow {
+    /// The scene as this row has it: its step, substeps, damping and place, and no method or substeps of single bodies.
+    #[must_use]
+    pub fn scene(&self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        (scene.step_hz, scene.substeps, scene.damping) = (self.step_hz, self.substeps, self.damping);
+        for body in &mut scene.bodies {
+            body.position += self.offset;
+            // One method alone knows a previous position: it would run another problem than the others.
+            (body.method, body.substeps, body.verlet_previous) = (None, None, None);
+        }
+        let own = scene.own_laws.values_mut().flat_map(|laws| &mut laws.wells);
+        let wells = scene.laws.wells.iter_mut().flat_map(|wells| &mut wells.0);
+        wells.chain(own).for_each(|well| well.position += self.offset);
+        scene.emitters.iter_mut().for_each(|emitter| emitter.position += self.offset);
+        scene
+    }
+}
+
+impl Scene {
+    /// The scene with the damping that its methods go for: that of the law, whatever the model does with a tick.
+    #[must_use]
+    pub fn damped_by_law(mut self) -> Self {
+        if let Some(damping) = &mut self.damping {
+            damping.model = DampingModel::Exact;
+        }
+        self
+    }
 }
 
 /// The text of a scene file; in debug output its length alone.
@@ -251,6 +282,11 @@ impl BodySpec {
         locks: AxisLocks { x: false, y: false, z: false },
         gravity_off: false,
     };
+
+    /// Whether it has physics and is not immovable.
+    pub(crate) fn is_movable(&self) -> bool {
+        self.inverse_mass.is_some_and(|inverse_mass| inverse_mass > 0.0)
+    }
 }
 
 /// The scene's own contract, checked by `run --assert`.

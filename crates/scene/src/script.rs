@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::fmt::{self, Write as _};
 
 use motion::Method;
-use motion::effects::Effect;
 use serde::Deserialize;
 
 use crate::action::{Action, Step, When};
@@ -97,20 +96,17 @@ impl Script {
             let fault = (format!("unknown key `{key}`"), suggest(key, keys));
             faults.add(path, fault.0, fault.1);
         }
-        let mut latest = Latest::default();
+        let mut earlier = Vec::new();
         let mut steps = Vec::with_capacity(raw_steps.len());
         for (i, raw) in raw_steps.iter().enumerate() {
-            let when = when(raw, i, &mut latest, &mut faults);
+            let when = when(raw, i, &mut earlier, &mut faults);
             let action = action(raw, i, (text, root), &mut faults);
             if let (Some(when), Some(action)) = (when, action) {
                 steps.push(Step { when, action });
             }
         }
-        if faults.is_empty() {
-            Ok(Self { steps, recording })
-        } else {
-            Err(faults.into_error(name, text, root))
-        }
+        faults.check(name, text, root)?;
+        Ok(Self { steps, recording })
     }
 
     /// Whether the script fits `scene`: every body that it names is there, and not removed before, every key is one for `is_key`,
@@ -139,8 +135,7 @@ impl Script {
                 Some(key) if brings_back(key) => removed = Removed::default(),
                 _ => {}
             }
-            let declares = |effect| scene.declared.iter().any(|declared| declared.effect == effect);
-            found.extend(undeclared(&step.action, declares));
+            found.extend(undeclared(&step.action, scene));
             found.extend(match step.action.body().filter(|body| scene.names.find(body).is_none()) {
                 Some(stranger) => Some(scene.names.stranger(stranger)),
                 None => removed.look(i, step),
@@ -149,8 +144,7 @@ impl Script {
                 faults.add(format!("steps[{i}].do"), what, cure);
             }
         }
-        let root = root_of(text);
-        if faults.is_empty() { Ok(()) } else { Err(faults.into_error(name, text, root)) }
+        faults.check(name, text, root_of(text))
     }
 
     /// The script as RON that [`Self::parse`] reads back to the same value, every number to the last bit.
@@ -190,8 +184,9 @@ fn root_of(text: &str) -> &'static str {
     if locate::is_group(text, "Recording") { "" } else { "steps" }
 }
 
-/// What is wrong with an action of an effect that is not declared.
-pub(crate) fn undeclared(action: &Action, declares: impl Fn(Effect) -> bool) -> Option<(String, String)> {
+/// What is wrong with an action of an effect that `scene` does not declare.
+pub(crate) fn undeclared(action: &Action, scene: &Scene) -> Option<(String, String)> {
+    let declares = |effect| scene.declared.iter().any(|declared| declared.effect == effect);
     let effect = action.effect().filter(|effect| !declares(*effect))?;
     let what = format!("this scene declares no effect `{effect}`");
     Some((what, "declare it in the scene, or leave this step out".to_owned()))
@@ -264,55 +259,38 @@ fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
     }
 }
 
-/// The latest moment of each kind so far.
-#[derive(Default)]
-struct Latest {
-    seconds: f64,
-    tick: u64,
-    frame: u64,
-}
-
-fn when(raw: &RawStep<'_>, i: usize, latest: &mut Latest, faults: &mut Faults) -> Option<When> {
-    let step = || format!("steps[{i}]");
-    let forwards = "give times that never go backwards";
-    match (raw.at_s, raw.at_tick, raw.at_frame) {
-        (Some(at), None, None) => {
-            if !(at >= 0.0 && at.is_finite()) {
-                faults.add(
-                    format!("{}.at_s", step()),
-                    format!("{at} is not a time"),
-                    "give seconds from 0 up",
-                );
-            } else if at < latest.seconds {
-                let what = format!("{at} s comes after {} s", latest.seconds);
-                faults.add(format!("{}.at_s", step()), what, forwards);
-            } else {
-                latest.seconds = at;
-                return Some(When::Seconds(at));
-            }
+/// When a step is due; `earlier` has the moments of the steps before it.
+fn when(raw: &RawStep<'_>, i: usize, earlier: &mut Vec<When>, faults: &mut Faults) -> Option<When> {
+    let step = format!("steps[{i}]");
+    let (key, when) = match (raw.at_s, raw.at_tick, raw.at_frame) {
+        (Some(at), None, None) => ("at_s", When::Seconds(at)),
+        (None, Some(at), None) => ("at_tick", When::Tick(at)),
+        (None, None, Some(at)) => ("at_frame", When::Frame(at)),
+        (None, None, None) => {
+            faults.add(step, "the step has no time", "add at_s, at_tick or at_frame");
+            return None;
         }
-        (None, Some(at), None) => {
-            if at < latest.tick {
-                let what = format!("tick {at} comes after tick {}", latest.tick);
-                faults.add(format!("{}.at_tick", step()), what, forwards);
-            } else {
-                latest.tick = at;
-                return Some(When::Tick(at));
-            }
+        _ => {
+            faults.add(step, "the step has several times", "keep one of at_s, at_tick and at_frame");
+            return None;
         }
-        (None, None, Some(at)) => {
-            if at < latest.frame {
-                let what = format!("frame {at} comes after frame {}", latest.frame);
-                faults.add(format!("{}.at_frame", step()), what, forwards);
-            } else {
-                latest.frame = at;
-                return Some(When::Frame(at));
-            }
+    };
+    let key = format!("{step}.{key}");
+    let before = earlier.iter().rev().find_map(|latest| Some((latest, when.is_before(*latest)?)));
+    match (when, before) {
+        (When::Seconds(at), _) if !(at >= 0.0 && at.is_finite()) => {
+            faults.add(key, format!("{at} is not a time"), "give seconds from 0 up");
+            return None;
         }
-        (None, None, None) => faults.add(step(), "the step has no time", "add at_s, at_tick or at_frame"),
-        _ => faults.add(step(), "the step has several times", "keep one of at_s, at_tick and at_frame"),
+        (_, Some((latest, true))) => {
+            let what = format!("{when} comes after {latest}");
+            faults.add(key, what, "give times that never go backwards");
+            return None;
+        }
+        _ => {}
     }
-    None
+    earlier.push(when);
+    Some(when)
 }
 
 fn action(raw: &RawStep<'_>, i: usize, (text, root): (&str, &str), faults: &mut Faults) -> Option<Action> {

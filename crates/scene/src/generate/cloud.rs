@@ -1,64 +1,51 @@
 //! Clouds: particles at random in a box.
 
 use glam::DVec3;
-use rand_pcg::Pcg64;
 
-use super::count;
-use crate::check::is_extent;
-use crate::check::{Scope, not_negative, shown_vector};
+use super::{Entry, count};
+use crate::check::{MASS, SPEED, Scope, not_negative, shown_vector};
 use crate::random::{direction, symmetric};
 use crate::raw::RawCloud;
 use crate::scene::BodySpec;
+use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
-/// A checked cloud.
-pub(super) struct Cloud {
-    pub count: u32,
-    center: DVec3,
-    half_extents: DVec3,
-    speed: f64,
-    pub body: BodySpec,
-}
-
-/// Checks cloud `index` of the list.
-pub(super) fn cloud(raw: &RawCloud, index: usize, faults: &mut Faults) -> Cloud {
+/// Resolves cloud `index` of the list.
+pub(super) fn cloud<'a>(raw: &'a RawCloud, index: usize, faults: &mut Faults) -> Entry<'a> {
     let scope = Scope::item("clouds", index);
     let half_extents = raw.half_extents_m.map_or(DVec3::ZERO, DVec3::from_array);
     let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);
-    let in_range =
-        is_extent(half_extents) && (center + half_extents).is_finite() && (center - half_extents).is_finite();
-    if !in_range {
+    let is_extent = half_extents.to_array().into_iter().all(not_negative);
+    if !(is_extent && (center + half_extents).is_finite() && (center - half_extents).is_finite()) {
         let what = format!("{} is not half a size", shown_vector(half_extents));
         faults.add(scope.key("half_extents_m"), what, "give three numbers of meters from 0 up");
     }
-    let words = ("a speed", "give meters per second from 0 up");
-    Cloud {
-        count: count(raw.count, (scope, "count"), faults),
-        center,
-        half_extents,
-        speed: faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, not_negative, words),
-        body: BodySpec {
-            inverse_mass: Some(faults.inverse_mass(
-                scope,
-                raw.mass_kg,
-                1.0,
-                "give a positive number of kilograms",
-            )),
-            color: faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0),
-            method: faults.method(scope, raw.method.as_ref()),
-            substeps: faults.substeps(scope, raw.substeps),
-            ..BodySpec::DEFAULT
-        },
-    }
-}
-
-impl Cloud {
-    pub fn generate(&self, random: &mut Pcg64, bodies: &mut Vec<BodySpec>) {
-        for _ in 0..self.count {
-            let place = DVec3::new(symmetric(random), symmetric(random), symmetric(random));
-            let position = self.center + self.half_extents * place;
-            let velocity = if self.speed > 0.0 { self.speed * direction(random) } else { DVec3::ZERO };
-            bodies.push(BodySpec { position, velocity, ..self.body });
-        }
+    let count = count(raw.count, (scope, "count"), faults);
+    let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
+    let body = BodySpec {
+        inverse_mass: Some(faults.inverse_mass(scope, raw.mass_kg, (1.0, 1.0), MASS)),
+        color: faults.color(scope, raw.color),
+        method: faults.method(scope, raw.method.as_ref()),
+        substeps: faults.substeps(scope, raw.substeps),
+        ..BodySpec::DEFAULT
+    };
+    Entry {
+        scope,
+        kind: "cloud",
+        name: raw.name.as_deref(),
+        own_method: raw.method.is_some(),
+        own_substeps: raw.substeps.is_some(),
+        count: count.into(),
+        springs: 0,
+        numbering: Numbering::Line,
+        body,
+        make: Box::new(move |_, bodies, random| {
+            for _ in 0..count {
+                let place = DVec3::new(symmetric(random), symmetric(random), symmetric(random));
+                let position = center + half_extents * place;
+                let velocity = if speed > 0.0 { speed * direction(random) } else { DVec3::ZERO };
+                bodies.bodies.push(BodySpec { position, velocity, ..body });
+            }
+        }),
     }
 }

@@ -3,12 +3,12 @@
 use glam::DVec3;
 use pick::Shape;
 use rand::RngExt;
-use rand_pcg::Pcg64;
 
-use super::count;
-use crate::check::{Scope, positive, shown};
+use super::{Entry, count};
+use crate::check::{MASS, Scope, positive, shown};
 use crate::raw::RawGrid;
 use crate::scene::BodySpec;
+use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
 /// Half an edge of a grid's cubes, and the radius of its spheres, m, as in the tutorial.
@@ -18,81 +18,52 @@ const GRID_SPACING: f64 = 3.5;
 /// Mass of a grid's bodies where none is given, kg; its reciprocal is exactly the tutorial's 10.
 const GRID_MASS: f64 = 0.1;
 
-#[derive(Clone, Copy, Debug)]
-enum GridKind {
-    Mixed,
-    Cubes,
-    Spheres,
-}
-
-/// A checked grid.
-pub(super) struct Grid {
-    kind: GridKind,
-    pub columns: u32,
-    pub rows: u32,
-    spacing: [f64; 2],
-    origin: DVec3,
-    pub body: BodySpec,
-}
-
-/// Checks grid `index` of the list.
-pub(super) fn grid(raw: &RawGrid, index: usize, faults: &mut Faults) -> Grid {
+/// Resolves grid `index` of the list.
+pub(super) fn grid<'a>(raw: &'a RawGrid, index: usize, faults: &mut Faults) -> Entry<'a> {
+    const CUBE: Shape = Shape::Cuboid { half_extents: DVec3::splat(GRID_SIZE) };
+    const SPHERE: Shape = Shape::Sphere { radius: GRID_SIZE };
     let scope = Scope::item("grids", index);
-    let kinds = [("mixed", GridKind::Mixed), ("cubes", GridKind::Cubes), ("spheres", GridKind::Spheres)];
-    let kind = faults.word((scope, "kind"), raw.kind.as_ref(), GridKind::Mixed, &kinds);
+    // What is mixed is drawn.
+    let kinds = [("mixed", None), ("cubes", Some(CUBE)), ("spheres", Some(SPHERE))];
+    let shape = faults.word((scope, "kind"), raw.kind.as_ref(), None, &kinds);
     let rows = count(raw.rows, (scope, "rows"), faults);
     let columns = count(raw.columns, (scope, "columns"), faults);
     let spacing = raw.spacing_m.unwrap_or([GRID_SPACING; 2]);
-    if !spacing.into_iter().all(positive) {
-        let [x, z] = spacing;
-        faults.add(
-            scope.key("spacing_m"),
-            format!("({}, {}) is not a spacing", shown(x), shown(z)),
-            "give two positive numbers of meters",
-        );
-    }
+    let [along_x, along_z] = spacing;
     let origin = faults.vector((scope, "origin_m"), raw.origin_m, DVec3::ZERO);
-    let [x, z] = spacing;
-    let span = DVec3::new(f64::from(columns) * x, 0.0, f64::from(rows) * z);
-    if spacing.into_iter().all(positive) && !(origin + span).is_finite() {
+    let span = DVec3::new(f64::from(columns) * along_x, 0.0, f64::from(rows) * along_z);
+    if !spacing.into_iter().all(positive) {
+        let what = format!("({}, {}) is not a spacing", shown(along_x), shown(along_z));
+        faults.add(scope.key("spacing_m"), what, "give two positive numbers of meters");
+    } else if !(origin + span).is_finite() {
         faults.add(scope.key("spacing_m"), "the grid reaches beyond all numbers", "give a smaller spacing");
     }
     let body = BodySpec {
-        inverse_mass: Some(faults.inverse_mass(
-            scope,
-            raw.mass_kg,
-            GRID_MASS,
-            "give a positive number of kilograms",
-        )),
-        color: faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0),
+        inverse_mass: Some(faults.inverse_mass(scope, raw.mass_kg, (GRID_MASS, 1.0), MASS)),
+        color: faults.color(scope, raw.color),
         checker: true,
         method: faults.method(scope, raw.method.as_ref()),
         substeps: faults.substeps(scope, raw.substeps),
         ..BodySpec::DEFAULT
     };
-    Grid { kind, columns, rows, spacing, origin, body }
-}
-
-impl Grid {
-    pub fn generate(&self, random: &mut Pcg64, bodies: &mut Vec<BodySpec>) {
-        let cube = Shape::Cuboid { half_extents: DVec3::splat(GRID_SIZE) };
-        let sphere = Shape::Sphere { radius: GRID_SIZE };
-        for x in 0..self.columns {
-            for z in 0..self.rows {
-                let shape = match self.kind {
-                    GridKind::Cubes => cube,
-                    GridKind::Spheres => sphere,
-                    GridKind::Mixed => {
-                        if random.random::<bool>() {
-                            cube
-                        } else {
-                            sphere
-                        }
-                    }
-                };
-                let offset = DVec3::new(f64::from(x) * self.spacing[0], 0.0, f64::from(z) * self.spacing[1]);
-                bodies.push(BodySpec { shape: Some(shape), position: self.origin + offset, ..self.body });
+    Entry {
+        scope,
+        kind: "grid",
+        name: raw.name.as_deref(),
+        own_method: raw.method.is_some(),
+        own_substeps: raw.substeps.is_some(),
+        count: u64::from(rows) * u64::from(columns),
+        springs: 0,
+        numbering: Numbering::Grid { rows },
+        body,
+        make: Box::new(move |_, bodies, random| {
+            for x in 0..columns {
+                for z in 0..rows {
+                    let shape = shape.unwrap_or_else(|| if random.random::<bool>() { CUBE } else { SPHERE });
+                    let offset = DVec3::new(f64::from(x) * along_x, 0.0, f64::from(z) * along_z);
+                    bodies.bodies.push(BodySpec { shape: Some(shape), position: origin + offset, ..body });
+                }
             }
-        }
+        }),
     }
 }

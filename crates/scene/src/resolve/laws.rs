@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use motion::{Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
 
-use crate::check::{Scope, not_negative, shown};
+use crate::check::{Rule, Scope, not_negative, shown};
 use crate::raw::{
     RawCurve, RawDrag, RawMutualGravity, RawScene, RawSine, RawThrust, RawWell, RawWind, Triple,
 };
@@ -16,6 +16,19 @@ use crate::text::faults::Faults;
 
 /// The constant of gravity, m³/(kg s²) (CODATA 2018).
 const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
+
+const LINEAR: Rule = (not_negative, "a rate of drag", "give a number of 1/s from 0 up");
+const QUADRATIC: Rule = (not_negative, "a factor of drag", "give a number of 1/m from 0 up");
+const GUST: Rule = (not_negative, "a strength of gusts", "give meters per second from 0 up");
+const GUST_HZ: Rule = (not_negative, "a frequency", "give gusts a second from 0 up");
+const CONSTANT: Rule = (f64::is_finite, "a constant of gravity", "give a finite number, below 0 to repel");
+const STRENGTH: Rule = (f64::is_finite, "a strength", "give a finite number, below 0 to repel");
+/// Of a well or of mutual gravity.
+const SOFTENING: Rule = (not_negative, "a softening", "give a number of meters from 0 up");
+const FREQUENCY: Rule = (f64::is_finite, "a frequency", "give a finite number of radians a second");
+const PHASE: Rule = (f64::is_finite, "a phase", "give a finite number of radians");
+const START: Rule = (|v| v < f64::INFINITY, "a time", "give seconds, or leave it out");
+const END: Rule = (|v| !v.is_nan(), "a time", "give seconds, or leave it out");
 
 /// The laws of every body. Wells that name bodies become own laws.
 pub(crate) fn world_laws(raw: &RawScene, own: &mut OwnLaws, faults: &mut Faults) -> WorldLaws {
@@ -41,52 +54,34 @@ fn drag(raw: Option<&RawDrag>, wind: Option<&RawWind>, faults: &mut Faults) -> O
         let cure = "add `linear_per_s`, `quadratic_per_m` or both";
         faults.add(scope.path(), "drag without a coefficient is nothing", cure);
     }
-    let linear = ("a rate of drag", "give a number of 1/s from 0 up");
-    let quadratic = ("a factor of drag", "give a number of 1/m from 0 up");
-    let linear = faults.number((scope, "linear_per_s"), raw.linear_per_s, 0.0, not_negative, linear);
-    let key = (scope, "quadratic_per_m");
-    let quadratic = faults.number(key, raw.quadratic_per_m, 0.0, not_negative, quadratic);
+    let linear = faults.number((scope, "linear_per_s"), raw.linear_per_s, 0.0, LINEAR);
+    let quadratic = faults.number((scope, "quadratic_per_m"), raw.quadratic_per_m, 0.0, QUADRATIC);
     Some(Drag { linear, quadratic, wind })
 }
 
 fn wind(raw: &RawWind, faults: &mut Faults) -> Wind {
     let scope = Scope::section("wind");
-    if raw.velocity_m_s.is_none() {
-        faults.missing(scope.path(), "velocity_m_s", "add one such as `velocity_m_s: (3.0, 0.0, 0.0)`");
-    }
-    for (key, given, other) in [
-        ("gust_m_s", raw.gust_m_s.is_some(), raw.gust_hz.is_some()),
-        ("gust_hz", raw.gust_hz.is_some(), raw.gust_m_s.is_some()),
-    ] {
-        if other && !given {
-            faults.missing(
-                scope.path(),
-                key,
-                "gusts need `gust_m_s` and `gust_hz`; add it, or remove the other",
-            );
-        }
-    }
-    let gust = ("a strength of gusts", "give meters per second from 0 up");
-    let frequency = ("a frequency", "give gusts a second from 0 up");
+    let cure = "add one such as `velocity_m_s: (3.0, 0.0, 0.0)`";
+    faults.require(raw.velocity_m_s.is_some(), (scope, "velocity_m_s"), cure);
+    let cure = "gusts need `gust_m_s` and `gust_hz`; add it, or remove the other";
+    let (gust, gust_hz) = (raw.gust_m_s.is_some(), raw.gust_hz.is_some());
+    faults.require(gust || !gust_hz, (scope, "gust_m_s"), cure);
+    faults.require(gust_hz || !gust, (scope, "gust_hz"), cure);
     Wind {
         velocity: faults.vector((scope, "velocity_m_s"), raw.velocity_m_s, DVec3::ZERO),
-        gust: faults.number((scope, "gust_m_s"), raw.gust_m_s, 0.0, not_negative, gust),
-        gust_hz: faults.number((scope, "gust_hz"), raw.gust_hz, 0.0, not_negative, frequency),
+        gust: faults.number((scope, "gust_m_s"), raw.gust_m_s, 0.0, GUST),
+        gust_hz: faults.number((scope, "gust_hz"), raw.gust_hz, 0.0, GUST_HZ),
     }
 }
 
 pub(crate) fn mutual_gravity(raw: &RawMutualGravity, faults: &mut Faults) -> MutualGravity {
     let scope = Scope::section("mutual_gravity");
-    let constant = ("a constant of gravity", "give a finite number, below 0 to repel");
     let key = (scope, "constant_m3_kg_s2");
     MutualGravity {
-        constant: faults.number(key, raw.constant_m3_kg_s2, GRAVITATIONAL_CONSTANT, f64::is_finite, constant),
-        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, not_negative, SOFTENING),
+        constant: faults.number(key, raw.constant_m3_kg_s2, GRAVITATIONAL_CONSTANT, CONSTANT),
+        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, SOFTENING),
     }
 }
-
-/// The words for a bad softening of a well or of mutual gravity.
-const SOFTENING: (&str, &str) = ("a softening", "give a number of meters from 0 up");
 
 /// Gathers the laws of single bodies.
 pub(crate) struct OwnLaws<'a> {
@@ -171,14 +166,12 @@ impl<'a> OwnLaws<'a> {
 }
 
 fn well(raw: &RawWell, scope: Scope, faults: &mut Faults) -> Well {
-    if raw.strength_m3_s2.is_none() {
-        faults.missing(scope.path(), "strength_m3_s2", "add one such as `strength_m3_s2: 1000.0`");
-    }
-    let strength = ("a strength", "give a finite number, below 0 to repel");
+    let cure = "add one such as `strength_m3_s2: 1000.0`";
+    faults.require(raw.strength_m3_s2.is_some(), (scope, "strength_m3_s2"), cure);
     Well {
         position: faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO),
-        strength: faults.number((scope, "strength_m3_s2"), raw.strength_m3_s2, 0.0, f64::is_finite, strength),
-        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, not_negative, SOFTENING),
+        strength: faults.number((scope, "strength_m3_s2"), raw.strength_m3_s2, 0.0, STRENGTH),
+        softening: faults.number((scope, "softening_m"), raw.softening_m, 0.0, SOFTENING),
     }
 }
 
@@ -192,9 +185,8 @@ fn thrust(raw: &RawThrust, scope: Scope, faults: &mut Faults) -> Option<Thrust> 
             None
         }
     };
-    let time = ("a time", "give seconds, or leave it out");
-    let from = faults.number((scope, "from_s"), raw.from_s, f64::NEG_INFINITY, |v| v < f64::INFINITY, time);
-    let until = faults.number((scope, "until_s"), raw.until_s, f64::INFINITY, |v| !v.is_nan(), time);
+    let from = faults.number((scope, "from_s"), raw.from_s, f64::NEG_INFINITY, START);
+    let until = faults.number((scope, "until_s"), raw.until_s, f64::INFINITY, END);
     // The time of a scene begins at 0.
     let start = from.max(0.0);
     if until <= start {
@@ -230,18 +222,11 @@ fn sine(raw: &RawSine, scope: Scope, faults: &mut Faults) -> Curve {
             faults.missing(scope.key("curve"), key, cure);
         }
     }
-    let frequency = ("a frequency", "give a finite number of radians a second");
-    let phase = ("a phase", "give a finite number of radians");
+    let key = (scope, "curve.angular_frequency_rad_s");
     Curve::Sine {
         amplitude: faults.vector((scope, "curve.amplitude_n"), raw.amplitude_n, DVec3::ZERO),
-        angular_frequency: faults.number(
-            (scope, "curve.angular_frequency_rad_s"),
-            raw.angular_frequency_rad_s,
-            0.0,
-            f64::is_finite,
-            frequency,
-        ),
-        phase: faults.number((scope, "curve.phase_rad"), raw.phase_rad, 0.0, f64::is_finite, phase),
+        angular_frequency: faults.number(key, raw.angular_frequency_rad_s, 0.0, FREQUENCY),
+        phase: faults.number((scope, "curve.phase_rad"), raw.phase_rad, 0.0, PHASE),
     }
 }
 

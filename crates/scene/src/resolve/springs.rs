@@ -5,33 +5,30 @@ use std::collections::HashSet;
 use motion::groups::Sets;
 use motion::{Elastic, Method};
 
-use crate::check::{Scope, not_negative};
+use crate::check::{Rule, Scope, not_negative};
 use crate::generate::{self, Bodies, Section};
 use crate::raw::coupled::RawSpring;
 use crate::scene::BodySpec;
-use crate::scene::coupled::{EmitterSpec, SpringSpec};
+use crate::scene::coupled::SpringSpec;
 use crate::text::faults::Faults;
+
+const LENGTH: Rule = (not_negative, "a length", "give a number of meters from 0 up");
 
 /// Resolves the springs whose ends are what springs can hold.
 pub(crate) fn springs(raw: &[RawSpring], bodies: &Bodies, faults: &mut Faults) -> Vec<SpringSpec> {
     let mut springs = Vec::new();
     for (i, raw) in raw.iter().enumerate() {
         let scope = Scope::item("springs", i);
-        if raw.stiffness_n_m.is_none() {
-            faults.missing(scope.path(), "stiffness_n_m", "add one such as `stiffness_n_m: 100.0`");
-        }
-        let (stiffness, damping) = generate::elastic(raw.stiffness_n_m, raw.damping_n_s_m, scope, faults);
-        let length = ("a length", "give a number of meters from 0 up");
-        let key = (scope, "rest_length_m");
-        let rest = raw.rest_length_m.map(|rest| faults.number(key, Some(rest), 0.0, not_negative, length));
-        let color = faults.color((scope, "color"), raw.color, BodySpec::DEFAULT.color, 1.0);
+        let elastic = generate::elastic((raw.stiffness_n_m, raw.damping_n_s_m), scope, faults);
+        let rest = faults.optional((scope, "rest_length_m"), raw.rest_length_m, LENGTH);
+        let color = faults.color(scope, raw.color);
         let Some(ends) = ends(raw, bodies, scope, faults) else { continue };
         let [from, to] = ends.map(|end| bodies.bodies[end as usize].position);
         let rest_length = rest.unwrap_or_else(|| (to - from).length());
         if !rest_length.is_finite() {
             faults.add(scope.path(), "its ends are too far apart", "move them closer, within 1e150 m");
         }
-        springs.push(SpringSpec { ends, elastic: Elastic { stiffness, damping, rest_length }, color });
+        springs.push(SpringSpec { ends, elastic: Elastic { rest_length, ..elastic }, color });
     }
     springs
 }
@@ -70,16 +67,12 @@ fn ends(raw: &RawSpring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -> 
         faults.add(scope.key("between"), what, "name two bodies");
         return None;
     }
-    if !ends.iter().any(|end| is_movable(&bodies.bodies[*end as usize])) {
+    if !ends.iter().any(|end| bodies.bodies[*end as usize].is_movable()) {
         let what = format!("{:?} and {:?} are both immovable", between[0], between[1]);
         faults.add(scope.key("between"), what, "name at least one body that can move");
         return None;
     }
     Some(ends)
-}
-
-fn is_movable(body: &BodySpec) -> bool {
-    body.inverse_mass.is_some_and(|inverse_mass| inverse_mass > 0.0)
 }
 
 /// Notes where bodies that act on each other are not moved alike: with `attracting`, all that can move.
@@ -89,11 +82,11 @@ pub(crate) fn check_groups(bodies: &Bodies, springs: &[SpringSpec], attracting: 
         return;
     }
     // Nothing holds the particles of a pool, and mutual gravity passes them by.
-    let of_groups = || bodies.sections.iter().filter(|section| !section.is_pool(&bodies.emitters));
+    let of_groups = || bodies.sections.iter().filter(|section| !section.is_pool());
     if of_groups().zip(of_groups().skip(1)).all(|(one, next)| !next.differs(one)) {
         return;
     }
-    let movable = |id: u32| bodies.bodies.get(id as usize).is_some_and(is_movable);
+    let movable = |id: u32| bodies.bodies.get(id as usize).is_some_and(BodySpec::is_movable);
     let mut groups = Sets::new(bodies.bodies.len());
     let mut join = |[a, b]: [u32; 2]| {
         if movable(a) && movable(b) {
@@ -154,13 +147,8 @@ pub fn unsolvable(method: Method, mutual_gravity: bool) -> Option<&'static str> 
 }
 
 /// Notes where a method is asked to solve mutual gravity that cannot.
-pub(crate) fn check_methods(
-    scenes: Option<Method>,
-    sections: &[Section],
-    emitters: &[EmitterSpec],
-    faults: &mut Faults,
-) {
-    let own = sections.iter().filter(|section| section.own_method && !section.is_pool(emitters));
+pub(crate) fn check_methods(scenes: Option<Method>, sections: &[Section], faults: &mut Faults) {
+    let own = sections.iter().filter(|section| section.own_method && !section.is_pool());
     let asked = own.map(|section| (section.scope, section.method));
     for (scope, method) in std::iter::once((Scope::ROOT, scenes)).chain(asked) {
         if let Some(what) = method.and_then(|method| unsolvable(method, true)) {
@@ -172,8 +160,8 @@ pub(crate) fn check_methods(
 
 impl Section {
     /// Whether its bodies are the pool of an emitter.
-    fn is_pool(&self, emitters: &[EmitterSpec]) -> bool {
-        emitters.iter().any(|emitter| emitter.pool == self.ids)
+    fn is_pool(&self) -> bool {
+        self.scope.section == "emitters"
     }
 
     fn differs(&self, other: &Self) -> bool {

@@ -1,13 +1,12 @@
 //! Hard cases: how a scene is run in the survival matrix, and what its numbers are held to.
 
 use glam::DVec3;
-use motion::{Damping, DampingModel};
+use motion::Damping;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::action::Step;
 use crate::random::symmetric;
-use crate::scene::Scene;
 
 /// One row of the survival matrix: a run of the scene that every method makes.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,39 +147,12 @@ impl SurvivalRow {
         let random = Pcg64::seed_from_u64(seed);
         Lengths { steps: self.steps, step: 1.0 / self.step_hz, random, ticks: 0, done: false }
     }
-
-    /// The scene as this row has it: its step, substeps, damping and place, and no method or substeps of single bodies.
-    #[must_use]
-    pub fn scene(&self, scene: &Scene) -> Scene {
-        let mut scene = scene.clone();
-        (scene.step_hz, scene.substeps, scene.damping) = (self.step_hz, self.substeps, self.damping);
-        for body in &mut scene.bodies {
-            body.position += self.offset;
-            // One method alone knows a previous position: it would run another problem than the others.
-            (body.method, body.substeps, body.verlet_previous) = (None, None, None);
-        }
-        let own = scene.own_laws.values_mut().flat_map(|laws| &mut laws.wells);
-        let wells = scene.laws.wells.iter_mut().flat_map(|wells| &mut wells.0);
-        wells.chain(own).for_each(|well| well.position += self.offset);
-        scene.emitters.iter_mut().for_each(|emitter| emitter.position += self.offset);
-        scene
-    }
-}
-
-impl Scene {
-    /// The scene with the damping that its methods go for: that of the law, whatever the model does with a tick.
-    #[must_use]
-    pub fn damped_by_law(mut self) -> Self {
-        if let Some(damping) = &mut self.damping {
-            damping.model = DampingModel::Exact;
-        }
-        self
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Scene;
 
     fn row(steps: Steps) -> SurvivalRow {
         let text = "(version: 1, step_hz: 10, bodies: [(mass_kg: 1)], wells: [(strength_m3_s2: 1)],

@@ -94,8 +94,9 @@ impl Faults {
         self.0.push(Found { path, offset: Some(offset), what, cure });
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+    /// Fails if there are any: see [`Self::into_error`].
+    pub fn check(self, name: &str, text: &str, root: &str) -> Result<(), SceneError> {
+        if self.0.is_empty() { Ok(()) } else { Err(self.into_error(name, text, root)) }
     }
 
     /// The error for the file `name`, whose outermost value is known as `root` in the paths.

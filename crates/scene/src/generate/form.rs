@@ -1,0 +1,141 @@
+//! Forms of soft bodies: points along up to three axes, the springs between them, and where they are held.
+
+use glam::{DVec3, IVec3, UVec3};
+
+use crate::check::{Key, Scope};
+use crate::raw::coupled::RawSoftKeys;
+use crate::scene::coupled::SoftKind;
+use crate::scene::names::Numbering;
+use crate::text::faults::Faults;
+use crate::text::nearest::one_of;
+use crate::text::syntax::Word;
+
+/// What a kind of soft body resolves to. The last axis is the inner loop of the numbers of points.
+pub(super) struct Form {
+    pub kind: SoftKind,
+    pub numbering: Numbering,
+    /// Points along each axis, 1 where it has no such axis, 0 where they cannot be counted.
+    pub points: UVec3,
+    /// From a point to those that it is joined to; each pair is met from one side only.
+    pub steps: Vec<IVec3>,
+    /// Where points are immovable.
+    pub pinned: Vec<Place>,
+    /// Where a point is, m, that is so far along each axis, 0 to 1.
+    pub position: Box<dyn Fn([f64; 3]) -> DVec3>,
+    /// Its surface, by numbers of points.
+    pub triangles: fn(&Self) -> Vec<[u32; 3]>,
+}
+
+/// A corner, an edge or a side: which end of each axis it has; `None` is all of the axis.
+pub(super) type Place = [Option<End>; 3];
+
+/// An end of an axis.
+#[derive(Clone, Copy)]
+pub(super) enum End {
+    First,
+    Last,
+}
+
+pub(super) const ALL: Option<End> = None;
+pub(super) const FIRST: Option<End> = Some(End::First);
+pub(super) const LAST: Option<End> = Some(End::Last);
+
+impl Form {
+    /// How many points there are; 0 where they cannot be counted.
+    pub fn count(&self) -> u64 {
+        self.points.to_array().into_iter().map(u64::from).fold(1, u64::saturating_mul)
+    }
+
+    /// How many springs there are: as many as [`Form::pairs`].
+    pub fn springs(&self) -> u64 {
+        // A step along an axis has one place fewer there.
+        let places = |step: &IVec3| {
+            let along = self.points.saturating_sub(step.abs().as_uvec3()).to_array();
+            along.into_iter().map(u64::from).fold(1, u64::saturating_mul)
+        };
+        self.steps.iter().map(places).fold(0, u64::saturating_add)
+    }
+
+    /// The ends of every spring, all that begin at one point together.
+    pub fn pairs(&self) -> Vec<[u32; 2]> {
+        let mut pairs = Vec::with_capacity(self.springs() as usize);
+        for point in 0..self.count() as u32 {
+            let place = self.place(point).as_ivec3();
+            for step in &self.steps {
+                let to = (place + *step).as_uvec3();
+                // What is below 0 is far above all numbers of points.
+                if to.cmplt(self.points).all() {
+                    pairs.push([point, self.number(to)]);
+                }
+            }
+        }
+        pairs
+    }
+
+    /// Where a point is, m.
+    pub fn position(&self, point: u32) -> DVec3 {
+        let place = self.place(point);
+        let part = |axis: usize| f64::from(place[axis]) / f64::from((self.points[axis] - 1).max(1));
+        (self.position)([0, 1, 2].map(part))
+    }
+
+    /// Whether a point is immovable.
+    pub fn is_pinned(&self, point: u32) -> bool {
+        let place = self.place(point);
+        let at = |(axis, end): (usize, &Option<End>)| match end {
+            None => true,
+            Some(End::First) => place[axis] == 0,
+            Some(End::Last) => place[axis] + 1 == self.points[axis],
+        };
+        self.pinned.iter().any(|held| held.iter().enumerate().all(at))
+    }
+
+    /// The number of the point that is so many points along each axis.
+    pub const fn number(&self, place: UVec3) -> u32 {
+        (place.x * self.points.y + place.y) * self.points.z + place.z
+    }
+
+    fn place(&self, point: u32) -> UVec3 {
+        let UVec3 { y, z, .. } = self.points;
+        UVec3::new(point / (y * z), point / z % y, point % z)
+    }
+}
+
+/// The places of `pinned`, each of them one of `known`.
+pub(super) fn pinned(
+    keys: &RawSoftKeys,
+    known: &[(&str, Place)],
+    scope: Scope,
+    faults: &mut Faults,
+) -> Vec<Place> {
+    let mut places = Vec::new();
+    let words = keys.pinned.as_deref().unwrap_or_default();
+    for (i, Word(word)) in words.iter().enumerate() {
+        let path = || scope.key(&format!("pinned[{i}]"));
+        if words[..i].iter().any(|Word(before)| before == word) {
+            faults.add(path(), format!("`{word}` is named twice"), "keep one of them");
+        } else if let Some((_, place)) = known.iter().find(|(name, _)| name == word) {
+            places.push(*place);
+        } else {
+            let all: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+            faults.add(path(), format!("unknown word `{word}`"), format!("give {}", one_of(&all)));
+        }
+    }
+    places
+}
+
+/// A number of points along a line, at least 2; 0 where there is none.
+pub(super) fn points(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faults) -> u32 {
+    const CURE: &str = "give a whole number from 2 up";
+    match value {
+        Some(points) if points >= 2 => return points,
+        Some(points) => faults.add(scope.key(key), format!("{points} makes no spring"), CURE),
+        None => faults.missing(scope.path(), key, CURE),
+    }
+    0
+}
+
+/// Whether a soft body of these extents lies within numbers whose squares are numbers.
+pub(super) fn within_numbers(places: &[DVec3]) -> bool {
+    places.iter().all(|place| place.length().is_finite())
+}
