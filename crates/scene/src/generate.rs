@@ -5,75 +5,29 @@ mod chain;
 mod cloth;
 mod cloud;
 mod emitter;
+mod entry;
 mod form;
 mod grid;
 mod lattice;
 mod soft;
 
 use std::collections::HashMap;
-use std::ops::Range;
 
-use motion::Method;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::body::{self, Defaults};
-use crate::check::{Key, Scope};
+use crate::check::Scope;
 use crate::memory::{Census, gib, too_little_for};
 use crate::raw::RawScene;
-use crate::scene::BodySpec;
-use crate::scene::coupled::{EmitterSpec, SoftBodySpec};
-use crate::scene::names::{Names, Numbering};
+use crate::scene::names::Names;
 use crate::text::faults::Faults;
+use entry::Entry;
+pub(crate) use entry::{Bodies, Section};
 pub(crate) use soft::elastic;
 
 /// Most bodies that a scene may have; four times what the documentation promises to be able to watch.
 pub const BODY_LIMIT: u64 = 4_000_000;
-
-/// Every body of a scene and what belongs to it by stable id.
-#[derive(Default)]
-pub(crate) struct Bodies {
-    /// The written ones at least; all of them where there are names.
-    pub bodies: Vec<BodySpec>,
-    /// `None` where there are too many bodies to be named.
-    pub names: Option<Names>,
-    pub labels: Vec<(u32, String)>,
-    pub emitters: Vec<EmitterSpec>,
-    pub soft_bodies: Vec<SoftBodySpec>,
-    /// In the order of their ids.
-    pub sections: Vec<Section>,
-}
-
-/// The bodies of one entry of the file, which have one method and one number of substeps.
-pub(crate) struct Section {
-    pub scope: Scope,
-    pub ids: Range<u32>,
-    /// What moves them; `None` where what is written is no method.
-    pub method: Option<Method>,
-    /// Whether the entry itself names the method.
-    pub own_method: bool,
-    /// `None` where what is written is no number of substeps.
-    pub substeps: Option<u32>,
-}
-
-/// An entry that makes bodies.
-struct Entry<'a> {
-    scope: Scope,
-    /// What its bodies are called where it has no name.
-    kind: &'static str,
-    name: Option<&'a str>,
-    /// Whether it names a method itself, and a number of substeps.
-    own_method: bool,
-    own_substeps: bool,
-    count: u64,
-    /// Between its bodies.
-    springs: u64,
-    numbering: Numbering,
-    /// What its bodies have in common.
-    body: BodySpec,
-    /// Makes its bodies, by what their names begin with.
-    make: Box<dyn Fn(String, &mut Bodies, &mut Pcg64)>,
-}
 
 /// Resolves all bodies and draws what the generators draw, from one stream in the order of the stable id.
 pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut Faults) -> Bodies {
@@ -169,38 +123,6 @@ fn largest(written: u64, entries: &[Entry<'_>]) -> &'static str {
     most.1
 }
 
-impl Entry<'_> {
-    fn census(&self, attracts: bool) -> Census {
-        let (is_pool, is_soft) = (self.scope.section == "emitters", self.scope.section == "soft_bodies");
-        let those = |are: bool| if are { self.count } else { 0 };
-        let is_grouped = is_soft || attracts && !is_pool;
-        Census {
-            bodies: self.count,
-            moved: those(is_grouped || is_pool),
-            grouped: those(is_grouped),
-            springs: self.springs,
-        }
-    }
-}
-
-impl Section {
-    fn new(
-        scope: Scope,
-        ids: Range<u32>,
-        (own_method, own_substeps): (bool, bool),
-        body: &BodySpec,
-        scenes: Defaults,
-    ) -> Self {
-        Self {
-            scope,
-            ids,
-            method: if own_method { body.method } else { scenes.method },
-            own_method,
-            substeps: if own_substeps { body.substeps } else { Some(scenes.substeps) },
-        }
-    }
-}
-
 /// Names stand in scripts, tables and generated names, so they are plain words.
 fn check_name(name: &str, scope: Scope, faults: &mut Faults) {
     if name.is_empty() || !name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-')) {
@@ -214,16 +136,6 @@ fn add_name(add: impl FnOnce(String) -> bool, name: String, scope: Scope, faults
     if !add(name) {
         faults.add(scope.key("name"), what, "give every body a name of its own");
     }
-}
-
-/// A number of bodies, at least 1; 0 where there is none.
-fn count(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faults) -> u32 {
-    const CURE: &str = "give a whole number from 1 up";
-    faults.require(value.is_some(), (scope, key), CURE);
-    if value == Some(0) {
-        faults.add(scope.key(key), format!("{key} is 0, which makes no body"), CURE);
-    }
-    value.unwrap_or(0)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Entry, count};
+use super::entry::{Entry, count};
 use crate::check::{MASS, SPEED, Scope, not_negative, shown_vector};
 use crate::random::{direction, symmetric};
 use crate::raw::RawCloud;

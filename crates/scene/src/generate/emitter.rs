@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Entry, count};
+use super::entry::{Entry, count};
 use crate::check::{MASS, Rule, SPEED, Scope, positive, shown_vector};
 use crate::random::in_cone;
 use crate::raw::coupled::RawEmitter;

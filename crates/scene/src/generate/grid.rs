@@ -4,7 +4,7 @@ use glam::DVec3;
 use pick::Shape;
 use rand::RngExt;
 
-use super::{Entry, count};
+use super::entry::{Entry, count};
 use crate::check::{MASS, Scope, positive, shown};
 use crate::raw::RawGrid;
 use crate::scene::BodySpec;

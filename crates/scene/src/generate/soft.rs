@@ -3,8 +3,9 @@
 use glam::DVec3;
 use motion::{Elastic, Link};
 
+use super::entry::{Bodies, Entry};
 use super::form::Form;
-use super::{Bodies, Entry, chain, cloth, lattice};
+use super::{chain, cloth, lattice};
 use crate::check::{DAMPING_RATE, Rule, Scope, not_negative};
 use crate::raw::coupled::{KINDS, RawSoftBody};
 use crate::scene::BodySpec;

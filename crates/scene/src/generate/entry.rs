@@ -1,0 +1,101 @@
+//! An entry of a scene file that makes bodies, and what all of them come to.
+
+use std::ops::Range;
+
+use motion::Method;
+use rand_pcg::Pcg64;
+
+use crate::body::Defaults;
+use crate::check::{Key, Scope};
+use crate::memory::Census;
+use crate::scene::BodySpec;
+use crate::scene::coupled::{EmitterSpec, SoftBodySpec};
+use crate::scene::names::{Names, Numbering};
+use crate::text::faults::Faults;
+
+/// Every body of a scene and what belongs to it by stable id.
+#[derive(Default)]
+pub(crate) struct Bodies {
+    /// The written ones at least; all of them where there are names.
+    pub bodies: Vec<BodySpec>,
+    /// `None` where there are too many bodies to be named.
+    pub names: Option<Names>,
+    pub labels: Vec<(u32, String)>,
+    pub emitters: Vec<EmitterSpec>,
+    pub soft_bodies: Vec<SoftBodySpec>,
+    /// In the order of their ids.
+    pub sections: Vec<Section>,
+}
+
+/// The bodies of one entry of the file, which have one method and one number of substeps.
+pub(crate) struct Section {
+    pub scope: Scope,
+    pub ids: Range<u32>,
+    /// What moves them; `None` where what is written is no method.
+    pub method: Option<Method>,
+    /// Whether the entry itself names the method.
+    pub own_method: bool,
+    /// `None` where what is written is no number of substeps.
+    pub substeps: Option<u32>,
+}
+
+/// An entry that makes bodies.
+pub(super) struct Entry<'a> {
+    pub scope: Scope,
+    /// What its bodies are called where it has no name.
+    pub kind: &'static str,
+    pub name: Option<&'a str>,
+    /// Whether it names a method itself, and a number of substeps.
+    pub own_method: bool,
+    pub own_substeps: bool,
+    pub count: u64,
+    /// Between its bodies.
+    pub springs: u64,
+    pub numbering: Numbering,
+    /// What its bodies have in common.
+    pub body: BodySpec,
+    /// Makes its bodies, by what their names begin with.
+    pub make: Box<dyn Fn(String, &mut Bodies, &mut Pcg64)>,
+}
+
+impl Entry<'_> {
+    pub fn census(&self, attracts: bool) -> Census {
+        let (is_pool, is_soft) = (self.scope.section == "emitters", self.scope.section == "soft_bodies");
+        let those = |are: bool| if are { self.count } else { 0 };
+        let is_grouped = is_soft || attracts && !is_pool;
+        Census {
+            bodies: self.count,
+            moved: those(is_grouped || is_pool),
+            grouped: those(is_grouped),
+            springs: self.springs,
+        }
+    }
+}
+
+impl Section {
+    pub(super) fn new(
+        scope: Scope,
+        ids: Range<u32>,
+        (own_method, own_substeps): (bool, bool),
+        body: &BodySpec,
+        scenes: Defaults,
+    ) -> Self {
+        Self {
+            scope,
+            ids,
+            method: if own_method { body.method } else { scenes.method },
+            own_method,
+            substeps: if own_substeps { body.substeps } else { Some(scenes.substeps) },
+        }
+    }
+}
+
+/// A number of bodies, at least 1; 0 where there is none.
+pub(super) fn count(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faults) -> u32 {
+    const CURE: &str = "give a whole number from 1 up";
+    faults.require(value.is_some(), (scope, key), CURE);
+    if value == Some(0) {
+        faults.add(scope.key(key), format!("{key} is 0, which makes no body"), CURE);
+    }
+    value.unwrap_or(0)
+}
