@@ -12,11 +12,11 @@ use motion::effects::Effect;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Curve, Damping, DampingModel, DampingRate, Dormant, Drag, Elastic, Emitter, Gravity, Law,
-    Method, MutualGravity, OwnLaws, PhysicsBody, SpeedLimit, Spring, StableId, Stepper, Thrust, TimeStep,
-    Transform, Well, Wells, Wind,
+    Method, MutualGravity, OwnLaws, PhysicsBody, SpeedLimit, Spring, StableId, Thrust, Transform, Well,
+    Wells, Wind,
 };
 
-use crate::harness::H;
+use crate::harness::{H, Lab};
 
 /// Effects that act on single bodies, so that this crate can declare them without springs or pairs.
 const LOCAL: [Effect; 9] = [
@@ -114,10 +114,6 @@ fn world_of(declared: &[Effect]) -> World {
     world
 }
 
-fn stepper(world: &mut World, method: Method) -> Stepper {
-    Stepper::new(world, method, TimeStep(H))
-}
-
-fn run(world: &mut World, stepper: &mut Stepper, ticks: u64) {
-    (0..ticks).for_each(|_| stepper.tick(world));
+fn lab_of(declared: &[Effect], method: Method) -> Lab {
+    Lab::of(world_of(declared), method, H)
 }

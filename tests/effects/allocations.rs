@@ -5,10 +5,11 @@ use std::cell::Cell;
 
 use bevy_ecs::prelude::*;
 use motion::effects::Effect;
-use motion::{Method, PushQueue, Stepper, TimeStep};
+use motion::groups::Solver;
+use motion::{Method, PushQueue};
 
-use super::{COUPLED, LOCAL, stepper, world_of};
-use crate::harness::H;
+use super::{COUPLED, LOCAL, lab_of, world_of};
+use crate::harness::{H, Lab};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -64,9 +65,9 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// How often this thread asks for memory in `ticks` ticks.
-fn allocations(world: &mut World, stepper: &mut Stepper, ticks: u64) -> u64 {
+fn allocations(lab: &mut Lab, ticks: u64) -> u64 {
     let before = ALLOCATIONS.get();
-    (0..ticks).for_each(|_| stepper.tick(world));
+    lab.run(ticks);
     ALLOCATIONS.get() - before
 }
 
@@ -83,10 +84,10 @@ fn no_shipped_scene_allocates_in_a_steady_tick() {
         let scene = shipped.load().unwrap();
         let mut world = World::new();
         scene.spawn(&mut world);
-        let mut steps = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+        let mut lab = Lab::of(world, scene.method, 1.0 / scene.step_hz);
         // Long enough for every slot of an emitter to have lived.
-        allocations(&mut world, &mut steps, 600);
-        assert_eq!(allocations(&mut world, &mut steps, 50), 0, "{}", shipped.name);
+        lab.run(600);
+        assert_eq!(allocations(&mut lab, 50), 0, "{}", shipped.name);
     }
 }
 
@@ -100,11 +101,10 @@ fn push_all(world: &mut World) {
 #[test]
 fn no_effect_and_no_method_allocates_in_a_steady_tick() {
     for method in Method::ALL {
-        let mut world = world_of(&LOCAL);
-        let mut steps = stepper(&mut world, method);
-        push_all(&mut world);
-        allocations(&mut world, &mut steps, 100);
-        assert_eq!(allocations(&mut world, &mut steps, 100), 0, "{}", method.name());
+        let mut lab = lab_of(&LOCAL, method);
+        push_all(&mut lab.world);
+        lab.run(100);
+        assert_eq!(allocations(&mut lab, 100), 0, "{}", method.name());
     }
 }
 
@@ -113,15 +113,12 @@ fn groups_allocate_nothing_in_a_steady_tick() {
     for method in Method::ALL {
         for newton_iterations in [0, 2] {
             let mut world = world_of(&[&LOCAL[..], &COUPLED].concat());
-            world.insert_resource(motion::groups::Solver {
-                newton_iterations,
-                ..motion::groups::Solver::default()
-            });
+            world.insert_resource(Solver { newton_iterations, ..Solver::default() });
             world.insert_resource(motion::Substeps(3));
-            let mut steps = stepper(&mut world, method);
-            push_all(&mut world);
-            allocations(&mut world, &mut steps, 100);
-            assert_eq!(allocations(&mut world, &mut steps, 100), 0, "{}", method.name());
+            let mut lab = Lab::of(world, method, H);
+            push_all(&mut lab.world);
+            lab.run(100);
+            assert_eq!(allocations(&mut lab, 100), 0, "{}", method.name());
         }
     }
 }
@@ -130,21 +127,20 @@ fn groups_allocate_nothing_in_a_steady_tick() {
 fn substeps_and_a_large_world_allocate_no_more() {
     let mut world = world_of(&[Effect::Gravity, Effect::Wells, Effect::Thrusts]);
     world.insert_resource(motion::Substeps(50));
-    let mut steps = Stepper::new(&mut world, Method::RungeKutta4, TimeStep(H));
-    allocations(&mut world, &mut steps, 30);
-    assert_eq!(allocations(&mut world, &mut steps, 30), 0);
+    let mut lab = Lab::of(world, Method::RungeKutta4, H);
+    lab.run(30);
+    assert_eq!(allocations(&mut lab, 30), 0);
 }
 
 #[test]
 fn effects_that_nobody_declares_have_no_resource_no_column_and_no_system() {
-    let mut world = world_of(&[]);
-    let mut steps = stepper(&mut world, Method::SemiImplicitEuler);
-    allocations(&mut world, &mut steps, 20);
-    assert_eq!(allocations(&mut world, &mut steps, 50), 0);
-    let systems: Vec<_> = steps.systems();
+    let mut lab = lab_of(&[], Method::SemiImplicitEuler);
+    lab.run(20);
+    assert_eq!(allocations(&mut lab, 50), 0);
     let names =
         ["apply_forces", "integrate_acceleration", "integrate_velocity", "clear_forces", "quarantine_bodies"];
-    assert_eq!(systems, names);
+    assert_eq!(lab.stepper.systems(), names);
+    let world = &mut lab.world;
     assert!(
         !world.contains_resource::<motion::Gravity>()
             && !world.contains_resource::<motion::Damping>()

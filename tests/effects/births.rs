@@ -7,12 +7,12 @@ use motion::ledger::Ledger;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Curve, Damping, DampingModel, DampingRate, Drag, Emitter, Gravity, Method, OwnLaws,
-    OwnSubsteps, PhysicsBody, Quarantine, Quarantined, Range, SpeedLimit, StableId, Stepper, Substeps,
-    Thrust, TimeStep, Transform, Well, Wells, Wind,
+    OwnSubsteps, Range, SpeedLimit, StableId, Substeps, Thrust, TimeStep, Well, Wells, Wind,
 };
 
-use super::emitters::{AT, expected, fountain, launch, living};
-use super::run;
+use super::emitters::{AT, expected, fountain, launch, living, now};
+use crate::environment::Start;
+use crate::harness::Lab;
 
 /// No laws of single bodies.
 const NONE: LawsOf<'_, f64> = &|_| Vec::new();
@@ -21,8 +21,8 @@ fn arrays(world: &mut World, method: Method) -> Bare<f64> {
     Bare::<f64>::of_world(world, method, NONE, Vec::new()).unwrap()
 }
 
-fn state(world: &World, body: Entity) -> (Vector, Vector) {
-    (world.get::<Transform>(body).unwrap().position, world.get::<PhysicsBody>(body).unwrap().velocity)
+fn gravity(world: &mut World) {
+    world.insert_resource(Gravity::EARTH);
 }
 
 /// The methods whose positions are exact under a constant acceleration.
@@ -46,24 +46,23 @@ fn particles_are_on_the_exact_parabola_at_any_tick_rate() {
     {
         for (method, substeps) in EXACT.into_iter().flat_map(|method| [(method, 1), (method, 3)]) {
             let what = format!("{method:?} in {substeps} substeps of {lengths:?} s, {rate} a second");
-            let (mut world, emitter) = fountain(count, rate, life);
-            world.insert_resource(Gravity::EARTH);
-            world.insert_resource(Substeps(substeps));
-            let mut stepper = Stepper::new(&mut world, method, TimeStep(lengths[0]));
-            let mut bare = arrays(&mut world, method);
-            let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
+            let prepare = |world: &mut World| {
+                gravity(world);
+                world.insert_resource(Substeps(substeps));
+            };
+            let (mut lab, _) = fountain(count, rate, life, method, lengths[0], prepare);
+            let mut bare = arrays(&mut lab.world, method);
             let mut seen = 0;
             for length in lengths.iter().cycle().take(100) {
-                world.insert_resource(TimeStep(*length));
+                lab.world.insert_resource(TimeStep(*length));
                 bare.set_step(*length);
-                stepper.tick(&mut world);
                 bare.tick();
-                let now = world.resource::<StepClock>().scene_seconds();
+                let now = now(lab.run(1));
                 let numbers = expected(count as u64, rate, life, now);
-                assert_eq!(living(&world, emitter).len(), numbers.len(), "{what}");
+                assert_eq!(living(&lab).len(), numbers.len(), "{what}");
                 for number in numbers {
                     let slot = (number % count as u64) as usize;
-                    let (x, v) = state(&world, pool[slot]);
+                    let (x, v) = lab.state(slot);
                     let age = now - number as f64 / rate;
                     let exact = AT + launch(slot) * age + g * (age * age / 2.0);
                     assert!((x - exact).length() < 1e-11, "{what}, {number}: {x} is not {exact}");
@@ -73,7 +72,7 @@ fn particles_are_on_the_exact_parabola_at_any_tick_rate() {
                     seen += 1;
                 }
                 for (id, x, v) in bare.states() {
-                    assert_eq!((x, v), state(&world, pool[id.0 as usize]), "{what}: {id:?} in arrays");
+                    assert_eq!((x, v), lab.state(id.0 as usize), "{what}: {id:?} in arrays");
                 }
             }
             assert!(seen >= 100, "{what}: {seen} particles");
@@ -88,18 +87,17 @@ fn under_drag_particles_have_the_order_of_their_method() {
     for method in Method::ALL {
         let order = f64::from(method.claims().order_with_velocity_laws);
         let error = |hz: u32, in_arrays: bool| {
-            let (mut world, emitter) = fountain(count, rate, life);
-            world.insert_resource(Gravity::EARTH);
-            world.insert_resource(Drag::new(c, 0.0));
-            let mut stepper = Stepper::new(&mut world, method, TimeStep(1.0 / f64::from(hz)));
-            let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
-            let mut bare = arrays(&mut world, method);
+            let prepare = |world: &mut World| {
+                gravity(world);
+                world.insert_resource(Drag::new(c, 0.0));
+            };
+            let (mut lab, _) = fountain(count, rate, life, method, 1.0 / f64::from(hz), prepare);
             let states: Vec<_> = if in_arrays {
+                let mut bare = arrays(&mut lab.world, method);
                 (0..until * hz).for_each(|_| bare.tick());
                 bare.states().map(|(_, x, v)| (x, v)).collect()
             } else {
-                run(&mut world, &mut stepper, u64::from(until * hz));
-                pool.iter().map(|body| state(&world, *body)).collect()
+                lab.run(u64::from(until * hz)).states()
             };
             let numbers = expected(count as u64, rate, life, f64::from(until));
             let squares = numbers.iter().map(|number| {
@@ -121,8 +119,9 @@ fn under_drag_particles_have_the_order_of_their_method() {
     }
 }
 
-/// A world with everything that acts on single bodies, and what these `bodies` ask for.
-fn everything(world: &mut World, damping: DampingModel, bodies: &[Entity]) {
+/// Everything that acts on single bodies, and what the bodies ask for.
+fn everything(lab: &mut Lab, damping: DampingModel) {
+    let world = &mut lab.world;
     world.insert_resource(Gravity::EARTH);
     world.insert_resource(Damping { model: damping, rate: 2.0 });
     let wind = Wind { velocity: Vector::new(5.0, 0.0, 1.0), gust: 2.0, gust_hz: 3.0 };
@@ -130,7 +129,7 @@ fn everything(world: &mut World, damping: DampingModel, bodies: &[Entity]) {
     world.insert_resource(Wells(vec![Well { position: Vector::Y * 9.0, strength: 7.0, softening: 0.1 }]));
     // It starts within what is left of the tick.
     let thrust = Thrust::new(Curve::Polynomial(vec![Vector::Z * 40.0]), 0.475, f64::INFINITY);
-    for (number, body) in bodies.iter().enumerate() {
+    for (number, body) in lab.bodies.iter().enumerate() {
         let mut body = world.entity_mut(*body);
         match number % 5 {
             0 => body.insert(DampingRate::new(5.0)),
@@ -140,6 +139,7 @@ fn everything(world: &mut World, damping: DampingModel, bodies: &[Entity]) {
             _ => body.insert(OwnLaws::new(vec![Box::new(thrust.clone())])),
         };
     }
+    lab.recompile();
 }
 
 #[test]
@@ -150,29 +150,20 @@ fn the_rest_of_a_tick_is_a_tick_with_everything_that_acts() {
     for (method, damping) in
         Method::ALL.into_iter().flat_map(|method| DampingModel::ALL.map(|model| (method, model)))
     {
-        let (mut world, emitter) = fountain(20, 200.0, 10.0);
-        let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
-        everything(&mut world, damping, &pool);
-        let mut stepper = Stepper::new(&mut world, method, TimeStep(h));
-        run(&mut world, &mut stepper, ticks);
-        let end = world.resource::<StepClock>().scene_seconds();
+        let (mut lab, _) = fountain(20, 200.0, 10.0, method, h, |_| ());
+        everything(&mut lab, damping);
+        let end = now(lab.run(ticks));
         for number in 80..100_u64 {
             // The same body in a world of its own, one tick of which is what is left.
             let slot = (number % 20) as usize;
-            let mut alone = World::new();
-            let bodies: Vec<_> = (0..20)
-                .map(|slot| {
-                    alone
-                        .spawn((Transform::at(AT), PhysicsBody { velocity: launch(slot), inverse_mass: 2.0 }))
-                        .id()
-                })
-                .collect();
-            everything(&mut alone, damping, &bodies);
+            let mut alone = Lab::new(method, end - time(number));
+            for slot in 0..20 {
+                alone.spawn(Start { x: AT, v: launch(slot), w: 2.0 });
+            }
+            everything(&mut alone, damping);
             let state_then = ClockState { since_time: time(number), ..ClockState::default() };
-            let mut stepper = Stepper::new(&mut alone, method, TimeStep(end - time(number)));
-            alone.insert_resource(StepClock::from_state(state_then).unwrap());
-            stepper.tick(&mut alone);
-            let ((x, v), (y, w)) = (state(&world, pool[slot]), state(&alone, bodies[slot]));
+            alone.world.insert_resource(StepClock::from_state(state_then).unwrap());
+            let ((x, v), (y, w)) = (lab.state(slot), alone.run(1).state(slot));
             let near = (x - y).length() < 1e-12 && (v - w).length() < 1e-12;
             assert!(near, "{method:?}, {damping:?}, slot {slot}: {x} {v}, not {y} {w}");
             assert!((x - AT).length() > 1e-3, "{slot} has not moved");
@@ -183,35 +174,29 @@ fn the_rest_of_a_tick_is_a_tick_with_everything_that_acts() {
 #[test]
 fn a_particle_that_would_leave_the_range_at_its_birth_stays_where_it_was_born() {
     for method in [Method::SemiImplicitEuler, Method::PositionVerlet, Method::RungeKutta4] {
-        let (mut world, emitter) = fountain(8, 25.0, 1.0);
-        let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
-        world.get_mut::<Emitter>(emitter).unwrap().launches[3] = Vector::Y * 100.0;
-        world.insert_resource(Gravity::EARTH);
-        world.insert_resource(Range { position: 1e9, speed: 50.0 });
-        let mut stepper = Stepper::new(&mut world, method, TimeStep(0.1));
-        run(&mut world, &mut stepper, 2);
-        assert_eq!(state(&world, pool[3]), (AT, Vector::Y * 100.0), "{method:?}");
-        assert!(world.get::<Quarantined>(pool[3]).is_some());
-        run(&mut world, &mut stepper, 9);
-        let records = world.resource::<Quarantine>().records();
+        let prepare = |world: &mut World| {
+            gravity(world);
+            world.insert_resource(Range { position: 1e9, speed: 50.0 });
+        };
+        let (mut lab, emitter) = fountain(8, 25.0, 1.0, method, 0.1, prepare);
+        lab.world.get_mut::<Emitter>(emitter).unwrap().launches[3] = Vector::Y * 100.0;
+        assert_eq!(lab.run(2).state(3), (AT, Vector::Y * 100.0), "{method:?}");
+        assert!(lab.is_quarantined(3));
+        let records = lab.run(9).records();
         assert_eq!((records.len(), records[0].id, records[0].tick), (1, Some(StableId(3)), 2));
-        assert!(state(&world, pool[4]).0 != AT);
+        assert!(lab.x(4) != AT);
     }
 }
 
 #[test]
 fn a_scene_that_begins_again_after_one_tick_throws_its_first_particles_again() {
-    let (mut world, emitter) = fountain(8, 25.0, 1.0);
-    let mut stepper = Stepper::new(&mut world, Method::RungeKutta4, TimeStep(0.1));
-    run(&mut world, &mut stepper, 1);
-    let pool = world.get::<Emitter>(emitter).unwrap().pool.clone();
-    let states = |world: &World| pool.iter().map(|body| state(world, *body)).collect::<Vec<_>>();
-    let first = states(&world);
-    assert_eq!(living(&world, emitter).len(), 3);
-    world.resource_mut::<StepClock>().begin_scene();
-    run(&mut world, &mut stepper, 1);
-    assert_eq!(living(&world, emitter).len(), 3);
-    for ((x, v), (y, w)) in states(&world).into_iter().zip(first) {
+    let (mut lab, _) = fountain(8, 25.0, 1.0, Method::RungeKutta4, 0.1, |_| ());
+    let first = lab.run(1).states();
+    assert_eq!(living(&lab).len(), 3);
+    lab.world.resource_mut::<StepClock>().begin_scene();
+    lab.run(1);
+    assert_eq!(living(&lab).len(), 3);
+    for ((x, v), (y, w)) in lab.states().into_iter().zip(first) {
         // The scene's time is a difference of times by now.
         assert!((x - y).length() < 1e-14 && v == w, "{x} {v}, not {y} {w}");
     }
@@ -223,14 +208,13 @@ fn the_books_of_a_birth_within_a_tick_close() {
         .into_iter()
         .flat_map(|method| [(method, None), (method, Some(DampingModel::Tutorial))])
     {
-        let (mut world, _) = fountain(31, 31.0, 0.9);
-        world.insert_resource(Gravity::EARTH);
-        if let Some(model) = damping {
-            world.insert_resource(Damping { model, rate: 0.4 });
-        }
-        let mut stepper = Stepper::new(&mut world, method, TimeStep(1.0 / 30.0));
-        let mut ledger = Ledger::open(&mut world);
-        (0..60).for_each(|_| ledger.tick(&mut stepper, &mut world));
+        let prepare = |world: &mut World| {
+            gravity(world);
+            damping.into_iter().for_each(|model| world.insert_resource(Damping { model, rate: 0.4 }));
+        };
+        let (mut lab, _) = fountain(31, 31.0, 0.9, method, 1.0 / 30.0, prepare);
+        let mut ledger = Ledger::open(&mut lab.world);
+        (0..60).for_each(|_| ledger.tick(&mut lab.stepper, &mut lab.world));
         let books = ledger.since_opening();
         let residual = (books.energy.residual.abs(), books.momentum.residual.length());
         assert!(residual.0 < 1e-9 && residual.1 < 1e-9, "{method:?}, {damping:?}: {residual:?}");
@@ -240,10 +224,8 @@ fn the_books_of_a_birth_within_a_tick_close() {
 
 #[test]
 fn arrays_go_back_to_a_state_with_the_particles_of_then() {
-    let (mut world, _) = fountain(20, 50.0, 0.3);
-    world.insert_resource(Gravity::EARTH);
-    world.insert_resource(TimeStep(1.0 / 30.0));
-    let mut bare = arrays(&mut world, Method::VelocityVerlet);
+    let (mut lab, _) = fountain(20, 50.0, 0.3, Method::VelocityVerlet, 1.0 / 30.0, gravity);
+    let mut bare = arrays(&mut lab.world, Method::VelocityVerlet);
     let flies = |bare: &mut Bare<f64>, ticks: u32| {
         (0..ticks).for_each(|_| bare.tick());
         bare.states().collect::<Vec<_>>()

@@ -13,10 +13,6 @@ fn is_static(lab: &Lab, body: Entity) -> bool {
     lab.world.get::<Static>(body).is_some()
 }
 
-fn ask(lab: &mut Lab, request: Request) {
-    lab.ask(request);
-}
-
 #[test]
 fn a_step_looks_at_no_body_that_is_immovable_and_at_rest() {
     for method in Method::ALL {
@@ -59,8 +55,8 @@ fn one_that_is_given_a_velocity_or_a_mass_moves_from_then_on() {
     let mut lab = Lab::new(Method::SemiImplicitEuler, H);
     let [floor, wall] = [(); 2].map(|()| lab.body(0.0, Vector::ZERO));
     lab.run(1);
-    ask(&mut lab, Request::SetVelocity(floor, Vector::X));
-    ask(&mut lab, Request::SetInverseMass(wall, 0.5));
+    lab.ask(Request::SetVelocity(floor, Vector::X));
+    lab.ask(Request::SetInverseMass(wall, 0.5));
     lab.run(3);
     assert!(!is_static(&lab, floor) && !is_static(&lab, wall));
     assert_eq!(lab.x(floor).x, 3.0 * H);
@@ -68,12 +64,12 @@ fn one_that_is_given_a_velocity_or_a_mass_moves_from_then_on() {
     lab.run(1);
     assert!(lab.v(wall).z > 0.0);
     // And back again.
-    ask(&mut lab, Request::SetVelocity(floor, Vector::ZERO));
+    lab.ask(Request::SetVelocity(floor, Vector::ZERO));
     lab.run(1);
     assert!(is_static(&lab, floor));
     // An impulse does not move it, and moving it elsewhere leaves it at rest.
-    ask(&mut lab, Request::Impulse(floor, Vector::X));
-    ask(&mut lab, Request::SetPosition(floor, Vector::Z));
+    lab.ask(Request::Impulse(floor, Vector::X));
+    lab.ask(Request::SetPosition(floor, Vector::Z));
     lab.run(1);
     assert!(is_static(&lab, floor));
     assert_eq!(lab.state(floor), (Vector::Z, Vector::ZERO));

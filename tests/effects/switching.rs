@@ -4,39 +4,37 @@ use bevy_ecs::prelude::*;
 use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::units::Vector;
 use motion::{
-    Damping, DampingModel, DampingRate, Drag, Elastic, Evaluations, Gravity, Method, MutualGravity, OwnLaws,
-    PhysicsBody, Quarantine, Request, Requests, SpeedLimit, Spring, StepPlan, Stepper, Wells,
+    Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws, PhysicsBody,
+    Request, SpeedLimit, Spring, StepPlan, Stepper, TimeStep, Wells,
 };
 
-use super::{COUPLED, LOCAL, run, stepper, world_of};
-use crate::harness::world_bits;
+use super::{COUPLED, LOCAL, lab_of, world_of};
+use crate::harness::{H, Lab, world_bits};
 
-fn ask(world: &mut World, stepper: &mut Stepper, requests: impl IntoIterator<Item = Request>) {
-    requests.into_iter().for_each(|request| world.resource_mut::<Requests>().ask(request));
-    stepper.carry_out_requests(world);
+fn ask(lab: &mut Lab, requests: impl IntoIterator<Item = Request>) {
+    requests.into_iter().for_each(|request| lab.ask(request));
+    lab.stepper.carry_out_requests(&mut lab.world);
 }
 
 #[test]
 fn off_and_on_again_at_once_is_bit_identical_to_never() {
     for method in Method::ALL {
-        let mut never = world_of(&LOCAL);
-        let mut steps = stepper(&mut never, method);
-        run(&mut never, &mut steps, 40);
-        let expected = world_bits(&mut never);
+        let mut never = lab_of(&LOCAL, method);
+        never.run(40);
+        let expected = world_bits(&mut never.world);
         for effect in LOCAL {
-            let mut world = world_of(&LOCAL);
-            let mut steps = stepper(&mut world, method);
-            run(&mut world, &mut steps, 15);
-            ask(&mut world, &mut steps, [false, true].map(|on| Request::Switch(effect, on)));
-            run(&mut world, &mut steps, 1);
+            let mut lab = lab_of(&LOCAL, method);
+            lab.run(15);
+            ask(&mut lab, [false, true].map(|on| Request::Switch(effect, on)));
+            lab.run(1);
             if method != Method::PositionVerlet {
                 // Position Verlet starts anew when a law really goes.
                 for on in [false, true] {
-                    ask(&mut world, &mut steps, [Request::Switch(effect, on)]);
+                    ask(&mut lab, [Request::Switch(effect, on)]);
                 }
             }
-            run(&mut world, &mut steps, 24);
-            assert_eq!(world_bits(&mut world), expected, "{effect} under {}", method.name());
+            lab.run(24);
+            assert_eq!(world_bits(&mut lab.world), expected, "{effect} under {}", method.name());
         }
     }
 }
@@ -65,24 +63,17 @@ fn off_is_never(all: &[Effect], switched: &[Effect]) {
                 .copied()
                 .filter(|other| *other != effect && (effect, *other) != (Effect::Drag, Effect::Wind))
                 .collect();
-            let mut never = world_of(&others);
-            let mut off = world_of(all);
-            let mut steps = [stepper(&mut never, method), stepper(&mut off, method)];
-            ask(&mut off, &mut steps[1], [Request::Switch(effect, false)]);
+            let [mut never, mut off] = [&others[..], all].map(|effects| lab_of(effects, method));
+            ask(&mut off, [Request::Switch(effect, false)]);
             for _ in 0..2 {
-                run(&mut never, &mut steps[0], 20);
-                run(&mut off, &mut steps[1], 20);
-                assert_eq!(world_bits(&mut off), world_bits(&mut never), "{effect} under {}", method.name());
-                assert_eq!(steps[1].systems(), steps[0].systems(), "{effect} under {}", method.name());
-                assert_eq!(steps[1].plan(), steps[0].plan(), "{effect}");
+                never.run(20);
+                off.run(20);
+                let what = format!("{effect} under {}", method.name());
+                assert_eq!(world_bits(&mut off.world), world_bits(&mut never.world), "{what}");
+                assert_eq!(off.stepper.systems(), never.stepper.systems(), "{what}");
+                assert_eq!(off.stepper.plan(), never.stepper.plan(), "{what}");
             }
-            let counts = |world: &World| {
-                let evaluations = world.resource::<Evaluations>();
-                let mut laws = evaluations.laws().to_vec();
-                laws.sort_unstable();
-                (evaluations.accelerations(), laws)
-            };
-            assert_eq!(counts(&off), counts(&never), "{effect} under {}", method.name());
+            assert_eq!(off.counts(), never.counts(), "{effect} under {}", method.name());
         }
     }
 }
@@ -91,29 +82,31 @@ fn off_is_never(all: &[Effect], switched: &[Effect]) {
 fn what_acts_between_bodies_comes_back_as_it_was() {
     for method in Method::ALL {
         let all = [Effect::Gravity, Effect::Springs, Effect::MutualGravity];
-        let mut never = world_of(&all);
-        let mut steps = stepper(&mut never, method);
-        run(&mut never, &mut steps, 40);
+        let mut never = lab_of(&all, method);
+        never.run(40);
         for effect in COUPLED {
-            let mut world = world_of(&all);
-            let mut steps = stepper(&mut world, method);
-            run(&mut world, &mut steps, 15);
+            let mut lab = lab_of(&all, method);
+            lab.run(15);
             if method != Method::PositionVerlet {
                 for on in [false, true] {
-                    ask(&mut world, &mut steps, [Request::Switch(effect, on)]);
+                    ask(&mut lab, [Request::Switch(effect, on)]);
                 }
             }
-            run(&mut world, &mut steps, 25);
-            assert_eq!(world_bits(&mut world), world_bits(&mut never), "{effect} under {}", method.name());
+            lab.run(25);
+            assert_eq!(
+                world_bits(&mut lab.world),
+                world_bits(&mut never.world),
+                "{effect} under {}",
+                method.name()
+            );
         }
     }
 }
 
 #[test]
 fn switching_keeps_the_value() {
-    let mut world = world_of(&LOCAL);
-    let mut steps = stepper(&mut world, Method::RungeKutta4);
-    let drag = *world.resource::<Drag>();
+    let mut lab = lab_of(&LOCAL, Method::RungeKutta4);
+    let drag = *lab.world.resource::<Drag>();
     let names = |world: &mut World| {
         let laws = |laws: &OwnLaws| laws.laws().iter().map(|law| format!("{law:?}")).collect::<Vec<_>>();
         let mut all: Vec<_> =
@@ -121,23 +114,25 @@ fn switching_keeps_the_value() {
         all.sort_unstable_by_key(|(body, _)| body.to_bits());
         all
     };
-    let own = names(&mut world);
+    let own = names(&mut lab.world);
     let all = |on| LOCAL.map(|effect| Request::Switch(effect, on));
-    ask(&mut world, &mut steps, all(false));
-    assert!(LOCAL.iter().all(|effect| motion::effects::state(&mut world, *effect) == EffectState::Off));
+    ask(&mut lab, all(false));
+    let world = &mut lab.world;
+    assert!(LOCAL.iter().all(|effect| motion::effects::state(world, *effect) == EffectState::Off));
     assert!(!world.contains_resource::<Drag>() && !world.contains_resource::<Wells>());
     assert!(!world.contains_resource::<Damping>() && !world.resource::<Gravity>().on);
-    assert_eq!(world.query::<&OwnLaws>().iter(&world).count(), 0);
-    assert_eq!(world.query::<&SpeedLimit>().iter(&world).count(), 0);
-    assert_eq!(world.query::<&DampingRate>().iter(&world).count(), 0);
-    run(&mut world, &mut steps, 3);
+    assert_eq!(world.query::<&OwnLaws>().iter(world).count(), 0);
+    assert_eq!(world.query::<&SpeedLimit>().iter(world).count(), 0);
+    assert_eq!(world.query::<&DampingRate>().iter(world).count(), 0);
+    lab.run(3);
     // In another order than they went.
-    ask(&mut world, &mut steps, [Effect::Thrusts, Effect::Drag].map(|effect| Request::Switch(effect, true)));
-    ask(&mut world, &mut steps, all(true));
-    assert!(LOCAL.iter().all(|effect| motion::effects::state(&mut world, *effect) == EffectState::On));
-    assert_eq!((*world.resource::<Drag>(), names(&mut world)), (drag, own));
-    assert_eq!(world.query::<&SpeedLimit>().single(&world).unwrap(), &SpeedLimit(1.1));
-    assert_eq!(world.query::<&DampingRate>().single(&world).unwrap().rate(), 1.5);
+    ask(&mut lab, [Effect::Thrusts, Effect::Drag].map(|effect| Request::Switch(effect, true)));
+    ask(&mut lab, all(true));
+    let world = &mut lab.world;
+    assert!(LOCAL.iter().all(|effect| motion::effects::state(world, *effect) == EffectState::On));
+    assert_eq!((*world.resource::<Drag>(), names(world)), (drag, own));
+    assert_eq!(world.query::<&SpeedLimit>().single(world).unwrap(), &SpeedLimit(1.1));
+    assert_eq!(world.query::<&DampingRate>().single(world).unwrap().rate(), 1.5);
     let damping = world.resource::<Damping>();
     assert_eq!((damping.model, damping.rate), (DampingModel::Exact, 0.3));
 }
@@ -176,13 +171,13 @@ fn wind_is_switched_also_while_drag_is_off() {
 
 #[test]
 fn damping_that_is_set_while_it_is_off_is_on() {
-    let mut world = world_of(&[Effect::Damping]);
-    let mut steps = stepper(&mut world, Method::SemiImplicitEuler);
+    let mut lab = lab_of(&[Effect::Damping], Method::SemiImplicitEuler);
     let set = Damping { model: DampingModel::Clamped, rate: 2.0 };
-    ask(&mut world, &mut steps, [Request::Switch(Effect::Damping, false), Request::SetDamping(set)]);
-    assert_eq!(motion::effects::state(&mut world, Effect::Damping), EffectState::On);
+    ask(&mut lab, [Request::Switch(Effect::Damping, false), Request::SetDamping(set)]);
+    let world = &mut lab.world;
+    assert_eq!(motion::effects::state(world, Effect::Damping), EffectState::On);
     assert_eq!(*world.resource::<Damping>(), set);
-    assert_eq!(world.query::<&DampingRate>().iter(&world).count(), 1);
+    assert_eq!(world.query::<&DampingRate>().iter(world).count(), 1);
 }
 
 #[test]
@@ -206,21 +201,21 @@ fn springs_and_mutual_gravity_are_switched_and_their_values_kept() {
 #[test]
 fn every_effect_can_be_toggled_in_the_middle_of_a_run_under_every_method() {
     for method in Method::ALL {
-        let mut world = world_of(&LOCAL);
-        let mut steps = stepper(&mut world, method);
+        let mut lab = lab_of(&LOCAL, method);
         for round in 0..4 {
             for effect in LOCAL {
-                ask(&mut world, &mut steps, [Request::Switch(effect, round % 2 == 1)]);
-                run(&mut world, &mut steps, 3);
+                ask(&mut lab, [Request::Switch(effect, round % 2 == 1)]);
+                lab.run(3);
                 // That the last particle is gone is noticed a tick later.
-                let plan = StepPlan { emits: steps.plan().emits, ..StepPlan::of(&mut world, method) };
-                assert_eq!(*steps.plan(), plan, "{effect}");
+                let emits = lab.stepper.plan().emits;
+                let plan = StepPlan { emits, ..StepPlan::of(&mut lab.world, method) };
+                assert_eq!(*lab.stepper.plan(), plan, "{effect}");
             }
         }
         let finite =
             |(_, numbers): &(u32, [u64; 6])| numbers.iter().all(|bits| f64::from_bits(*bits).is_finite());
-        assert!(world_bits(&mut world).iter().all(finite), "{}", method.name());
-        assert!(world.resource::<Quarantine>().records().is_empty());
+        assert!(world_bits(&mut lab.world).iter().all(finite), "{}", method.name());
+        assert!(lab.records().is_empty());
     }
 }
 
@@ -237,34 +232,22 @@ const CHANGES: [fn(&mut World); 4] = [
 #[test]
 fn a_law_that_is_exchanged_between_two_ticks_is_counted_as_if_it_had_always_been_there() {
     for method in Method::ALL {
-        let mut world = world_of(&[Effect::Gravity, Effect::Drag]);
-        let mut steps = stepper(&mut world, method);
-        run(&mut world, &mut steps, 2);
         // Of the same states: an implicit step iterates as often as its state needs.
-        let mut others = world_of(&[Effect::Gravity, Effect::Drag]);
-        let mut new = stepper(&mut others, method);
-        run(&mut others, &mut new, 2);
+        let [mut lab, mut other] = [(); 2].map(|()| lab_of(&[Effect::Gravity, Effect::Drag], method));
+        lab.run(2);
+        other.run(2);
         for (number, change) in CHANGES.iter().enumerate() {
-            change(&mut world);
-            change(&mut others);
-            let mut new = stepper(&mut others, method);
+            change(&mut lab.world);
+            change(&mut other.world);
+            other.stepper = Stepper::new(&mut other.world, method, TimeStep(H));
             // The first tick of a method may evaluate once more.
-            run(&mut world, &mut steps, 1);
-            run(&mut others, &mut new, 1);
-            let [changed, expected] =
-                [(&mut world, &mut steps), (&mut others, &mut new)].map(|(world, steps)| {
-                    let before = world.resource::<Evaluations>().clone();
-                    run(world, steps, 3);
-                    let after = world.resource::<Evaluations>();
-                    let laws = after.laws().iter().map(|(name, count)| {
-                        let old =
-                            before.laws().iter().find(|(old, _)| old == name).map_or(0, |(_, count)| *count);
-                        (*name, count - old)
-                    });
-                    let mut laws: Vec<_> = laws.filter(|(_, count)| *count > 0).collect();
-                    laws.sort_unstable();
-                    (after.accelerations() - before.accelerations(), laws)
-                });
+            let [changed, expected] = [&mut lab, &mut other].map(|lab| {
+                let (accelerations, before) = lab.run(1).counts();
+                let (after, laws) = lab.run(3).counts();
+                let old = |law| before.iter().find(|(old, _)| *old == law).map_or(0, |(_, count)| *count);
+                let laws = laws.into_iter().map(|(law, count)| (law, count - old(law)));
+                (after - accelerations, laws.filter(|(_, count)| *count > 0).collect::<Vec<_>>())
+            });
             assert_eq!(changed, expected, "change {number} under {}", method.name());
         }
     }
@@ -272,10 +255,8 @@ fn a_law_that_is_exchanged_between_two_ticks_is_counted_as_if_it_had_always_been
 
 #[test]
 fn gravity_that_is_off_is_no_term() {
-    let mut world = world_of(&[Effect::Gravity]);
-    let mut steps = stepper(&mut world, Method::RungeKutta4);
-    ask(&mut world, &mut steps, [Request::Switch(Effect::Gravity, false)]);
-    run(&mut world, &mut steps, 5);
-    assert!(world.resource::<Evaluations>().laws().is_empty());
-    assert_eq!(world.resource::<Gravity>().acceleration, Vector::new(0.0, -9.8, 0.0));
+    let mut lab = lab_of(&[Effect::Gravity], Method::RungeKutta4);
+    ask(&mut lab, [Request::Switch(Effect::Gravity, false)]);
+    assert!(lab.run(5).evaluations().laws().is_empty());
+    assert_eq!(lab.world.resource::<Gravity>().acceleration, Vector::new(0.0, -9.8, 0.0));
 }
