@@ -3,7 +3,10 @@
 use glam::DVec3;
 use motion::arrays::Bare;
 use motion::groups::Solver;
-use motion::{Damping, Drag, Gravity, Method, MutualGravity, PhysicsBody, Substeps, Transform, Well, Wells};
+use motion::{
+    BodyState, Damping, Drag, EvaluationTime, Gravity, Jacobians, Law, Method, MutualGravity, PhysicsBody,
+    Substeps, Transform, Well, Wells,
+};
 
 use crate::harness::Lab;
 
@@ -26,6 +29,51 @@ impl Start {
 
     pub const fn of(mass: f64, x: DVec3, v: DVec3) -> Self {
         Self { x, v, w: 1.0 / mass }
+    }
+}
+
+/// A law of a formula, of whose derivatives solvers are told nothing.
+pub struct Formula {
+    name: &'static str,
+    acceleration: Box<dyn Fn(EvaluationTime<f64>, BodyState<f64>) -> DVec3 + Send + Sync>,
+    jumps: Vec<f64>,
+}
+
+impl Formula {
+    pub fn new(
+        name: &'static str,
+        acceleration: impl Fn(EvaluationTime<f64>, BodyState<f64>) -> DVec3 + Send + Sync + 'static,
+    ) -> Self {
+        Self { name, acceleration: Box::new(acceleration), jumps: Vec::new() }
+    }
+
+    /// It jumps at that time, s.
+    pub fn jumping_at(self, time: f64) -> Self {
+        Self { jumps: vec![time], ..self }
+    }
+}
+
+impl std::fmt::Debug for Formula {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl Law<f64> for Formula {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
+        (self.acceleration)(at, body)
+    }
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+        Jacobians::zero()
+    }
+    fn depends_on_velocity(&self) -> bool {
+        false
+    }
+    fn discontinuities(&self) -> &[f64] {
+        &self.jumps
     }
 }
 

@@ -7,12 +7,11 @@ mod conserved;
 mod costs;
 mod damping;
 mod events;
-mod oracle;
-
 pub(crate) mod fingerprint;
 mod laws;
 mod mutants;
 
+pub(crate) mod oracle;
 mod orders;
 mod problems;
 mod pushes;

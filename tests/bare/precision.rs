@@ -1,14 +1,11 @@
 //! What single precision costs, and what compensated sums give back.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::{
-    Damping, DampingModel, Elastic, Gravity, Method, PhysicsBody, Spring, StableId, Substeps, TimeStep,
-    Transform,
-};
+use motion::{Damping, DampingModel, Gravity, Method};
 
 use super::{Precision, run, states};
+use crate::groups::lab::{Environment, Net, Start, elastic};
 
 /// Half the distance from 1 to the next number of single precision.
 const EPS: f64 = 5.960_464_477_539_063e-8;
@@ -18,47 +15,29 @@ fn ulp(x: f64) -> f64 {
     2.0 * EPS * 2.0_f64.powi(x.abs().log2().floor() as i32)
 }
 
-/// Bodies, (position, velocity, mass), of which a mass of 0 is immovable, and springs between them.
-#[derive(Default)]
-struct Net {
-    bodies: Vec<(DVec3, DVec3, f64)>,
-    springs: Vec<([usize; 2], Elastic<f64>)>,
+/// A net in plain arrays.
+fn bare<T: Precision>(net: &Net, method: Method, step: f64, substeps: u32) -> Bare<T> {
+    damped_bare(net, None, method, step, substeps)
+}
+
+fn damped_bare<T: Precision>(
+    net: &Net,
     damping: Option<Damping>,
-}
-
-const fn elastic(stiffness: f64, rest_length: f64) -> Elastic<f64> {
-    Elastic { stiffness, damping: 0.0, rest_length }
-}
-
-impl Net {
-    fn bare<T: Precision>(&self, method: Method, step: f64, substeps: u32) -> Bare<T> {
-        let mut world = World::new();
-        world.insert_resource(TimeStep(step));
-        world.insert_resource(Substeps(substeps));
-        self.damping.into_iter().for_each(|damping| world.insert_resource(damping));
-        let bodies: Vec<_> = (0..)
-            .map(StableId)
-            .zip(&self.bodies)
-            .map(|(id, (x, v, mass))| {
-                let body = PhysicsBody::with_mass(*mass).moving_at(*v);
-                world.spawn((id, Transform::at(*x), body)).id()
-            })
-            .collect();
-        for (ends, elastic) in &self.springs {
-            world.spawn(Spring { ends: ends.map(|end| bodies[end]), elastic: *elastic });
-        }
-        T::of_world(&mut world, method, &|_| Vec::new()).unwrap()
-    }
+    method: Method,
+    step: f64,
+    substeps: u32,
+) -> Bare<T> {
+    let around = Environment { damping, substeps: Some(substeps), ..Environment::default() };
+    T::of_world(&mut net.lab(&around, method, step).world, method, &|_| Vec::new()).unwrap()
 }
 
 /// Bodies of 1 kg, each on a spring of no length to the origin that turns it by w rad/s.
 fn oscillators(w: &[f64], x: DVec3, v: impl Fn(f64) -> DVec3) -> Net {
-    let mut net = Net { bodies: vec![(DVec3::ZERO, DVec3::ZERO, 0.0)], ..Net::default() };
-    for w in w {
-        net.springs.push(([0, net.bodies.len()], elastic(w * w, 0.0)));
-        net.bodies.push((x, v(*w), 1.0));
+    let bodies = w.iter().map(|w| Start::of(1.0, x, v(*w)));
+    Net {
+        bodies: std::iter::once(Start::held(DVec3::ZERO)).chain(bodies).collect(),
+        springs: (1..).zip(w).map(|(body, w)| ([0, body], elastic(w * w, 0.0))).collect(),
     }
-    net
 }
 
 /// Height of a body thrown up at 100 m/s after `ticks` at 60 Hz; what is not exact in single precision is rounded
@@ -110,10 +89,11 @@ fn momentum_drift(ticks: u32, compensate: fn(Bare<f32>) -> Bare<f32>) -> f64 {
         let turn = std::f64::consts::TAU * f64::from(i) / 8.0;
         let noise = |k: f64| (12.9 * f64::from(i) + 78.2 * k).sin();
         let v = DVec3::new(noise(1.0), noise(2.0), noise(3.0)) * 0.3;
-        net.bodies.push((DVec3::new(turn.cos(), turn.sin(), 0.1 * noise(4.0)), v, 1.0 + 0.9 * noise(5.0)));
+        let x = DVec3::new(turn.cos(), turn.sin(), 0.1 * noise(4.0));
+        net.bodies.push(Start::of(1.0 + 0.9 * noise(5.0), x, v));
         net.springs.push(([i as usize, (i as usize + 1) % 8], elastic(40.0, 0.7)));
     }
-    let mut bare = compensate(net.bare(Method::VelocityVerlet, 1.0 / 60.0, 1));
+    let mut bare = compensate(bare(&net, Method::VelocityVerlet, 1.0 / 60.0, 1));
     let momenta = |bare: &Bare<f32>| -> Vec<DVec3> {
         bare.bodies
             .iter()
@@ -146,7 +126,7 @@ fn nearby_energy_drift(method: Method, steps: u32, compensate: fn(Bare<f32>) -> 
     let interval = 9_973;
     let z = [0.01, 0.1, 1.5, 1.9];
     let net = oscillators(&z, DVec3::new(0.48, 0.6, 0.64), |z| DVec3::new(0.6, -0.48, 0.2) * (0.7 * z));
-    let mut bare = compensate(net.bare(method, f64::from(interval), interval));
+    let mut bare = compensate(bare(&net, method, f64::from(interval), interval));
     let energies = |bare: &Bare<f32>| -> Vec<f64> {
         let energy = |((_, x, v), z): (&(u32, DVec3, DVec3), f64)| {
             let w2 = f64::from((z * z) as f32);
@@ -184,14 +164,14 @@ fn oscillator_error(steps: u32, compensate: fn(Bare<f32>) -> Bare<f32>) -> f64 {
     let w = 2.0;
     let step = std::f64::consts::TAU / w / f64::from(steps);
     let mut net = oscillators(&[w; 64], DVec3::ZERO, |_| DVec3::ZERO);
-    for (i, (x, v, _)) in net.bodies.iter_mut().enumerate().skip(1) {
+    for (i, body) in net.bodies.iter_mut().enumerate().skip(1) {
         let (sin, cos) = (0.37 * i as f64).sin_cos();
-        (x.x, v.x) = (f64::from(cos as f32), f64::from((w * sin) as f32));
+        (body.x.x, body.v.x) = (f64::from(cos as f32), f64::from((w * sin) as f32));
     }
-    let mut bare = compensate(net.bare(Method::RungeKutta4, step, 1));
+    let mut bare = compensate(bare(&net, Method::RungeKutta4, step, 1));
     run(&mut bare, steps);
     let (sin, cos) = (w * f64::from(step as f32) * f64::from(steps)).sin_cos();
-    let square = |((x, v, _), (_, after_x, after_v)): (&(DVec3, DVec3, f64), &(u32, DVec3, DVec3))| {
+    let square = |(Start { x, v, .. }, (_, after_x, after_v)): (&Start, &(u32, DVec3, DVec3))| {
         let (exact_x, exact_v) = (x.x * cos + v.x / w * sin, v.x * cos - w * x.x * sin);
         (after_x.x - exact_x).powi(2) + ((after_v.x - exact_v) / w).powi(2)
     };
@@ -218,11 +198,11 @@ fn smaller_steps_make_single_precision_worse_and_compensated_sums_do_not() {
 fn damped(model: DampingModel, compensate: fn(Bare<f32>) -> Bare<f32>) -> [f64; 2] {
     let v = DVec3::new(3.0, -2.0, 1.0);
     let net = Net {
-        bodies: [0.0, 5.0, 6.0].map(|x| (DVec3::X * x, v, 1.0)).to_vec(),
+        bodies: [0.0, 5.0, 6.0].map(|x| Start::of(1.0, DVec3::X * x, v)).to_vec(),
         springs: vec![([1, 2], elastic(10.0, 1.0))],
-        damping: Some(Damping { model, rate: 0.4 }),
     };
-    let mut bare = compensate(net.bare(Method::SemiImplicitEuler, 0.01, 10_000));
+    let damping = Some(Damping { model, rate: 0.4 });
+    let mut bare = compensate(damped_bare(&net, damping, Method::SemiImplicitEuler, 0.01, 10_000));
     run(&mut bare, 20);
     let states = states(&bare);
     [0, 1].map(|body| states[body].2.length() / v.length())
@@ -253,7 +233,7 @@ fn the_time_of_laws_is_rounded_once() {
 fn a_saved_state_is_gone_back_to() {
     let net = oscillators(&[2.0, 3.0], DVec3::new(0.48, 0.6, 0.64), |w| DVec3::X * w);
     for method in Method::ALL {
-        let mut bare = net.bare::<f32>(method, 1.0 / 60.0, 2).compensated();
+        let mut bare = bare::<f32>(&net, method, 1.0 / 60.0, 2).compensated();
         run(&mut bare, 10);
         let (saved, before) = (bare.save(), bare.time());
         run(&mut bare, 10);
@@ -270,10 +250,10 @@ fn a_body_takes_what_a_tick_reads_and_writes_of_it() {
     let net = oscillators(&[2.0], DVec3::X, |_| DVec3::ZERO);
     let bytes = |bare: Bare<f32>| bare.bytes_per_body();
     let method = Method::RungeKutta4;
-    assert_eq!(net.bare::<f64>(method, 0.1, 1).bytes_per_body(), 7 * 8);
-    assert_eq!(bytes(net.bare(method, 0.1, 1)), 7 * 4);
-    assert_eq!(bytes(net.bare(method, 0.1, 1).compensated()), 13 * 4);
-    let mut verlet = net.bare::<f32>(Method::PositionVerlet, 0.1, 1);
+    assert_eq!(bare::<f64>(&net, method, 0.1, 1).bytes_per_body(), 7 * 8);
+    assert_eq!(bytes(bare(&net, method, 0.1, 1)), 7 * 4);
+    assert_eq!(bytes(bare(&net, method, 0.1, 1).compensated()), 13 * 4);
+    let mut verlet = bare::<f32>(&net, Method::PositionVerlet, 0.1, 1);
     run(&mut verlet, 1);
     assert_eq!(bytes(verlet), 8 * 4);
 }

@@ -3,12 +3,13 @@
 use glam::DVec3;
 use motion::groups::Solver;
 use motion::{
-    BodyState, Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Jacobians, Law,
-    Method, MutualGravity, OwnLaws, Request, SoftBody, Thrust, Wind,
+    Cause, Curve, Damping, DampingModel, Drag, Elastic, EvaluationTime, Fault, Method, MutualGravity,
+    OwnLaws, Request, SoftBody, Thrust, Wind,
 };
 
 use super::lab::{Environment, H, Lab, Net, Start, elastic, pendulum, tetrahedron};
 use crate::dice::Dice;
+use crate::environment::Formula;
 
 /// Two triangles joined by a bridge, hung on a post, and two bodies beside them.
 fn bridge() -> Net {
@@ -26,25 +27,10 @@ fn engine() -> OwnLaws {
 }
 
 /// A law that gives no number from a time on.
-#[derive(Debug)]
-struct Broken(f64);
-
-impl Law<f64> for Broken {
-    fn name(&self) -> &'static str {
-        "broken"
-    }
-    fn acceleration(&self, at: EvaluationTime<f64>, _: BodyState<f64>) -> DVec3 {
-        if at.within_step < self.0 { DVec3::ZERO } else { DVec3::NAN }
-    }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
-        Jacobians::zero()
-    }
-    fn depends_on_velocity(&self) -> bool {
-        false
-    }
-    fn discontinuities(&self) -> &[f64] {
-        std::slice::from_ref(&self.0)
-    }
+fn broken_from(time: f64) -> OwnLaws {
+    let number =
+        move |at: EvaluationTime<f64>, _| if at.within_step < time { DVec3::ZERO } else { DVec3::NAN };
+    OwnLaws::new(vec![Box::new(Formula::new("broken", number).jumping_at(time))])
 }
 
 fn surroundings() -> [(&'static str, Environment); 5] {
@@ -148,7 +134,7 @@ fn a_member_that_is_left_alone_goes_on_as_a_single_body() {
 fn a_member_whose_own_law_breaks_is_frozen() {
     for method in Method::ALL {
         let mut rig = bridge().lab(&Environment::falling(), method, H);
-        rig.insert(3, OwnLaws::new(vec![Box::new(Broken(10.5 * H))]));
+        rig.insert(3, broken_from(10.5 * H));
         rig.run(40);
         assert_eq!(rig.frozen(), [3], "{method:?}");
         let record = rig.records()[0];

@@ -1,31 +1,20 @@
 //! S9: an engine that comes on inside a step.
 
 use glam::DVec3;
-use motion::{BodyState, Curve, EvaluationTime, Jacobians, Law, Thrust};
+use motion::{Curve, EvaluationTime, Law, Thrust};
 
 use super::laws::Spring;
 use super::orders::errors;
 use super::problems::{ACROSS, Problem};
 use super::{Check, SKEW, Stepper, all_pass, within};
+use crate::environment::Formula;
 
 /// An engine that nobody was told about: no step is split where it comes on, and it is on wherever a stage lies
 /// beyond.
-#[derive(Debug)]
-struct Unannounced(Thrust);
-
-impl Law<f64> for Unannounced {
-    fn name(&self) -> &'static str {
-        "unannounced"
-    }
-    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
-        self.0.acceleration(EvaluationTime { within_step: at.time, ..at }, body)
-    }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
-        Jacobians::zero()
-    }
-    fn depends_on_velocity(&self) -> bool {
-        false
-    }
+fn unannounced(engine: Thrust) -> Formula {
+    Formula::new("unannounced", move |at, body| {
+        engine.acceleration(EvaluationTime { within_step: at.time, ..at }, body)
+    })
 }
 
 /// An oscillator, w = 2, whose engine comes on at a third of the span: never at the end of one of 2^k steps, and
@@ -43,7 +32,7 @@ fn late_engine(announced: bool) -> Problem {
         laws: Box::new(move |bare| {
             let engine = Thrust::new(Curve::Polynomial(vec![push / 0.5]), span / 3.0, f64::INFINITY);
             let bare = bare.with_law(Spring(2.0 * w * w));
-            if announced { bare.with_law(engine) } else { bare.with_law(Unannounced(engine)) }
+            if announced { bare.with_law(engine) } else { bare.with_law(unannounced(engine)) }
         }),
         exact: Box::new(move |t| {
             let on = span / 3.0;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use motion::real::{Real, RealMatrix as _};
-use motion::{BodyState, Drag, EvaluationTime, Gravity, Jacobians, Law, Well, Wells};
+use motion::{BodyState, EvaluationTime, Jacobians, Law};
 
 /// A spring to the origin, `a = -k x / m`: bodies of different masses swing at different frequencies.
 #[derive(Debug)]
@@ -68,77 +68,6 @@ impl Law<f64> for Duffing {
             position: -(diagonal + <glam::DMat3 as motion::real::RealMatrix<f64>>::outer(x, x) * 4.0),
             ..Jacobians::zero()
         }
-    }
-    fn depends_on_velocity(&self) -> bool {
-        false
-    }
-}
-
-/// An acceleration of the time alone.
-pub struct OfTime(pub fn(f64) -> DVec3);
-
-impl std::fmt::Debug for OfTime {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("OfTime")
-    }
-}
-
-impl Law<f64> for OfTime {
-    fn name(&self) -> &'static str {
-        "of time"
-    }
-    fn acceleration(&self, at: EvaluationTime<f64>, _: BodyState<f64>) -> DVec3 {
-        (self.0)(at.time)
-    }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
-        Jacobians::zero()
-    }
-    fn depends_on_velocity(&self) -> bool {
-        false
-    }
-}
-
-/// What drives a body along [`Manufactured::path`] against the laws it holds: `x*'' - F(x*, x*')`.
-#[derive(Debug)]
-pub struct Manufactured {
-    pub gravity: Gravity,
-    pub wells: Wells,
-    pub drag: Option<Drag>,
-}
-
-impl Manufactured {
-    pub fn new(drag: Option<Drag>) -> Self {
-        let wells = Wells(vec![
-            Well { position: DVec3::new(0.5, -0.3, 2.0), strength: 1.5, softening: 0.2 },
-            Well { position: DVec3::new(-2.0, 0.4, 0.0), strength: -0.7, softening: 0.0 },
-        ]);
-        Self { gravity: Gravity::EARTH, wells, drag }
-    }
-
-    /// The solution and its first two derivatives.
-    pub fn path(t: f64) -> [DVec3; 3] {
-        let (sin, cos, decay) = (t.sin(), t.cos(), (-t).exp());
-        let (sin2, cos2) = (2.0 * t).sin_cos();
-        [
-            DVec3::new(sin, cos2, decay),
-            DVec3::new(cos, -2.0 * sin2, -decay),
-            DVec3::new(-sin, -4.0 * cos2, decay),
-        ]
-    }
-}
-
-impl Law<f64> for Manufactured {
-    fn name(&self) -> &'static str {
-        "manufactured"
-    }
-    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
-        let [position, velocity, acceleration] = Self::path(at.time);
-        let on_path = BodyState { position, velocity, inverse_mass: body.inverse_mass };
-        let drag = self.drag.as_ref().map_or(DVec3::ZERO, |drag| drag.acceleration(at, on_path));
-        acceleration - drag - self.wells.acceleration(at, on_path) - self.gravity.acceleration(at, on_path)
-    }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
-        Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {
         false

@@ -63,7 +63,7 @@ pub fn image(m: Matrix, [a, b]: [DVec3; 2]) -> [DVec3; 2] {
 }
 
 /// 10,000 steps lead to the exact discrete state.
-pub fn check(stepper: &Stepper) -> Check {
+pub(super) fn check(stepper: &Stepper) -> Check {
     let coarse = if stepper.claims().symplectic { 1.0 } else { 0.3 };
     for z in [0.05, 0.15, coarse] {
         let start = [SKEW, ACROSS * 0.7];

@@ -1,10 +1,11 @@
 //! Problems of which the solution is known.
 
 use glam::DVec3;
-use motion::{Curve, Drag, Gravity, Thrust, Well, Wells};
+use motion::{BodyState, Curve, Drag, Gravity, Law, Thrust, Well, Wells};
 
-use super::laws::{Damped, Duffing, Manufactured, OfTime, Spring};
+use super::laws::{Damped, Duffing, Spring};
 use super::{SKEW, Stepper, numbers};
+use crate::environment::Formula;
 use motion::arrays::Bare;
 
 /// A unit vector across [`SKEW`].
@@ -222,7 +223,7 @@ pub fn exponential_thrust() -> Problem {
     Problem::new(
         "exponential thrust",
         1.0,
-        |bare| bare.with_law(OfTime(|t| SKEW * (10.0 * 2.5_f64.powf(t)))),
+        |bare| bare.with_law(Formula::new("of time", |at, _| SKEW * (10.0 * 2.5_f64.powf(at.time)))),
         move |t| {
             let grown = (rate * t).exp_m1() / rate;
             (SKEW * (10.0 * (grown - t) / rate), SKEW * (10.0 * grown))
@@ -291,23 +292,34 @@ pub fn duffing() -> Problem {
     Problem::new("Duffing", 3.0, |bare| bare.with_law(Duffing), |t| duffing_state(t + 0.4))
 }
 
-/// S16: every local law at once, and the path chosen beforehand.
+/// A path that is chosen, and its first two derivatives.
+fn path(t: f64) -> [DVec3; 3] {
+    let (sin, cos, decay) = (t.sin(), t.cos(), (-t).exp());
+    let (sin2, cos2) = (2.0 * t).sin_cos();
+    [DVec3::new(sin, cos2, decay), DVec3::new(cos, -2.0 * sin2, -decay), DVec3::new(-sin, -4.0 * cos2, decay)]
+}
+
+/// S16: every local law at once, and what drives a body along [`path`] against them, `x*'' - F(x*, x*')`.
 pub fn manufactured(name: &'static str, drag: Option<Drag>) -> Problem {
-    let problem = Problem::new(
-        name,
-        2.0,
-        move |bare| {
-            let driven = Manufactured::new(drag);
-            let bare = bare.with_law(driven.gravity).with_law(driven.wells.clone());
-            let bare = if let Some(drag) = drag { bare.with_law(drag) } else { bare };
-            bare.with_law(driven)
-        },
-        |t| {
-            let [x, v, _] = Manufactured::path(t);
-            (x, v)
-        },
-    );
-    Problem { velocity_laws: drag.is_some(), ..problem }
+    let laws = move |bare: Bare<f64>| {
+        let wells = Wells(vec![
+            Well { position: DVec3::new(0.5, -0.3, 2.0), strength: 1.5, softening: 0.2 },
+            Well { position: DVec3::new(-2.0, 0.4, 0.0), strength: -0.7, softening: 0.0 },
+        ]);
+        let bare = bare.with_law(Gravity::EARTH).with_law(wells.clone());
+        let bare = if let Some(drag) = drag { bare.with_law(drag) } else { bare };
+        bare.with_law(Formula::new("manufactured", move |at, body| {
+            let [position, velocity, acceleration] = path(at.time);
+            let on_path = BodyState { position, velocity, inverse_mass: body.inverse_mass };
+            let drag = drag.map_or(DVec3::ZERO, |drag| drag.acceleration(at, on_path));
+            acceleration - drag - wells.acceleration(at, on_path) - Gravity::EARTH.acceleration(at, on_path)
+        }))
+    };
+    let exact = |t| {
+        let [x, v, _] = path(t);
+        (x, v)
+    };
+    Problem { velocity_laws: drag.is_some(), ..Problem::new(name, 2.0, laws, exact) }
 }
 
 /// Every one of them.

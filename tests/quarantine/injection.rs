@@ -7,15 +7,15 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemState;
 use glam::DVec3;
 use motion::groups::Grouped;
-use motion::real::{Real, RealVector as _};
 use motion::snapshot::LastStep;
 use motion::{
-    BodyState, Damping, DampingModel, DampingRate, Dormant, EvaluationTime, Fault, Forces, Jacobians, Law,
-    Method, OwnLaws, Particle, PhysicsBody, SpeedLimit, StableId, Static, Transform, own_method,
+    Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Law, Method, OwnLaws, Particle, PhysicsBody,
+    SpeedLimit, StableId, Static, Transform, own_method,
 };
 use scene::Scene;
 
 use super::rig::{Harm, Rig, scenes};
+use crate::environment::Formula;
 use crate::harness::Bits;
 
 /// Ticks before the one that is disturbed, and ticks that are compared.
@@ -76,31 +76,10 @@ impl Place {
             }
             Self::LastStep => world.get_mut::<LastStep>(body).unwrap().0 = f64::NAN,
             Self::OwnLaws => {
-                world.entity_mut(body).insert(OwnLaws::new(vec![Box::new(Nowhere)]));
+                let nowhere = Formula::new("nowhere", |_, _| DVec3::NAN);
+                world.entity_mut(body).insert(OwnLaws::new(vec![Box::new(nowhere)]));
             }
         })
-    }
-}
-
-/// A law that gives no number.
-#[derive(Debug)]
-struct Nowhere;
-
-impl<T: Real> Law<T> for Nowhere {
-    fn name(&self) -> &'static str {
-        "nowhere"
-    }
-
-    fn acceleration(&self, _: EvaluationTime<T>, _: BodyState<T>) -> T::Vector {
-        T::Vector::from_array([T::of(f64::NAN); 3])
-    }
-
-    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
-        Jacobians::zero()
-    }
-
-    fn depends_on_velocity(&self) -> bool {
-        false
     }
 }
 
