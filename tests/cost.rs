@@ -6,3 +6,27 @@ mod panel;
 mod precision;
 mod references;
 mod timing;
+
+use lab::cost::{Bench, Plan, Subject};
+use motion::Method;
+
+/// What is measured of accuracy alone, in double precision.
+fn plain(methods: &[Method], rungs: impl Into<Vec<u32>>) -> Plan {
+    Plan {
+        methods: methods.to_vec(),
+        single: Vec::new(),
+        rungs: rungs.into(),
+        passes: 0,
+        longer: 0,
+        rates: false,
+        ..Plan::full()
+    }
+}
+
+/// The whole of a study.
+#[track_caller]
+fn studied(subject: Subject, plan: Plan) -> Bench {
+    let mut bench = Bench::new(subject, plan);
+    assert!(bench.work(f64::INFINITY), "everything is run");
+    bench
+}

@@ -6,6 +6,8 @@ use lab::cost::{
 };
 use motion::Method;
 
+use super::plain;
+
 /// Runs something else under the name of a method.
 struct Instead {
     run: Box<dyn Runner>,
@@ -49,14 +51,10 @@ fn study(subject: Subject, plan: Plan, make: Box<Make>) -> Study {
     bench.study().clone()
 }
 
-fn plain(methods: Vec<Method>, rungs: Vec<u32>) -> Plan {
-    Plan { methods, single: Vec::new(), rungs, passes: 0, longer: 0, rates: false, ..Plan::full() }
-}
-
 #[test]
 fn a_method_of_another_order_than_its_name_shows_as_that() {
     let subject = Subject::of_problem(problem("duffing").unwrap());
-    let plan = plain(vec![Method::VelocityVerlet, Method::RungeKutta4], vec![64, 128, 256, 512]);
+    let plan = plain(&[Method::VelocityVerlet, Method::RungeKutta4], [64, 128, 256, 512]);
     let study = study(subject, plan, instead(Method::SemiImplicitEuler, None));
     let order = |method| study.order(method, Accuracy::Position).unwrap();
     assert!((order(Method::RungeKutta4) - 1.0).abs() < 0.1, "{}", order(Method::RungeKutta4));
@@ -68,7 +66,7 @@ fn a_method_of_another_order_than_its_name_shows_as_that() {
 #[test]
 fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
     let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap());
-    let plan = plain(vec![Method::VelocityVerlet, Method::RungeKutta4], vec![16, 32]);
+    let plan = plain(&[Method::VelocityVerlet, Method::RungeKutta4], [16, 32]);
     let broken = instead(Method::RungeKutta4, Some(Method::VelocityVerlet));
     let study = study(subject, plan, broken);
     for cell in study.curve(Method::VelocityVerlet, Precision::F64) {
@@ -84,14 +82,14 @@ fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
 fn hopeless_runs_are_marks_with_reasons() {
     // Twice the largest stable step and more: w h = 2 pi / 2.
     let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap());
-    let study = study(subject, plain(Method::ALL.to_vec(), vec![4]), Box::new(make));
+    let study = study(subject, plain(&Method::ALL, [4]), Box::new(make));
     let failed = |method| study.curve(method, Precision::F64).next().unwrap().errors().is_none();
     assert!(failed(Method::ExplicitEuler) && !failed(Method::ImplicitEuler));
 
     let scene = scene::load("figure_eight").unwrap();
     let study = super::measuring::study(
         Subject::of_scene(scene, Some(0.5)),
-        plain(vec![Method::ImplicitEuler], vec![1]),
+        plain(&[Method::ImplicitEuler], [1]),
         Box::new(make),
     );
     let Outcome::Failed(Failure::Unsolvable { why }) = &study.cells[0].outcome else {
@@ -103,7 +101,7 @@ fn hopeless_runs_are_marks_with_reasons() {
 #[test]
 fn a_study_in_small_pieces_is_the_study_in_one() {
     let subject = || Subject::of_problem(problem("tetrahedron").unwrap());
-    let plan = || plain(Method::ALL.to_vec(), vec![8, 16]);
+    let plan = || plain(&Method::ALL, [8, 16]);
     let whole = study(subject(), plan(), Box::new(make));
     let mut bench = Bench::new(subject(), plan());
     let (mut pieces, mut last) = (0, 0.0);
@@ -120,7 +118,7 @@ fn a_study_in_small_pieces_is_the_study_in_one() {
 #[test]
 fn a_resumed_study_runs_only_what_is_missing_and_comes_out_the_same() {
     let subject = || Subject::of_problem(problem("elastic_pendulum").unwrap());
-    let plan = || plain(vec![Method::VelocityVerlet, Method::RungeKutta4], vec![16, 32, 64]);
+    let plan = || plain(&[Method::VelocityVerlet, Method::RungeKutta4], [16, 32, 64]);
     let whole = study(subject(), plan(), Box::new(make));
     let mut broken_off = whole.clone();
     for cell in &mut broken_off.cells[3..] {

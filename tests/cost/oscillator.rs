@@ -1,22 +1,13 @@
 //! The harmonic oscillator: everything that a study finds about it is known beforehand.
 
-use lab::cost::{Accuracy, Bench, Cost, Plan, Precision, Study, Subject};
+use lab::cost::{Accuracy, Cost, Plan, Precision, Study, Subject};
 use motion::{METHODS, Method};
+
+use super::{plain, studied};
 
 /// A study without times.
 fn study(periods: u32, rungs: Vec<u32>, methods: &[Method]) -> Study {
-    let plan = Plan {
-        methods: methods.to_vec(),
-        single: Vec::new(),
-        rungs,
-        passes: 0,
-        longer: 0,
-        rates: false,
-        ..Plan::full()
-    };
-    let mut bench = Bench::new(Subject::oscillator(periods), plan);
-    assert!(bench.work(f64::INFINITY), "everything is run");
-    bench.study().clone()
+    studied(Subject::oscillator(periods), plain(methods, rungs)).study().clone()
 }
 
 fn octaves(from: u32, to: u32) -> Vec<u32> {
@@ -120,17 +111,8 @@ fn explicit_euler_is_never_on_the_front() {
 
 #[test]
 fn energy_that_is_lost_and_energy_that_is_invented_have_opposite_signs() {
-    let plan = Plan {
-        methods: vec![Method::ExplicitEuler, Method::ImplicitEuler],
-        single: Vec::new(),
-        rungs: vec![32],
-        passes: 0,
-        longer: 1,
-        rates: false,
-        ..Plan::full()
-    };
-    let mut bench = Bench::new(Subject::oscillator(5), plan);
-    assert!(bench.work(f64::INFINITY), "everything is run");
+    let plan = Plan { longer: 1, ..plain(&[Method::ExplicitEuler, Method::ImplicitEuler], [32]) };
+    let bench = studied(Subject::oscillator(5), plan);
     let end = |method| {
         let mut drifts = bench.study().drifts.iter().filter(|drift| drift.setting.method == method);
         let drift = drifts.next().expect("its books were kept");

@@ -1,21 +1,15 @@
 //! Single precision: where smaller steps make it worse.
 
-use lab::cost::{Accuracy, Bench, Plan, Precision, Study, Subject};
+use lab::cost::{Accuracy, Plan, Precision, Study, Subject};
 use motion::Method;
 
+use super::{plain, studied};
+
 fn study() -> Study {
-    let plan = Plan {
-        methods: vec![Method::RungeKutta4],
-        single: vec![Method::RungeKutta4],
-        rungs: (0..10).map(|octave| 1 << octave).collect(),
-        passes: 0,
-        longer: 0,
-        rates: false,
-        ..Plan::full()
-    };
-    let mut bench = Bench::new(Subject::oscillator(1), plan);
-    assert!(bench.work(f64::INFINITY));
-    bench.study().clone()
+    let methods = [Method::RungeKutta4];
+    let rungs: Vec<_> = (0..10).map(|octave| 1 << octave).collect();
+    let plan = Plan { single: methods.to_vec(), ..plain(&methods, rungs) };
+    studied(Subject::oscillator(1), plan).study().clone()
 }
 
 #[test]

@@ -3,10 +3,12 @@
 
 use differential_equations::prelude::*;
 use glam::DVec3;
-use lab::cost::{Bench, Plan, SAMPLES, Subject, Truth, problem};
+use lab::cost::{SAMPLES, Subject, Truth, problem};
 use motion::effects::Effect;
 use motion::{Elastic, Method};
 use scene::Scene;
+
+use super::{plain, studied};
 
 /// A scene of springs, uniform and mutual gravity, and damping, as a system of first order: positions, then
 /// velocities, of all bodies.
@@ -83,17 +85,8 @@ impl ODE<f64, Vec<f64>> for System {
 
 /// Compares the reference of a study with DOP853 at every sample time, relative to the scales of the study.
 fn check(subject: Subject, scene: &Scene, without: &[Effect], bound: f64) {
-    let plan = Plan {
-        methods: vec![Method::VelocityVerlet],
-        single: Vec::new(),
-        rungs: vec![16, 64, 256],
-        passes: 0,
-        longer: 0,
-        rates: false,
-        ..Plan::full()
-    };
-    let mut bench = Bench::new(subject.without(without.to_vec()), plan);
-    assert!(bench.work(f64::INFINITY));
+    let plan = plain(&[Method::VelocityVerlet], [16, 64, 256]);
+    let bench = studied(subject.without(without.to_vec()), plan);
     let study = bench.study();
     let Truth::Reference { relative_error: own, .. } = study.truth else { panic!("it has a closed form") };
     let start =
@@ -155,16 +148,7 @@ fn references_of_particles_agree_with_the_closed_form() {
         speed_m_s: 15, spread_deg: 20, position_m: (1, 2, 3))])";
     let scene = Scene::parse("fountain", text).unwrap();
     let (fountain, g, c) = (scene.emitters[0].clone(), scene.gravity.unwrap().acceleration, 1.5);
-    let plan = Plan {
-        methods: vec![Method::RungeKutta4],
-        rungs: vec![1, 4, 16],
-        passes: 0,
-        longer: 0,
-        rates: false,
-        ..Plan::full()
-    };
-    let mut bench = Bench::new(Subject::of_scene(scene, Some(2.0)), plan);
-    assert!(bench.work(f64::INFINITY));
+    let bench = studied(Subject::of_scene(scene, Some(2.0)), plain(&[Method::RungeKutta4], [1, 4, 16]));
     let study = bench.study();
     let Truth::Reference { position_error_m: own, .. } = study.truth else { panic!("it has a closed form") };
     assert!(own < 1e-9, "{own:e}");

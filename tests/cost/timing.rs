@@ -82,15 +82,7 @@ fn study(seed: u64, plan: Plan) -> Study {
 }
 
 fn plan() -> Plan {
-    Plan {
-        methods: METHODS.to_vec(),
-        single: Vec::new(),
-        rungs: vec![64, 128],
-        longer: 0,
-        rates: false,
-        timed: 0.002,
-        ..Plan::full()
-    }
+    Plan { passes: Plan::full().passes, timed: 0.002, ..super::plain(&METHODS, [64, 128]) }
 }
 
 #[test]
