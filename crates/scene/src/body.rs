@@ -5,7 +5,7 @@ use motion::{AxisLocks, Method};
 use pick::Shape;
 
 use crate::check::{DAMPING_RATE, SPEED, Scope, shown, shown_vector};
-use crate::raw::{RawBody, RawShape};
+use crate::raw;
 use crate::scene::BodySpec;
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
@@ -21,7 +21,7 @@ pub(crate) struct Defaults {
 }
 
 /// Resolves body `index` of the list.
-pub(crate) fn body(raw: &RawBody, index: usize, scenes: Defaults, faults: &mut Faults) -> BodySpec {
+pub(crate) fn body(raw: &raw::Body, index: usize, scenes: Defaults, faults: &mut Faults) -> BodySpec {
     let scope = Scope::item("bodies", index);
     let scenery = raw.scenery == Some(true);
     let immovable = raw.immovable == Some(true);
@@ -70,7 +70,7 @@ pub(crate) fn body(raw: &RawBody, index: usize, scenes: Defaults, faults: &mut F
 
 /// Where the body was a substep before the start; `own` is what holds for it.
 fn verlet_previous(
-    raw: &RawBody,
+    raw: &raw::Body,
     position: DVec3,
     own: Defaults,
     scope: Scope,
@@ -97,7 +97,7 @@ fn verlet_previous(
 const LABEL_LIMIT: usize = 60;
 
 /// The text that is drawn beside the body.
-pub(crate) fn label(raw: &RawBody, scope: Scope, faults: &mut Faults) -> Option<String> {
+pub(crate) fn label(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Option<String> {
     let label = raw.label.clone()?;
     let length = label.chars().count();
     let what = if label.trim().is_empty() {
@@ -117,7 +117,7 @@ pub(crate) fn label(raw: &RawBody, scope: Scope, faults: &mut Faults) -> Option<
 const TEXTURES: [(&str, bool); 2] = [("checker", true), ("none", false)];
 
 /// Scenery is a collision volume and nothing else.
-fn refuse_physics(raw: &RawBody, scope: Scope, faults: &mut Faults) {
+fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
     if raw.shape.is_none() {
         let cure = "add a shape, or remove scenery: true";
         faults.add(scope.key("scenery"), "scenery without a shape is nothing", cure);
@@ -143,8 +143,8 @@ fn refuse_physics(raw: &RawBody, scope: Scope, faults: &mut Faults) {
     }
 }
 
-fn resolve_shape(raw: &RawShape, scope: Scope, faults: &mut Faults) -> Option<Shape> {
-    let RawShape { word, sizes } = raw;
+fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<Shape> {
+    let raw::Shape { word, keys: sizes } = raw;
     let (key, other, shape) = match word.as_str() {
         "cuboid" => {
             let other = sizes.radius_m.map(|_| "radius_m");
@@ -185,7 +185,7 @@ fn resolve_shape(raw: &RawShape, scope: Scope, faults: &mut Faults) -> Option<Sh
 }
 
 /// Turned about the world's x axis, then y, then z. `None` where nothing is turned: the component is left out.
-fn orientation(raw: &RawBody, scope: Scope, faults: &mut Faults) -> Option<DQuat> {
+fn orientation(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Option<DQuat> {
     let degrees = faults.vector((scope, "rotation_deg"), raw.rotation_deg, DVec3::ZERO);
     let [x, y, z] = degrees.to_array().map(f64::to_radians);
     (degrees != DVec3::ZERO).then(|| DQuat::from_euler(EulerRot::ZYX, z, y, x))

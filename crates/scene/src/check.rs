@@ -3,11 +3,10 @@
 use glam::DVec3;
 use motion::{Method, Substeps};
 
-use crate::raw::Triple;
 use crate::scene::BodySpec;
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
-use crate::text::syntax::Word;
+use crate::text::syntax::{Triple, Word};
 
 /// What a number has to be: what makes it good, what a bad one is not, and the cure.
 pub(crate) type Rule = (fn(f64) -> bool, &'static str, &'static str);

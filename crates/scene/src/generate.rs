@@ -19,7 +19,7 @@ use rand_pcg::Pcg64;
 use crate::body::{self, Defaults};
 use crate::check::Scope;
 use crate::memory::{Census, gib, too_little_for};
-use crate::raw::RawScene;
+use crate::raw;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
 use entry::Entry;
@@ -30,7 +30,7 @@ pub(crate) use soft::elastic;
 pub const BODY_LIMIT: u64 = 4_000_000;
 
 /// Resolves all bodies and draws what the generators draw, from one stream in the order of the stable id.
-pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut Faults) -> Bodies {
+pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut Faults) -> Bodies {
     let mut names = Names::default();
     let mut made = Bodies::default();
     for (i, raw) in raw.bodies.iter().enumerate() {
@@ -86,7 +86,7 @@ pub(crate) fn bodies(raw: &RawScene, scenes: Defaults, seed: u64, faults: &mut F
 }
 
 /// How many bodies there are in all; `None`, with a fault, where they are too many.
-fn check_size(raw: &RawScene, entries: &[Entry<'_>], faults: &mut Faults) -> Option<u64> {
+fn check_size(raw: &raw::Scene, entries: &[Entry<'_>], faults: &mut Faults) -> Option<u64> {
     let written = raw.bodies.len() as u64;
     let total = entries.iter().fold(written, |sum, entry| sum.saturating_add(entry.count));
     if total > BODY_LIMIT {

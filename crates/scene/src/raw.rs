@@ -2,30 +2,24 @@
 //!
 //! The shape of the file and nothing else; defaults, units and faults are the resolver's.
 
-pub(crate) mod coupled;
-pub(crate) mod survival;
-
-use std::marker::PhantomData;
+mod coupled;
+mod survival;
 
 use serde::Deserialize;
-use serde::de::{self, DeserializeOwned, MapAccess, VariantAccess, Visitor};
+use serde::de::DeserializeOwned;
 
-use crate::raw::coupled::{RawEmitter, RawSoftBody, RawSpring};
-use crate::raw::survival::{RawMoment, RawSurvival};
-use crate::text::syntax::{Name, Word, keys_of};
-
-/// Three numbers in round brackets.
-pub(crate) type Triple = [f64; 3];
+use crate::text::syntax::{Triple, Word, Worded, keys_of};
+pub(crate) use coupled::{Emitter, KINDS, SoftBody, SoftKeys, Spring};
+pub(crate) use survival::{Step, Steps, Survival};
 
 macro_rules! scene {
     ($($(#[$attribute:meta])* $key:ident: $Value:ty,)*) => {
-        #[derive(Debug, Deserialize)]
-        #[serde(rename = "Scene")]
-        pub(crate) struct RawScene {
+        #[derive(Deserialize)]
+        pub(crate) struct Scene {
             $($(#[$attribute])* pub $key: $Value,)*
         }
 
-        impl RawScene {
+        impl Scene {
             /// The path of a key, if the file gives it a value: for a list, that of the first entry.
             pub fn path(&self, key: &str) -> Option<String> {
                 match key {
@@ -54,34 +48,34 @@ scene! {
         method: Option<Word>,
         substeps: Option<u32>,
         seed: Option<u64>,
-        gravity: Option<RawGravity>,
-        damping: Option<RawDamping>,
-        drag: Option<RawDrag>,
-        wind: Option<RawWind>,
+        gravity: Option<Gravity>,
+        damping: Option<Damping>,
+        drag: Option<Drag>,
+        wind: Option<Wind>,
         #[serde(default)]
-        wells: Vec<RawWell>,
-        mutual_gravity: Option<RawMutualGravity>,
-        range: Option<RawRange>,
+        wells: Vec<Well>,
+        mutual_gravity: Option<MutualGravity>,
+        range: Option<Range>,
         #[serde(default)]
-        thrusts: Vec<RawThrust>,
-        push: Option<RawPush>,
-        camera: Option<RawCamera>,
-        light: Option<RawLight>,
+        thrusts: Vec<Thrust>,
+        push: Option<Push>,
+        camera: Option<Camera>,
+        light: Option<Light>,
         trails: Option<bool>,
         select_immovable: Option<bool>,
         #[serde(default)]
-        bodies: Vec<RawBody>,
+        bodies: Vec<Body>,
         #[serde(default)]
-        grids: Vec<RawGrid>,
+        grids: Vec<Grid>,
         #[serde(default)]
-        clouds: Vec<RawCloud>,
+        clouds: Vec<Cloud>,
         #[serde(default)]
-        emitters: Vec<RawEmitter>,
+        emitters: Vec<Emitter>,
         #[serde(default)]
-        springs: Vec<RawSpring>,
+        springs: Vec<Spring>,
         #[serde(default)]
-        soft_bodies: Vec<RawSoftBody>,
-        expect: Option<RawExpect>,
+        soft_bodies: Vec<SoftBody>,
+        expect: Option<Expect>,
 }
 
 /// A value in the file: a section, a list of entries, or a single value.
@@ -114,83 +108,73 @@ impl<T: DeserializeOwned> Value for Vec<T> {
 }
 
 /// Enough of a file to tell which version of the format it is written in.
-#[derive(Debug, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename = "Scene")]
-pub(crate) struct RawVersion {
+pub(crate) struct Version {
     pub version: Option<u32>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Gravity")]
-pub(crate) struct RawGravity {
+#[derive(Deserialize)]
+pub(crate) struct Gravity {
     pub acceleration_m_s2: Option<Triple>,
     pub on_at_start: Option<bool>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Damping")]
-pub(crate) struct RawDamping {
+#[derive(Deserialize)]
+pub(crate) struct Damping {
     pub model: Option<Word>,
     pub rate_per_s: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Drag")]
-pub(crate) struct RawDrag {
+#[derive(Deserialize)]
+pub(crate) struct Drag {
     pub linear_per_s: Option<f64>,
     pub quadratic_per_m: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Wind")]
-pub(crate) struct RawWind {
+#[derive(Deserialize)]
+pub(crate) struct Wind {
     pub velocity_m_s: Option<Triple>,
     pub gust_m_s: Option<f64>,
     pub gust_hz: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Well")]
-pub(crate) struct RawWell {
+#[derive(Deserialize)]
+pub(crate) struct Well {
     pub position_m: Option<Triple>,
     pub strength_m3_s2: Option<f64>,
     pub softening_m: Option<f64>,
     pub bodies: Option<Vec<String>>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "MutualGravity")]
-pub(crate) struct RawMutualGravity {
+#[derive(Deserialize)]
+pub(crate) struct MutualGravity {
     pub constant_m3_kg_s2: Option<f64>,
     pub softening_m: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Range")]
-pub(crate) struct RawRange {
+#[derive(Deserialize)]
+pub(crate) struct Range {
     pub position_m: Option<f64>,
     pub speed_m_s: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Thrust")]
-pub(crate) struct RawThrust {
+#[derive(Deserialize)]
+pub(crate) struct Thrust {
     pub body: Option<String>,
-    pub curve: Option<RawCurve>,
+    pub curve: Option<Curve>,
     pub from_s: Option<f64>,
     pub until_s: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Push")]
-pub(crate) struct RawPush {
+#[derive(Deserialize)]
+pub(crate) struct Push {
     pub start_n: Option<f64>,
     pub newtons_per_notch: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Camera")]
-pub(crate) struct RawCamera {
+#[derive(Deserialize)]
+pub(crate) struct Camera {
     pub position_m: Option<Triple>,
     pub pitch_deg: Option<f64>,
     pub yaw_deg: Option<f64>,
@@ -199,19 +183,17 @@ pub(crate) struct RawCamera {
     pub far_m: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Light")]
-pub(crate) struct RawLight {
+#[derive(Deserialize)]
+pub(crate) struct Light {
     pub position_m: Option<Triple>,
     pub color: Option<Triple>,
     pub shadows: Option<bool>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Body")]
-pub(crate) struct RawBody {
+#[derive(Deserialize)]
+pub(crate) struct Body {
     pub name: Option<String>,
-    pub shape: Option<RawShape>,
+    pub shape: Option<Shape>,
     pub position_m: Option<Triple>,
     pub rotation_deg: Option<Triple>,
     pub velocity_m_s: Option<Triple>,
@@ -230,9 +212,8 @@ pub(crate) struct RawBody {
     pub gravity_off: Option<bool>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Grid")]
-pub(crate) struct RawGrid {
+#[derive(Deserialize)]
+pub(crate) struct Grid {
     pub name: Option<String>,
     pub kind: Option<Word>,
     pub rows: Option<u32>,
@@ -245,9 +226,8 @@ pub(crate) struct RawGrid {
     pub substeps: Option<u32>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Cloud")]
-pub(crate) struct RawCloud {
+#[derive(Deserialize)]
+pub(crate) struct Cloud {
     pub name: Option<String>,
     pub count: Option<u32>,
     pub center_m: Option<Triple>,
@@ -259,126 +239,52 @@ pub(crate) struct RawCloud {
     pub substeps: Option<u32>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Expect")]
-pub(crate) struct RawExpect {
+#[derive(Deserialize)]
+pub(crate) struct Expect {
     pub energy_drift_below: Option<f64>,
     pub finite: Option<bool>,
-    pub survival: Option<RawSurvival>,
+    pub survival: Option<Survival>,
 }
 
-/// `word(key: value, ...)` with any word, so that an unknown shape is reported beside all other faults.
-#[derive(Debug)]
-pub(crate) struct RawShape {
-    pub word: String,
-    pub sizes: RawSizes,
-}
+/// Any word and the keys of all shapes.
+pub(crate) type Shape = Worded<Sizes>;
 
 /// The keys of all shapes together; which belong to which is for the resolver to say.
-#[derive(Debug, Deserialize)]
-pub(crate) struct RawSizes {
+#[derive(Deserialize)]
+pub(crate) struct Sizes {
     pub half_extents_m: Option<Triple>,
     pub radius_m: Option<f64>,
 }
 
-impl<'de> Deserialize<'de> for RawShape {
-    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct ShapeVisitor;
-        impl<'de> Visitor<'de> for ShapeVisitor {
-            type Value = RawShape;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a shape")
-            }
-
-            fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<RawShape, A::Error> {
-                let (Name(word), variant) = data.variant()?;
-                let sizes = variant.struct_variant(&[], KeysVisitor::new())?;
-                Ok(RawShape { word, sizes })
-            }
-        }
-        deserializer.deserialize_enum("", &[], ShapeVisitor)
-    }
-}
-
-/// A force over time, as `word(...)`.
-#[derive(Debug)]
-pub(crate) enum RawCurve {
+/// A force over time. What stands behind an unknown word cannot be read past, so that fault comes alone.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Curve {
     /// `polynomial([(x, y, z), ...])`.
     Polynomial(Vec<Triple>),
     /// `sine(amplitude_n: (x, y, z), ...)`.
-    Sine(RawSine),
+    Sine { amplitude_n: Option<Triple>, angular_frequency_rad_s: Option<f64>, phase_rad: Option<f64> },
     /// `table([(t, (x, y, z)), ...])`.
     Table(Vec<(f64, Triple)>),
 }
 
-#[derive(Debug, Deserialize)]
-pub(crate) struct RawSine {
-    pub amplitude_n: Option<Triple>,
-    pub angular_frequency_rad_s: Option<f64>,
-    pub phase_rad: Option<f64>,
-}
-
-impl<'de> Deserialize<'de> for RawCurve {
-    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct CurveVisitor;
-        impl<'de> Visitor<'de> for CurveVisitor {
-            type Value = RawCurve;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a curve")
-            }
-
-            fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<RawCurve, A::Error> {
-                let (Name(word), variant) = data.variant()?;
-                match word.as_str() {
-                    "polynomial" => variant.newtype_variant().map(RawCurve::Polynomial),
-                    "sine" => variant.struct_variant(&[], KeysVisitor::new()).map(RawCurve::Sine),
-                    "table" => variant.newtype_variant().map(RawCurve::Table),
-                    // What stands behind an unknown word cannot be read past, so this fault comes alone.
-                    _ => Err(de::Error::unknown_variant(&word, &["polynomial", "sine", "table"])),
-                }
-            }
-        }
-        deserializer.deserialize_enum("", &[], CurveVisitor)
-    }
-}
-
-/// Reads `(key: value, ...)` behind a word.
-pub(crate) struct KeysVisitor<T>(PhantomData<T>);
-
-impl<T> KeysVisitor<T> {
-    pub const fn new() -> Self {
-        Self(PhantomData)
-    }
-}
-
-impl<'de, T: Deserialize<'de>> Visitor<'de> for KeysVisitor<T> {
-    type Value = T;
-
-    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("keys and values")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<T, A::Error> {
-        T::deserialize(de::value::MapAccessDeserializer::new(map))
-    }
-}
+/// The keys of a sine.
+const SINE: &[&str] = &["amplitude_n", "angular_frequency_rad_s", "phase_rad"];
 
 /// The keys that are known at the path of a group, if the path leads to one. Those of a soft body are those of its
 /// kind, which stands in `raw`.
-pub(crate) fn keys_at(raw: &RawScene, path: &str) -> Option<Vec<&'static str>> {
+pub(crate) fn keys_at(raw: &Scene, path: &str) -> Option<Vec<&'static str>> {
     let item = path.split_once('[').and_then(|(list, rest)| {
         let (index, key) = rest.split_once(']')?;
         Some((list, index.parse().ok(), key))
     });
     let (list, index, key) = item.unwrap_or((path, None::<usize>, ""));
     let keys = match (list, key) {
-        ("", "") => keys_of::<RawScene>(),
-        ("thrusts", ".curve") => keys_of::<RawSine>(),
-        ("expect.survival" | "expect.survival.rows", "") => keys_of::<RawSurvival>(),
-        ("expect.survival.script", "") => keys_of::<RawMoment>(),
-        ("bodies", ".shape") => keys_of::<RawSizes>(),
+        ("", "") => keys_of::<Scene>(),
+        ("thrusts", ".curve") => SINE,
+        ("expect.survival" | "expect.survival.rows", "") => keys_of::<Survival>(),
+        ("expect.survival.script", "") => keys_of::<Step>(),
+        ("bodies", ".shape") => keys_of::<Sizes>(),
         ("soft_bodies", "") => return Some(raw.soft_bodies.get(index?)?.known_keys()),
         (section, "") => keys_in(section),
         _ => &[],
@@ -393,7 +299,7 @@ mod tests {
     #[test]
     fn the_known_keys_are_those_of_the_structs() {
         let (raw, _) =
-            crate::text::syntax::read::<RawScene>("(soft_bodies: [chain(points: 2), cloth()])", "").unwrap();
+            crate::text::syntax::read::<Scene>("(soft_bodies: [chain(points: 2), cloth()])", "").unwrap();
         let keys = |path| keys_at(&raw, path);
         assert_eq!(keys("damping"), Some(vec!["model", "rate_per_s"]));
         assert_eq!(keys("bodies[12].shape"), Some(vec!["half_extents_m", "radius_m"]));

@@ -10,7 +10,7 @@ use crate::body::Defaults;
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
 use crate::declared;
 use crate::generate::{self, Bodies};
-use crate::raw::{self, RawCamera, RawDamping, RawExpect, RawLight, RawRange, RawScene, RawVersion};
+use crate::raw;
 use crate::scene::coupled::Declaration;
 use crate::scene::{
     CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, SceneText, Source, StepKind,
@@ -58,8 +58,8 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
     let read = SceneText(text.into());
     let text = locate::spell_nan(text);
     let text = text.as_str();
-    let later = || match syntax::read::<RawVersion>(text, "") {
-        Ok((RawVersion { version: Some(version) }, _)) if version > SCENE_VERSION => Some(version),
+    let later = || match syntax::read::<raw::Version>(text, "") {
+        Ok((raw::Version { version: Some(version) }, _)) if version > SCENE_VERSION => Some(version),
         _ => None,
     };
     // Asked first: a newer file is full of keys and types that would only be noise here.
@@ -73,7 +73,7 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
         return Err(faults.into_error(name, text, ""));
     }
     let (raw, unknown) =
-        syntax::read::<RawScene>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
+        syntax::read::<raw::Scene>(text, "").map_err(|error| syntax::error(name, text, "", &error))?;
     let mut faults = Faults::default();
     for path in &unknown {
         unknown_key(&raw, &mut faults, path);
@@ -84,7 +84,7 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
     Ok(scene)
 }
 
-fn unknown_key(raw: &RawScene, faults: &mut Faults, path: &str) {
+fn unknown_key(raw: &raw::Scene, faults: &mut Faults, path: &str) {
     let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
     let cure = raw::keys_at(raw, group).map_or_else(|| "remove it".to_owned(), |keys| suggest(key, &keys));
     faults.add(path, format!("unknown key `{key}`"), cure);
@@ -92,7 +92,7 @@ fn unknown_key(raw: &RawScene, faults: &mut Faults, path: &str) {
 
 /// The one place where defaults are filled in. Gives a scene even where there are faults, which nobody sees.
 fn resolve(
-    raw: &RawScene,
+    raw: &raw::Scene,
     declared: Vec<Declaration>,
     (text, name, source): (SceneText, &str, Source),
     faults: &mut Faults,
@@ -189,7 +189,7 @@ fn resolve(
     scene
 }
 
-fn damping(raw: &RawDamping, faults: &mut Faults) -> Damping {
+fn damping(raw: &raw::Damping, faults: &mut Faults) -> Damping {
     let scope = Scope::section("damping");
     let models = DampingModel::ALL.map(|model| (model.name(), model));
     let model = faults.word((scope, "model"), raw.model.as_ref(), DampingModel::Exact, &models);
@@ -200,7 +200,7 @@ fn damping(raw: &RawDamping, faults: &mut Faults) -> Damping {
     Damping { model, rate }
 }
 
-fn range(raw: &RawRange, faults: &mut Faults) -> Range {
+fn range(raw: &raw::Range, faults: &mut Faults) -> Range {
     let scope = Scope::section("range");
     if raw.position_m.is_none() && raw.speed_m_s.is_none() {
         let cure = "add `position_m`, `speed_m_s` or both";
@@ -213,7 +213,7 @@ fn range(raw: &RawRange, faults: &mut Faults) -> Range {
     }
 }
 
-fn camera(raw: &RawCamera, faults: &mut Faults) -> CameraSpec {
+fn camera(raw: &raw::Camera, faults: &mut Faults) -> CameraSpec {
     let scope = Scope::section("camera");
     let default = CameraSpec::TUTORIAL;
     let camera = CameraSpec {
@@ -232,7 +232,7 @@ fn camera(raw: &RawCamera, faults: &mut Faults) -> CameraSpec {
     camera
 }
 
-fn light(raw: &RawLight, faults: &mut Faults) -> LightSpec {
+fn light(raw: &raw::Light, faults: &mut Faults) -> LightSpec {
     let scope = Scope::section("light");
     let default = LightSpec::TUTORIAL;
     LightSpec {
@@ -243,7 +243,7 @@ fn light(raw: &RawLight, faults: &mut Faults) -> LightSpec {
     }
 }
 
-fn expect(raw: &RawExpect, faults: &mut Faults) -> ExpectSpec {
+fn expect(raw: &raw::Expect, faults: &mut Faults) -> ExpectSpec {
     let key = (Scope::section("expect"), "energy_drift_below");
     let energy_drift_below = faults.optional(key, raw.energy_drift_below, DRIFT);
     ExpectSpec { energy_drift_below, finite: raw.finite }

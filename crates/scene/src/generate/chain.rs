@@ -4,14 +4,14 @@ use glam::{DVec3, IVec3, UVec3};
 
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
 use crate::check::Scope;
-use crate::raw::coupled::RawSoftKeys;
+use crate::raw;
 use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
 const ENDS: [(&str, Place); 2] = [("first", [FIRST, ALL, ALL]), ("last", [LAST, ALL, ALL])];
 
-pub(super) fn form(keys: &RawSoftKeys, scope: Scope, faults: &mut Faults) -> Form {
+pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> Form {
     let from = faults.vector((scope, "from_m"), keys.from_m, DVec3::ZERO);
     faults.require(keys.to_m.is_some(), (scope, "to_m"), "say where the chain ends");
     let to = faults.vector((scope, "to_m"), keys.to_m, from + DVec3::X);

@@ -4,7 +4,7 @@ use glam::{DVec3, IVec3, UVec3};
 
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, points, within_numbers};
 use crate::check::Scope;
-use crate::raw::coupled::RawSoftKeys;
+use crate::raw;
 use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -25,7 +25,7 @@ const STRUCTURAL: [IVec3; 2] = [IVec3::Y, IVec3::X];
 const SHEAR: [IVec3; 2] = [IVec3::new(1, -1, 0), IVec3::new(1, 1, 0)];
 const BEND: [IVec3; 2] = [IVec3::new(0, 2, 0), IVec3::new(2, 0, 0)];
 
-pub(super) fn form(keys: &RawSoftKeys, scope: Scope, faults: &mut Faults) -> Form {
+pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> Form {
     let cure = "say how a row goes, as in `along_m: (3.0, 0.0, 0.0)`";
     faults.require(keys.along_m.is_some(), (scope, "along_m"), cure);
     let cure = "say how a column goes, as in `down_m: (0.0, -2.0, 0.0)`";

@@ -5,13 +5,13 @@ use glam::DVec3;
 use super::entry::{Entry, count};
 use crate::check::{MASS, SPEED, Scope, not_negative, shown_vector};
 use crate::random::{direction, symmetric};
-use crate::raw::RawCloud;
+use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
 
 /// Resolves cloud `index` of the list.
-pub(super) fn cloud<'a>(raw: &'a RawCloud, index: usize, faults: &mut Faults) -> Entry<'a> {
+pub(super) fn cloud<'a>(raw: &'a raw::Cloud, index: usize, faults: &mut Faults) -> Entry<'a> {
     let scope = Scope::item("clouds", index);
     let half_extents = raw.half_extents_m.map_or(DVec3::ZERO, DVec3::from_array);
     let center = faults.vector((scope, "center_m"), raw.center_m, DVec3::ZERO);

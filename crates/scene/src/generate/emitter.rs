@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::entry::{Entry, count};
 use crate::check::{MASS, Rule, SPEED, Scope, positive, shown_vector};
 use crate::random::in_cone;
-use crate::raw::coupled::RawEmitter;
+use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::EmitterSpec;
 use crate::scene::names::Numbering;
@@ -21,7 +21,7 @@ const SPREAD: Rule = (
 );
 
 /// Resolves emitter `index` of the list.
-pub(super) fn emitter<'a>(raw: &'a RawEmitter, index: usize, faults: &mut Faults) -> Entry<'a> {
+pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faults) -> Entry<'a> {
     let scope = Scope::item("emitters", index);
     faults.require(raw.rate_per_s.is_some(), (scope, "rate_per_s"), "add one such as `rate_per_s: 100.0`");
     faults.require(raw.speed_m_s.is_some(), (scope, "speed_m_s"), "add one such as `speed_m_s: 10.0`");
@@ -80,7 +80,7 @@ pub(super) fn emitter<'a>(raw: &'a RawEmitter, index: usize, faults: &mut Faults
 }
 
 /// Where it points, as a unit vector; up if it does not say.
-fn direction(raw: &RawEmitter, scope: Scope, faults: &mut Faults) -> DVec3 {
+fn direction(raw: &raw::Emitter, scope: Scope, faults: &mut Faults) -> DVec3 {
     let given = faults.vector((scope, "direction"), raw.direction, DVec3::Y);
     given.try_normalize().unwrap_or_else(|| {
         let what = format!("{} is not a direction", shown_vector(given));

@@ -3,7 +3,7 @@
 use glam::{DVec3, IVec3, UVec3};
 
 use crate::check::{Key, Scope};
-use crate::raw::coupled::RawSoftKeys;
+use crate::raw;
 use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -103,7 +103,7 @@ impl Form {
 
 /// The places of `pinned`, each of them one of `known`.
 pub(super) fn pinned(
-    keys: &RawSoftKeys,
+    keys: &raw::SoftKeys,
     known: &[(&str, Place)],
     scope: Scope,
     faults: &mut Faults,

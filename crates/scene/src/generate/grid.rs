@@ -6,7 +6,7 @@ use rand::RngExt;
 
 use super::entry::{Entry, count};
 use crate::check::{MASS, Scope, positive, shown};
-use crate::raw::RawGrid;
+use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -19,7 +19,7 @@ const GRID_SPACING: f64 = 3.5;
 const GRID_MASS: f64 = 0.1;
 
 /// Resolves grid `index` of the list.
-pub(super) fn grid<'a>(raw: &'a RawGrid, index: usize, faults: &mut Faults) -> Entry<'a> {
+pub(super) fn grid<'a>(raw: &'a raw::Grid, index: usize, faults: &mut Faults) -> Entry<'a> {
     const CUBE: Shape = Shape::Cuboid { half_extents: DVec3::splat(GRID_SIZE) };
     const SPHERE: Shape = Shape::Sphere { radius: GRID_SIZE };
     let scope = Scope::item("grids", index);

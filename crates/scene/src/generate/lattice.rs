@@ -4,7 +4,7 @@ use glam::{DVec3, IVec3, UVec3};
 
 use super::form::{ALL, FIRST, Form, LAST, Place, pinned, within_numbers};
 use crate::check::{Scope, positive, shown_vector};
-use crate::raw::coupled::RawSoftKeys;
+use crate::raw;
 use crate::scene::coupled::SoftKind;
 use crate::scene::names::Numbering;
 use crate::text::faults::Faults;
@@ -18,7 +18,7 @@ const SIDES: [(&str, Place); 6] = [
     ("front", [ALL, ALL, LAST]),
 ];
 
-pub(super) fn form(keys: &RawSoftKeys, scope: Scope, faults: &mut Faults) -> Form {
+pub(super) fn form(keys: &raw::SoftKeys, scope: Scope, faults: &mut Faults) -> Form {
     let cells = UVec3::from_array(keys.cells.unwrap_or([1; 3]));
     let cure = "give three whole numbers from 1 up, as in `cells: (3, 3, 3)`";
     let countable = cells.min_element() > 0 && cells.max_element() < u32::MAX;

@@ -7,14 +7,14 @@ use super::entry::{Bodies, Entry};
 use super::form::Form;
 use super::{chain, cloth, lattice};
 use crate::check::{DAMPING_RATE, Rule, Scope, not_negative};
-use crate::raw::coupled::{KINDS, RawSoftBody};
+use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::SoftBodySpec;
 use crate::text::faults::Faults;
 use crate::text::nearest::one_of;
 
 /// Resolves soft body `index` of the list; `None` if it is of no known kind.
-pub(super) fn soft<'a>(raw: &'a RawSoftBody, index: usize, faults: &mut Faults) -> Option<Entry<'a>> {
+pub(super) fn soft<'a>(raw: &'a raw::SoftBody, index: usize, faults: &mut Faults) -> Option<Entry<'a>> {
     let scope = Scope::item("soft_bodies", index);
     for key in raw.strange_keys() {
         faults.add(scope.key(key), format!("a {} has no `{key}`", raw.word), "remove it");
@@ -26,7 +26,7 @@ pub(super) fn soft<'a>(raw: &'a RawSoftBody, index: usize, faults: &mut Faults) 
         "cloth" => Some(cloth::form(keys, scope, faults)),
         "lattice" => Some(lattice::form(keys, scope, faults)),
         word => {
-            let cure = format!("give {}", one_of(&KINDS.map(|(kind, _)| kind)));
+            let cure = format!("give {}", one_of(&raw::KINDS.map(|(kind, _)| kind)));
             faults.add(scope.path(), format!("unknown soft body `{word}`"), cure);
             None
         }

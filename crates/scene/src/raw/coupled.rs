@@ -1,14 +1,11 @@
 //! Emitters, springs and soft bodies as a person writes them.
 
 use serde::Deserialize;
-use serde::de::{self, VariantAccess, Visitor};
 
-use crate::raw::{KeysVisitor, Triple};
-use crate::text::syntax::{Name, Word, keys_of};
+use crate::text::syntax::{Triple, Word, Worded, keys_of};
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Emitter")]
-pub(crate) struct RawEmitter {
+#[derive(Deserialize)]
+pub(crate) struct Emitter {
     pub name: Option<String>,
     pub rate_per_s: Option<f64>,
     pub position_m: Option<Triple>,
@@ -23,9 +20,8 @@ pub(crate) struct RawEmitter {
     pub substeps: Option<u32>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename = "Spring")]
-pub(crate) struct RawSpring {
+#[derive(Deserialize)]
+pub(crate) struct Spring {
     pub between: Option<[String; 2]>,
     pub stiffness_n_m: Option<f64>,
     pub damping_n_s_m: Option<f64>,
@@ -33,16 +29,12 @@ pub(crate) struct RawSpring {
     pub color: Option<Triple>,
 }
 
-/// `word(key: value, ...)` with any word, so that an unknown kind is reported beside all other faults.
-#[derive(Debug)]
-pub(crate) struct RawSoftBody {
-    pub word: String,
-    pub keys: RawSoftKeys,
-}
+/// Any word and the keys of all kinds.
+pub(crate) type SoftBody = Worded<SoftKeys>;
 
 /// The keys of all kinds of soft bodies together; which belong to which is in [`KINDS`].
-#[derive(Debug, Deserialize)]
-pub(crate) struct RawSoftKeys {
+#[derive(Deserialize)]
+pub(crate) struct SoftKeys {
     pub name: Option<String>,
     pub points: Option<u32>,
     pub from_m: Option<Triple>,
@@ -69,68 +61,41 @@ pub(crate) struct RawSoftKeys {
     pub gravity_off: Option<bool>,
 }
 
-/// The kinds of soft bodies, each with the keys that no other kind has.
-pub(crate) const KINDS: [(&str, &[&str]); 3] = [
-    ("chain", &["points", "from_m", "to_m"]),
-    ("cloth", &["rows", "columns", "corner_m", "along_m", "down_m", "shear", "bend"]),
-    ("lattice", &["cells", "center_m", "size_m"]),
-];
+macro_rules! kinds {
+    ($($kind:ident: $($key:ident),+;)+) => {
+        /// The kinds of soft bodies, each with the keys that no other kind has.
+        pub(crate) const KINDS: [(&str, &[&str]); 3] = [$((stringify!($kind), &[$(stringify!($key)),+])),+];
 
-impl RawSoftBody {
-    /// The kind that alone has `key`, if it is not every kind's.
-    fn owner(key: &str) -> Option<&'static str> {
-        KINDS.iter().find(|(_, own)| own.contains(&key)).map(|(kind, _)| *kind)
-    }
+        impl SoftKeys {
+            /// The keys of single kinds, and whether they are given.
+            fn of_kinds(&self) -> impl Iterator<Item = (&'static str, bool)> {
+                [$($((stringify!($key), self.$key.is_some())),+),+].into_iter()
+            }
+        }
+    };
+}
 
+kinds! {
+    chain: points, from_m, to_m;
+    cloth: rows, columns, corner_m, along_m, down_m, shear, bend;
+    lattice: cells, center_m, size_m;
+}
+
+impl SoftBody {
     /// Whether `key` is one of this kind; a kind that nobody knows has every key.
     fn has(&self, key: &str) -> bool {
         let known = KINDS.iter().any(|(kind, _)| *kind == self.word);
-        !known || Self::owner(key).is_none_or(|kind| kind == self.word)
+        let owner = KINDS.iter().find(|(_, own)| own.contains(&key));
+        !known || owner.is_none_or(|(kind, _)| *kind == self.word)
     }
 
     /// The keys of this kind.
     pub fn known_keys(&self) -> Vec<&'static str> {
-        keys_of::<RawSoftKeys>().iter().copied().filter(|key| self.has(key)).collect()
+        keys_of::<SoftKeys>().iter().copied().filter(|key| self.has(key)).collect()
     }
 
     /// The keys that are given and are another kind's.
     pub fn strange_keys(&self) -> impl Iterator<Item = &'static str> {
-        let keys = &self.keys;
-        let given = [
-            ("points", keys.points.is_some()),
-            ("from_m", keys.from_m.is_some()),
-            ("to_m", keys.to_m.is_some()),
-            ("rows", keys.rows.is_some()),
-            ("columns", keys.columns.is_some()),
-            ("corner_m", keys.corner_m.is_some()),
-            ("along_m", keys.along_m.is_some()),
-            ("down_m", keys.down_m.is_some()),
-            ("shear", keys.shear.is_some()),
-            ("bend", keys.bend.is_some()),
-            ("cells", keys.cells.is_some()),
-            ("center_m", keys.center_m.is_some()),
-            ("size_m", keys.size_m.is_some()),
-        ];
-        given.into_iter().filter(|(key, given)| *given && !self.has(key)).map(|(key, _)| key)
-    }
-}
-
-impl<'de> Deserialize<'de> for RawSoftBody {
-    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct SoftBodyVisitor;
-        impl<'de> Visitor<'de> for SoftBodyVisitor {
-            type Value = RawSoftBody;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a soft body")
-            }
-
-            fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<RawSoftBody, A::Error> {
-                let (Name(word), variant) = data.variant()?;
-                let keys = variant.struct_variant(&[], KeysVisitor::new())?;
-                Ok(RawSoftBody { word, keys })
-            }
-        }
-        deserializer.deserialize_enum("", &[], SoftBodyVisitor)
+        self.keys.of_kinds().filter(|(key, given)| *given && !self.has(key)).map(|(key, _)| key)
     }
 }

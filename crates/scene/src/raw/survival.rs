@@ -3,13 +3,11 @@
 use serde::Deserialize;
 
 use crate::action::Action;
-use crate::raw::Triple;
-use crate::text::syntax::Word;
+use crate::text::syntax::{Triple, Word};
 
 /// What all rows have in common, and each of `rows`, which has what differs.
-#[derive(Debug, Default, Deserialize)]
-#[serde(rename = "Survival")]
-pub(crate) struct RawSurvival {
+#[derive(Deserialize)]
+pub(crate) struct Survival {
     pub label: Option<String>,
     pub measure: Option<Word>,
     pub seconds: Option<f64>,
@@ -20,30 +18,29 @@ pub(crate) struct RawSurvival {
     pub scale_j: Option<f64>,
     pub reference_substeps: Option<u32>,
     pub precisions: Option<Vec<Word>>,
-    pub steps: Option<RawSteps>,
+    pub steps: Option<Steps>,
     pub step_hz: Option<f64>,
     pub substeps: Option<u32>,
     pub damping_model: Option<Word>,
     pub damping_per_s: Option<f64>,
     pub offset_m: Option<Triple>,
-    pub script: Option<Vec<RawMoment>>,
+    pub script: Option<Vec<Step>>,
     #[serde(default)]
-    pub rows: Vec<RawSurvival>,
+    pub rows: Vec<Survival>,
 }
 
 /// `constant`, `jittered(spread: 0.5)` or `hitch(at_s: 1, length_s: 1)`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum RawSteps {
+pub(crate) enum Steps {
     Constant,
     Jittered { spread: Option<f64>, seed: Option<u64> },
     Hitch { at_s: Option<f64>, length_s: Option<f64> },
 }
 
 /// A step of a script.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename = "Step")]
-pub(crate) struct RawMoment {
+#[derive(Deserialize)]
+pub(crate) struct Step {
     pub at_s: Option<f64>,
     pub at_tick: Option<u64>,
     #[serde(rename = "do")]

@@ -7,12 +7,11 @@ use glam::DVec3;
 use motion::{Curve, Drag, MutualGravity, Thrust, Well, Wells, Wind, WorldLaws};
 
 use crate::check::{Rule, Scope, not_negative, shown};
-use crate::raw::{
-    RawCurve, RawDrag, RawMutualGravity, RawScene, RawSine, RawThrust, RawWell, RawWind, Triple,
-};
+use crate::raw;
 use crate::scene::names::Names;
 use crate::scene::{BodySpec, OwnLawsSpec};
 use crate::text::faults::Faults;
+use crate::text::syntax::Triple;
 
 /// The constant of gravity, m³/(kg s²) (CODATA 2018).
 const GRAVITATIONAL_CONSTANT: f64 = 6.674_30e-11;
@@ -31,7 +30,7 @@ const START: Rule = (|v| v < f64::INFINITY, "a time", "give seconds, or leave it
 const END: Rule = (|v| !v.is_nan(), "a time", "give seconds, or leave it out");
 
 /// The laws of every body. Wells that name bodies become own laws.
-pub(crate) fn world_laws(raw: &RawScene, own: &mut OwnLaws, faults: &mut Faults) -> WorldLaws {
+pub(crate) fn world_laws(raw: &raw::Scene, own: &mut OwnLaws, faults: &mut Faults) -> WorldLaws {
     let wells = own.wells(&raw.wells, faults);
     WorldLaws {
         drag: drag(raw.drag.as_ref(), raw.wind.as_ref(), faults),
@@ -40,7 +39,7 @@ pub(crate) fn world_laws(raw: &RawScene, own: &mut OwnLaws, faults: &mut Faults)
 }
 
 /// Drag, and the wind that it sees.
-fn drag(raw: Option<&RawDrag>, wind: Option<&RawWind>, faults: &mut Faults) -> Option<Drag> {
+fn drag(raw: Option<&raw::Drag>, wind: Option<&raw::Wind>, faults: &mut Faults) -> Option<Drag> {
     let wind = wind.map(|raw| self::wind(raw, faults));
     let Some(raw) = raw else {
         if wind.is_some() {
@@ -59,7 +58,7 @@ fn drag(raw: Option<&RawDrag>, wind: Option<&RawWind>, faults: &mut Faults) -> O
     Some(Drag { linear, quadratic, wind })
 }
 
-fn wind(raw: &RawWind, faults: &mut Faults) -> Wind {
+fn wind(raw: &raw::Wind, faults: &mut Faults) -> Wind {
     let scope = Scope::section("wind");
     let cure = "add one such as `velocity_m_s: (3.0, 0.0, 0.0)`";
     faults.require(raw.velocity_m_s.is_some(), (scope, "velocity_m_s"), cure);
@@ -74,7 +73,7 @@ fn wind(raw: &RawWind, faults: &mut Faults) -> Wind {
     }
 }
 
-pub(crate) fn mutual_gravity(raw: &RawMutualGravity, faults: &mut Faults) -> MutualGravity {
+pub(crate) fn mutual_gravity(raw: &raw::MutualGravity, faults: &mut Faults) -> MutualGravity {
     let scope = Scope::section("mutual_gravity");
     let key = (scope, "constant_m3_kg_s2");
     MutualGravity {
@@ -97,7 +96,7 @@ impl<'a> OwnLaws<'a> {
     }
 
     /// Notes the wells that name bodies and gives the others.
-    fn wells(&mut self, raw: &[RawWell], faults: &mut Faults) -> Vec<Well> {
+    fn wells(&mut self, raw: &[raw::Well], faults: &mut Faults) -> Vec<Well> {
         let mut for_all = Vec::new();
         for (i, raw) in raw.iter().enumerate() {
             let scope = Scope::item("wells", i);
@@ -123,7 +122,7 @@ impl<'a> OwnLaws<'a> {
     }
 
     /// Notes the engines of bodies.
-    pub fn thrusts(&mut self, raw: &[RawThrust], faults: &mut Faults) {
+    pub fn thrusts(&mut self, raw: &[raw::Thrust], faults: &mut Faults) {
         for (i, raw) in raw.iter().enumerate() {
             let scope = Scope::item("thrusts", i);
             let Some(body) = &raw.body else {
@@ -165,7 +164,7 @@ impl<'a> OwnLaws<'a> {
     }
 }
 
-fn well(raw: &RawWell, scope: Scope, faults: &mut Faults) -> Well {
+fn well(raw: &raw::Well, scope: Scope, faults: &mut Faults) -> Well {
     let cure = "add one such as `strength_m3_s2: 1000.0`";
     faults.require(raw.strength_m3_s2.is_some(), (scope, "strength_m3_s2"), cure);
     Well {
@@ -175,11 +174,13 @@ fn well(raw: &RawWell, scope: Scope, faults: &mut Faults) -> Well {
     }
 }
 
-fn thrust(raw: &RawThrust, scope: Scope, faults: &mut Faults) -> Option<Thrust> {
+fn thrust(raw: &raw::Thrust, scope: Scope, faults: &mut Faults) -> Option<Thrust> {
     let curve = match &raw.curve {
-        Some(RawCurve::Polynomial(coefficients)) => polynomial(coefficients, scope, faults),
-        Some(RawCurve::Sine(sine)) => Some(self::sine(sine, scope, faults)),
-        Some(RawCurve::Table(points)) => table(points, scope, faults),
+        Some(raw::Curve::Polynomial(coefficients)) => polynomial(coefficients, scope, faults),
+        Some(raw::Curve::Sine { amplitude_n, angular_frequency_rad_s, phase_rad }) => {
+            Some(sine(*amplitude_n, *angular_frequency_rad_s, *phase_rad, scope, faults))
+        }
+        Some(raw::Curve::Table(points)) => table(points, scope, faults),
         None => {
             faults.missing(scope.path(), "curve", "add one such as `curve: polynomial([(10.0, 0.0, 0.0)])`");
             None
@@ -212,11 +213,16 @@ fn polynomial(coefficients: &[Triple], scope: Scope, faults: &mut Faults) -> Opt
     Some(Curve::Polynomial(coefficients.iter().enumerate().map(finite).collect()))
 }
 
-fn sine(raw: &RawSine, scope: Scope, faults: &mut Faults) -> Curve {
-    for (key, given) in [
-        ("amplitude_n", raw.amplitude_n.is_some()),
-        ("angular_frequency_rad_s", raw.angular_frequency_rad_s.is_some()),
-    ] {
+fn sine(
+    amplitude: Option<Triple>,
+    frequency: Option<f64>,
+    phase: Option<f64>,
+    scope: Scope,
+    faults: &mut Faults,
+) -> Curve {
+    for (key, given) in
+        [("amplitude_n", amplitude.is_some()), ("angular_frequency_rad_s", frequency.is_some())]
+    {
         if !given {
             let cure = "give a sine as `sine(amplitude_n: (x, y, z), angular_frequency_rad_s: w)`";
             faults.missing(scope.key("curve"), key, cure);
@@ -224,9 +230,9 @@ fn sine(raw: &RawSine, scope: Scope, faults: &mut Faults) -> Curve {
     }
     let key = (scope, "curve.angular_frequency_rad_s");
     Curve::Sine {
-        amplitude: faults.vector((scope, "curve.amplitude_n"), raw.amplitude_n, DVec3::ZERO),
-        angular_frequency: faults.number(key, raw.angular_frequency_rad_s, 0.0, FREQUENCY),
-        phase: faults.number((scope, "curve.phase_rad"), raw.phase_rad, 0.0, PHASE),
+        amplitude: faults.vector((scope, "curve.amplitude_n"), amplitude, DVec3::ZERO),
+        angular_frequency: faults.number(key, frequency, 0.0, FREQUENCY),
+        phase: faults.number((scope, "curve.phase_rad"), phase, 0.0, PHASE),
     }
 }
 

@@ -7,7 +7,7 @@ use motion::{Elastic, Method};
 
 use crate::check::{Rule, Scope, not_negative};
 use crate::generate::{self, Bodies, Section};
-use crate::raw::coupled::RawSpring;
+use crate::raw;
 use crate::scene::BodySpec;
 use crate::scene::coupled::SpringSpec;
 use crate::text::faults::Faults;
@@ -15,7 +15,7 @@ use crate::text::faults::Faults;
 const LENGTH: Rule = (not_negative, "a length", "give a number of meters from 0 up");
 
 /// Resolves the springs whose ends are what springs can hold.
-pub(crate) fn springs(raw: &[RawSpring], bodies: &Bodies, faults: &mut Faults) -> Vec<SpringSpec> {
+pub(crate) fn springs(raw: &[raw::Spring], bodies: &Bodies, faults: &mut Faults) -> Vec<SpringSpec> {
     let mut springs = Vec::new();
     for (i, raw) in raw.iter().enumerate() {
         let scope = Scope::item("springs", i);
@@ -34,7 +34,7 @@ pub(crate) fn springs(raw: &[RawSpring], bodies: &Bodies, faults: &mut Faults) -
 }
 
 /// The stable ids of a spring's ends.
-fn ends(raw: &RawSpring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -> Option<[u32; 2]> {
+fn ends(raw: &raw::Spring, bodies: &Bodies, scope: Scope, faults: &mut Faults) -> Option<[u32; 2]> {
     let Some(between) = &raw.between else {
         faults.missing(scope.path(), "between", "name two bodies, as in `between: (\"a\", \"b\")`");
         return None;

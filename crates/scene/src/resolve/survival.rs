@@ -5,8 +5,7 @@ use motion::{Damping, DampingModel};
 
 use crate::action::{Action, Step, When};
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, not_negative, positive};
-use crate::raw::RawScene;
-use crate::raw::survival::{RawMoment, RawSteps, RawSurvival};
+use crate::raw;
 use crate::scene::Scene;
 use crate::scene::names::Names;
 use crate::scene::survival::{Bounds, Measure, Steps, SurvivalRow};
@@ -33,7 +32,7 @@ const HITCH: &str = "give seconds, such as `hitch(at_s: 1.0, length_s: 1.0)`";
 /// The rows of `scene`, in the order of the file; of one in both precisions, f64 comes first. `names` are those of its
 /// bodies, unless they are too many.
 pub(crate) fn survival(
-    file: &RawScene,
+    file: &raw::Scene,
     scene: &Scene,
     names: Option<&Names>,
     faults: &mut Faults,
@@ -69,17 +68,17 @@ pub(crate) fn survival(
 /// A row, what it leaves to all rows, and the scene that they are of.
 #[derive(Clone, Copy)]
 struct Row<'a> {
-    own: &'a RawSurvival,
-    common: &'a RawSurvival,
+    own: &'a raw::Survival,
+    common: &'a raw::Survival,
     scope: Scope,
-    file: &'a RawScene,
+    file: &'a raw::Scene,
     scene: &'a Scene,
     names: Option<&'a Names>,
 }
 
 impl<'a> Row<'a> {
     /// What the row has at a key, or else all rows.
-    fn get<T>(self, key: impl Fn(&'a RawSurvival) -> Option<T>) -> Option<T> {
+    fn get<T>(self, key: impl Fn(&'a raw::Survival) -> Option<T>) -> Option<T> {
         key(self.own).or_else(|| key(self.common))
     }
 
@@ -249,12 +248,12 @@ impl<'a> Row<'a> {
         let mut number = |value: Option<f64>, default, rule| {
             faults.number(key, Some(value.unwrap_or(f64::NAN)), default, rule)
         };
-        match *self.get(|raw| raw.steps.as_ref()).unwrap_or(&RawSteps::Constant) {
-            RawSteps::Constant => Steps::Constant,
-            RawSteps::Jittered { spread, seed } => {
+        match *self.get(|raw| raw.steps.as_ref()).unwrap_or(&raw::Steps::Constant) {
+            raw::Steps::Constant => Steps::Constant,
+            raw::Steps::Jittered { spread, seed } => {
                 Steps::Jittered { spread: number(spread, 0.5, SPREAD), seed: seed.unwrap_or(0) }
             }
-            RawSteps::Hitch { at_s, length_s } => Steps::Hitch {
+            raw::Steps::Hitch { at_s, length_s } => Steps::Hitch {
                 at: number(at_s, 0.0, (not_negative, "a time", HITCH)),
                 length: number(length_s, 1.0, (positive, "a time", HITCH)),
             },
@@ -284,7 +283,7 @@ impl<'a> Row<'a> {
         steps
     }
 
-    fn step(self, moment: &RawMoment) -> Result<Step, (String, String)> {
+    fn step(self, moment: &raw::Step) -> Result<Step, (String, String)> {
         let fail = |what: &str, cure: &str| Err((what.to_owned(), cure.to_owned()));
         let when = match (moment.at_s, moment.at_tick) {
             (Some(at), None) if not_negative(at) => When::Seconds(at),

@@ -1,5 +1,7 @@
 //! RON through serde: values, the keys that nothing knows, and syntax errors in words.
 
+use std::marker::PhantomData;
+
 use ron::error::{Error, SpannedError};
 use ron::extensions::Extensions;
 use serde::Deserialize;
@@ -19,7 +21,9 @@ pub(crate) fn read<'de, T: Deserialize<'de>>(
     let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
     let mut ron = ron::Deserializer::from_str_with_options(text, &options)?;
     let mut unknown = Vec::new();
-    let value = serde_ignored::deserialize(&mut ron, |path| unknown.push(written(&path, root)));
+    let mut note = |path: Path<'_>| unknown.push(written(&path, root));
+    // By pointer, so that readers of different types share the code for the values that they have in common.
+    let value = serde_ignored::deserialize(&mut ron, &mut note as &mut dyn FnMut(Path<'_>));
     let value = value.and_then(|value| ron.end().map(|()| value)).map_err(|error| ron.span_error(error))?;
     Ok((value, unknown))
 }
@@ -141,6 +145,9 @@ fn explain(error: &Error) -> (String, String) {
     (what.to_owned(), cure.to_owned())
 }
 
+/// Three numbers in round brackets.
+pub(crate) type Triple = [f64; 3];
+
 /// A bare word, such as `fixed`; whether it is a known one is for the resolver to say, beside all other faults.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Word(pub String);
@@ -167,8 +174,50 @@ impl<'de> Visitor<'de> for WordVisitor {
     }
 }
 
+/// `word(key: value, ...)` with any word, so that an unknown one is reported beside all other faults.
+pub(crate) struct Worded<T> {
+    pub word: String,
+    pub keys: T,
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Worded<T> {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_enum("", &[], WordedVisitor(PhantomData))
+    }
+}
+
+struct WordedVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for WordedVisitor<T> {
+    type Value = Worded<T>;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a word with keys and values")
+    }
+
+    fn visit_enum<A: de::EnumAccess<'de>>(self, data: A) -> Result<Worded<T>, A::Error> {
+        let (Name(word), variant) = data.variant()?;
+        let keys = de::VariantAccess::struct_variant(variant, &[], KeysVisitor(PhantomData))?;
+        Ok(Worded { word, keys })
+    }
+}
+
+struct KeysVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for KeysVisitor<T> {
+    type Value = T;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("keys and values")
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<T, A::Error> {
+        T::deserialize(de::value::MapAccessDeserializer::new(map))
+    }
+}
+
 /// The name of a variant, whatever it is.
-pub(crate) struct Name(pub String);
+struct Name(String);
 
 impl<'de> Deserialize<'de> for Name {
     fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
