@@ -200,10 +200,7 @@ fn below(fronts: &[Front<'_>], error: f64) -> Result<Vec<Point>, Refusal> {
     let pick = |front: &Front<'_>| {
         let part = || front.part.to_owned();
         // An error of the reference that is not a number is no bound either.
-        if !matches!(
-            front.own.partial_cmp(&error),
-            Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal)
-        ) {
+        if front.own > error || front.own.is_nan() {
             return Err(Refusal::Uncertain { part: part(), error_m: error, reference_error_m: front.own });
         }
         let last = front.points.last().copied();

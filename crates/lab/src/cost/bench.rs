@@ -12,7 +12,7 @@ use motion::{Method, PhysicsBody};
 use super::drift::Drifting;
 use super::plan::Plan;
 use super::record::{Cell, Host, Outcome, Precision, Setting, Study, Truth};
-use super::runner::{Make, Runner, Sample, make};
+use super::runner::{Make, Sample, make};
 use super::subject::Subject;
 use super::timing::{Clock, thread_time};
 use super::timings::Timings;
@@ -262,11 +262,6 @@ impl Bench {
         self.target.as_ref().map(Target::samples)
     }
 
-    /// What was studied.
-    pub const fn subject(&self) -> &Subject {
-        &self.subject
-    }
-
     /// One tick, or one timing; `false`: there is nothing left.
     fn piece(&mut self) -> bool {
         if let Some((job, run)) = &mut self.current {
@@ -326,17 +321,11 @@ impl Bench {
     }
 
     fn finish(&mut self, job: Job, run: Going) {
-        let run = match run {
-            Going::Sampled(run) => run,
-            Going::Drifting(run) => {
-                self.study.drifts.extend(run.finish());
-                return;
-            }
-        };
-        let (samples, more, mut runner) = run.finish();
-        match job {
-            Job::Reference(substeps) => self.finish_reference(substeps, samples, more, &mut *runner),
-            Job::Error(cell) => {
+        match (job, run) {
+            (_, Going::Drifting(run)) => self.study.drifts.extend(run.finish()),
+            (Job::Reference(substeps), Going::Sampled(run)) => self.finish_reference(substeps, run),
+            (Job::Error(cell), Going::Sampled(run)) => {
+                let (samples, _, mut runner) = run.finish();
                 let Some(target) = &self.target else { return };
                 let cell = &mut self.study.cells[cell];
                 cell.outcome = target.judge(&samples, &mut *runner);
@@ -344,11 +333,12 @@ impl Bench {
                 cell.bytes_per_body_step = runner.bytes_per_body();
             }
             // Done in one go, or without samples.
-            Job::Time(_) | Job::Drift(_) | Job::Rates => {}
+            (Job::Time(_) | Job::Drift(_) | Job::Rates, _) => {}
         }
     }
 
-    fn finish_reference(&mut self, runs: u32, samples: Samples, more: Samples, runner: &mut dyn Runner) {
+    fn finish_reference(&mut self, runs: u32, run: Sampled) {
+        let (samples, more, mut runner) = run.finish();
         if let Some(failure) = runner.failure() {
             self.study.notes.push(format!("the reference itself failed: {failure}"));
         }

@@ -60,6 +60,11 @@ fn distances<'a>(
     })
 }
 
+/// The state of a body, if it is there.
+fn of(states: &[Sample], id: u32) -> Option<&Sample> {
+    states.binary_search_by_key(&id, |(id, ..)| *id).ok().map(|at| &states[at])
+}
+
 /// Takes the number of a row.
 pub(super) struct Gauge {
     measure: Measure,
@@ -152,19 +157,13 @@ impl Gauge {
 
     /// Mass, kg, and velocity, m/s, of everything that moves and is there.
     fn moving<'a>(&'a self, states: &'a [Sample]) -> impl Iterator<Item = (Scalar, Vector)> + 'a {
-        self.masses.iter().filter_map(|(id, mass)| {
-            let at = states.binary_search_by_key(id, |(id, ..)| *id).ok()?;
-            Some((*mass, states[at].2))
-        })
+        self.masses.iter().filter_map(|(id, mass)| Some((*mass, of(states, *id)?.2)))
     }
 
     fn stretch(&self, states: &[Sample]) -> Scalar {
-        let place = |id: u32| {
-            let at = states.binary_search_by_key(&id, |(id, ..)| *id).ok()?;
-            Some(states[at].1)
-        };
         let strains = self.springs.iter().filter_map(|([one, other], rest)| {
-            Some((place(*one)?.distance(place(*other)?) / rest - 1.0).abs())
+            let ((_, a, _), (_, b, _)) = (of(states, *one)?, of(states, *other)?);
+            Some((a.distance(*b) / rest - 1.0).abs())
         });
         strains.fold(0.0, larger)
     }

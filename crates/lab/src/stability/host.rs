@@ -6,6 +6,7 @@ use history::{Input, Simulation};
 use motion::arrays::Bare;
 use motion::clock::StepClock;
 use motion::ledger::Ledger;
+use motion::units::Vector;
 use motion::{Damping, DampingModel, Evaluations, Gravity, Quarantine, Request, StableId, TimeStep};
 use scene::{Action, Names, Scene, Step, SurvivalRow, When};
 
@@ -167,24 +168,16 @@ fn input(step: &Step, scene: &Scene) -> Option<Input> {
 
 /// Does to arrays what an input does to a world; rows in single precision ask for nothing else.
 fn act(bare: &mut Bare<f32>, input: Input) {
-    // Rounding is what is looked at.
-    let rounded = |v: motion::units::Vector| v.to_array().map(|part| part as f32);
+    let mut change = |body, to: Vector, change: fn(&mut Bare<f32>, usize, [f32; 3])| {
+        if let Some(row) = bare.row_of(StableId(body)) {
+            // Rounding is what is looked at.
+            change(bare, row, to.to_array().map(|part| part as f32));
+        }
+    };
     match input {
-        Input::Push(body, newtons) => {
-            if let Some(row) = bare.row_of(StableId(body)) {
-                bare.push(row, rounded(newtons));
-            }
-        }
-        Input::Request(Request::Impulse(body, impulse)) => {
-            if let Some(row) = bare.row_of(StableId(body)) {
-                bare.give_impulse(row, rounded(impulse));
-            }
-        }
-        Input::Request(Request::SetVelocity(body, velocity)) => {
-            if let Some(row) = bare.row_of(StableId(body)) {
-                bare.set_velocity(row, rounded(velocity));
-            }
-        }
+        Input::Push(body, newtons) => change(body, newtons, Bare::push),
+        Input::Request(Request::Impulse(body, impulse)) => change(body, impulse, Bare::give_impulse),
+        Input::Request(Request::SetVelocity(body, velocity)) => change(body, velocity, Bare::set_velocity),
         Input::Request(Request::SetGravity(acceleration)) => {
             let on = bare.gravity().is_none_or(|gravity| gravity.on);
             bare.set_gravity(Some(Gravity { acceleration, on }));

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use cpu_time::ThreadTime;
+use history::REFERENCE_METHOD;
 use motion::Method;
 use scene::{Measure, Scene, SurvivalRow};
 
@@ -29,22 +30,21 @@ pub struct Survey {
     total: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Job {
-    /// The fine run of a row.
-    Reference { row: usize },
-    /// The run of a method at the origin.
-    Origin { row: usize, method: Method },
-    /// A cell.
-    Cell { row: usize, method: Method },
+/// A run of a method on a row.
+#[derive(Clone, Copy)]
+struct Job {
+    row: usize,
+    method: Method,
+    what: What,
 }
 
-impl Job {
-    const fn row(self) -> usize {
-        match self {
-            Self::Reference { row } | Self::Origin { row, .. } | Self::Cell { row, .. } => row,
-        }
-    }
+#[derive(Clone, Copy, PartialEq)]
+enum What {
+    /// The fine run of the row.
+    Reference,
+    /// The same method at the origin.
+    Origin,
+    Cell,
 }
 
 enum Going {
@@ -65,14 +65,15 @@ impl Survey {
         }
         let mut jobs = VecDeque::new();
         for (at, (_, row)) in rows.iter().enumerate() {
+            let job = |what, method| Job { row: at, method, what };
             if row.measure == Measure::Reference {
-                jobs.push_back(Job::Reference { row: at });
+                jobs.push_back(job(What::Reference, REFERENCE_METHOD));
             }
             for &method in methods {
                 if row.measure == Measure::Origin {
-                    jobs.push_back(Job::Origin { row: at, method });
+                    jobs.push_back(job(What::Origin, method));
                 }
-                jobs.push_back(Job::Cell { row: at, method });
+                jobs.push_back(job(What::Cell, method));
             }
         }
         let open = rows.iter().map(|(at, row)| open(&scenes[*at], row)).collect();
@@ -114,7 +115,7 @@ impl Survey {
     /// The row that is being run, as people call it.
     pub fn now(&self) -> Option<String> {
         let job = self.current.as_ref().map(|(job, _)| *job).or(self.jobs.front().copied())?;
-        Some(self.matrix.rows[job.row()].title())
+        Some(self.matrix.rows[job.row].title())
     }
 
     /// What is known so far: cells that were run.
@@ -124,12 +125,9 @@ impl Survey {
 
     /// Evaluations of a run of the job, about.
     fn weight(&self, job: Job) -> f64 {
-        let row = &self.rows[job.row()].1;
-        let (substeps, method) = match job {
-            Job::Reference { .. } => (row.reference_substeps, Method::RungeKutta4),
-            Job::Origin { method, .. } | Job::Cell { method, .. } => (row.substeps, method),
-        };
-        row.ticks as f64 * f64::from(substeps) * f64::from(method.claims().evaluations)
+        let row = &self.rows[job.row].1;
+        let substeps = if job.what == What::Reference { row.reference_substeps } else { row.substeps };
+        row.ticks as f64 * f64::from(substeps) * f64::from(job.method.claims().evaluations)
     }
 
     /// Some ticks; `false`: there is nothing left.
@@ -146,17 +144,17 @@ impl Survey {
             return true;
         }
         let Some(job) = self.jobs.pop_front() else { return false };
-        let (at, row) = &self.rows[job.row()];
+        let (at, row) = &self.rows[job.row];
         let scene = &self.scenes[*at];
-        let to_come = match job {
-            Job::Reference { .. } => Targeting::reference(scene, row),
-            Job::Origin { method, .. } => Targeting::origin(scene, row, method),
-            Job::Cell { row: at, method } => {
+        let to_come = match job.what {
+            What::Reference => Targeting::reference(scene, row),
+            What::Origin => Targeting::origin(scene, row, job.method),
+            What::Cell => {
                 let target = is_compared(row).then(|| self.target.clone());
-                match Running::new(scene, row, method, target) {
+                match Running::new(scene, row, job.method, target) {
                     Ok(run) => self.current = Some((job, Going::Cell(Box::new(run)))),
                     Err(cell) => {
-                        self.matrix.rows[at].cells.push(cell);
+                        self.matrix.rows[job.row].cells.push(cell);
                         self.done += self.weight(job);
                     }
                 }
@@ -176,7 +174,7 @@ impl Survey {
     fn finish(&mut self, job: Job, going: Going) {
         match going {
             Going::Target(run) => self.target = Ok(Rc::new(run.finish())),
-            Going::Cell(run) => self.matrix.rows[job.row()].cells.push(run.finish()),
+            Going::Cell(run) => self.matrix.rows[job.row].cells.push(run.finish()),
         }
         self.done += self.weight(job);
     }

@@ -124,12 +124,9 @@ mod number {
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
         match Written::deserialize(from)? {
             Written::Number(number) => Ok(number),
-            Written::Word(word) => match word.as_str() {
-                "nan" => Ok(f64::NAN),
-                "inf" => Ok(f64::INFINITY),
-                "-inf" => Ok(f64::NEG_INFINITY),
-                _ => Err(de::Error::custom(format!("`{word}` is no number"))),
-            },
+            Written::Word(word) => {
+                word.parse().map_err(|_| de::Error::custom(format!("`{word}` is no number")))
+            }
         }
     }
 }

@@ -94,7 +94,7 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
         let mut bench = Bench::new(subject, plan.clone());
         let known = earlier
             .as_ref()
-            .and_then(|report| report.studies.iter().find(|study| study.subject == bench.subject().name()));
+            .and_then(|report| report.studies.iter().find(|study| study.subject == bench.study().subject));
         if let Some(study) = known {
             bench.resume(study);
         }
