@@ -4,19 +4,19 @@
 //! and no clock, the other with a clock and no samples.
 
 mod bench;
+mod clock;
 mod drift;
 mod exact;
-mod fit;
-mod line;
+mod front;
 mod machine;
 mod plan;
 mod problem;
+mod ranking;
 mod rates;
 mod record;
 mod runner;
 mod subject;
 mod timing;
-mod timings;
 mod truth;
 
 pub(crate) use record::method_name;
@@ -24,14 +24,14 @@ pub(crate) use runner::laws_of_bodies;
 pub(crate) use truth::larger;
 
 pub use bench::Bench;
-pub use fit::{Accuracy, Cost};
-pub use line::{Crossing, Place};
+pub use clock::Clock;
+pub use front::{Accuracy, Cost};
 pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};
+pub use ranking::{Crossing, Place};
 pub use record::{
     BLOWN_UP, Cell, Counts, Drift, Errors, FORMAT, Failure, Host, Machine, Outcome, Precision, RateRow,
     Report, SAMPLES, Setting, Study, TickTime, Time, TimedTick, Truth,
 };
 pub use runner::{Make, Runner, Sample, make};
 pub use subject::Subject;
-pub use timing::Clock;

@@ -9,13 +9,13 @@ use bevy_ecs::prelude::*;
 use history::REFERENCE_METHOD;
 use motion::{Method, PhysicsBody};
 
+use super::clock::{Clock, thread_time};
 use super::drift::Drifting;
 use super::plan::Plan;
 use super::record::{Cell, Host, Outcome, Precision, Setting, Study, Truth};
 use super::runner::{Make, Sample, make};
 use super::subject::Subject;
-use super::timing::{Clock, thread_time};
-use super::timings::Timings;
+use super::timing::Timings;
 use super::truth::{Sampled, Samples, Target};
 
 /// A relative error from which a reference is none.

@@ -3,9 +3,9 @@
 use history::REFERENCE_METHOD;
 use motion::Method;
 
+use super::clock::Clock;
 use super::record::{Precision, Setting};
 use super::subject::Subject;
-use super::timing::Clock;
 
 /// Rungs below which none are left out, however long they take.
 const AT_LEAST: usize = 3;

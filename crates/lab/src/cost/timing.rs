@@ -1,129 +1,176 @@
-//! Thread CPU time of runs, block by block and in turns with a yardstick.
-//!
-//! A run is cut into blocks of about a millisecond: long against the clock, short against the time slices of a
-//! machine that does other things too. It is run several times, and the least time of each block counts; what
-//! disturbs one of them does not disturb the same block of all. Other settings run between two runs of one.
-//!
-//! Whole runs are timed, because ticks of one run differ: conjugate gradients take few iterations on a flag at rest and
-//! hundreds on one in the wind.
+//! What is timed of a study, pass by pass: the cells of a scene as it is, or copies of a problem at several sizes.
 
-use std::hint::black_box;
+use super::clock::{Clock, Trial, Yardstick};
+use super::plan::Plan;
+use super::record::{Host, Precision, Setting, Study, TickTime, Time, TimedTick};
+use super::runner::Make;
+use super::subject::Subject;
 
-use cpu_time::ThreadTime;
-
-use super::runner::Runner;
-
-/// A clock that counts seconds.
-pub type Clock = dyn Fn() -> f64 + Send;
-
-/// Thread CPU time, s.
-pub(crate) fn thread_time() -> f64 {
-    ThreadTime::now().as_duration().as_secs_f64()
+/// A method, precision and host at one size.
+struct Timing {
+    /// Whose time is taken; of a problem, whose steps are as long as those that are timed.
+    cell: usize,
+    host: Host,
+    /// Copies of a problem; `None` for a scene.
+    copies: Option<u32>,
+    trial: Trial,
 }
 
-/// Least length of a block, s.
-const BLOCK: f64 = 1e-3;
-
-/// The times of one setting over all passes.
-#[derive(Clone, Debug, Default)]
-pub struct Trial {
-    /// Ticks of a block; 0: not known yet.
-    block: u64,
-    /// Ticks that are timed.
-    ticks: u64,
-    /// Least time of each block, s.
-    least: Vec<f64>,
-    /// Time of each pass, s.
-    totals: Vec<f64>,
+/// All of them, the smallest sizes first, so that methods take turns at each size.
+#[derive(Default)]
+pub(super) struct Timings {
+    list: Vec<Timing>,
+    yardstick: Yardstick,
+    /// Copies that are timed at present.
+    many: Option<(u32, Subject)>,
+    /// What all timings of that size took beside the ticks that were timed, s.
+    spent: f64,
 }
 
-impl Trial {
-    /// Times one pass: `run` from its start, for `ticks` ticks or until `longest` seconds are spent.
-    pub fn pass(&mut self, run: &mut dyn Runner, ticks: u64, longest: f64, clock: &Clock) {
-        // The first tick makes columns and caches.
-        run.tick();
-        if self.block == 0 {
-            let start = clock();
-            run.tick();
-            let tick = (clock() - start).max(1e-9);
-            let fit = |seconds: f64| ((seconds / tick) as u64).clamp(1, ticks.max(1));
-            self.block = fit(BLOCK);
-            self.ticks = fit(longest).next_multiple_of(self.block);
-        } else {
-            run.tick();
-        }
-        let blocks = (self.ticks / self.block).max(1);
-        let mut total = 0.0;
-        for number in 0..usize::try_from(blocks).unwrap_or(usize::MAX) {
-            let start = clock();
-            for _ in 0..self.block {
-                run.tick();
-            }
-            let time = clock() - start;
-            total += time;
-            match self.least.get_mut(number) {
-                Some(least) => *least = least.min(time),
-                None => self.least.push(time),
-            }
-        }
-        self.totals.push(total);
-    }
-
-    /// Least thread CPU time of a tick, s; `None` before the first pass.
-    pub fn tick(&self) -> Option<f64> {
-        let ticks = self.least.len() as f64 * self.block as f64;
-        (ticks > 0.0).then(|| self.least.iter().sum::<f64>() / ticks)
-    }
-
-    /// Quartiles of the passes' times as ratios to the least.
-    pub fn quartiles(&self) -> [f64; 3] {
-        let least: f64 = self.least.iter().sum();
-        let mut totals = self.totals.clone();
-        totals.sort_by(f64::total_cmp);
-        [1, 2, 3].map(|quarter| match totals.len() {
-            0 => 1.0,
-            len => totals[(quarter * (len - 1) + 2) / 4] / least,
-        })
-    }
-}
-
-/// A fixed loop of semi-implicit Euler over bodies that fall: what one substep of one body takes at its plainest.
-/// It is never changed, so that ratios to it can be compared from one version to the next.
-#[derive(Clone, Debug)]
-pub struct Yardstick {
-    x: Vec<[f64; 3]>,
-    v: Vec<[f64; 3]>,
-    least: f64,
-}
-
-impl Default for Yardstick {
-    fn default() -> Self {
-        Self { x: vec![[0.0; 3]; 1000], v: vec![[1.0; 3]; 1000], least: f64::INFINITY }
-    }
-}
-
-impl Yardstick {
-    /// Times it once more.
-    pub fn measure(&mut self, clock: &Clock) {
-        const STEPS: u32 = 40;
-        let (g, h) = (black_box([0.0, -9.8, 0.0]), black_box(1e-6));
-        let start = clock();
-        for _ in 0..STEPS {
-            for (x, v) in self.x.iter_mut().zip(&mut self.v) {
-                for axis in 0..3 {
-                    v[axis] += g[axis] * h;
-                    x[axis] += v[axis] * h;
+impl Timings {
+    /// Every cell of a scene; of a problem, every method and precision with steps of the rung `middle`.
+    pub fn of(study: &mut Study, subject: &Subject, plan: &Plan, middle: u32) -> Self {
+        let problem = subject.ladder.is_some();
+        let bodies = u32::try_from(study.bodies.max(1)).unwrap_or(u32::MAX);
+        study.timed_bodies = problem.then(|| (plan.bodies.div_ceil(bodies) * bodies) as usize);
+        let sizes: Vec<_> =
+            if problem { plan.copies(bodies).into_iter().map(Some).collect() } else { vec![None] };
+        let mut list = Vec::new();
+        for copies in sizes {
+            for (cell, Setting { method, substeps, precision }) in
+                study.cells.iter().map(|cell| cell.setting).enumerate()
+            {
+                if problem && substeps != middle {
+                    continue;
                 }
+                let arrays = plan.single.contains(&method);
+                let world = (precision == Precision::F64).then_some(Host::World);
+                let hosts = world.into_iter().chain(arrays.then_some(Host::Arrays));
+                list.extend(hosts.map(|host| Timing { cell, host, copies, trial: Trial::default() }));
             }
         }
-        black_box(&self.x);
-        let time = (clock() - start) / f64::from(STEPS) / 1e3;
-        // A clock may be too coarse to see it.
-        self.least = self.least.min(time.max(1e-12));
+        Self { list, ..Self::default() }
     }
 
-    /// Least thread CPU time of one substep of one body, s.
-    pub const fn seconds(&self) -> f64 {
-        self.least
+    pub const fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Copies of a timing, and its setting; `None` if it was given up.
+    pub fn what(&self, at: usize, study: &Study) -> Option<(Option<u32>, Setting)> {
+        let timing = self.list.get(at)?;
+        Some((timing.copies, study.cells[timing.cell].setting))
+    }
+
+    /// Whether `study` has that time already.
+    pub fn is_known(&self, at: usize, study: &Study) -> bool {
+        let Timing { cell, host, copies, .. } = &self.list[at];
+        match copies {
+            Some(_) => !study.tick_times.is_empty(),
+            None => study.cells[*cell].time_in(*host).is_some(),
+        }
+    }
+
+    /// One pass of a timing, unless it was given up: sizes that would take too long are.
+    pub fn pass(
+        &mut self,
+        at: usize,
+        study: &mut Study,
+        subject: &Subject,
+        plan: &Plan,
+        (make, clock): (&Make, &Clock),
+    ) {
+        let Some(Timing { cell, host, copies, .. }) = self.list.get(at) else { return };
+        let (cell, host, setting) = (*cell, *host, study.cells[*cell].setting);
+        let Some(copies) = *copies else {
+            if study.cells[cell].errors().is_some() {
+                self.time(at, (subject, setting), host, plan, (make, clock));
+                self.note(at, study);
+            }
+            return;
+        };
+        if self.is_too_long(at, copies, study, plan) {
+            self.list.truncate(at);
+            let bodies = study.bodies.max(1) * copies as usize;
+            study
+                .notes
+                .push(format!("{bodies} bodies and more would have taken too long to time for this plan"));
+            return;
+        }
+        let many = self.many.take().filter(|(count, _)| *count == copies);
+        let (_, many) = many.unwrap_or_else(|| (copies, subject.copies(copies, setting.substeps)));
+        self.time(at, (&many, Setting { substeps: 1, ..setting }), host, plan, (make, clock));
+        self.many = Some((copies, many));
+    }
+
+    fn time(
+        &mut self,
+        at: usize,
+        (subject, setting): (&Subject, Setting),
+        host: Host,
+        plan: &Plan,
+        (make, clock): (&Make, &Clock),
+    ) {
+        let start = clock();
+        let Ok(mut runner) = make(subject, setting, host) else { return };
+        self.yardstick.measure(clock);
+        let Timing { trial, copies, .. } = &mut self.list[at];
+        let ticks = if copies.is_some() { u64::MAX / 2 } else { subject.ticks };
+        trial.pass(&mut *runner, ticks, plan.timed, clock);
+        self.spent += (clock() - start - plan.timed).max(0.0);
+    }
+
+    /// Whether the timings of so many copies and more would take too long, by what the size before took in the first
+    /// pass. The size that methods are ranked at, and smaller ones, never do.
+    fn is_too_long(&mut self, at: usize, copies: u32, study: &Study, plan: &Plan) -> bool {
+        let before = self.many.as_ref().map_or(1, |(count, _)| *count);
+        if copies == before || self.list[at].trial.tick().is_some() {
+            return false;
+        }
+        let spent = std::mem::take(&mut self.spent);
+        let all = f64::from(copies) / f64::from(before) * spent * f64::from(plan.passes);
+        study.timed_bodies < Some(study.bodies.max(1) * copies as usize) && all > plan.patience / 2.0
+    }
+
+    /// Writes the time so far of a cell of a scene.
+    fn note(&self, at: usize, study: &mut Study) {
+        let Timing { cell, host, trial, .. } = &self.list[at];
+        let Some(tick) = trial.tick() else { return };
+        let setting = study.cells[*cell].setting;
+        let steps = study.bodies.max(1) as f64 * f64::from(setting.substeps);
+        let time = Time {
+            ns_per_body_step: tick * 1e9 / steps,
+            real_time_factor: 1.0 / (study.step_hz * tick),
+            yardsticks: tick / steps / self.yardstick.seconds(),
+            quartiles: trial.quartiles(),
+        };
+        match host {
+            Host::World => study.cells[*cell].time = Some(time),
+            Host::Arrays => study.cells[*cell].arrays_time = Some(time),
+        }
+        study.fit_substeps(setting, *host);
+    }
+
+    /// Writes the times of a problem, whose timings are all done.
+    pub fn finish(&self, study: &mut Study) {
+        let mut found: Vec<TickTime> = Vec::new();
+        for Timing { cell, host, copies, trial } in &self.list {
+            let (Some(copies), Some(tick)) = (copies, trial.tick()) else { continue };
+            let setting = study.cells[*cell].setting;
+            let body_steps = study.bodies.max(1) as f64 * f64::from(*copies);
+            let point = TimedTick { body_steps, ns: 1e9 * tick, quartiles: trial.quartiles() };
+            match found.iter_mut().find(|of| of.is_of(setting, *host)) {
+                Some(of) => of.points.push(point),
+                None => found.push(TickTime {
+                    substeps: Some(setting.substeps),
+                    yardstick_ns: 1e9 * self.yardstick.seconds(),
+                    ..TickTime::open(setting, *host, vec![point])
+                }),
+            }
+        }
+        if !found.is_empty() {
+            study.tick_times = found.into_iter().map(TickTime::fit).collect();
+            study.time_cells();
+        }
     }
 }
