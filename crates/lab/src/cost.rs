@@ -1,5 +1,10 @@
 //! What accuracy costs: every method at every step on a problem or a scene, its error beside its cost.
 //!
+//! A [`Plan`] says what is run of a [`Subject`]. A [`Bench`] runs it a little at a time, each run in a world or in plain
+//! arrays ([`Runner`]), and writes a [`Study`]: the errors and evaluations of every [`Cell`], the times of ticks
+//! ([`TickTime`]), energy over time ([`Drift`]), a second at several frame rates ([`RateRow`]). A [`Report`] is the studies
+//! of one command and the [`Machine`] that they were made on.
+//!
 //! Error and time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one with samples
 //! and no clock, the other with a clock and no samples.
 

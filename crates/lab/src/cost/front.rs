@@ -1,4 +1,4 @@
-//! What a study's numbers say: orders, fronts, errors at a cost.
+//! Errors and costs of the cells of a study, and what they say: orders, the front, errors at a cost.
 
 use motion::Method;
 

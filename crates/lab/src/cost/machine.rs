@@ -1,4 +1,4 @@
-//! The machine that something was measured on.
+//! The machine that a report was measured on.
 
 use std::thread::available_parallelism;
 

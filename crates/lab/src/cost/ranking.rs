@@ -1,4 +1,4 @@
-//! The time of a tick as a line, and how methods rank by it.
+//! How methods rank by the time of a step: the time of a tick as a line, ties, and sizes at which two change places.
 
 use std::cmp::Ordering;
 

@@ -1,4 +1,4 @@
-//! What a study of accuracy and cost found: plain data, written as JSON and read again.
+//! What a study of accuracy and cost found: the plain data of `report.json`, which is read again.
 
 use std::fmt;
 
