@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use history::Simulation;
+use motion::Evaluations;
 use motion::effects::{Effect, EffectState};
-use motion::{Evaluations, Method};
 use scene::Scene;
 
 use crate::cost::Sample;
-use crate::run::{started, step_times};
+use crate::run::{ByEffect, started, step_times};
 
 /// A run without one effect, against the full one.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,20 +36,8 @@ impl Absence {
     }
 }
 
-/// What each effect of a run changes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Ablation {
-    /// Name of the scene.
-    pub scene: String,
-    /// Its method.
-    pub method: Method,
-    /// Ticks of every run.
-    pub ticks: u64,
-    /// Thread CPU time of a step with everything, ns.
-    pub ns: f64,
-    /// A row for every effect that acts at the start.
-    pub rows: Vec<Absence>,
-}
+/// What each effect of a run changes: a row for every effect that acts at the start.
+pub type Ablation = ByEffect<Absence>;
 
 /// Runs `scene` for `ticks` ticks, at least 1, and again without each effect that acts at its start.
 pub fn ablate(scene: &Scene, ticks: u64) -> Ablation {

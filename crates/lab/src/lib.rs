@@ -15,4 +15,4 @@ pub mod stability;
 
 pub use ablation::{Ablation, Absence, ablate};
 pub use receipt::{Receipt, Row, look, receipt};
-pub use run::{AttractionTick, attraction_tick, watch_time};
+pub use run::{AttractionTick, ByEffect, attraction_tick, watch_time};

@@ -7,7 +7,7 @@ use motion::snapshot::{LastAcceleration, LastStep};
 use motion::{Dormant, Evaluations, Method, OwnMethod, PhysicsBody, Quarantined, Static, own_method};
 use scene::{Declaration, Scene};
 
-use crate::run::{started, step_times};
+use crate::run::{ByEffect, started, step_times};
 
 /// One line of a receipt.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,20 +50,8 @@ impl Row {
     }
 }
 
-/// What the effects of a run do and cost.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Receipt {
-    /// Name of the scene.
-    pub scene: String,
-    /// Its method.
-    pub method: Method,
-    /// Ticks of the run that was counted.
-    pub ticks: u64,
-    /// Thread CPU time of a step with everything, ns.
-    pub ns: f64,
-    /// Every effect, declared or not, then what methods keep.
-    pub rows: Vec<Row>,
-}
+/// What the effects of a run do and cost: every effect, declared or not, then what methods keep.
+pub type Receipt = ByEffect<Row>;
 
 /// The receipt of `ticks` ticks of `scene`, at least 1, from its start, with effects switched off before the first tick.
 pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {

@@ -5,9 +5,24 @@ use std::sync::Arc;
 
 use cpu_time::ThreadTime;
 use history::{Simulation, Watch};
-use motion::Request;
 use motion::effects::Effect;
+use motion::{Method, Request};
 use scene::{BodySpec, Names, Scene};
+
+/// A run and its effects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ByEffect<R> {
+    /// Name of the scene.
+    pub scene: String,
+    /// Its method.
+    pub method: Method,
+    /// Ticks of the run.
+    pub ticks: u64,
+    /// Thread CPU time of a step with everything, ns.
+    pub ns: f64,
+    /// A row for each effect.
+    pub rows: Vec<R>,
+}
 
 /// Ticks before a measurement: schedules, caches and the columns of methods are there after them.
 const WARM_UP: u64 = 5;

@@ -1,8 +1,7 @@
 //! What `sandbox effects` and `sandbox ablate` print.
 
 use clap::Args;
-use lab::{Ablation, Absence, Receipt, Row};
-use motion::Method;
+use lab::{Absence, ByEffect, Row};
 use motion::effects::{Effect, EffectState};
 use report::numbers::{count, json_number as number};
 use scene::Scene;
@@ -43,15 +42,15 @@ pub(crate) fn run(args: &EffectsArgs) -> Result<(), Failure> {
 
 /// The receipt of `ticks` ticks of `scene`.
 fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
-    let Receipt { scene: name, method, ticks, ns, mut rows } = lab::receipt(&scene, ticks, &[]);
+    let mut receipt = lab::receipt(&scene, ticks, &[]);
     let watch = lab::watch_time(&scene);
     let mut session = Session::new(scene, Options::default());
     session.update_targets();
     // As the window does.
     session.keep_timeline();
-    rows.extend(picture_rows(&mut session));
-    if let Some(row) = rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
-        (row.ns, row.share) = (Some(watch), Some(watch / ns));
+    receipt.rows.extend(picture_rows(&mut session));
+    if let Some(row) = receipt.rows.iter_mut().find(|row| row.name == ENERGY_WATCH) {
+        (row.ns, row.share) = (Some(watch), Some(watch / receipt.ns));
     }
     let heading = ["effect", "state", "bodies", "evaluations", "ns per step", "share", "bytes", "because"];
     let line = |row: &Row| {
@@ -68,44 +67,34 @@ fn receipt(scene: Scene, ticks: u64, format: Format) -> String {
             row.because.clone().unwrap_or_default(),
         ]
     };
-    Report { scene: name, method, ticks, ns, rows: &rows }.text(format, &heading, row_json, line)
+    text(&receipt, format, &heading, row_json, line)
 }
 
-/// What both print: a run, and a row for each of its effects.
-struct Report<'a, R> {
-    scene: String,
-    method: Method,
-    ticks: u64,
-    ns: f64,
-    rows: &'a [R],
-}
-
-impl<R> Report<'_, R> {
-    fn text(
-        &self,
-        format: Format,
-        heading: &[&str],
-        json: fn(&R) -> Value,
-        line: impl Fn(&R) -> Vec<String>,
-    ) -> String {
-        let Self { scene, method, ticks, ns, rows } = self;
-        match format {
-            Format::Json => {
-                let report = json!({
-                    "scene": scene,
-                    "method": method.name(),
-                    "ticks": ticks,
-                    "ns_per_step": number(*ns),
-                    "effects": rows.iter().map(json).collect::<Vec<_>>(),
-                });
-                format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))
-            }
-            Format::Table => {
-                let head = heading.iter().map(|word| (*word).to_owned()).collect();
-                let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
-                let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns per step\n", method.name());
-                title + &report::aligned(&lines, false)
-            }
+/// What both print.
+fn text<R>(
+    found: &ByEffect<R>,
+    format: Format,
+    heading: &[&str],
+    json: fn(&R) -> Value,
+    line: impl Fn(&R) -> Vec<String>,
+) -> String {
+    let ByEffect { scene, method, ticks, ns, rows } = found;
+    match format {
+        Format::Json => {
+            let report = json!({
+                "scene": scene,
+                "method": method.name(),
+                "ticks": ticks,
+                "ns_per_step": number(*ns),
+                "effects": rows.iter().map(json).collect::<Vec<_>>(),
+            });
+            format!("{}\n", serde_json::to_string_pretty(&report).expect("strings and numbers are JSON"))
+        }
+        Format::Table => {
+            let head = heading.iter().map(|word| (*word).to_owned()).collect();
+            let lines: Vec<_> = std::iter::once(head).chain(rows.iter().map(line)).collect();
+            let title = format!("`{scene}`: {}, {ticks} ticks, {ns:.0} ns per step\n", method.name());
+            title + &report::aligned(&lines, false)
         }
     }
 }
@@ -130,8 +119,8 @@ pub(crate) fn ablation(
     format: Format,
     mut differs: impl FnMut(Effect) -> Option<bool>,
 ) -> String {
-    let Ablation { scene: name, method, ticks, ns, mut rows } = lab::ablate(scene, ticks);
-    rows.iter_mut().for_each(|row| row.picture_differs = differs(row.effect));
+    let mut ablation = lab::ablate(scene, ticks);
+    ablation.rows.iter_mut().for_each(|row| row.picture_differs = differs(row.effect));
     let heading =
         ["without", "farthest m", "rms m", "same bits", "saves ns", "saves evaluations", "picture", ""];
     let line = |row: &Absence| {
@@ -147,7 +136,7 @@ pub(crate) fn ablation(
             if row.needed() { "" } else { "not needed" }.to_owned(),
         ]
     };
-    Report { scene: name, method, ticks, ns, rows: &rows }.text(format, &heading, absence_json, line)
+    text(&ablation, format, &heading, absence_json, line)
 }
 
 fn absence_json(row: &Absence) -> Value {
