@@ -143,29 +143,14 @@ fn error_axis<'a>(
     cells: impl Iterator<Item = &'a Cell>,
     also: Option<f64>,
 ) -> Axis {
-    let mut crosses = 0;
-    let errors: Vec<_> = cells
-        .filter_map(|cell| {
-            let error = study.error(cell, accuracy);
-            crosses += usize::from(error.is_none());
-            error
-        })
-        .chain(also)
-        .collect();
-    let room = if crosses > 0 { 0.1 } else { 0.02 };
-    match accuracy {
-        Accuracy::Relative => {
-            Axis::logarithmic("error, relative to the motion", errors.into_iter(), power).with_room(room)
-        }
-        Accuracy::Position => {
-            Axis::logarithmic("error of positions", errors.into_iter(), |value| length(value, 1))
-                .with_room(room)
-        }
-        Accuracy::Velocity => {
-            let label = |value| format!("{}/s", length(value, 1));
-            Axis::logarithmic("error of velocities", errors.into_iter(), label).with_room(room)
-        }
-    }
+    let errors: Vec<_> = cells.map(|cell| study.error(cell, accuracy)).collect();
+    let room = if errors.contains(&None) { 0.1 } else { 0.02 };
+    let (title, label): (_, fn(f64) -> String) = match accuracy {
+        Accuracy::Relative => ("error, relative to the motion", power),
+        Accuracy::Position => ("error of positions", |value| length(value, 1)),
+        Accuracy::Velocity => ("error of velocities", |value| format!("{}/s", length(value, 1))),
+    };
+    Axis::logarithmic(title, errors.into_iter().flatten().chain(also), label).with_room(room)
 }
 
 /// Draws a curve whose cells stand at `place`, with `words` under the pointer; whether any run of it failed.

@@ -199,25 +199,23 @@ impl FailedRuns<'_> {
 
     /// The reason of all.
     pub(crate) fn why(&self) -> String {
-        let steps = || {
-            self.runs.iter().filter_map(|(_, failure)| match failure {
-                Failure::Unconverged { steps } => Some(*steps),
-                _ => None,
-            })
-        };
-        let first = self.runs.iter().min_by_key(|(_, failure)| match failure {
+        let of = |failure: &&Failure| match failure {
             Failure::Quarantined { tick, .. } => *tick,
+            Failure::Unconverged { steps } => *steps,
             _ => 0,
-        });
-        match (first, steps().min(), steps().max()) {
-            (_, Some(least), Some(most)) if least < most => {
+        };
+        let failures = || self.runs.iter().map(|(_, failure)| *failure);
+        match (failures().min_by_key(of), failures().max_by_key(of)) {
+            (Some(Failure::Unconverged { steps: least }), Some(Failure::Unconverged { steps: most }))
+                if least < most =>
+            {
                 format!("{least} to {most} steps did not converge")
             }
-            (Some((_, failure @ Failure::Quarantined { .. })), ..) if self.runs.len() > 1 => {
-                format!("bodies were quarantined; the first: {failure}")
+            (Some(first @ Failure::Quarantined { .. }), _) if self.runs.len() > 1 => {
+                format!("bodies were quarantined; the first: {first}")
             }
-            (Some((_, failure)), ..) => failure.to_string(),
-            (None, ..) => String::new(),
+            (Some(first), _) => first.to_string(),
+            (None, _) => String::new(),
         }
     }
 }
