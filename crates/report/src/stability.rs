@@ -14,9 +14,8 @@ pub use tables::{limits_csv, markdown, matrix_csv, table};
 /// The files of a report by their names: `stability.html` with everything in it, `matrix.svg`, `matrix.csv`, `matrix.md`
 /// and `matrix.json`, which is read again; `limits.csv` and the maps where they were measured.
 pub fn files(matrix: &Matrix, limits: &[Limit], maps: &[(&str, Map)]) -> Vec<(String, Vec<u8>)> {
-    let drawn: Vec<_> = maps.iter().map(|(_, map)| map.clone()).collect();
     let mut files = vec![
-        ("stability.html".to_owned(), page::page(matrix, limits, &drawn)),
+        ("stability.html".to_owned(), page::page(matrix, limits, maps)),
         ("matrix.svg".to_owned(), heat_map::drawing(matrix).document()),
         ("matrix.csv".to_owned(), matrix_csv(matrix)),
         ("matrix.md".to_owned(), markdown(matrix)),

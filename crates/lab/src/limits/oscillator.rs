@@ -4,7 +4,7 @@ use motion::arrays::Bare;
 use motion::real::{Real, RealMatrix as _};
 use motion::{BodyState, Damping, EvaluationTime, Jacobians, Law, Method};
 
-use super::theory::{Damped, Matrix, oscillator_limit, radius};
+use super::theory::{Damped, Matrix, by_columns, oscillator_limit, product, radius};
 use super::{Criterion, Limit, largest_stable};
 
 /// An oscillator of frequency 1 and its method.
@@ -72,22 +72,14 @@ impl Oscillator {
             (0..ticks).for_each(|_| bare.tick());
             [bare.positions[0][0] * w, bare.bodies[0][0]]
         };
-        let by_column = if self.method == Method::PositionVerlet {
-            // Its first tick has a Taylor start: what leads from there to the next state.
-            let [first, second] = [[1.0, 0.0], [0.0, 1.0]].map(|start| [run(start, 1), run(start, 2)]);
-            let [[a, c], [b, d]] = [first[0], second[0]];
-            let scale = a * d - b * c;
-            let inverse = [[d / scale, -b / scale], [-c / scale, a / scale]];
-            let [[e, g], [f, i]] = [first[1], second[1]];
-            [0, 1].map(|column| {
-                let [p, q] = [inverse[0][column], inverse[1][column]];
-                [e * p + f * q, g * p + i * q]
-            })
-        } else {
-            [[1.0, 0.0], [0.0, 1.0]].map(|start| run(start, 1))
-        };
-        let [[a, c], [b, d]] = by_column;
-        [[a, b], [c, d]]
+        let after = |ticks| by_columns([run([1.0, 0.0], ticks), run([0.0, 1.0], ticks)]);
+        if self.method != Method::PositionVerlet {
+            return after(1);
+        }
+        // Its first tick has a Taylor start: what leads from there to the next state.
+        let [[a, b], [c, d]] = after(1);
+        let scale = a * d - b * c;
+        product(after(2), [[d / scale, -b / scale], [-c / scale, a / scale]])
     }
 
     /// Whether a run of ticks of `h` seconds stays in sight of its start.

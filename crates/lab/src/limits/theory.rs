@@ -7,7 +7,12 @@ pub(super) type Matrix = [[f64; 2]; 2];
 
 const IDENTITY: Matrix = [[1.0, 0.0], [0.0, 1.0]];
 
-fn product(a: Matrix, b: Matrix) -> Matrix {
+/// The matrix of these columns.
+pub(super) const fn by_columns([[a, c], [b, d]]: Matrix) -> Matrix {
+    [[a, b], [c, d]]
+}
+
+pub(super) fn product(a: Matrix, b: Matrix) -> Matrix {
     [0, 1].map(|i| [0, 1].map(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
 }
 
@@ -70,8 +75,7 @@ fn velocity_verlet(h: f64, c: f64) -> Matrix {
         let b = -x1 - c * (v + h * a);
         [x1, v + h / 2.0 * (a + b)]
     };
-    let ([a, c], [b, d]) = (image(1.0, 0.0), image(0.0, 1.0));
-    [[a, b], [c, d]]
+    by_columns([image(1.0, 0.0), image(0.0, 1.0)])
 }
 
 /// The two Eulers with damping inside: `keep` and `gain` of the kick, factors before and after the move.
@@ -86,8 +90,7 @@ fn euler(method: Method, h: f64, [keep, gain, before, after]: [f64; 4]) -> Matri
             [x + h * moved, after * moved]
         }
     };
-    let ([a, c], [b, d]) = (image(1.0, 0.0), image(0.0, 1.0));
-    [[a, b], [c, d]]
+    by_columns([image(1.0, 0.0), image(0.0, 1.0)])
 }
 
 /// One step of `h` seconds of `x'' = -x - c x'`.

@@ -9,7 +9,7 @@ use crate::chart::{Drawing, escaped};
 use crate::page::{document, folded, titled};
 
 /// The page: the matrix, then the largest stable steps and the maps, where they were measured.
-pub(super) fn page(matrix: &Matrix, limits: &[Limit], maps: &[Map]) -> String {
+pub(super) fn page(matrix: &Matrix, limits: &[Limit], maps: &[(&str, Map)]) -> String {
     let lead = "Every method of integration on every hard case: what became of the run, the number that says so, and the \
         bound that it is held to.";
     let main = [
@@ -64,7 +64,7 @@ fn reading() -> String {
     format!("<h3>How to read it</h3>\n<dl>\n{rows}</dl>\n")
 }
 
-fn limits_and_maps(limits: &[Limit], maps: &[Map]) -> String {
+fn limits_and_maps(limits: &[Limit], maps: &[(&str, Map)]) -> String {
     if limits.is_empty() {
         return String::new();
     }
@@ -74,6 +74,6 @@ fn limits_and_maps(limits: &[Limit], maps: &[Map]) -> String {
          start; what grows too slowly for that is judged by one tick: its spectral radius is at most 1, or it adds no \
          energy.</p>\n{}</section>\n<section>\n<h2>Maps</h2>\n{}</section>\n",
         tables::limits(limits).html(),
-        maps.iter().map(|map| figure(&maps::picture(map), "")).collect::<String>(),
+        maps.iter().map(|(_, map)| figure(&maps::picture(map), "")).collect::<String>(),
     )
 }
