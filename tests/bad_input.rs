@@ -8,22 +8,16 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::harness::{Said, json, output, program, root, wait_for};
+use crate::harness::{self, Said, json, output, program, root, wait_for};
 use cases::{CASES, Case, FILES};
 
 /// A folder with [`FILES`].
 fn folder() -> TempDir {
-    let folder = TempDir::new().unwrap();
-    for (name, bytes) in FILES {
-        write(folder.path(), name, bytes);
-    }
-    folder
+    harness::folder(FILES.iter().copied())
 }
 
-fn write(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) {
-    let path = folder.join(name);
-    fs::create_dir_all(path.parent().unwrap()).unwrap();
-    fs::write(path, bytes).unwrap();
+fn write(folder: &Path, name: &str, bytes: &str) {
+    fs::write(folder.join(name), bytes).unwrap();
 }
 
 /// Everything in a folder, the folders in it too.
@@ -47,9 +41,9 @@ fn run_with(folder: &Path, line: &str, variables: &[(&str, &str)]) -> Said {
     command.args(line.split_whitespace()).current_dir(folder).env("XDG_RUNTIME_DIR", runtime.path());
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command.env_remove("RUST_LOG").envs(variables.iter().copied());
-    let output = output(&mut command);
+    let said = output(&mut command);
     let text = |text: &str| text.replace(folder.to_str().unwrap(), "FOLDER");
-    let said = Said { code: output.code, out: text(&output.out), err: text(&output.err) };
+    let said = Said { out: text(&said.out), err: text(&said.err), ..said };
     for leak in ["panicked", "RUST_BACKTRACE", ".rs:", ".cargo", root().to_str().unwrap()] {
         assert!(!said.err.contains(leak) && !said.out.contains(leak), "{line}: `{leak}` in {}", said.err);
     }
@@ -142,8 +136,7 @@ fn a_picture_that_no_adapter_can_draw_is_a_bad_size_and_not_a_missing_adapter() 
 #[test]
 fn a_folder_of_pictures_that_is_a_file_is_refused() {
     let said = refused("run fine.ron --ticks 2 --frames file --state out.csv --size 16x16", &[]);
-    assert_eq!(said.code, 2);
-    assert_eq!(said.err, "sandbox: cannot make the folder file: a file is in the way; give another path\n");
+    said.says(2, "sandbox: cannot make the folder file: a file is in the way; give another path\n");
 }
 
 #[test]
@@ -213,7 +206,7 @@ fn a_run_writes_over_nothing_that_it_reads_or_writes() {
     ] {
         let before = listing(folder.path());
         let said = run(folder.path(), &format!("run fine.ron --ticks 3 {flags}"));
-        assert_eq!((said.code, said.err), (2, format!("sandbox: {names} name the same file; give two\n")));
+        said.says(2, &format!("sandbox: {names} name the same file; give two\n"));
         assert_eq!(listing(folder.path()), before);
     }
 }
@@ -302,22 +295,17 @@ fn steps_after_the_end_of_a_run_are_told() {
     write(folder.path(), "late.script", steps);
     let told = "late.script: steps[1], at tick 10, and 1 more, did not come: the run ended at tick 10, 0.1 s; let it last longer\n";
     let line = "run fine.ron --hz 100 --ticks 10 --script late.script";
-    let said = run(folder.path(), line);
-    assert_eq!((said.code, said.err.as_str()), (0, told));
-    let said = run(folder.path(), &format!("{line} --assert"));
-    assert_eq!((said.code, said.err), (1, format!("sandbox: {told}")));
-    let said = run(folder.path(), "run fine.ron --seconds 13 --script late.script --assert");
-    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    run(folder.path(), line).says(0, told);
+    run(folder.path(), &format!("{line} --assert")).says(1, &format!("sandbox: {told}"));
+    run(folder.path(), "run fine.ron --seconds 13 --script late.script --assert").says(0, "");
 }
 
 #[test]
 fn ticks_of_days_need_no_frames_between_them() {
     let folder = folder();
-    let said = run(folder.path(), "run fine.ron --hz 1e-6 --ticks 3");
-    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    run(folder.path(), "run fine.ron --hz 1e-6 --ticks 3").says(0, "");
     // Nobody looks at frames between ticks, unless there is a script.
-    let said = run(folder.path(), "run fine.ron --ticks 3 --fps 1e12");
-    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    run(folder.path(), "run fine.ron --ticks 3 --fps 1e12").says(0, "");
     write(folder.path(), "wait.script", "[(at_tick: 1, do: push(\"ball\", (1, 0, 0)))]");
     let said = run(folder.path(), "run fine.ron --ticks 5 --fps 1e300 --script wait.script");
     assert_eq!(said.code, 2);
@@ -338,10 +326,8 @@ fn a_full_disk_ends_the_run_and_leaves_nothing() {
     let folder = with_link("/dev/full");
     let before = listing(folder.path());
     for line in ["--state link --summary out.json", "--state link", "--summary link"] {
-        let said = run(folder.path(), &format!("run fine.ron --ticks 2 {line}"));
-        assert_eq!(said.code, 2);
         let message = "sandbox: cannot write link: the disk is full; make room, or give another path\n";
-        assert_eq!(said.err, message);
+        run(folder.path(), &format!("run fine.ron --ticks 2 {line}")).says(2, message);
         assert_eq!(listing(folder.path()), before);
         assert!(folder.path().join("link").is_symlink());
     }
@@ -378,9 +364,7 @@ fn a_failed_expectation_is_exit_code_1_and_the_files_are_written() {
     let folder = folder();
     write(folder.path(), "strict.ron", STRICT);
     let line = "run strict.ron --assert --ticks 1200 --state out.csv --summary out.json";
-    let said = run(folder.path(), line);
-    assert_eq!(said.code, 1);
-    assert_eq!(said.err, "sandbox: energy drifted by 8.333e-4, not below 1e-30\n");
+    run(folder.path(), line).says(1, "sandbox: energy drifted by 8.333e-4, not below 1e-30\n");
     assert!(folder.path().join("out.csv").exists() && folder.path().join("out.json").exists());
     assert_eq!(run(folder.path(), "run strict.ron --ticks 1200").code, 0);
 }
@@ -392,9 +376,8 @@ fn a_quarantined_body_is_exit_code_3_named_in_message_and_summary_and_wins_over_
     write(folder.path(), "nan.script", "[(at_tick: 60, do: push(\"ball\", (nan, 0, 0)))]");
     let said =
         run(folder.path(), "run strict.ron --assert --script nan.script --ticks 120 --summary out.json");
-    assert_eq!(said.code, 3);
     let what = "Force was not finite when integrate_acceleration looked";
-    assert_eq!(said.err, format!("sandbox: ball quarantined in tick 61: {what}\n"));
+    said.says(3, &format!("sandbox: ball quarantined in tick 61: {what}\n"));
     let summary: serde_json::Value = json(folder.path().join("out.json"));
     let expected = serde_json::json!([{
         "body": "ball", "tick": 61, "what": what,
@@ -424,7 +407,7 @@ fn a_good_run_is_exit_code_0_and_says_nothing_on_standard_error() {
         "run --help",
     ] {
         let said = run(folder.path(), line);
-        assert_eq!((said.code, said.err.as_str()), (0, ""), "{line}");
+        said.says(0, "");
         assert!(!said.out.is_empty(), "{line}");
     }
 }

@@ -7,10 +7,9 @@ use motion::clock::FrameClock;
 use sandbox::input::InputFrame;
 use sandbox::{Options, Session};
 use scene::Scene;
-use tempfile::TempDir;
 
 use crate::effects::allocations::most_held;
-use crate::harness::{Said, output, program, sandbox, wait_for};
+use crate::harness::{Said, folder, output, program, sandbox, wait_for};
 
 fn scene(entries: &str) -> String {
     format!("(version: 1, step_hz: 100, {entries})")
@@ -25,8 +24,7 @@ fn lattice(cells: u32) -> String {
 
 /// Runs it in a folder with `big.ron`.
 fn run(text: &str, line: &str) -> Said {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("big.ron"), text).unwrap();
+    let folder = folder([("big.ron", text)]);
     sandbox(&folder, line)
 }
 
@@ -72,8 +70,7 @@ fn what_does_not_fit_is_refused_by_its_entry_before_it_is_made() {
 #[test]
 #[cfg(target_os = "linux")]
 fn an_address_space_that_is_too_small_is_refused_and_not_run_into() {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("big.ron"), lattice(157)).unwrap();
+    let folder = folder([("big.ron", lattice(157))]);
     let line = format!("ulimit -v 4000000; exec {} run big.ron --ticks 1", program().display());
     let said = output(Command::new("bash").args(["-c", &line]).current_dir(&folder));
     assert_eq!(said.code, 2, "{}", said.err);
@@ -83,8 +80,7 @@ fn an_address_space_that_is_too_small_is_refused_and_not_run_into() {
 #[test]
 #[cfg(target_os = "linux")]
 fn loading_can_be_interrupted() {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("big.ron"), lattice(60)).unwrap();
+    let folder = folder([("big.ron", lattice(60))]);
     let mut env = Command::new("env");
     let env = env.arg("--default-signal=INT").arg(program()).args("run big.ron --state out.csv".split(' '));
     let mut run = env.current_dir(&folder).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();

@@ -8,23 +8,17 @@ use serde_json::Value;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{json, root, sandbox};
-
-/// What the program prints for `line` in `folder`, where it must succeed.
-#[track_caller]
-fn run_in(folder: &Path, line: &str) -> String {
-    sandbox(folder, line).fine()
-}
+use crate::harness::{folder, json, root, sandbox, summarized};
 
 #[track_caller]
 fn run(line: &str) -> String {
-    run_in(TempDir::new().unwrap().path(), line)
+    sandbox(&TempDir::new().unwrap(), line).fine()
 }
 
 /// The state hash of `sandbox run line`, read from its summary file.
 #[track_caller]
 fn hash(folder: &Path, line: &str) -> String {
-    run_in(folder, &format!("run {line} --summary hash.json"));
+    sandbox(folder, &format!("run {line} --summary hash.json")).fine();
     json(folder.join("hash.json"))["state_hash"].as_str().unwrap().to_owned()
 }
 
@@ -40,7 +34,7 @@ struct Row {
 /// The rows of `sandbox run line --state`, each number written with 17 digits that read back to the same bits.
 #[track_caller]
 fn rows(folder: &Path, line: &str) -> Vec<Row> {
-    run_in(folder, &format!("run {line} --state state.csv"));
+    sandbox(folder, &format!("run {line} --state state.csv")).fine();
     let text = fs::read_to_string(folder.join("state.csv")).unwrap();
     let mut lines = text.lines();
     assert_eq!(
@@ -258,7 +252,7 @@ fn a_state_file_has_immovable_bodies_in_stable_id_order_and_no_scenery() {
 #[test]
 fn a_summary_has_the_keys_of_the_contract_in_order() {
     let folder = TempDir::new().unwrap();
-    let table = run_in(folder.path(), "run tutorial --ticks 60 --summary summary.json");
+    let table = sandbox(folder.path(), "run tutorial --ticks 60 --summary summary.json").fine();
     let text = fs::read_to_string(folder.path().join("summary.json")).unwrap();
     let summary: serde_json::Map<String, Value> = serde_json::from_str(&text).unwrap();
     let keys = [
@@ -303,13 +297,11 @@ fn a_summary_has_the_keys_of_the_contract_in_order() {
 
 #[test]
 fn numbers_that_are_not_finite_are_words_in_a_summary() {
-    let folder = TempDir::new().unwrap();
     // Finite bodies, but the square of the speed is not.
     let scene =
         "(version: 1, bodies: [(velocity_m_s: (1e200, 0, 0)), (velocity_m_s: (-1e308, 0, 0), mass_kg: 10)])";
-    fs::write(folder.path().join("fast.ron"), scene).unwrap();
-    run_in(folder.path(), "run fast.ron --ticks 1 --summary fast.json");
-    let summary = json(folder.path().join("fast.json"));
+    let (said, summary) = summarized([("fast.ron", scene)], "run fast.ron --ticks 1");
+    said.ends(0);
     assert_eq!(summary["kinetic_energy_j"], "inf");
     assert_eq!(summary["energy_at_start_j"], "inf");
     assert_eq!(summary["momentum_kg_m_s"][0], "-inf");
@@ -321,8 +313,7 @@ const FALL: &str = "(version: 1, name: \"fall\", gravity: (), damping: (model: t
 
 #[test]
 fn the_state_is_the_same_for_every_frame_rate_and_every_run() {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("fall.ron"), FALL).unwrap();
+    let folder = folder([("fall.ron", FALL)]);
     let times: String =
         (0..200_u32).map(|i| format!("{}\n", 0.003 + f64::from(i * 7919 % 97) * 0.001)).collect();
     fs::write(folder.path().join("uneven.times"), times).unwrap();
@@ -350,8 +341,7 @@ fn a_shipped_scene_and_its_file_give_the_same_state_from_any_folder() {
 
 #[test]
 fn the_state_hash_is_xxh3_over_the_bits_of_the_state() {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("fall.ron"), FALL).unwrap();
+    let folder = folder([("fall.ron", FALL)]);
     for scene in ["tutorial", "coast", "projectile", "thousand", "empty", "fall.ron"] {
         let line = format!("{scene} --ticks 30 --every 30");
         let rows = rows(folder.path(), &line);
@@ -391,14 +381,11 @@ fn every_shipped_scene_keeps_what_it_expects_for_a_minute() {
 
 #[test]
 fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
-    let folder = TempDir::new().unwrap();
     let script = "[(at_tick: 4, do: press(\"F1\")), (at_tick: 8, do: press(\"next_scene\")), \
                   (at_tick: 10, do: press(\"F1\")), (at_tick: 12, do: push(\"grid.x0.z0\", (nan, 0, 0)))]";
-    fs::write(folder.path().join("s.ron"), script).unwrap();
-    let line = "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --summary s.json --state s.csv";
-    let output = sandbox(folder.path(), line);
-    assert_eq!(output.code, 3, "{}", output.err);
-    let summary = json(folder.path().join("s.json"));
+    let line = "run tutorial --ticks 15 --hz 240 --method explicit_euler --script s.ron --state s.csv";
+    let (said, summary) = summarized([("s.ron", script)], line);
+    said.ends(3);
     assert_eq!(summary["scene"], "tutorial_large");
     assert_eq!((&summary["ticks"], &summary["step_hz"]), (&15.into(), &240.0.into()));
     assert_eq!(summary["method"], "explicit_euler");
@@ -409,14 +396,10 @@ fn overrides_limits_and_time_go_on_over_resets_and_changes_of_scene() {
 
 #[test]
 fn implicit_steps_that_do_not_converge_are_counted_and_told() {
-    let folder = TempDir::new().unwrap();
     // Implicit Euler falls into its sun.
-    let line = "run orbits_race --seconds 24 --summary s.json";
-    let output = sandbox(folder.path(), line);
-    assert!(output.code == 0);
-    let summary = json(folder.path().join("s.json"));
+    let (said, summary) = summarized([("", ""); 0], "run orbits_race --seconds 24");
+    let told = said.ends(0).err;
     let steps = summary["unconverged_steps"].as_u64().unwrap();
     assert!(steps > 0 && summary["newton_iterations"].as_u64().unwrap() > 24 * 60);
-    let told = output.err;
     assert!(told.contains(&format!("{steps} implicit steps did not converge")), "{told}");
 }

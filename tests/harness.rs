@@ -12,6 +12,7 @@ use motion::{
     Quarantined, Request, Requests, Spring, StableId, Stepper, TimeStep, Totals, Transform, totals,
 };
 use process_control::{ChildExt as _, Control as _};
+use tempfile::TempDir;
 
 use crate::environment::Start;
 
@@ -233,6 +234,7 @@ const DEADLINE: Duration = Duration::from_secs(600);
 /// What a program said: exit code, or -1 if a signal ended it, standard output and standard error.
 #[derive(Debug)]
 pub struct Said {
+    pub command: String,
     pub code: i32,
     pub out: String,
     pub err: String,
@@ -256,7 +258,8 @@ fn output_within(deadline: Duration, command: &mut Command) -> Said {
     let ended =
         ended.unwrap_or_else(|| panic!("{command:?} did not end within {deadline:?}")).into_std_lossy();
     let text = |bytes| String::from_utf8(bytes).unwrap();
-    Said { code: ended.status.code().unwrap_or(-1), out: text(ended.stdout), err: text(ended.stderr) }
+    let code = ended.status.code().unwrap_or(-1);
+    Said { command: format!("{command:?}"), code, out: text(ended.stdout), err: text(ended.stderr) }
 }
 
 /// Looks again and again until there is something.
@@ -278,24 +281,64 @@ pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
 /// Runs `sandbox line` in `folder`: see [`output`].
 #[track_caller]
 pub fn sandbox(folder: impl AsRef<Path>, line: &str) -> Said {
-    output(Command::new(program()).args(line.split_whitespace()).current_dir(folder))
+    output(Command::new(program()).args(line.split_whitespace()).current_dir(folder.as_ref()))
+}
+
+/// Runs `sandbox line` in a folder with these files: what it said, and the summary that it wrote, or null.
+#[track_caller]
+pub fn summarized<'a>(
+    files: impl IntoIterator<Item = (&'a str, impl AsRef<[u8]>)>,
+    line: &str,
+) -> (Said, serde_json::Value) {
+    let folder = folder(files);
+    let said = sandbox(&folder, &format!("{line} --summary summary.json"));
+    let summary = std::fs::read(folder.path().join("summary.json")).unwrap_or_default();
+    (said, serde_json::from_slice(&summary).unwrap_or_default())
 }
 
 impl Said {
+    /// For messages of tests.
+    pub fn all(&self) -> String {
+        let Self { command, code, out, err } = self;
+        format!("{command} ended with {code}\n{out}{err}")
+    }
+
+    /// The same, of a program that must have ended with that exit code.
+    #[track_caller]
+    pub fn ends(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "{}", self.all());
+        self
+    }
+
+    /// Fails unless the program ended with that exit code and said exactly `err` on standard error.
+    #[track_caller]
+    pub fn says(&self, code: i32, err: &str) {
+        assert_eq!((self.code, self.err.as_str()), (code, err), "{}", self.all());
+    }
+
     /// What was printed, by a program that must have succeeded.
     #[track_caller]
     pub fn fine(self) -> String {
-        assert_eq!(self.code, 0, "{}", self.err);
-        self.out
+        self.ends(0).out
     }
 
     /// Fails unless the program failed with that exit code, said `words` and printed no results.
     #[track_caller]
     pub fn fails(&self, code: i32, words: &str) {
-        assert_eq!(self.code, code, "{}", self.err);
-        assert!(self.err.contains(words), "{words:?} is not in {}", self.err);
-        assert!(self.out.is_empty(), "{}", self.out);
+        let refused = self.code == code && self.err.contains(words) && self.out.is_empty();
+        assert!(refused, "not {code} with {words:?} alone: {}", self.all());
     }
+}
+
+/// A folder with these files.
+pub fn folder<'a>(files: impl IntoIterator<Item = (&'a str, impl AsRef<[u8]>)>) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    for (name, bytes) in files {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, bytes).unwrap();
+    }
+    folder
 }
 
 /// The JSON in a file.

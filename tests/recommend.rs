@@ -8,7 +8,7 @@ use motion::Method;
 use scene::{Change, Scene, edit, load, shipped};
 use serde_json::Value;
 
-use crate::harness::{Bits, all_bits, sandbox};
+use crate::harness::{self, Bits, all_bits, sandbox};
 
 /// Stiff cloth, a rope with a weight, and free debris: three parts that differ in what they need.
 const GROUPS: &str = r#"// Stiff cloth and free debris.
@@ -163,8 +163,7 @@ fn settings_are_written_into_every_shipped_scene() {
 }
 
 fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("groups.ron"), GROUPS).unwrap();
+    let folder = harness::folder([("groups.ron", GROUPS)]);
     folder
 }
 

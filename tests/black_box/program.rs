@@ -7,7 +7,7 @@ use history::Bundle;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::harness::{Said, json, sandbox};
+use crate::harness::{self, Said, json, sandbox};
 
 pub const CLOTH: &str = "(version: 1, name: \"sheet\", gravity: (), soft_bodies: [
     cloth(name: \"cloth\", rows: 5, columns: 5, along_m: (2, 0, 0), down_m: (0, -2, 0), stiffness_n_m: 50,
@@ -19,12 +19,8 @@ pub const STIFF: &str = "(version: 1, step_hz: 100, bodies: [
     springs: [(between: (\"wall\", \"ball\"), stiffness_n_m: 1.6e6, rest_length_m: 1)])";
 
 pub fn folder() -> TempDir {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("sheet.ron"), CLOTH).unwrap();
-    fs::write(folder.path().join("stiff.ron"), STIFF).unwrap();
     let script = "[(at_tick: 10, do: press(\"G\")), (at_tick: 70, do: push(\"cloth.r2.c2\", (nan, 0, 0)))]";
-    fs::write(folder.path().join("nan.script"), script).unwrap();
-    folder
+    harness::folder([("sheet.ron", CLOTH), ("stiff.ron", STIFF), ("nan.script", script)])
 }
 
 pub fn bundle(folder: &Path, name: &str) -> Bundle {
@@ -35,8 +31,7 @@ pub fn bundle(folder: &Path, name: &str) -> Bundle {
 fn a_nan_push_in_the_middle_of_a_cloth_is_repeated_by_its_bundle() {
     let folder = folder();
     let line = "run sheet.ron --script nan.script --seconds 2 --black-box box.zip";
-    let Said { code, out, err } = sandbox(&folder, line);
-    assert_eq!(code, 3, "{out}{err}");
+    let err = sandbox(&folder, line).ends(3).err;
     assert!(err.contains("cloth.r2.c2") && err.contains("is the last good one; box.zip holds"), "{err}");
     let saved = bundle(folder.path(), "box.zip");
     let fault = saved.manifest.fault.clone().unwrap();
@@ -44,8 +39,7 @@ fn a_nan_push_in_the_middle_of_a_cloth_is_repeated_by_its_bundle() {
     assert_eq!((saved.manifest.end_tick, saved.manifest.scene.as_str()), (fault.tick, "sheet"));
     assert_eq!(saved.scene, CLOTH);
     assert!(saved.picture.is_some_and(|picture| picture.starts_with(b"\x89PNG")));
-    let Said { code, out, err } = sandbox(&folder, "replay box.zip");
-    assert_eq!(code, 0, "{out}{err}");
+    let out = sandbox(&folder, "replay box.zip").fine();
     let hash = &saved.manifest.end_state_hash;
     assert!(out.contains(&format!("hash {hash}; the same fault, cloth.r2.c2, tick {}", fault.tick)), "{out}");
 }
@@ -53,11 +47,9 @@ fn a_nan_push_in_the_middle_of_a_cloth_is_repeated_by_its_bundle() {
 #[test]
 fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
     let folder = folder();
-    let Said { code, out, err } = sandbox(&folder, "run stiff.ron --seconds 5 --black-box box.zip");
-    assert_eq!(code, 1, "{out}{err}");
+    let err = sandbox(&folder, "run stiff.ron --seconds 5 --black-box box.zip").ends(1).err;
     assert!(err.contains("energy out of nowhere"), "{err}");
-    let Said { code, out, err } = sandbox(&folder, "replay box.zip");
-    assert_eq!(code, 0, "{out}{err}");
+    let out = sandbox(&folder, "replay box.zip").fine();
     assert!(out.contains("the same fault, ball, tick 1: energy out of nowhere"), "{out}");
 }
 
@@ -68,14 +60,12 @@ fn energy_that_grows_for_longer_than_a_minute_is_repeated_by_its_bundle() {
     let slow = STIFF.replace("step_hz: 100", "step_hz: 60, method: explicit_euler").replace("1.6e6", "5.73");
     fs::write(folder.path().join("slow.ron"), slow).unwrap();
     let line = "run slow.ron --seconds 120 --black-box box.zip --summary summary.json";
-    let Said { code, err, .. } = sandbox(&folder, line);
-    assert_eq!(code, 1, "{err}");
+    let err = sandbox(&folder, line).ends(1).err;
     let black_box = &json(folder.path().join("summary.json"))["black_box"];
     let (oldest, began) = (black_box["tick"].as_u64().unwrap(), black_box["fault"]["tick"].as_u64().unwrap());
     assert!(began < 60 * 10 && oldest > 60 * 10, "{black_box}");
     assert!(err.contains(&format!("tick {oldest} is the oldest that is kept")), "{err}");
-    let Said { code, out, err } = sandbox(&folder, "replay box.zip");
-    assert_eq!(code, 0, "{out}{err}");
+    let out = sandbox(&folder, "replay box.zip").fine();
     assert!(out.contains(&format!("the same fault, ball, tick {began}: energy out of nowhere")), "{out}");
 }
 
@@ -85,13 +75,11 @@ fn a_quarantine_wins_over_an_energy_jump_of_the_same_tick() {
     let scene = STIFF.replace("bodies: [", "bodies: [(name: \"free\", position_m: (0, 9, 0)), ");
     fs::write(folder.path().join("two.ron"), scene).unwrap();
     let line = "run two.ron --fps 100 --seconds 1 --black-box box.zip --summary summary.json";
-    let Said { code, err, .. } = sandbox(&folder, line);
-    assert_eq!(code, 1, "{err}");
+    sandbox(&folder, line).ends(1);
     let found = json(folder.path().join("summary.json"))["ticks"].as_u64().unwrap();
     let script = format!("[(at_tick: {}, do: push(\"free\", (nan, 0, 0)))]", found - 1);
     fs::write(folder.path().join("nan.script"), script).unwrap();
-    let Said { code, err, .. } = sandbox(&folder, &format!("{line} --script nan.script"));
-    assert_eq!(code, 3, "{err}");
+    sandbox(&folder, &format!("{line} --script nan.script")).ends(3);
     let fault = &json(folder.path().join("summary.json"))["black_box"]["fault"];
     assert_eq!((&fault["body"], &fault["tick"]), (&"free".into(), &found.into()));
 }
@@ -104,8 +92,7 @@ fn a_fault_is_told_and_decides_the_exit_code_where_its_bundle_cannot_be_written(
     let full = "is the last good one; cannot write link: the disk is full; make room, or give another path\n";
     for (line, expected, tick) in [("sheet.ron --script nan.script", 3, 70), ("stiff.ron", 1, 0)] {
         let line = format!("run {line} --seconds 2 --black-box link --summary summary.json");
-        let Said { code, err, .. } = sandbox(&folder, &line);
-        assert_eq!(code, expected, "{err}");
+        let err = sandbox(&folder, &line).ends(expected).err;
         assert!(err.ends_with(&format!("; tick {tick} {full}")), "{err}");
         let summary = json(folder.path().join("summary.json"));
         let black_box = &summary["black_box"];
@@ -123,14 +110,12 @@ fn a_run_that_went_back_from_a_fault_and_ends_there_has_its_exit_code() {
     fs::write(folder.path().join("back.script"), script).unwrap();
     fs::write(folder.path().join("late.script"), "[(at_frame: 1000, do: press(\",\"))]").unwrap();
     let line = "run sheet.ron --script back.script --seconds 2 --summary summary.json";
-    let Said { code, err, .. } = sandbox(&folder, line);
-    assert_eq!(code, 3, "{err}");
+    let err = sandbox(&folder, line).ends(3).err;
     assert!(err.contains("cloth.r2.c2 quarantined in tick 71: "), "{err}");
     let summary = json(folder.path().join("summary.json"));
     assert_eq!((&summary["ticks"], summary["quarantined"].as_array().unwrap().len()), (&70.into(), 1));
     assert_eq!(summary["quarantined"][0]["tick"], 71);
-    let Said { code, err, .. } = sandbox(&folder, "run stiff.ron --script late.script --ticks 50");
-    assert_eq!(code, 1, "{err}");
+    let err = sandbox(&folder, "run stiff.ron --script late.script --ticks 50").ends(1).err;
     assert!(err.contains("ball, tick 1: energy out of nowhere"), "{err}");
 }
 
@@ -144,8 +129,7 @@ fn a_script_that_waits_for_what_a_paused_run_never_comes_to_is_refused() {
     ] {
         let script = format!("[(at_s: 0.5, do: press(\"{pause}\")), ({when}, do: press(\"G\"))]");
         fs::write(folder.path().join("vain.script"), script).unwrap();
-        let Said { code, err, .. } = sandbox(&folder, "run sheet.ron --ticks 100 --script vain.script");
-        assert_eq!(code, 2, "{err}");
+        let err = sandbox(&folder, "run sheet.ron --ticks 100 --script vain.script").ends(2).err;
         assert!(
             err.contains("the run is paused at tick ") && err.contains(&format!("waits for {waits};")),
             "{err}"
@@ -157,9 +141,8 @@ fn a_script_that_waits_for_what_a_paused_run_never_comes_to_is_refused() {
 fn what_was_asked_for_and_refused_is_told() {
     let folder = folder();
     fs::write(folder.path().join("g.script"), "[(at_tick: 3, do: press(\"G\"))]").unwrap();
-    let Said { code, err, .. } = sandbox(&folder, "run stiff.ron --substeps 10 --ticks 10 --script g.script");
     let told = "stiff: this scene declares no gravity; the settings (Tab) can add it\n";
-    assert_eq!((code, err.as_str()), (0, told));
+    sandbox(&folder, "run stiff.ron --substeps 10 --ticks 10 --script g.script").says(0, told);
 }
 
 #[test]
@@ -167,11 +150,8 @@ fn a_scene_that_is_too_large_for_a_black_box_is_refused_before_the_run() {
     let folder = folder();
     let scene = "(version: 1, clouds: [(count: 600000, half_extents_m: (9, 9, 9))])";
     fs::write(folder.path().join("large.ron"), scene).unwrap();
-    let Said { code, err, .. } = sandbox(&folder, "run large.ron --ticks 1 --black-box box.zip");
-    assert_eq!(
-        (code, err.as_str()),
-        (2, "sandbox: large.ron: too many bodies for a black box; leave --black-box out\n")
-    );
+    let words = "sandbox: large.ron: too many bodies for a black box; leave --black-box out\n";
+    sandbox(&folder, "run large.ron --ticks 1 --black-box box.zip").says(2, words);
     assert!(!folder.path().join("box.zip").exists());
 }
 
@@ -180,8 +160,7 @@ fn a_bundle_beside_pictures_has_one() {
     let folder = folder();
     fs::write(folder.path().join("save.script"), "[(at_frame: 20, do: press(\"save_bundle\"))]").unwrap();
     let line = "run sheet.ron --script save.script --ticks 60 --frames out --frame-every 1000 --size 320x200";
-    let Said { code, err, .. } = sandbox(&folder, line);
-    assert_eq!(code, 0, "{err}");
+    sandbox(&folder, line).ends(0);
     let saved = bundle(folder.path(), "out/bundle_000020.zip");
     assert!(saved.picture.is_some_and(|picture| picture.starts_with(b"\x89PNG")));
 }
@@ -189,8 +168,7 @@ fn a_bundle_beside_pictures_has_one() {
 #[test]
 fn a_run_without_fault_writes_nothing_and_ends_as_it_would() {
     let folder = folder();
-    let Said { code, out, err } = sandbox(&folder, "run sheet.ron --ticks 60 --black-box box.zip");
-    assert_eq!((code, err.as_str()), (0, ""), "{out}");
+    sandbox(&folder, "run sheet.ron --ticks 60 --black-box box.zip").says(0, "");
     assert!(!folder.path().join("box.zip").exists());
 }
 
@@ -201,12 +179,10 @@ fn a_script_goes_back_and_saves_as_a_person_does() {
         (at_frame: 31, do: press(\"P\"))]";
     fs::write(folder.path().join("back.script"), script).unwrap();
     let line = "run sheet.ron --script back.script --ticks 70 --summary back.json";
-    let Said { code, out, err } = sandbox(&folder, line);
-    assert_eq!(code, 0, "{out}{err}");
+    sandbox(&folder, line).ends(0);
     let written = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
     let name = written.map(|name| name.into_string().unwrap()).find(|name| name.starts_with("bundle_"));
-    let Said { code, out, err } = sandbox(&folder, &format!("replay {}", name.unwrap()));
-    assert_eq!(code, 0, "{out}{err}");
+    let out = sandbox(&folder, &format!("replay {}", name.unwrap())).fine();
     assert!(out.contains("no fault, as then"), "{out}");
     sandbox(&folder, "run sheet.ron --ticks 70 --summary straight.json");
     let hash = |file: &str| json(folder.path().join(file))["state_hash"].clone();
@@ -224,35 +200,29 @@ fn what_differs_is_named_and_what_is_damaged_is_refused() {
     other.manifest.keyframes[1].state_hash = "0".repeat(16);
     other.manifest.program = "sandbox 0.0.1".to_owned();
     write(&other);
-    let Said { code, err, .. } = sandbox(&folder, "replay other.zip");
     let tick = other.manifest.keyframes[1].tick;
     let version = "it was written by sandbox 0.0.1, this is sandbox 0.1.0";
-    assert_eq!(
-        (code, err),
-        (1, format!("sandbox: other.zip: the state differs from tick {tick} on; {version}\n"))
-    );
+    let words = format!("sandbox: other.zip: the state differs from tick {tick} on; {version}\n");
+    sandbox(&folder, "replay other.zip").says(1, &words);
 
     let mut other = bundle(folder.path(), "box.zip");
     other.events.clear();
     write(&other);
-    let Said { code, err, .. } = sandbox(&folder, "replay other.zip");
-    assert!(code == 1 && err.contains("no fault instead of cloth.r2.c2, tick"), "{err}");
+    let err = sandbox(&folder, "replay other.zip").ends(1).err;
+    assert!(err.contains("no fault instead of cloth.r2.c2, tick"), "{err}");
 
     let mut other = bundle(folder.path(), "box.zip");
     other.scene = STIFF.to_owned();
     write(&other);
-    let Said { code, err, .. } = sandbox(&folder, "replay other.zip");
-    assert!(code == 2 && err.contains("the snapshot in the bundle does not match its scene"), "{err}");
+    let err = sandbox(&folder, "replay other.zip").ends(2).err;
+    assert!(err.contains("the snapshot in the bundle does not match its scene"), "{err}");
 
     let good = fs::read(folder.path().join("box.zip")).unwrap();
     for bad in [&good[..good.len() / 2], &[&good[..], b"x"].concat(), b"", b"PK\x03\x04", b"(version: 1)"] {
         fs::write(folder.path().join("bad.zip"), bad).unwrap();
-        let Said { code, out, err } = sandbox(&folder, "replay bad.zip");
-        assert_eq!((code, out.as_str(), err.lines().count()), (2, "", 1), "{err}");
+        let Said { out, err, .. } = sandbox(&folder, "replay bad.zip").ends(2);
+        assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{err}");
     }
-    let Said { code, err, .. } = sandbox(&folder, "replay none.zip");
-    assert_eq!(
-        (code, err.as_str()),
-        (2, "sandbox: cannot read none.zip: no such file or folder; check the path\n")
-    );
+    let words = "sandbox: cannot read none.zip: no such file or folder; check the path\n";
+    sandbox(&folder, "replay none.zip").says(2, words);
 }

@@ -12,10 +12,8 @@ const FAILING: &str = "run sheet.ron --script nan.script --seconds 2 --black-box
 #[test]
 fn a_replay_writes_what_a_person_wants_to_look_at() {
     let folder = folder();
-    let Said { code, err, .. } = sandbox(&folder, &format!("{FAILING} --state then.csv"));
-    assert_eq!(code, 3, "{err}");
-    let Said { code, out, err } = sandbox(&folder, "replay box.zip --out looked/at");
-    assert_eq!((code, err.as_str()), (0, "made the folder looked/at\n"), "{out}");
+    sandbox(&folder, &format!("{FAILING} --state then.csv")).ends(3);
+    sandbox(&folder, "replay box.zip --out looked/at").says(0, "made the folder looked/at\n");
     let saved = bundle(folder.path(), "box.zip");
     let at = folder.path().join("looked/at");
     let mut names: Vec<_> = fs::read_dir(&at).unwrap().map(|entry| entry.unwrap().file_name()).collect();
@@ -56,12 +54,9 @@ fn a_replay_that_differs_is_written_down_and_ends_with_1() {
     (other.picture, other.manifest.fault) = (None, None);
     other.manifest.end_state_hash = "0".repeat(16);
     fs::write(folder.path().join("other.zip"), other.write().unwrap()).unwrap();
-    let Said { code, err, .. } = sandbox(&folder, "replay other.zip --out out");
+    let err = sandbox(&folder, "replay other.zip --out out").ends(1).err;
     let tick = other.manifest.end_tick;
-    assert!(
-        code == 1 && err.contains(&format!("at the end, tick {tick}; cloth.r2.c2, tick {tick}")),
-        "{err}"
-    );
+    assert!(err.contains(&format!("at the end, tick {tick}; cloth.r2.c2, tick {tick}")), "{err}");
     let summary = json(folder.path().join("out/summary.json"));
     assert_eq!((&summary["same"], &summary["first_different_tick"]), (&json!(false), &json!(tick)));
     assert_eq!((&summary["fault"]["then"], &summary["picture"]), (&Value::Null, &Value::Null));
@@ -75,12 +70,12 @@ fn what_cannot_be_unpacked_leaves_nothing() {
     sandbox(&folder, FAILING);
     let good = fs::read(folder.path().join("box.zip")).unwrap();
     fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();
-    let Said { code, out, err } = sandbox(&folder, "replay bad.zip --out out");
-    assert_eq!((code, out.as_str(), err.lines().count()), (2, "", 1), "{err}");
+    let Said { out, err, .. } = sandbox(&folder, "replay bad.zip --out out").ends(2);
+    assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{err}");
     assert!(!folder.path().join("out").exists());
-    let Said { code, out, err } = sandbox(&folder, "replay box.zip --out sheet.ron");
-    assert_eq!((code, out.as_str()), (2, ""));
-    assert_eq!(err, "sandbox: cannot make the folder sheet.ron: a file is in the way; give another path\n");
+    let said = sandbox(&folder, "replay box.zip --out sheet.ron");
+    said.says(2, "sandbox: cannot make the folder sheet.ron: a file is in the way; give another path\n");
+    assert_eq!(said.out, "");
 }
 
 #[test]
@@ -110,15 +105,11 @@ fn the_summary_says_what_the_black_box_wrote() {
 fn a_place_that_no_black_box_can_be_written_to_is_found_out_before_the_run() {
     let folder = folder();
     let line = "run sheet.ron --script nan.script --seconds 2 --black-box sheet.ron/box.zip --summary s.json";
-    let Said { code, err, .. } = sandbox(&folder, line);
-    assert!(code == 2 && err.contains("cannot make the folder sheet.ron"), "{err}");
+    let err = sandbox(&folder, line).ends(2).err;
+    assert!(err.contains("cannot make the folder sheet.ron"), "{err}");
     assert!(!folder.path().join("s.json").exists());
     let line = "run sheet.ron --seconds 2 --black-box s.json --summary s.json";
-    let Said { code, err, .. } = sandbox(&folder, line);
-    assert_eq!(
-        (code, err.as_str()),
-        (2, "sandbox: --summary and --black-box name the same file; give two\n")
-    );
+    sandbox(&folder, line).says(2, "sandbox: --summary and --black-box name the same file; give two\n");
     assert!(!folder.path().join("s.json").exists());
 }
 
@@ -128,19 +119,17 @@ fn a_bundle_where_a_scene_is_meant_is_named_and_the_window_tells_it_by_its_first
     sandbox(&folder, FAILING);
     fs::rename(folder.path().join("box.zip"), folder.path().join("box.ron")).unwrap();
     for command in ["run", "plan", "effects", "ablate", "stability"] {
-        let Said { code, out, err } = sandbox(&folder, &format!("{command} box.ron"));
-        assert_eq!((code, out.as_str()), (2, ""), "{command}: {err}");
-        assert_eq!(
-            err,
-            "sandbox: box.ron: this is an archive, not a text; `sandbox box.ron` opens a bundle in the window, \
-             `sandbox replay box.ron` runs it\n"
-        );
+        let said = sandbox(&folder, &format!("{command} box.ron"));
+        let words = "sandbox: box.ron: this is an archive, not a text; `sandbox box.ron` opens a bundle in the window, \
+                     `sandbox replay box.ron` runs it\n";
+        said.says(2, words);
+        assert_eq!(said.out, "", "{command}");
     }
-    let Said { code, err, .. } = sandbox(&folder, "box.ron --substeps 2");
-    let what = "a bundle repeats its own run; leave --method, --substeps and --record out";
-    assert_eq!((code, err), (2, format!("sandbox: box.ron: {what}\n")));
+    let words =
+        "sandbox: box.ron: a bundle repeats its own run; leave --method, --substeps and --record out\n";
+    sandbox(&folder, "box.ron --substeps 2").says(2, words);
     let good = fs::read(folder.path().join("box.ron")).unwrap();
     fs::write(folder.path().join("bad.zip"), &good[..good.len() / 2]).unwrap();
-    let Said { code, err, .. } = sandbox(&folder, "bad.zip");
-    assert!(code == 2 && err.contains("bad.zip: the bundle is damaged"), "{err}");
+    let err = sandbox(&folder, "bad.zip").ends(2).err;
+    assert!(err.contains("bad.zip: the bundle is damaged"), "{err}");
 }

@@ -8,7 +8,7 @@ use scene::Scene;
 use serde_json::Value;
 
 use crate::drive::Drive;
-use crate::harness::{json, sandbox};
+use crate::harness::{folder, json, sandbox};
 
 const SCENE: &str = "(version: 1, step_hz: 100, method: runge_kutta_4, gravity: (), drag: (quadratic_per_m: 0.1),
     wells: [(strength_m3_s2: 3, softening_m: 1, bodies: [\"a\"])],
@@ -125,8 +125,7 @@ fn an_effect_that_has_changed_velocities_alone_is_needed() {
 
 #[test]
 fn the_program_prints_the_receipt_and_the_ablation_as_tables_and_as_json() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("four.ron"), SCENE).unwrap();
+    let folder = folder([("four.ron", SCENE)]);
     for command in ["effects", "ablate --no-pictures"] {
         let line = format!("{command} four.ron --ticks 10");
         let table = sandbox(&folder, &line).fine();
@@ -146,8 +145,7 @@ fn the_program_prints_the_receipt_and_the_ablation_as_tables_and_as_json() {
 
 #[test]
 fn a_run_without_an_effect_is_that_of_a_scene_without_it() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("four.ron"), SCENE).unwrap();
+    let folder = folder([("four.ron", SCENE)]);
     std::fs::write(folder.path().join("three.ron"), SCENE.replace(", drag: (quadratic_per_m: 0.1)", ""))
         .unwrap();
     let run = |line: &str| {

@@ -1,26 +1,16 @@
 //! Books of whole runs: the panel, the summary and the verdict.
 
-use std::fs;
-use std::path::Path;
-
 use serde_json::Value;
-use tempfile::TempDir;
 
 use crate::drive::Drive;
-use crate::harness::{H, sandbox};
+use crate::harness::{H, Said, summarized};
 
-/// Runs the program on a scene in a folder of its own; exit code, standard error and summary.
-fn run(scene: &str, script: &str, flags: &str) -> (i32, String, Value) {
-    let folder = TempDir::new().unwrap();
-    let write = |name: &str, text: &str| fs::write(Path::new(folder.path()).join(name), text).unwrap();
-    write("books.ron", &format!("(version: 1, {scene})"));
-    write("books.script", script);
-    let script = if script.is_empty() { "" } else { " --script books.script" };
-    let line = format!("run books.ron --summary out.json{script} {flags}");
-    let said = sandbox(folder.path(), &line);
-    let summary = fs::read(folder.path().join("out.json")).unwrap_or_default();
-    let summary = serde_json::from_slice(&summary).unwrap_or(Value::Null);
-    (said.code, said.err, summary)
+/// Runs the program on a scene, with a script if it has steps.
+fn run(scene: &str, script: &str, flags: &str) -> (Said, Value) {
+    let scene = format!("(version: 1, {scene})");
+    let with_script = if script.is_empty() { "" } else { "--script books.script" };
+    let files = [("books.ron", scene.as_str()), ("books.script", script)];
+    summarized(files, &format!("run books.ron {with_script} {flags}"))
 }
 
 const WORKING: [(&str, &str); 4] = [
@@ -43,15 +33,14 @@ fn falling(key: &str, bound: f64) -> String {
 #[test]
 fn a_bound_of_the_energy_is_checked_where_something_does_work() {
     for (key, script) in WORKING {
-        let (code, said, summary) = run(&falling(key, 1e-7), script, "--assert --seconds 1");
-        assert_eq!((code, said.as_str()), (0, ""), "{key} {summary}");
+        let (said, summary) = run(&falling(key, 1e-7), script, "--assert --seconds 1");
+        said.says(0, "");
         let change = summary["ledger"]["change_j"].as_f64().unwrap();
         let without_books = change.abs() / summary["kinetic_energy_j"].as_f64().unwrap();
         assert!(without_books > 1e-3, "{key}: the energy itself changed by {change} J");
         // The same bound shows a worse method.
-        let (code, said, _) =
-            run(&falling(key, 1e-7), script, "--assert --seconds 1 --method explicit_euler");
-        assert!(code == 1 && said.starts_with("sandbox: energy drifted by "), "{key}: {said}");
+        let (said, _) = run(&falling(key, 1e-7), script, "--assert --seconds 1 --method explicit_euler");
+        assert!(said.ends(1).err.starts_with("sandbox: energy drifted by "), "{key}");
     }
 }
 
@@ -62,8 +51,8 @@ fn a_bound_of_the_energy_holds_with_clicks() {
     let script =
         "[(at_tick: 12, do: push(\"ball\", (300, 0, 0))), (at_tick: 40, do: push(\"ball\", (-30, 900, 0)))]";
     for method in ["explicit_euler", "semi_implicit_euler", "implicit_euler"] {
-        let (code, said, summary) = run(scene, script, &format!("--assert --seconds 1 --method {method}"));
-        assert_eq!((code, said.as_str()), (0, ""), "{method}: {summary}");
+        let (said, summary) = run(scene, script, &format!("--assert --seconds 1 --method {method}"));
+        said.says(0, "");
         assert!(summary["ledger"]["push_work_j"].as_f64().unwrap() > 10.0, "{method}: {summary}");
     }
 }
@@ -72,9 +61,9 @@ fn a_bound_of_the_energy_holds_with_clicks() {
 fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
     let scene = "gravity: (), drag: (linear_per_s: 0.4), bodies: [(name: \"ball\", velocity_m_s: (3, 1, 0), mass_kg: 2)]";
     let script = "[(at_tick: 12, do: push(\"ball\", (30, 0, 0)))]";
-    let (code, said, kept) = run(scene, script, "--seconds 1 --ledger");
-    assert_eq!((code, said.as_str()), (0, ""));
-    let (.., plain) = run(scene, script, "--seconds 1");
+    let (said, kept) = run(scene, script, "--seconds 1 --ledger");
+    said.says(0, "");
+    let (_, plain) = run(scene, script, "--seconds 1");
     assert_eq!(plain["state_hash"], kept["state_hash"]);
     assert_eq!((plain.get("ledger"), plain["laws"].clone()), (None, kept["laws"].clone()));
     let ledger = kept["ledger"].as_object().unwrap();

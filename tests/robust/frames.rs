@@ -1,13 +1,10 @@
 //! Frame times that no clock should give, through a session and through the command line.
 
-use std::fs;
-
 use motion::clock::BadTime;
 use motion::{PhysicsBody, Transform};
-use tempfile::TempDir;
 
 use crate::drive::Drive;
-use crate::harness::{json, sandbox};
+use crate::harness::{folder, json, sandbox};
 
 /// Lengths of frames, s: none, next to none, a hitch, a usual one.
 const FRAMES: [f64; 9] = [1.0 / 60.0, 0.0, 1e-9, 1.0, 0.0, 1.0 / 60.0, 1e-300, 100.0, 1.0 / 60.0];
@@ -82,9 +79,8 @@ fn a_step_a_frame_survives_every_length() {
 
 #[test]
 fn the_command_line_takes_the_same_frame_times() {
-    let folder = TempDir::new().unwrap();
     let lines: Vec<_> = FRAMES.iter().map(|length| format!("{length:e}\n")).collect();
-    fs::write(folder.path().join("odd.times"), lines.concat()).unwrap();
+    let folder = folder([("odd.times", lines.concat())]);
     for scene in ["tutorial", "frame_step"] {
         let line = format!("run {scene} --frame-times odd.times --summary out.json --seconds 0.5");
         sandbox(&folder, &line).fine();
