@@ -20,7 +20,7 @@ pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 
 use crate::lists::list;
-use crate::snapshot::{Name, RequestEntry, Snapshot};
+use crate::snapshot::{Snapshot, requests, vector, words};
 
 /// A run that can be repeated.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub struct Bundle {
 }
 
 /// Something that was done to a run from outside.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// Ticks that had been simulated.
     pub tick: u64,
@@ -49,18 +49,19 @@ pub struct Event {
 }
 
 /// What can be done to a run from outside. Bodies are stable ids.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Intervention {
     /// Changes that were carried out together, between two ticks.
-    Requests(Vec<Request<u32>>),
+    Requests(#[serde(with = "requests")] Vec<Request<u32>>),
     /// Another method of the scene.
-    Method(Method),
+    Method(#[serde(with = "words")] Method),
     /// Another number of substeps.
     Substeps(u32),
     /// Another length of ticks, s.
     Step(f64),
     /// A force on a body in the next tick, N.
-    Push(u32, Vector),
+    Push(u32, #[serde(with = "vector")] Vector),
 }
 
 impl Event {
@@ -124,54 +125,8 @@ impl Bundle {
 struct State<S> {
     snapshot: S,
     #[serde(deserialize_with = "list")]
-    events: Vec<SavedEvent>,
+    events: Vec<Event>,
     /// The largest energy until the snapshot, which is all that programs before `energy` read and wrote.
     energy_scale_j: Option<f64>,
     energy: Option<EnergyState>,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct SavedEvent {
-    tick: u64,
-    what: SavedIntervention,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum SavedIntervention {
-    Requests(#[serde(deserialize_with = "list")] Vec<RequestEntry>),
-    Method(Name<Method>),
-    Substeps(u32),
-    Step(f64),
-    Push(u32, [f64; 3]),
-}
-
-impl From<Event> for SavedEvent {
-    fn from(event: Event) -> Self {
-        let what = match event.what {
-            Intervention::Requests(all) => {
-                SavedIntervention::Requests(all.into_iter().map(RequestEntry).collect())
-            }
-            Intervention::Method(method) => SavedIntervention::Method(Name(method)),
-            Intervention::Substeps(substeps) => SavedIntervention::Substeps(substeps),
-            Intervention::Step(step) => SavedIntervention::Step(step),
-            Intervention::Push(body, newtons) => SavedIntervention::Push(body, newtons.to_array()),
-        };
-        Self { tick: event.tick, what }
-    }
-}
-
-impl From<SavedEvent> for Event {
-    fn from(saved: SavedEvent) -> Self {
-        let what = match saved.what {
-            SavedIntervention::Requests(all) => {
-                Intervention::Requests(all.into_iter().map(|entry| entry.0).collect())
-            }
-            SavedIntervention::Method(Name(method)) => Intervention::Method(method),
-            SavedIntervention::Substeps(substeps) => Intervention::Substeps(substeps),
-            SavedIntervention::Step(step) => Intervention::Step(step),
-            SavedIntervention::Push(body, newtons) => Intervention::Push(body, Vector::from_array(newtons)),
-        };
-        Self { tick: saved.tick, what }
-    }
 }

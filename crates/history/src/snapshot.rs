@@ -8,9 +8,9 @@
 mod entries;
 mod restore;
 mod take;
-mod words;
+pub(crate) mod words;
 
-use motion::Method;
+use motion::{Method, Request};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -20,8 +20,10 @@ use crate::simulation::hash_of_states;
 pub use restore::BadSnapshot;
 pub use take::EffectsState;
 
+#[cfg(test)]
 pub(crate) use entries::RequestEntry;
 use entries::{ClockEntry, CountsEntry, EmissionEntry, PushEntry, RecordEntry, SavedFault};
+pub(crate) use entries::{requests, vector};
 pub(crate) use words::Name;
 
 /// The state of a simulation between two ticks.
@@ -79,8 +81,8 @@ pub struct Snapshot {
     #[serde(deserialize_with = "list")]
     pub(crate) sustained: Vec<PushEntry>,
     /// Requests that wait for a tick.
-    #[serde(deserialize_with = "list")]
-    pub(crate) requests: Vec<RequestEntry>,
+    #[serde(with = "requests")]
+    pub(crate) requests: Vec<Request<u32>>,
 }
 
 impl Snapshot {

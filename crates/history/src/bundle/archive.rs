@@ -51,9 +51,8 @@ impl Bundle {
             let what = format!("the state of the bundle takes more than {MOST_MEMORY} bytes of memory");
             return Err(BadBundle::new(what, SMALLER));
         }
-        let events = events.iter().cloned().map(Into::into).collect();
         let energy_scale_j = energy.map(|energy| energy.largest_j);
-        let state = cbor(&State { snapshot, events, energy_scale_j, energy: *energy })?;
+        let state = cbor(&State { snapshot, events: events.clone(), energy_scale_j, energy: *energy })?;
         let manifest = serde_json::to_vec_pretty(manifest).map_err(|error| unwritten(&error, SMALLER))?;
         let mut files = vec![(&SCENE, scene.as_bytes()), (&MANIFEST, &manifest), (&STATE, &state)];
         files.extend(picture.as_ref().map(|picture| (&PICTURE, &picture[..])));
@@ -91,7 +90,7 @@ impl Bundle {
             scene: String::from_utf8(scene).map_err(|error| unreadable(&error))?,
             manifest,
             snapshot: state.snapshot,
-            events: state.events.into_iter().map(Into::into).collect(),
+            events: state.events,
             energy: state.energy.or(state.energy_scale_j.map(|largest| EnergyState::at(tick, largest))),
             picture: file(&mut archive, &PICTURE)?,
         })

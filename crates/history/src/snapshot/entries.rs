@@ -4,10 +4,10 @@ use motion::clock::ClockState;
 use motion::effects::Effect;
 use motion::snapshot::EmissionState;
 use motion::units::{Scalar, Vector};
-use motion::{Damping, DampingModel, Method, Request};
+use motion::{Damping, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::Name;
+use super::words::{self, Name};
 use crate::lists::list;
 
 /// A push: stable id and newtons.
@@ -94,72 +94,78 @@ struct EmissionFields {
 }
 
 /// A request that names its body by stable id.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RequestEntry(pub Request<u32>);
-
-impl Serialize for RequestEntry {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        SavedRequest::from(self.0).serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for RequestEntry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(Self(SavedRequest::deserialize(deserializer)?.into()))
-    }
-}
-
-/// A request as it is written.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum SavedRequest {
-    Impulse(u32, [f64; 3]),
-    SetVelocity(u32, [f64; 3]),
-    SetPosition(u32, [f64; 3]),
+#[serde(transparent)]
+pub(crate) struct RequestEntry(#[serde(with = "RequestFields")] pub Request<u32>);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Request<u32>", rename_all = "snake_case")]
+enum RequestFields {
+    Impulse(u32, #[serde(with = "vector")] Vector),
+    SetVelocity(u32, #[serde(with = "vector")] Vector),
+    SetPosition(u32, #[serde(with = "vector")] Vector),
     SetInverseMass(u32, f64),
     ReverseVelocities,
-    SetGravity([f64; 3]),
+    SetGravity(#[serde(with = "vector")] Vector),
     SwitchGravity(bool),
-    SetDamping(Name<DampingModel>, f64),
-    Switch(Name<Effect>, bool),
-    SetBodyMethod(u32, Option<Name<Method>>),
+    SetDamping(#[serde(with = "damping")] Damping),
+    Switch(#[serde(with = "words")] Effect, bool),
+    SetBodyMethod(u32, #[serde(with = "own_method")] Option<Method>),
     Remove(u32),
 }
 
-impl From<Request<u32>> for SavedRequest {
-    fn from(request: Request<u32>) -> Self {
-        match request {
-            Request::Impulse(body, value) => Self::Impulse(body, value.to_array()),
-            Request::SetVelocity(body, value) => Self::SetVelocity(body, value.to_array()),
-            Request::SetPosition(body, value) => Self::SetPosition(body, value.to_array()),
-            Request::SetInverseMass(body, w) => Self::SetInverseMass(body, w),
-            Request::ReverseVelocities => Self::ReverseVelocities,
-            Request::SetGravity(value) => Self::SetGravity(value.to_array()),
-            Request::SwitchGravity(on) => Self::SwitchGravity(on),
-            Request::SetDamping(Damping { model, rate }) => Self::SetDamping(Name(model), rate),
-            Request::Switch(effect, on) => Self::Switch(Name(effect), on),
-            Request::SetBodyMethod(body, method) => Self::SetBodyMethod(body, method.map(Name)),
-            Request::Remove(body) => Self::Remove(body),
-        }
+pub(crate) mod requests {
+    //! A list of requests.
+
+    use super::{Deserializer, Request, RequestEntry, Serializer, list};
+
+    pub(crate) fn serialize<S: Serializer>(all: &[Request<u32>], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(all.iter().copied().map(RequestEntry))
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<Request<u32>>, D::Error> {
+        Ok(list(source)?.into_iter().map(|RequestEntry(request)| request).collect())
     }
 }
 
-impl From<SavedRequest> for Request<u32> {
-    fn from(saved: SavedRequest) -> Self {
-        match saved {
-            SavedRequest::Impulse(body, value) => Self::Impulse(body, Vector::from_array(value)),
-            SavedRequest::SetVelocity(body, value) => Self::SetVelocity(body, Vector::from_array(value)),
-            SavedRequest::SetPosition(body, value) => Self::SetPosition(body, Vector::from_array(value)),
-            SavedRequest::SetInverseMass(body, w) => Self::SetInverseMass(body, w),
-            SavedRequest::ReverseVelocities => Self::ReverseVelocities,
-            SavedRequest::SetGravity(value) => Self::SetGravity(Vector::from_array(value)),
-            SavedRequest::SwitchGravity(on) => Self::SwitchGravity(on),
-            SavedRequest::SetDamping(Name(model), rate) => Self::SetDamping(Damping { model, rate }),
-            SavedRequest::Switch(Name(effect), on) => Self::Switch(effect, on),
-            SavedRequest::SetBodyMethod(body, method) => {
-                Self::SetBodyMethod(body, method.map(|Name(method)| method))
-            }
-            SavedRequest::Remove(body) => Self::Remove(body),
-        }
+pub(crate) mod vector {
+    //! A vector as three numbers.
+
+    use super::{Deserialize, Deserializer, Serialize, Serializer, Vector};
+
+    pub(crate) fn serialize<S: Serializer>(vector: &Vector, serializer: S) -> Result<S::Ok, S::Error> {
+        vector.to_array().serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Vector, D::Error> {
+        <[f64; 3]>::deserialize(source).map(Vector::from_array)
+    }
+}
+
+mod damping {
+    //! Damping as its model and rate.
+
+    use super::{Damping, Deserialize, Deserializer, Name, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(damping: &Damping, serializer: S) -> Result<S::Ok, S::Error> {
+        (Name(damping.model), damping.rate).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Damping, D::Error> {
+        Deserialize::deserialize(source).map(|(Name(model), rate)| Damping { model, rate })
+    }
+}
+
+mod own_method {
+    //! A method, if there is one.
+
+    use super::{Deserialize, Deserializer, Method, Name, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(own: &Option<Method>, serializer: S) -> Result<S::Ok, S::Error> {
+        own.map(Name).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Method>, D::Error> {
+        Option::deserialize(source).map(|own| own.map(|Name(method)| method))
     }
 }

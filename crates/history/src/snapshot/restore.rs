@@ -205,7 +205,7 @@ impl Snapshot {
         let mut requests = Requests::default();
         self.requests
             .iter()
-            .filter_map(|entry| entry.0.rename(there))
+            .filter_map(|request| request.rename(there))
             .for_each(|request| requests.ask(request));
         world.insert_resource(queue);
         world.insert_resource(requests);

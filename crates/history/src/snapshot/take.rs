@@ -14,8 +14,7 @@ use scene::FileIndex;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ClockEntry, CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, RequestEntry, SavedFault, Snapshot,
-    list_bytes,
+    ClockEntry, CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot, list_bytes,
 };
 use crate::lists::list;
 use crate::simulation::Simulation;
@@ -162,7 +161,7 @@ impl Snapshot {
         self.sustained = queue.sustained().iter().filter_map(push).collect();
         let requests = world.get_resource::<Requests>().into_iter().flat_map(Requests::pending);
         let requests = requests.filter_map(|request| request.rename(|body| id(world, body)));
-        self.requests = requests.map(RequestEntry).collect();
+        self.requests = requests.collect();
     }
 }
 

@@ -13,23 +13,20 @@ pub(crate) trait Worded: Copy {
 }
 
 /// A choice that is written as its word.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Name<T>(pub T);
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(bound = "T: Worded", transparent)]
+pub(crate) struct Name<T>(#[serde(serialize_with = "serialize", deserialize_with = "deserialize")] pub T);
 
-impl<T: Worded> Serialize for Name<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let word = self.0.word();
-        // The name of an embedder's own law could not be read again.
-        T::of_word(word).ok_or_else(|| ser::Error::custom(unknown(word)))?;
-        serializer.serialize_str(word)
-    }
+pub(crate) fn serialize<T: Worded, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    let word = choice.word();
+    // The name of an embedder's own law could not be read again.
+    T::of_word(word).ok_or_else(|| ser::Error::custom(unknown(word)))?;
+    serializer.serialize_str(word)
 }
 
-impl<'de, T: Worded> Deserialize<'de> for Name<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let word = String::deserialize(deserializer)?;
-        T::of_word(&word).map(Self).ok_or_else(|| de::Error::custom(unknown(&word)))
-    }
+pub(crate) fn deserialize<'de, T: Worded, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
+    let word = String::deserialize(deserializer)?;
+    T::of_word(&word).ok_or_else(|| de::Error::custom(unknown(&word)))
 }
 
 fn unknown(word: &str) -> String {

@@ -8,7 +8,7 @@ use scene::Scene;
 use super::*;
 use crate::bundle::{BUNDLE_FORMAT, EnergyGrowth, EnergyLook, FaultEntry, Intervention, Keyframe, Settings};
 use crate::simulation::Simulation;
-use crate::snapshot::Name;
+use crate::snapshot::{Name, RequestEntry};
 
 const TEXT: &str =
     "(version: 1, step_hz: 100, method: velocity_verlet, wells: [(strength_m3_s2: 5)], bodies: [
@@ -296,7 +296,7 @@ fn what_is_short_in_the_file_and_long_in_memory_is_an_error() {
     let bytes = repacked(|name, whole| if name == STATE.name { state.clone() } else { whole });
     assert!(said(&bytes).contains("it takes too much memory"), "{}", said(&bytes));
     // What is counted where it is written is no less than where it is read.
-    assert!(size_of::<crate::bundle::SavedEvent>() <= size_of::<Event>());
+    assert!(size_of::<RequestEntry>() <= size_of::<Request<u32>>());
 }
 
 #[test]
