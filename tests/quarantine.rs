@@ -174,24 +174,6 @@ fn records_are_in_the_order_of_ticks_and_within_a_tick_of_stable_ids() {
 }
 
 #[test]
-fn a_quarantined_body_stays_as_it_is_whatever_is_asked() {
-    let mut lab = crowd(2);
-    lab.push(0, Vector::splat(f64::NAN));
-    lab.run(1);
-    let frozen = lab.state(0);
-    for request in [
-        Request::ReverseVelocities,
-        Request::SetVelocity(lab.bodies[0], Vector::X),
-        Request::SetPosition(lab.bodies[0], Vector::X),
-        Request::Impulse(lab.bodies[0], Vector::X),
-    ] {
-        lab.ask(request);
-        lab.run(1);
-        assert_eq!(lab.state(0), frozen);
-    }
-}
-
-#[test]
 fn a_body_that_breaks_in_a_later_substep_stays_where_it_was_before_the_tick_in_both_kernels() {
     // It leaves the largest number in the third of four quarters of a second.
     let start = (Vector::new(1.7e308, 1.0, 2.0), Vector::new(1.6e307, 3.0, 4.0));
