@@ -9,12 +9,12 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use history::Simulation;
 use motion::clock::FrameClock;
-use motion::{Gravity, PhysicsBody, Request, StableId, Stepper, Threads, TimeStep, Transform};
+use motion::{Gravity, Request, StableId, Stepper, Threads, TimeStep};
 use scene::{Scene, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{blesses, json, output, program, root, stored};
+use crate::harness::{blesses, json, output, program, root, stored, world_bits};
 
 /// Ticks of a run; `scripts/hashes` has the same number.
 const TICKS: u64 = 240;
@@ -43,13 +43,9 @@ fn pinned() -> Vec<(String, f64, u64)> {
 
 /// The state hash of the contract.
 fn hash(world: &mut World) -> u64 {
-    let mut bodies: Vec<_> = world.query::<(&StableId, &Transform, &PhysicsBody)>().iter(world).collect();
-    bodies.sort_by_key(|(id, ..)| **id);
     let mut hash = Xxh3::new();
-    for (_, transform, body) in bodies {
-        for number in transform.position.to_array().into_iter().chain(body.velocity.to_array()) {
-            hash.update(&number.to_bits().to_le_bytes());
-        }
+    for bits in world_bits(world).into_iter().flat_map(|(_, bits)| bits) {
+        hash.update(&bits.to_le_bytes());
     }
     hash.digest()
 }

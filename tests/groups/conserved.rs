@@ -45,7 +45,6 @@ fn springs_and_mutual_gravity_keep_momentum_to_rounding_under_every_method() {
         for method in Method::ALL {
             let [[drift, _], [size, _]] = drifts(&mut net.lab(&around, method, 1.0 / 512.0), ticks);
             let bound = 2.0 * (ticks as f64).sqrt() * f64::EPSILON * size;
-            println!("{name} {method:?} {:.3}", drift / bound);
             assert!(drift <= bound, "{name}, {method:?}: {drift:e}, at most {bound:e}");
         }
     }
@@ -63,7 +62,6 @@ fn methods_of_kicks_and_drifts_keep_angular_momentum_to_rounding() {
             rig.run(1);
             let [[_, drift], [_, size]] = drifts(&mut rig, ticks);
             let bound = 2.0 * (ticks as f64).sqrt() * f64::EPSILON * size;
-            println!("{name} {method:?} {drift:e} {:.3}", drift / bound);
             if method.claims().symplectic {
                 assert!(drift <= bound, "{name}, {method:?}: {drift:e}, at most {bound:e}");
             } else if name != "figure eight" {
@@ -114,7 +112,6 @@ fn a_nearby_energy_is_kept_for_a_hundred_thousand_steps() {
                 let now = (energy(&rig) - start).abs() / start.abs();
                 drift = if now <= drift { drift } else { now };
             }
-            println!("{method:?} z = {z}: {drift:e}");
             // The place of the post costs some bits of the distance to it.
             assert!(drift <= 1e-11, "{method:?} at z = {z}: {drift:e}");
         }
@@ -172,7 +169,6 @@ fn velocities_turned_round_lead_back_along_the_string() {
         rig.run(2400).ask(Request::ReverseVelocities);
         rig.run(2400);
         let error = rig.x(1).distance(net.bodies[1].x);
-        println!("{method:?} {error:e}");
         if known == 0.0 {
             assert!(error <= 1e-12, "{method:?}: {error:e}");
         } else {
@@ -203,7 +199,6 @@ fn three_bodies_on_an_eight_keep_their_energy_in_bounds() {
             rig.run(10);
             worst = worst.max(((rig.energy() - start) / start).abs());
         }
-        println!("{method:?} {worst:e}");
         assert!(worst <= bound, "{method:?}: {worst:e}, at most {bound:e}");
         assert!(rig.totals().momentum.length() <= 1e-13 && rig.totals().angular_momentum.length() <= 1e-6);
     }

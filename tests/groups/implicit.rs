@@ -68,9 +68,6 @@ fn a_stiff_pendulum_never_rises_above_its_start() {
             stretch = stretch.max(rig.x(1).length() - 1.0);
         }
         let iterations = rig.evaluations().cg_iterations();
-        println!(
-            "k = {stiffness:e}: highest {highest:e} of {start:e}, stretch {stretch:e}, {iterations} iterations"
-        );
         assert!(highest <= start, "k = {stiffness:e}: {highest:e} above {start:e}");
         assert!(stretch <= 1.05 * most, "k = {stiffness:e}: {stretch:e}, at most {most:e}");
         assert!(iterations <= 2 * 600, "{iterations} iterations");
@@ -102,7 +99,6 @@ fn stiff_chains_fall_from_the_horizontal_and_never_rise_above_their_start() {
     // All start at an energy of 0. The stiffest takes the solution of the whole step.
     for (stiffness, newton_iterations) in [(1e4, 0), (1e6, 0), (1e8, 5)] {
         let (highest, longest) = falling_chain(stiffness, newton_iterations);
-        println!("k = {stiffness:e}: highest {highest} J, longest link {longest} m");
         assert!(highest < 0.0, "k = {stiffness:e}: {highest} J");
         // A link holds the twenty below it with a few times their weight.
         let most = 0.1 + 20.0 * 20.0 * 9.81 / stiffness + 1e-3;
@@ -111,7 +107,6 @@ fn stiff_chains_fall_from_the_horizontal_and_never_rise_above_their_start() {
     // The linearised step has a limit there: when the chain cracks like a whip, it takes in energy from nowhere, and
     // stays together nevertheless.
     let (highest, longest) = falling_chain(1e8, 0);
-    println!("linearised: highest {highest} J, longest link {longest} m");
     assert!((100.0..10_000.0).contains(&highest) && longest < 0.11, "{highest} J, {longest} m");
 }
 
@@ -143,7 +138,6 @@ fn a_million_kilograms_hang_on_a_chain_of_one_kilogram_links() {
         peak = peak.max(rig.x(0).distance(rig.x(1)) - 1.0);
     }
     let last = rig.x(0).distance(rig.x(1)) - 1.0;
-    println!("peak {peak}, at the end {last}, {most} iterations at most");
     // 1e6 g / k and the links below it.
     let still = (1e6 + 19.0) * 9.81 / 1e9;
     assert!((last / still - 1.0).abs() <= 1e-6, "{last} for {still}");
@@ -258,7 +252,6 @@ fn an_iteration_that_is_stopped_early_keeps_momentum() {
     }
     assert!(momentum(&net, &same) <= 1e-14);
     let broken = momentum(&net, &gradients(&net, &diagonal, 3));
-    println!("{lost:e}, with the diagonal {broken:e}");
     assert!(broken > 1e-6, "the diagonal keeps momentum as well: {broken:e}");
     // Many steps of it.
     let start = rig.totals().momentum;
@@ -280,7 +273,6 @@ fn steps_that_do_not_converge_are_counted_and_the_others_are_not() {
     };
     assert_eq!(run(5), (10, 50));
     let (unconverged, iterations) = run(500);
-    println!("{iterations} iterations in 10 steps");
     assert_eq!(unconverged, 0);
     assert!(iterations > 50 && iterations < 5000);
     // Each step of a tick is one.

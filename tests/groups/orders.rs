@@ -97,7 +97,6 @@ impl Problem {
     /// Orders within 0.05 of the claimed ones.
     fn check(&self, claims: &Claims, solver: Option<Solver>) {
         let (orders, claimed) = (self.orders(claims, solver), self.claimed(claims));
-        println!("{:20} {:24} {:.3} {:.3}", self.name, claims.name, orders[0], orders[1]);
         for (order, claimed) in orders.into_iter().zip(claimed) {
             let off = (order - f64::from(claimed)).abs();
             assert!(off <= 0.05, "{}, {}: {orders:.3?} for {claimed}", self.name, claims.name);
@@ -284,7 +283,6 @@ fn newton_iterations_lead_to_the_implicit_step_that_is_not_linearised() {
         (v - a / 60.0).length()
     };
     let residuals = [0, 1, 2, 3, 6].map(left);
-    println!("{residuals:?}");
     assert!(residuals[0] > 1e-6 && residuals[2] < 1e-4 * residuals[0], "{residuals:?}");
     assert!(residuals[4] <= 1e-14, "{residuals:?}");
 }

@@ -84,7 +84,6 @@ fn stays(name: &str, net: &Net, mass: f64, ticks: u64) {
         };
         for (around, growth) in [(Environment::falling(), 20.0), (damped, 3.0)] {
             let tenths = jiggle(&mut net.lab(&around, Method::default(), H), ticks);
-            println!("{name} at {far}: {tenths:?}");
             let bound = 1e-9 * mass * G * 0.1;
             assert!(
                 tenths.iter().all(|most| *most <= bound),

@@ -64,7 +64,6 @@ fn velocity_verlet_keeps_the_energy_in_bounds() {
             })
         };
         let (coarse, fine) = (worst(1.0 / 100.0), worst(1.0 / 200.0));
-        println!("{name} {coarse:?} {fine:?}");
         // Looked at every ten steps, of a motion that does not repeat itself.
         assert!(coarse[1] <= 1.5 * coarse[0] && fine[1] <= 1.5 * fine[0], "{name}: {coarse:?} {fine:?}");
         let ratio = coarse[0].max(coarse[1]) / fine[0].max(fine[1]);

@@ -199,7 +199,6 @@ fn a_cloth_in_gusts_is_integrated_with_the_order_of_the_method() {
         let claimed = claims.order_with_velocity_laws;
         let steps = if claimed > 2 { 256 } else { 2048 };
         let order = (error(steps) / error(2 * steps)).log2();
-        println!("{} {order:.3}", claims.name);
         assert!((order - f64::from(claimed)).abs() <= 0.05, "{}: {order:.3}", claims.name);
     }
 }

@@ -96,7 +96,6 @@ fn the_residual_vanishes_with_the_order_of_the_method() {
             let hz = if order == 1.0 { 320 } else { 40 };
             let [coarse, fine] = [residual(hz, 1), residual(2 * hz, 1)];
             let measured = (coarse / fine).log2();
-            println!("{model:?} {method:?}: {coarse:e} J, order {measured:.3}");
             assert!((measured - order).abs() < 0.06, "{model:?} {method:?}: {coarse:e} {fine:e}");
             assert!(coarse.abs() > 1e-8, "{model:?} {method:?} invents enough to be seen");
             if order == 1.0 {

@@ -162,13 +162,11 @@ fn under_runge_kutta_4_next_to_nothing_is_left_over_and_no_line_could_be_left_ou
         let relative = kept.ledger.relative_residual();
         let line = line(&kept.ledger);
         let without = (kept.residual() + line).abs() * relative / kept.residual().abs().max(1e-300);
-        println!("{name}: {relative:e}, line {line:e} J, without it {without:e}");
         assert!(relative <= bound, "{name}: {relative:e}, at most {bound:e}");
         assert!(without > 100.0 * bound, "{name}: {line} J could be left out");
         if falls {
             let mut coarse = Kept::of(scene, Method::RungeKutta4, 120.0, 8);
             let ratio = coarse.run(120).ledger.relative_residual() / relative;
-            println!("    order {:.2}", ratio.log2());
             assert!(ratio > 11.0, "{name}: {ratio}");
         }
     }
@@ -188,7 +186,6 @@ fn under_every_method_the_residual_falls_with_the_tick() {
                 kept.run(hz).check().ledger.relative_residual()
             };
             let [coarse, fine] = [residual(240), residual(960)];
-            println!("{name} {method:?}: {coarse:e} {fine:e}");
             assert!(fine < 0.5 * coarse || fine < 1e-9, "{name}, {method:?}: {coarse:e} {fine:e}");
         }
     }

@@ -65,7 +65,6 @@ fn the_residual_is_what_each_method_invents_on_the_oscillator() {
             let residual = kept.tick().residual() / start;
             worst = worst.max((residual - (energy(method, n) - 1.0)).abs());
         }
-        println!("{method:?}: invents up to {largest:e}, off by {worst:e}");
         // Within 1 % would do; what is left is rounding.
         assert!(worst <= 1e-6 * largest, "{method:?}: {worst:e} of {largest:e}");
         assert!(largest > 1e-7, "{method:?} invents enough to be seen");

@@ -4,31 +4,31 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Damping, DampingModel, Gravity, Method, OwnLaws, Request};
 
-use super::{Bits, Environment, H, Start, engine, engines};
+use super::{Environment, H, Start, engine, engines};
 use crate::harness::Lab;
 
 const START: Start = Start { x: DVec3::new(1.5, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
 
-fn lab_of(scene: &Environment, method: Method, step: f64) -> (Lab, Entity) {
+fn lab_of(scene: &Environment, method: Method, step: f64) -> Lab {
     let mut lab = scene.lab(method, step);
-    let body = lab.spawn(START);
-    (lab, body)
+    lab.spawn(START);
+    lab
 }
 
 /// The same with engines, after 50 ticks.
-fn engined(scene: &Environment, method: Method) -> (Lab, Entity) {
-    let (mut lab, body) = lab_of(scene, method, H);
-    lab.insert(body, engines());
+fn engined(scene: &Environment, method: Method) -> Lab {
+    let mut lab = lab_of(scene, method, H);
+    lab.insert(0, engines());
     lab.run(50);
-    (lab, body)
+    lab
 }
 
 /// The same, its velocity that of the time of its position: what a switch of the method leaves.
-fn restarted(scene: &Environment, method: Method) -> (Lab, Entity) {
-    let (mut lab, body) = engined(scene, method);
+fn restarted(scene: &Environment, method: Method) -> Lab {
+    let mut lab = engined(scene, method);
     lab.set_method(method.next());
     lab.set_method(method);
-    (lab, body)
+    lab
 }
 
 #[test]
@@ -37,49 +37,26 @@ fn an_impulse_is_what_it_is_at_every_step() {
     for method in Method::ALL {
         for scene in [Environment::default(), Environment::falling(), Environment::orbiting()] {
             for step in [H, H / 7.0] {
-                let (mut lab, body) = lab_of(&scene, method, step);
+                let mut lab = lab_of(&scene, method, step);
                 lab.run(30);
-                let (x, v) = lab.state(body);
-                lab.have(Request::Impulse(body, impulse));
-                assert_eq!(lab.state(body), (x, v + impulse * 0.5), "{method:?} {scene:?}");
+                let (x, v) = lab.state(0);
+                lab.have(Request::Impulse(lab.bodies[0], impulse));
+                assert_eq!(lab.state(0), (x, v + impulse * 0.5), "{method:?} {scene:?}");
             }
         }
         // Where nothing else acts the way that is gone for it is J w t.
-        let (mut struck, body) = lab_of(&Environment::default(), method, H);
-        let (mut free, twin) = lab_of(&Environment::default(), method, H);
+        let mut struck = lab_of(&Environment::default(), method, H);
+        let mut free = lab_of(&Environment::default(), method, H);
         struck.run(30);
-        struck.have(Request::Impulse(body, impulse));
+        struck.have(Request::Impulse(struck.bodies[0], impulse));
         struck.run(60);
         free.run(90);
-        let error = (struck.x(body) - free.x(twin)).distance(impulse * 0.5);
+        let error = (struck.x(0) - free.x(0)).distance(impulse * 0.5);
         assert!(error <= 180.0 * f64::EPSILON * 4.0, "{method:?}: {error:e}");
     }
 }
 
-/// Goes on after a request as a body does that starts in the state which the request leaves.
-fn starts_anew(
-    method: Method,
-    scene: &Environment,
-    own: bool,
-    request: impl Fn(&mut Lab, Entity),
-) -> [Vec<Bits>; 2] {
-    let (mut lab, body) = lab_of(scene, method, H);
-    if own {
-        lab.insert(body, engines());
-    }
-    lab.run(50);
-    request(&mut lab, body);
-    let mut fresh = scene.lab(method, H);
-    fresh.world.insert_resource(*lab.world.resource::<motion::clock::StepClock>());
-    let now = *lab.world.get::<motion::PhysicsBody>(body).unwrap();
-    let twin = fresh.spawn(Start { x: lab.x(body), v: now.velocity, w: now.inverse_mass });
-    if own {
-        fresh.insert(twin, engines());
-    }
-    let run = |lab: &mut Lab, body| (0..50).map(|_| lab.run(1).bits(body)).collect::<Vec<_>>();
-    [run(&mut lab, body), run(&mut fresh, twin)]
-}
-
+/// A body goes on as one that starts in the state which the request leaves.
 #[test]
 fn a_velocity_that_is_set_is_a_start() {
     for method in Method::ALL {
@@ -89,10 +66,22 @@ fn a_velocity_that_is_set_is_a_start() {
             Environment { substeps: Some(3), ..Environment::orbiting() },
         ] {
             for own in [false, true] {
-                let [run, fresh] = starts_anew(method, &scene, own, |lab, body| {
-                    lab.have(Request::SetVelocity(body, DVec3::new(-0.5, 0.25, 1.0)));
-                });
-                assert_eq!(run, fresh, "{method:?} {own} {scene:?}");
+                let mut lab = lab_of(&scene, method, H);
+                let mut fresh = scene.lab(method, H);
+                if own {
+                    lab.insert(0, engines());
+                }
+                lab.run(50);
+                lab.have(Request::SetVelocity(lab.bodies[0], DVec3::new(-0.5, 0.25, 1.0)));
+                fresh.world.insert_resource(*lab.world.resource::<motion::clock::StepClock>());
+                fresh.spawn(Start { x: lab.x(0), v: lab.v(0), w: START.w });
+                if own {
+                    fresh.insert(0, engines());
+                }
+                for tick in 0..50 {
+                    let (bits, of_fresh) = (lab.run(1).bits(0), fresh.run(1).bits(0));
+                    assert_eq!(bits, of_fresh, "{method:?} {own} tick {tick} {scene:?}");
+                }
             }
         }
     }
@@ -109,14 +98,12 @@ fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
     for method in Method::ALL {
         for scene in [Environment::falling(), Environment::orbiting()] {
             for (name, request) in requests {
-                let ((mut lab, body), (mut twin, other)) =
-                    (engined(&scene, method), restarted(&scene, method));
-                lab.ask(request(body));
-                twin.ask(request(other));
+                let (mut lab, mut twin) = (engined(&scene, method), restarted(&scene, method));
+                lab.ask(request(lab.bodies[0]));
+                twin.ask(request(twin.bodies[0]));
                 for tick in 0..50 {
-                    lab.run(1);
-                    twin.run(1);
-                    assert_eq!(lab.bits(body), twin.bits(other), "{method:?} {name} tick {tick} {scene:?}");
+                    let (bits, of_twin) = (lab.run(1).bits(0), twin.run(1).bits(0));
+                    assert_eq!(bits, of_twin, "{method:?} {name} tick {tick} {scene:?}");
                 }
             }
         }
@@ -128,23 +115,20 @@ fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
 #[test]
 fn new_engines_do_not_act_before_they_are_there() {
     for method in Method::ALL {
-        let swap = |lab: &mut Lab, body: Entity| {
-            lab.insert(body, OwnLaws::new(vec![Box::new(engine()), Box::new(engine())]));
-        };
-        let (mut lab, body) = engined(&Environment::falling(), method);
-        swap(&mut lab, body);
-        let (mut twin, other) = restarted(&Environment::falling(), method);
-        swap(&mut twin, other);
-        lab.run(1);
-        twin.run(1);
+        let [lab, twin] = [engined, restarted].map(|make| {
+            let mut lab = make(&Environment::falling(), method);
+            lab.insert(0, OwnLaws::new(vec![Box::new(engine()), Box::new(engine())]));
+            lab.run(1);
+            lab
+        });
         if method == Method::PositionVerlet {
             // The same engine once more: what came with it at the end of the last step.
             let t = 50.0 * H;
             let newtons = DVec3::new(4.0, -2.0, 1.0) + DVec3::new(-1.0, 3.0, 0.5) * t;
-            let error = (lab.v(body) - twin.v(other)).distance(newtons * (0.5 * H / 2.0));
+            let error = (lab.v(0) - twin.v(0)).distance(newtons * (0.5 * H / 2.0));
             assert!(error <= 1e-14, "{error:e}");
         } else {
-            assert_eq!(lab.bits(body), twin.bits(other), "{method:?}");
+            assert_eq!(lab.bits(0), twin.bits(0), "{method:?}");
         }
     }
 }
@@ -158,19 +142,19 @@ fn velocities_turned_round_lead_back() {
             Environment::falling(),
         ] {
             for own in [false, true] {
-                let (mut lab, body) = lab_of(&scene, method, H);
+                let mut lab = lab_of(&scene, method, H);
                 if own {
-                    motion::mark_method(&mut lab.world.entity_mut(body), Some(method));
+                    motion::mark_method(&mut lab.world.entity_mut(lab.bodies[0]), Some(method));
                     lab.set_method(Method::ExplicitEuler);
                 }
                 lab.run(500);
                 lab.ask(Request::ReverseVelocities);
                 lab.run(500);
-                let error = lab.x(body).distance(START.x) / START.x.length();
+                let error = lab.x(0).distance(START.x) / START.x.length();
                 assert!(error <= 1e-12, "{method:?} {own}: {error:e} {scene:?}");
                 // At the time of the position, also under position Verlet.
-                lab.have(Request::SetBodyMethod(body, Some(method.next())));
-                let error = lab.v(body).distance(-START.v) / START.v.length();
+                lab.have(Request::SetBodyMethod(lab.bodies[0], Some(method.next())));
+                let error = lab.v(0).distance(-START.v) / START.v.length();
                 assert!(error <= 1e-12, "{method:?} {own}: velocity {error:e} {scene:?}");
             }
         }
@@ -189,7 +173,7 @@ fn gravity_of(tick: usize) -> Option<DVec3> {
 #[test]
 fn gravity_that_is_switched_is_a_parabola_in_pieces() {
     for method in Method::ALL {
-        let (mut lab, body) = lab_of(&Environment::falling(), method, H);
+        let mut lab = lab_of(&Environment::falling(), method, H);
         let Start { mut x, mut v, .. } = START;
         for tick in 0..150 {
             match tick {
@@ -208,10 +192,10 @@ fn gravity_that_is_switched_is_a_parabola_in_pieces() {
             v += a * H;
             // Two additions a tick on either side, and stages of up to twice the step.
             let bound = 8.0 * (tick + 1) as f64 * f64::EPSILON * (x.length() + v.length() + 10.0);
-            let error = lab.x(body).distance(x);
+            let error = lab.x(0).distance(x);
             assert!(error <= bound, "{method:?} tick {tick}: {error:e}, at most {bound:e}");
             let behind = if method == Method::PositionVerlet { a * (H / 2.0) } else { DVec3::ZERO };
-            let error = lab.v(body).distance(v - behind);
+            let error = lab.v(0).distance(v - behind);
             assert!(error <= bound, "{method:?} tick {tick}: velocity {error:e}, at most {bound:e}");
         }
     }
@@ -233,13 +217,13 @@ fn damping_that_is_set_acts_from_then_on() {
     }
     for method in Method::ALL {
         let error = |steps: u32| {
-            let (mut lab, body) = lab_of(&Environment::falling(), method, 1.0 / f64::from(steps));
+            let mut lab = lab_of(&Environment::falling(), method, 1.0 / f64::from(steps));
             for rate in rates {
                 lab.ask(Request::SetDamping(Damping { model: DampingModel::Exact, rate }));
                 lab.run(u64::from(steps / 2));
             }
             lab.have(Request::SetDamping(Damping { model: DampingModel::Exact, rate: 0.0 }));
-            [lab.x(body).distance(x), lab.v(body).distance(v)]
+            [lab.x(0).distance(x), lab.v(0).distance(v)]
         };
         let claimed = f64::from(method.claims().order_with_velocity_laws);
         let steps = if claimed > 2.0 { 32 } else { 512 };
