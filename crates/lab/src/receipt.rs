@@ -67,12 +67,9 @@ pub fn receipt(scene: &Scene, ticks: u64, without: &[Effect]) -> Receipt {
     let times = step_times(scene, &variants, ticks);
     let ns = times.first().copied().unwrap_or_default();
     for row in &mut rows {
-        let count =
-            evaluations.laws().iter().find(|(law, _)| *law == row.name).map_or(0, |(_, count)| *count);
-        let count = if row.name == IMPLICIT_SOLVER {
-            evaluations.newton_iterations() + evaluations.cg_iterations()
-        } else {
-            count
+        let count = match row.name {
+            IMPLICIT_SOLVER => evaluations.newton_iterations() + evaluations.cg_iterations(),
+            name => evaluations.laws().iter().find(|(law, _)| *law == name).map_or(0, |(_, count)| *count),
         };
         row.evaluations = count as f64 / ticks as f64;
         if let Some(place) = acting.iter().position(|effect| Some(*effect) == row.effect) {

@@ -44,7 +44,7 @@ pub(crate) const ACCURACIES: [Accuracy; 2] = [Accuracy::Position, Accuracy::Rela
 /// Costs of which a study has any.
 pub(crate) fn costs(study: &Study) -> Vec<Cost> {
     let measured = |cost: &Cost| curves(study).any(|cell| study.cost(cell, *cost).is_some());
-    [Cost::Evaluations, Cost::Time, Cost::RealTime, Cost::Instructions].into_iter().filter(measured).collect()
+    Cost::ALL.into_iter().filter(measured).collect()
 }
 
 /// All figures of a study that have anything to show.

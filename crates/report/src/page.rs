@@ -209,7 +209,7 @@ fn selector_rules() -> String {
     let mut rules = String::new();
     for accuracy in ACCURACIES.map(accuracy_name) {
         rules += &shows(&[accuracy]);
-        for cost in [Cost::Evaluations, Cost::Time, Cost::RealTime, Cost::Instructions].map(cost_name) {
+        for cost in Cost::ALL.map(cost_name) {
             rules += &shows(&[accuracy, cost]);
         }
     }

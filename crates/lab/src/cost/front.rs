@@ -28,6 +28,11 @@ pub enum Cost {
     Instructions,
 }
 
+impl Cost {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Evaluations, Self::Time, Self::RealTime, Self::Instructions];
+}
+
 impl Study {
     /// Length of a substep of that setting, s.
     pub fn step_s(&self, setting: Setting) -> f64 {
@@ -72,15 +77,11 @@ impl Study {
     /// The least error that is told from round-off, and from the truth's own, of a run of f64 of `steps` steps.
     pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
         let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
-        let scale = match accuracy {
-            Accuracy::Relative => 1.0,
-            Accuracy::Position => self.position_scale_m,
-            Accuracy::Velocity => self.velocity_scale_m_s,
-        };
-        let own = match accuracy {
-            Accuracy::Relative => self.truth.own_error().0,
-            Accuracy::Position => self.truth.own_error().1,
-            Accuracy::Velocity => self.truth.own_error().0 * self.velocity_scale_m_s,
+        let (relative, position_m) = self.truth.own_error();
+        let (scale, own) = match accuracy {
+            Accuracy::Relative => (1.0, relative),
+            Accuracy::Position => (self.position_scale_m, position_m),
+            Accuracy::Velocity => (self.velocity_scale_m_s, relative * self.velocity_scale_m_s),
         };
         (1e3 * f64::EPSILON * steps * scale).max(10.0 * own)
     }

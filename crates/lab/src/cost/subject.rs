@@ -82,11 +82,6 @@ impl Subject {
             gravity.on = true;
             notes.push("gravity, which waits for the key G in this scene, is on from the start".to_owned());
         }
-        Self::of_scene_as_it_is(scene, seconds, notes)
-    }
-
-    /// The same with nothing switched.
-    pub fn of_scene_as_it_is(scene: Scene, seconds: Option<f64>, notes: Vec<String>) -> Self {
         let eighth = seconds.unwrap_or(SECONDS) * scene.step_hz / SAMPLES as f64;
         let ticks = (eighth - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64 * SAMPLES;
         Self {

@@ -3,7 +3,7 @@
 use motion::Method;
 use serde::{Deserialize, Serialize};
 
-use super::class::{Class, Verdict};
+use super::class::Class;
 use crate::cost::{Precision, method_name};
 
 /// [`Matrix::format`] of this program.
@@ -84,12 +84,6 @@ pub struct Prefix {
     /// The number that says so.
     #[serde(with = "number")]
     pub number: f64,
-}
-
-impl From<Verdict> for Prefix {
-    fn from(verdict: Verdict) -> Self {
-        Self { class: verdict.class, number: verdict.number }
-    }
 }
 
 impl Matrix {

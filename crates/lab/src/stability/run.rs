@@ -6,7 +6,7 @@ use history::REFERENCE_METHOD;
 use motion::Method;
 use scene::{Measure, Scene, SurvivalRow, unsolvable};
 
-use super::class::{Class, Extremes};
+use super::class::{Class, Extremes, Verdict};
 use super::gauge::{Gauge, Target};
 use super::host::Host;
 use super::record::{Cell, PREFIX, Prefix};
@@ -139,13 +139,14 @@ impl Running {
             }
         }
         if (ticks == PREFIX && !last) || (over && ticks < PREFIX && self.row.ticks > PREFIX) {
-            self.prefix = Some(self.extremes.verdict(&self.row.bounds).into());
+            let Verdict { class, number, .. } = self.extremes.verdict(&self.row.bounds);
+            self.prefix = Some(Prefix { class, number });
         }
         over || last
     }
 
     pub fn finish(self) -> Cell {
-        let verdict = self.extremes.verdict(&self.row.bounds);
+        let Verdict { class, number, bound } = self.extremes.verdict(&self.row.bounds);
         let mut why = self.why;
         let steps = self.host.unconverged();
         if steps > 0 {
@@ -155,13 +156,6 @@ impl Running {
         if self.outlived {
             return refused(self.method, why);
         }
-        Cell {
-            method: self.method,
-            class: verdict.class,
-            number: verdict.number,
-            bound: verdict.bound,
-            why,
-            prefix: self.prefix,
-        }
+        Cell { method: self.method, class, number, bound, why, prefix: self.prefix }
     }
 }
