@@ -98,15 +98,15 @@ impl Bench {
         let movable: Vec<u32> =
             (0..).zip(&run.bodies).filter(|(_, body)| moves(body)).map(|(id, _)| id).collect();
         let mut study = Study {
-            subject: subject.name.clone(),
-            description: subject.description.clone(),
+            subject: subject.scene.name.clone(),
+            description: subject.scene.description.clone(),
             step_hz: subject.scene.step_hz,
             ticks: subject.ticks,
             simulated_s: subject.seconds(),
             bodies: movable.len(),
-            period_s: subject.period,
+            period_s: subject.problem.and_then(|problem| problem.period),
             own: subject.own(),
-            truth: match subject.exact {
+            truth: match subject.exact() {
                 Some((_, source)) => Truth::ClosedForm { source: source.to_owned() },
                 None => Truth::Reference {
                     method: REFERENCE_METHOD,
@@ -191,7 +191,7 @@ impl Bench {
     }
 
     fn plan_jobs(&mut self, rungs: &[u32]) {
-        match self.subject.exact {
+        match self.subject.exact() {
             Some((exact, _)) => self.aim(Target::closed(&self.subject, exact, &self.movable)),
             None => {
                 let finest = rungs.last().copied().unwrap_or(1).saturating_mul(self.plan.finer.max(2));
@@ -209,7 +209,7 @@ impl Bench {
         if self.plan.longer > 0 {
             self.jobs.extend(self.drifts(rungs).map(Job::Drift));
         }
-        if self.plan.rates && self.subject.ladder.is_none() {
+        if self.plan.rates && self.subject.problem.is_none() {
             self.jobs.push_back(Job::Rates);
         }
         self.weigh();
@@ -219,7 +219,7 @@ impl Bench {
     fn drifts(&self, rungs: &[u32]) -> impl Iterator<Item = Setting> + use<> {
         let own = self.subject.own();
         let middle = rungs[rungs.len() / 2];
-        let substeps = if self.subject.ladder.is_some() { middle } else { own.substeps };
+        let substeps = if self.subject.problem.is_some() { middle } else { own.substeps };
         let solves = |method: &Method| self.subject.refusal(*method).is_none();
         let methods: Vec<_> = self.plan.methods.iter().copied().filter(solves).collect();
         methods.into_iter().map(move |method| Setting { method, substeps, precision: Precision::F64 })

@@ -31,7 +31,7 @@ impl Drifting {
     pub fn new(subject: &Subject, setting: Setting, longer: u32) -> Self {
         // The ticks of a problem are far longer than its substeps, and books are kept by the tick.
         let (mut subject, mut inner) = (subject.clone(), setting);
-        if subject.ladder.is_some() {
+        if subject.problem.is_some() {
             subject.scene.step_hz *= f64::from(setting.substeps);
             subject.ticks *= u64::from(setting.substeps);
             inner.substeps = 1;

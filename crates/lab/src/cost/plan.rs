@@ -91,9 +91,9 @@ impl Plan {
 
     /// The rungs for `subject`: of a scene up to 64, beyond which hardly any is worth its price, and its own.
     pub(crate) fn rungs_of(&self, subject: &Subject) -> Vec<u32> {
-        let (coarsest, finest) = subject.ladder.unwrap_or((1, 64));
+        let (coarsest, finest) = subject.problem.map_or((1, 64), |problem| problem.ladder);
         let fits = |rung: &u32| (coarsest..=finest).contains(rung);
-        let own = subject.ladder.is_none().then_some(subject.own().substeps);
+        let own = subject.problem.is_none().then_some(subject.own().substeps);
         let mut rungs: Vec<_> = self.rungs.iter().copied().filter(fits).chain(own).collect();
         rungs.sort_unstable();
         rungs.dedup();
@@ -137,7 +137,7 @@ impl Plan {
             f64::from(method.claims().evaluations_with_velocity_laws) * solves * precisions
         };
         let finest = f64::from(rungs.last().copied().unwrap_or(1));
-        let reference = if subject.exact.is_some() { 0.0 } else { 6.0 * finest * f64::from(self.finer) };
+        let reference = if subject.exact().is_some() { 0.0 } else { 6.0 * finest * f64::from(self.finer) };
         steps * self.methods.iter().map(of).sum::<f64>() + reference
     }
 

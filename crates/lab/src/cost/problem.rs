@@ -11,6 +11,9 @@ use super::exact::{eccentric_anomaly, jacobi};
 /// Position, m, and velocity, m/s.
 pub type State = (DVec3, DVec3);
 
+/// The state of every body that can move, in the order of the file, at a time in s, and whose work that is.
+pub(crate) type Exact = (fn(f64) -> Vec<State>, &'static str);
+
 /// A problem that every method can be tried on.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem {
@@ -22,8 +25,8 @@ pub struct Problem {
     pub(crate) scene: fn() -> String,
     /// A law that no scene file can declare.
     pub(crate) law: Option<Duffing>,
-    /// The state of every body that can move, in the order of the file, at a time in s.
-    pub(crate) exact: Option<(fn(f64) -> Vec<State>, &'static str)>,
+    /// A closed form.
+    pub(crate) exact: Option<Exact>,
     /// Length of a natural period, s.
     pub(crate) period: Option<f64>,
     /// Steps of a tick: from hopeless to round-off.

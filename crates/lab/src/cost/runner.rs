@@ -58,7 +58,7 @@ impl Subject {
     /// Its start, in a world.
     pub(crate) fn run(&self, setting: Setting) -> Simulation {
         let mut run = started(self.scene_with(setting), &self.without);
-        if let Some(law) = self.law {
+        if let Some(law) = self.problem.and_then(|problem| problem.law) {
             run.world.insert_resource(Laws(vec![Box::new(law)]));
             run.stepper.recompile(&mut run.world);
         }
@@ -138,7 +138,8 @@ macro_rules! arithmetic {
         impl Arithmetic for $t {
             fn arrays(subject: &Subject, setting: Setting, run: &mut Simulation) -> Result<Bare<Self>, NotForArrays> {
                 let own = laws_of_bodies::<$t>(&subject.scene, run);
-                let shared = subject.law.map(|law| Box::new(law) as Box<dyn Law<Self>>);
+                let law = subject.problem.and_then(|problem| problem.law);
+                let shared = law.map(|law| Box::new(law) as Box<dyn Law<Self>>);
                 Bare::<Self>::of_world(&mut run.world, setting.method, &own, shared.into_iter().collect())
             }
 

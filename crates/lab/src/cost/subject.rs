@@ -4,7 +4,7 @@ use motion::effects::Effect;
 use motion::{DampingModel, Method};
 use scene::{Scene, unsolvable};
 
-use super::problem::{Duffing, Problem, State};
+use super::problem::{Exact, Problem};
 use super::record::{Precision, SAMPLES, Setting};
 
 /// Ticks between two looks at most: what more there is of a scene of so short ticks is left out.
@@ -16,18 +16,13 @@ const SECONDS: f64 = 10.0;
 /// A problem or a scene, and for how long.
 #[derive(Clone, Debug)]
 pub struct Subject {
-    pub(crate) name: String,
-    pub(crate) description: String,
     pub(crate) scene: Scene,
-    pub(crate) law: Option<Duffing>,
+    /// The problem that the scene is of, if it is of one.
+    pub(crate) problem: Option<Problem>,
     pub(crate) without: Vec<Effect>,
     pub(crate) ticks: u64,
     /// Whether nobody asked for that length: a run may then be shortened.
     pub(crate) yields: bool,
-    pub(crate) period: Option<f64>,
-    pub(crate) exact: Option<(fn(f64) -> Vec<State>, &'static str)>,
-    /// Coarsest and finest substeps that make sense, if that is known.
-    pub(crate) ladder: Option<(u32, u32)>,
     pub(crate) notes: Vec<String>,
 }
 
@@ -39,16 +34,11 @@ impl Subject {
     pub fn of_problem(problem: &Problem) -> Self {
         let scene = Scene::parse(problem.name, &(problem.scene)()).expect("the scenes of problems are right");
         Self {
-            name: problem.name.to_owned(),
-            description: problem.description.to_owned(),
-            scene,
-            law: problem.law,
+            scene: Scene { description: problem.description.to_owned(), ..scene },
+            problem: Some(*problem),
             without: Vec::new(),
             ticks: SAMPLES,
             yields: false,
-            period: problem.period,
-            exact: problem.exact,
-            ladder: Some(problem.ladder),
             notes: Vec::new(),
         }
     }
@@ -61,12 +51,9 @@ impl Subject {
         let problem = super::problem::problem("harmonic_oscillator").expect("a problem of the list");
         let text = super::problem::oscillator_scene(periods.max(1));
         let scene = Scene::parse(problem.name, &text).expect("the scene of the oscillator is right");
-        Self {
-            scene,
-            description: format!("A mass on an ideal spring, {periods} periods"),
-            ladder: Some((1, 8192)),
-            ..Self::of_problem(problem)
-        }
+        let description = format!("A mass on an ideal spring, {periods} periods");
+        let problem = Problem { ladder: (1, 8192), ..*problem };
+        Self { scene: Scene { description, ..scene }, ..Self::of_problem(&problem) }
     }
 
     /// A scene from its start, for `seconds` rounded up to a multiple of [`SAMPLES`] ticks; if `None`, for 10, or
@@ -84,19 +71,7 @@ impl Subject {
         }
         let eighth = seconds.unwrap_or(SECONDS) * scene.step_hz / SAMPLES as f64;
         let ticks = (eighth - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64 * SAMPLES;
-        Self {
-            name: scene.name.clone(),
-            description: scene.description.clone(),
-            scene,
-            law: None,
-            without: Vec::new(),
-            ticks,
-            yields: seconds.is_none(),
-            period: None,
-            exact: None,
-            ladder: None,
-            notes,
-        }
+        Self { scene, problem: None, without: Vec::new(), ticks, yields: seconds.is_none(), notes }
     }
 
     /// Makes it half as long, with a note that says why, if it may be.
@@ -141,12 +116,17 @@ impl Subject {
 
     /// The word for it on the command line.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.scene.name
     }
 
     /// Its bodies and laws.
     pub const fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// Its closed form, if it has one.
+    pub(crate) fn exact(&self) -> Option<Exact> {
+        self.problem.and_then(|problem| problem.exact)
     }
 
     /// Length of a run, s.

@@ -30,7 +30,7 @@ pub(super) struct Timings {
 impl Timings {
     /// Every cell of a scene; of a problem, every method and precision with steps of the rung `middle`.
     pub fn of(study: &mut Study, subject: &Subject, plan: &Plan, middle: u32) -> Self {
-        let problem = subject.ladder.is_some();
+        let problem = subject.problem.is_some();
         let bodies = u32::try_from(study.bodies.max(1)).unwrap_or(u32::MAX);
         study.timed_bodies = problem.then(|| (plan.bodies.div_ceil(bodies) * bodies) as usize);
         let sizes: Vec<_> =
