@@ -1,6 +1,6 @@
 //! The report as one page that needs nothing beside it: the answers first, then figures, then every number.
 
-use lab::cost::{Accuracy, Cost, Report, Study};
+use lab::cost::{Cost, Report, Study};
 
 use super::chart::{Drawing, dark_rules, escaped};
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
@@ -172,12 +172,12 @@ fn selected(study: &Study, slug: &str, figures: &[(Kind, Drawing)]) -> String {
         };
         choices.iter().enumerate().map(choice).collect()
     };
-    let of_errors = ACCURACIES.map(|accuracy| (accuracy_name(accuracy), accuracy_words(accuracy)));
+    let of_errors = ACCURACIES.map(accuracy_name).into_iter().zip(["of positions, m", "relative"]);
     let of_costs = costs(study).into_iter().map(|cost| (cost_name(cost), cost_words(cost)));
     format!(
         "<div class=\"panels\">\n<div class=\"choices\">\n<fieldset><legend>Error</legend>\n{}</fieldset>\n\
          <fieldset><legend>Cost</legend>\n{}</fieldset>\n</div>\n{panels}</div>\n",
-        choices("error", of_errors.into()),
+        choices("error", of_errors.collect()),
         choices("cost", of_costs.collect()),
     )
 }
@@ -188,14 +188,6 @@ const fn cost_words(cost: Cost) -> &'static str {
         Cost::Time => "CPU time per body",
         Cost::RealTime => "part of real time",
         Cost::Instructions => "instructions",
-    }
-}
-
-const fn accuracy_words(accuracy: Accuracy) -> &'static str {
-    match accuracy {
-        Accuracy::Relative => "relative",
-        Accuracy::Position => "of positions, m",
-        Accuracy::Velocity => "of velocities, m/s",
     }
 }
 

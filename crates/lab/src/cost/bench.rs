@@ -31,7 +31,6 @@ const CHAOTIC: &str = "later, references of different steps no longer agree";
 /// A study that is being made. [`Bench::work`] goes on with it.
 pub struct Bench {
     subject: Subject,
-    truth: Subject,
     plan: Plan,
     make: Box<Make>,
     clock: Box<Clock>,
@@ -92,7 +91,7 @@ impl Bench {
 
     fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>, rungs: &[u32]) -> Self {
         let run = subject.run(subject.own());
-        let (truth, exact_damping) = subject.continuous();
+        let (_, exact_damping) = subject.continuous();
         let moves =
             |body: &Entity| run.world.get::<PhysicsBody>(*body).is_some_and(|body| body.inverse_mass > 0.0);
         let movable: Vec<u32> =
@@ -118,7 +117,7 @@ impl Bench {
             },
             position_scale_m: 1.0,
             velocity_scale_m_s: 1.0,
-            cells: Vec::new(),
+            cells: plan.settings(rungs).into_iter().map(Cell::open).collect(),
             timed_bodies: None,
             tick_times: Vec::new(),
             drifts: Vec::new(),
@@ -128,11 +127,8 @@ impl Bench {
         if exact_damping {
             study.notes.push(TICKWISE.to_owned());
         }
-        let settings = plan.settings(rungs);
-        study.cells = settings.iter().map(|setting| Cell::open(*setting)).collect();
         let mut bench = Self {
             subject,
-            truth,
             plan,
             make,
             clock,
@@ -279,7 +275,7 @@ impl Bench {
             Job::Reference(substeps) => {
                 let setting = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
                 // The truth is the program's own run, whatever is studied.
-                match make(&self.truth, setting, Host::World) {
+                match make(&self.subject.continuous().0, setting, Host::World) {
                     Ok(runner) => {
                         let run = Sampled::reference(runner, self.subject.ticks);
                         self.current = Some((job, Going::Sampled(run)));

@@ -173,7 +173,7 @@ pub const PROBLEMS: [Problem; 8] = [
     Problem {
         name: "tetrahedron",
         description: "A soft body of four masses and six springs, thrown, 2 s",
-        scene: || tetrahedron().to_owned(),
+        scene: || TETRAHEDRON.to_owned(),
         law: None,
         exact: None,
         period: None,
@@ -182,6 +182,14 @@ pub const PROBLEMS: [Problem; 8] = [
 ];
 
 const SPRING: &str = "springs: [(between: (\"anchor\", \"body\"), stiffness_n_m: 4, rest_length_m: 0)],";
+
+const TETRAHEDRON: &str = "(version: 1, step_hz: 4, bodies: [
+        (name: \"a\", mass_kg: 1, velocity_m_s: (0.5, 0, 0)), (name: \"b\", mass_kg: 2, position_m: (1.25, 0, 0)),
+        (name: \"c\", mass_kg: 3, position_m: (0, 1.25, 0)), (name: \"d\", mass_kg: 4, position_m: (0, 0, 1.25))],
+      springs: [
+        (between: (\"a\", \"b\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"a\", \"c\"), stiffness_n_m: 50, rest_length_m: 1),
+        (between: (\"a\", \"d\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"b\", \"c\"), stiffness_n_m: 50, rest_length_m: 1),
+        (between: (\"b\", \"d\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"c\", \"d\"), stiffness_n_m: 50, rest_length_m: 1)])";
 
 /// The problem of that name.
 pub fn problem(name: &str) -> Option<&'static Problem> {
@@ -194,16 +202,6 @@ fn one_body(step_hz: f64, laws: &str, start: &str, springs: &str) -> String {
     format!(
         "(version: 1, step_hz: {step_hz:?}, {laws} bodies: [{anchor} (name: \"body\", {start})], {springs})"
     )
-}
-
-fn tetrahedron() -> &'static str {
-    "(version: 1, step_hz: 4, bodies: [
-        (name: \"a\", mass_kg: 1, velocity_m_s: (0.5, 0, 0)), (name: \"b\", mass_kg: 2, position_m: (1.25, 0, 0)),
-        (name: \"c\", mass_kg: 3, position_m: (0, 1.25, 0)), (name: \"d\", mass_kg: 4, position_m: (0, 0, 1.25))],
-      springs: [
-        (between: (\"a\", \"b\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"a\", \"c\"), stiffness_n_m: 50, rest_length_m: 1),
-        (between: (\"a\", \"d\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"b\", \"c\"), stiffness_n_m: 50, rest_length_m: 1),
-        (between: (\"b\", \"d\"), stiffness_n_m: 50, rest_length_m: 1), (between: (\"c\", \"d\"), stiffness_n_m: 50, rest_length_m: 1)])"
 }
 
 fn free_fall(t: f64) -> Vec<State> {

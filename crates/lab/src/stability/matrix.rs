@@ -150,7 +150,8 @@ impl Survey {
             What::Reference => Targeting::reference(scene, row),
             What::Origin => Targeting::origin(scene, row, job.method),
             What::Cell => {
-                let target = is_compared(row).then(|| self.target.clone());
+                let is_compared = matches!(row.measure, Measure::Reference | Measure::Origin);
+                let target = is_compared.then(|| self.target.clone());
                 match Running::new(scene, row, job.method, target) {
                     Ok(run) => self.current = Some((job, Going::Cell(Box::new(run)))),
                     Err(cell) => {
@@ -178,10 +179,6 @@ impl Survey {
         }
         self.done += self.weight(job);
     }
-}
-
-const fn is_compared(row: &SurvivalRow) -> bool {
-    matches!(row.measure, Measure::Reference | Measure::Origin)
 }
 
 /// A row without cells.
