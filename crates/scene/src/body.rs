@@ -8,7 +8,6 @@ use crate::check::{DAMPING_RATE, SPEED, Scope, shown, shown_vector};
 use crate::raw;
 use crate::scene::BodySpec;
 use crate::text::faults::Faults;
-use crate::text::nearest::one_of;
 use crate::text::syntax::Word;
 
 /// What a body has of the scene where it says nothing itself.
@@ -144,24 +143,20 @@ fn refuse_physics(raw: &raw::Body, scope: Scope, faults: &mut Faults) {
 }
 
 fn resolve_shape(raw: &raw::Shape, scope: Scope, faults: &mut Faults) -> Option<Shape> {
-    let raw::Shape { word, keys: sizes } = raw;
-    let (key, other, shape) = match word.as_str() {
-        "cuboid" => {
-            let other = sizes.radius_m.map(|_| "radius_m");
-            let half_extents = sizes.half_extents_m.map(DVec3::from_array);
-            ("half_extents_m", other, half_extents.map(|half_extents| Shape::Cuboid { half_extents }))
-        }
-        "sphere" => {
-            let other = sizes.half_extents_m.map(|_| "half_extents_m");
-            ("radius_m", other, sizes.radius_m.map(|radius| Shape::Sphere { radius }))
-        }
+    let raw::Shape { word, keys } = raw;
+    let half_extents = keys.half_extents_m.map(DVec3::from_array);
+    let cuboid = ("half_extents_m", half_extents.map(|half_extents| Shape::Cuboid { half_extents }));
+    let sphere = ("radius_m", keys.radius_m.map(|radius| Shape::Sphere { radius }));
+    let ((key, shape), (other, strange)) = match word.as_str() {
+        "cuboid" => (cuboid, sphere),
+        "sphere" => (sphere, cuboid),
         _ => {
             let known = "give cuboid(half_extents_m: (x, y, z)) or sphere(radius_m: r)";
             faults.add(scope.key("shape"), format!("unknown shape `{word}`"), known);
             return None;
         }
     };
-    if let Some(other) = other {
+    if strange.is_some() {
         faults.add(scope.key(&format!("shape.{other}")), format!("a {word} has no `{other}`"), "remove it");
     }
     let Some(shape) = shape else {
@@ -193,17 +188,12 @@ fn orientation(raw: &raw::Body, scope: Scope, faults: &mut Faults) -> Option<DQu
 
 fn locks(words: &[Word], scope: Scope, faults: &mut Faults) -> AxisLocks {
     let mut locks = AxisLocks::default();
-    for (i, Word(word)) in words.iter().enumerate() {
-        match word.as_str() {
-            "x" => locks.x = true,
-            "y" => locks.y = true,
-            "z" => locks.z = true,
-            _ => faults.add(
-                scope.key(&format!("locked_axes[{i}]")),
-                format!("unknown word `{word}`"),
-                format!("give {}", one_of(&["x", "y", "z"])),
-            ),
-        }
+    for (i, word) in words.iter().enumerate() {
+        let key = format!("locked_axes[{i}]");
+        let axis = faults.word((scope, &key), Some(word), "", &["x", "y", "z"].map(|axis| (axis, axis)));
+        locks.x |= axis == "x";
+        locks.y |= axis == "y";
+        locks.z |= axis == "z";
     }
     locks
 }

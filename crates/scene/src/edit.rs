@@ -11,7 +11,7 @@ use crate::entries::Entry;
 use crate::parts::Part;
 use crate::resolve::springs::unsolvable;
 use crate::scene::{Scene, SceneText};
-use crate::text::faults::{Fault, SceneError};
+use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
 use group::Group;
 
@@ -79,7 +79,7 @@ pub fn edit(name: &str, text: &str, changes: &[Change]) -> Result<String, SceneE
     let before = Scene::parse(name, text)?;
     let entries = targets(name, &before, changes)?;
     let paths: Vec<&str> = changes.iter().map(|change| change.path.as_deref().unwrap_or("")).collect();
-    let written = locate::written(text, &paths);
+    let written = locate::written(text, "", paths.iter().copied());
     let root = changes.iter().find(|change| change.path.is_none());
     let inherited = root.map_or((before.method, before.substeps), |root| (root.method, root.substeps));
     let mut edits = Vec::new();
@@ -105,14 +105,10 @@ fn targets(name: &str, scene: &Scene, changes: &[Change]) -> Result<Vec<Option<E
 }
 
 fn missing(name: &str, path: &str) -> SceneError {
-    let fault = Fault {
-        path: Some(path.to_owned()),
-        line: None,
-        column: None,
-        what: "there is no such entry".to_owned(),
-        cure: "give the path of a body, a grid, a cloud, an emitter or a soft body".to_owned(),
-    };
-    SceneError { name: name.to_owned(), faults: vec![fault] }
+    let cure = "give the path of a body, a grid, a cloud, an emitter or a soft body";
+    let mut faults = Faults::default();
+    faults.add(path, "there is no such entry", cure);
+    faults.into_error(name, "", "")
 }
 
 /// Replaces pieces of the text that do not overlap.

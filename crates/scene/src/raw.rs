@@ -13,10 +13,11 @@ pub(crate) use coupled::{Emitter, KINDS, SoftBody, SoftKeys, Spring};
 pub(crate) use survival::{Step, Steps, Survival};
 
 macro_rules! scene {
-    ($($(#[$attribute:meta])* $key:ident: $Value:ty,)*) => {
-        #[derive(Deserialize)]
+    ($($key:ident: $Value:ty,)*) => {
+        #[derive(Default, Deserialize)]
+        #[serde(default)]
         pub(crate) struct Scene {
-            $($(#[$attribute])* pub $key: $Value,)*
+            $(pub $key: $Value,)*
         }
 
         impl Scene {
@@ -40,42 +41,34 @@ macro_rules! scene {
 }
 
 scene! {
-        version: Option<u32>,
-        name: Option<String>,
-        description: Option<String>,
-        step_hz: Option<f64>,
-        step: Option<Word>,
-        method: Option<Word>,
-        substeps: Option<u32>,
-        seed: Option<u64>,
-        gravity: Option<Gravity>,
-        damping: Option<Damping>,
-        drag: Option<Drag>,
-        wind: Option<Wind>,
-        #[serde(default)]
-        wells: Vec<Well>,
-        mutual_gravity: Option<MutualGravity>,
-        range: Option<Range>,
-        #[serde(default)]
-        thrusts: Vec<Thrust>,
-        push: Option<Push>,
-        camera: Option<Camera>,
-        light: Option<Light>,
-        trails: Option<bool>,
-        select_immovable: Option<bool>,
-        #[serde(default)]
-        bodies: Vec<Body>,
-        #[serde(default)]
-        grids: Vec<Grid>,
-        #[serde(default)]
-        clouds: Vec<Cloud>,
-        #[serde(default)]
-        emitters: Vec<Emitter>,
-        #[serde(default)]
-        springs: Vec<Spring>,
-        #[serde(default)]
-        soft_bodies: Vec<SoftBody>,
-        expect: Option<Expect>,
+    version: Option<u32>,
+    name: Option<String>,
+    description: Option<String>,
+    step_hz: Option<f64>,
+    step: Option<Word>,
+    method: Option<Word>,
+    substeps: Option<u32>,
+    seed: Option<u64>,
+    gravity: Option<Gravity>,
+    damping: Option<Damping>,
+    drag: Option<Drag>,
+    wind: Option<Wind>,
+    wells: Vec<Well>,
+    mutual_gravity: Option<MutualGravity>,
+    range: Option<Range>,
+    thrusts: Vec<Thrust>,
+    push: Option<Push>,
+    camera: Option<Camera>,
+    light: Option<Light>,
+    trails: Option<bool>,
+    select_immovable: Option<bool>,
+    bodies: Vec<Body>,
+    grids: Vec<Grid>,
+    clouds: Vec<Cloud>,
+    emitters: Vec<Emitter>,
+    springs: Vec<Spring>,
+    soft_bodies: Vec<SoftBody>,
+    expect: Option<Expect>,
 }
 
 /// A value in the file: a section, a list of entries, or a single value.

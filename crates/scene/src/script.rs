@@ -302,8 +302,8 @@ fn action(raw: &RawStep<'_>, i: usize, (text, root): (&str, &str), faults: &mut 
         );
         return None;
     };
-    match ron::from_str::<Action>(piece) {
-        Ok(action) => match action.fault() {
+    match syntax::read::<Action>(piece, "") {
+        Ok((action, _)) => match action.fault() {
             Some((what, cure)) => {
                 faults.add(format!("steps[{i}].do"), what, cure);
                 None

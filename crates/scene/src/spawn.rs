@@ -24,6 +24,7 @@ pub struct Appearance {
 /// [`Scene::soft_bodies`], on an [`Emitter`] of [`Scene::emitters`].
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FileIndex(pub u32);
+
 /// How large a body without a shape is drawn, for one that has this: a radius, m. It is a point to all of physics.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct PointRadius(pub f32);
@@ -52,19 +53,11 @@ impl Scene {
     /// Springs, soft bodies and emitters are entities with a [`FileIndex`] and an [`Appearance`].
     pub fn spawn(&self, world: &mut World) -> Vec<Entity> {
         world.insert_resource(Substeps(self.substeps));
-        if let Some(gravity) = self.gravity {
-            world.insert_resource(gravity);
-        }
-        if let Some(damping) = self.damping {
-            world.insert_resource(damping);
-        }
+        declare(world, self.gravity);
+        declare(world, self.damping);
         self.laws.clone().insert_into(world);
-        if let Some(mutual_gravity) = self.mutual_gravity {
-            world.insert_resource(mutual_gravity);
-        }
-        if let Some(range) = self.range {
-            world.insert_resource(range);
-        }
+        declare(world, self.mutual_gravity);
+        declare(world, self.range);
         let entities: Vec<_> = (0..)
             .map(StableId)
             .zip(&self.bodies)
@@ -127,31 +120,25 @@ impl Scene {
         if let Some(method) = body.method {
             mark_method(&mut entity, Some(method));
         }
-        if let Some((_, last_step)) = verlet_start {
-            entity.insert(last_step);
-        }
-        if let Some(substeps) = body.substeps {
-            entity.insert(OwnSubsteps(substeps));
-        }
-        if let Some(orientation) = body.orientation {
-            entity.insert(Orientation(orientation));
-        }
-        if let Some(rate) = body.damping_rate {
-            entity.insert(DampingRate::new(rate));
-        }
-        if let Some(limit) = body.max_speed {
-            entity.insert(SpeedLimit(limit));
-        }
-        if body.locks != AxisLocks::default() {
-            entity.insert(body.locks);
-        }
-        if body.gravity_off {
-            entity.insert(GravityOff);
-        }
-        if let Some(mass) = body.source_mass.filter(|_| self.mutual_gravity.is_some()) {
-            entity.insert(SourceMass(mass));
-        }
+        give(&mut entity, verlet_start.map(|(_, last_step)| last_step));
+        give(&mut entity, body.substeps.map(OwnSubsteps));
+        give(&mut entity, body.orientation.map(Orientation));
+        give(&mut entity, body.damping_rate.map(DampingRate::new));
+        give(&mut entity, body.max_speed.map(SpeedLimit));
+        give(&mut entity, (body.locks != AxisLocks::default()).then_some(body.locks));
+        give(&mut entity, body.gravity_off.then_some(GravityOff));
+        give(&mut entity, body.source_mass.filter(|_| self.mutual_gravity.is_some()).map(SourceMass));
         entity.id()
+    }
+}
+
+fn declare<R: Resource>(world: &mut World, effect: Option<R>) {
+    effect.into_iter().for_each(|effect| world.insert_resource(effect));
+}
+
+fn give<C: Component>(entity: &mut EntityWorldMut<'_>, component: Option<C>) {
+    if let Some(component) = component {
+        entity.insert(component);
     }
 }
 
@@ -255,6 +242,7 @@ mod tests {
         assert_eq!(world.get::<PhysicsBody>(bodies[0]).unwrap().velocity, DVec3::ZERO);
         assert!(world.get::<LastStep>(bodies[0]).is_none());
     }
+
     #[test]
     fn springs_soft_bodies_and_emitters_stand_beside_bodies_and_name_them() {
         let text = r#"(version: 1, mutual_gravity: (constant_m3_kg_s2: 3), bodies: [(name: "a"), (name: "b", immovable: true, mass_kg: 5)],

@@ -1,6 +1,6 @@
 //! Where in a RON text a key path is: a scanner beside the parser, which keeps no positions.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::iter::Peekable;
 use std::ops::Range;
 
@@ -40,32 +40,23 @@ pub(crate) fn offset_of(text: &str, at: Position) -> usize {
 
 /// The byte offset of each path, or of its nearest ancestor that is written in the text.
 pub(crate) fn offsets(text: &str, root: &str, paths: &[&str]) -> Vec<Option<usize>> {
-    let mut wanted: HashMap<&str, Option<usize>> = HashMap::new();
-    for &path in paths {
-        let mut next = Some(path);
-        while let Some(path) = next {
-            wanted.insert(path, None);
-            next = parent(path);
-        }
-    }
-    if wanted.is_empty() {
-        return Vec::new();
-    }
-    walk(text, root, |path, offset| {
-        if let Some(place) = wanted.get_mut(path) {
-            place.get_or_insert(offset);
-        }
-    });
-    let written = |path: &str| wanted.get(path).copied().flatten();
-    let nearest = |&path: &&str| std::iter::successors(Some(path), |&path| parent(path)).find_map(written);
-    paths.iter().map(nearest).collect()
+    let upwards = |path| std::iter::successors(Some(path), |&path| parent(path));
+    let written = written(text, root, paths.iter().copied().flat_map(upwards));
+    paths.iter().map(|path| upwards(*path).find_map(|path| written.get(path).copied())).collect()
 }
 
 /// The byte offset of each of `paths` that is written in the text.
-pub(crate) fn written<'p>(text: &str, paths: &[&'p str]) -> HashMap<&'p str, usize> {
-    let wanted: HashMap<&str, &'p str> = paths.iter().map(|path| (*path, *path)).collect();
+pub(crate) fn written<'p>(
+    text: &str,
+    root: &str,
+    paths: impl IntoIterator<Item = &'p str>,
+) -> HashMap<&'p str, usize> {
+    let wanted: HashSet<&'p str> = paths.into_iter().collect();
     let mut found = HashMap::new();
-    walk(text, "", |path, offset| {
+    if wanted.is_empty() {
+        return found;
+    }
+    walk(text, root, |path, offset| {
         if let Some(path) = wanted.get(path) {
             found.entry(*path).or_insert(offset);
         }
