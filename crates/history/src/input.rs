@@ -31,7 +31,8 @@ impl Simulation {
         requests.filter_map(|request| request.rename(|body| self.id(body)))
     }
 
-    fn id(&self, body: Entity) -> Option<u32> {
+    /// The stable id of a body.
+    pub(crate) fn id(&self, body: Entity) -> Option<u32> {
         self.world.get::<StableId>(body).map(|id| id.0)
     }
 

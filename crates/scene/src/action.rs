@@ -214,7 +214,7 @@ impl When {
     }
 
     /// Whether it comes before `other`; `None` if that is a moment of another kind.
-    pub(crate) fn is_before(self, other: Self) -> Option<bool> {
+    pub(crate) fn precedes(self, other: Self) -> Option<bool> {
         match (self, other) {
             (Self::Seconds(at), Self::Seconds(other)) => Some(at < other),
             (Self::Tick(at), Self::Tick(other)) | (Self::Frame(at), Self::Frame(other)) => Some(at < other),

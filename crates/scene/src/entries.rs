@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::scene::Scene;
-use crate::scene::names::Numbering;
 
 /// An entry of a scene file that makes bodies. They have one method and one number of substeps.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,17 +27,12 @@ impl Scene {
     /// The entries of the scene's file that make bodies, in the order of the stable id.
     #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
-        let written = self.names.written();
-        let mut entries: Vec<_> =
-            (0..written).map(|id| Entry { list: "bodies", index: id as usize, bodies: id..id + 1 }).collect();
-        let runs: Vec<_> = self.names.runs().collect();
-        let softs = runs.len() - self.soft_bodies.len();
-        let emitters = softs - self.emitters.len();
-        let grids = runs[..emitters].iter().filter(|(_, how)| matches!(how, Numbering::Grid { .. })).count();
-        let lists = [("grids", 0..grids), ("clouds", grids..emitters), ("emitters", emitters..softs)];
-        for (list, of) in lists.into_iter().chain([("soft_bodies", softs..runs.len())]) {
-            let of = runs[of].iter().enumerate();
-            entries.extend(of.map(|(index, (bodies, _))| Entry { list, index, bodies: bodies.clone() }));
+        let written = (0..self.names.written()).map(|id| ("bodies", id..id + 1));
+        let mut entries: Vec<Entry> = Vec::new();
+        for (list, bodies) in written.chain(self.names.runs()) {
+            let before = entries.last().filter(|before| before.list == list);
+            let index = before.map_or(0, |before| before.index + 1);
+            entries.push(Entry { list, index, bodies });
         }
         entries
     }

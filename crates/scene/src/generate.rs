@@ -72,7 +72,12 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
             None if *number == 1 => entry.kind.to_owned(),
             None => format!("{}{number}", entry.kind),
         };
-        add_name(|prefix| names.add_run(prefix, count, numbering), prefix.clone(), scope, faults);
+        add_name(
+            |prefix| names.add_run(scope.section, prefix, count, numbering),
+            prefix.clone(),
+            scope,
+            faults,
+        );
         // Made even where there are faults: it is asked which bodies are immovable.
         (entry.make)(prefix, &mut made, &mut random);
         let these = &made.bodies[first as usize..];

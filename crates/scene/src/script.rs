@@ -276,7 +276,7 @@ fn when(raw: &RawStep<'_>, i: usize, earlier: &mut Vec<When>, faults: &mut Fault
         }
     };
     let key = format!("{step}.{key}");
-    let before = earlier.iter().rev().find_map(|latest| Some((latest, when.is_before(*latest)?)));
+    let before = earlier.iter().rev().find_map(|latest| Some((latest, when.precedes(*latest)?)));
     match (when, before) {
         (When::Seconds(at), _) if !(at >= 0.0 && at.is_finite()) => {
             faults.add(key, format!("{at} is not a time"), "give seconds from 0 up");

@@ -133,7 +133,9 @@ impl Scene {
 }
 
 fn declare<R: Resource>(world: &mut World, effect: Option<R>) {
-    effect.into_iter().for_each(|effect| world.insert_resource(effect));
+    if let Some(effect) = effect {
+        world.insert_resource(effect);
+    }
 }
 
 fn give<C: Component>(entity: &mut EntityWorldMut<'_>, component: Option<C>) {

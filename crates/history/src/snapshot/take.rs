@@ -7,8 +7,8 @@ use motion::snapshot::{LastStep, OffResource};
 use motion::units::Vector;
 use motion::{
     Cause, Damping, DampingModel, Dormant, Emission, Evaluations, Fault, Gravity, OwnMethod, OwnSubsteps,
-    PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, Requests, StableId, Substeps,
-    TimeStep, Transform, own_method,
+    PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, StableId, Substeps, TimeStep,
+    Transform, own_method,
 };
 use scene::FileIndex;
 use serde::{Deserialize, Serialize};
@@ -85,7 +85,7 @@ impl Simulation {
         };
         snapshot.take_bodies(world);
         snapshot.take_emissions(world);
-        snapshot.take_inputs(world);
+        snapshot.take_inputs(self);
         snapshot
     }
 }
@@ -135,7 +135,8 @@ impl Snapshot {
             .collect();
     }
 
-    fn take_inputs(&mut self, world: &World) {
+    fn take_inputs(&mut self, simulation: &Simulation) {
+        let world = &simulation.world;
         let records = world.resource::<Quarantine>().records().iter();
         self.records = records
             .filter_map(|record| {
@@ -155,18 +156,12 @@ impl Snapshot {
             })
             .collect();
         let push =
-            |push: &Push| -> Option<PushEntry> { Some((id(world, push.body)?, push.newtons.to_array())) };
+            |push: &Push| -> Option<PushEntry> { Some((simulation.id(push.body)?, push.newtons.to_array())) };
         let queue = world.resource::<PushQueue>();
         self.pushes = queue.edges().iter().filter_map(push).collect();
         self.sustained = queue.sustained().iter().filter_map(push).collect();
-        let requests = world.get_resource::<Requests>().into_iter().flat_map(Requests::pending);
-        let requests = requests.filter_map(|request| request.rename(|body| id(world, body)));
-        self.requests = requests.collect();
+        self.requests = simulation.requested().collect();
     }
-}
-
-fn id(world: &World, body: Entity) -> Option<u32> {
-    world.get::<StableId>(body).map(|id| id.0)
 }
 
 fn counts(evaluations: &Evaluations) -> CountsEntry {

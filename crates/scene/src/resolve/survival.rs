@@ -135,7 +135,7 @@ impl<'a> Row<'a> {
                 faults.missing(scope.path(), "measure", &format!("give one of {names}"));
                 return measure;
             }
-            Measure::TerminalSpeed if !(self.falls() && self.is_damped()) => (
+            Measure::TerminalSpeed if !(self.falls() && self.damped()) => (
                 "there is no terminal speed without gravity and damping",
                 "declare both, or measure something else",
             ),
@@ -161,7 +161,7 @@ impl<'a> Row<'a> {
         self.scene.gravity.is_some_and(|gravity| gravity.acceleration != DVec3::ZERO)
     }
 
-    fn is_damped(self) -> bool {
+    fn damped(self) -> bool {
         let rate = self.get(|raw| raw.damping_per_s).or(self.scene.damping.map(|damping| damping.rate));
         rate.is_some_and(|rate| rate > 0.0)
     }
@@ -267,18 +267,18 @@ impl<'a> Row<'a> {
         for moment in moments {
             match self.step(moment) {
                 Ok(step) => {
-                    if steps.last().is_some_and(|last| step.when.is_before(last.when) != Some(false)) {
+                    if steps.last().is_some_and(|last| step.when.precedes(last.when) != Some(false)) {
                         let cure = "give times of one kind that never go backwards";
-                        faults.add(&*key, "a step comes before the one above it", cure);
+                        faults.add(key.as_str(), "a step comes before the one above it", cure);
                     }
                     steps.push(step);
                 }
-                Err((what, cure)) => faults.add(&*key, what, cure),
+                Err((what, cure)) => faults.add(key.as_str(), what, cure),
             }
         }
         let mut removed = Removed::default();
         for (what, cure) in steps.iter().enumerate().filter_map(|(i, step)| removed.look(i, step)) {
-            faults.add(&*key, what, cure);
+            faults.add(key.as_str(), what, cure);
         }
         steps
     }

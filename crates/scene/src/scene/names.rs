@@ -20,6 +20,7 @@ pub struct Names {
 /// The bodies that one entry of the file generated.
 #[derive(Clone, Debug, PartialEq)]
 struct Run {
+    list: &'static str,
     prefix: String,
     first: u32,
     count: u32,
@@ -91,9 +92,9 @@ impl Names {
         self.given.len() as u32
     }
 
-    /// The stable ids of each run of generated names, and how they are numbered.
-    pub(crate) fn runs(&self) -> impl Iterator<Item = (Range<u32>, Numbering)> {
-        self.runs.iter().map(|run| (run.first..run.first + run.count, run.numbering))
+    /// The list of each entry that generated bodies, and their stable ids.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (&'static str, Range<u32>)> {
+        self.runs.iter().map(|run| (run.list, run.first..run.first + run.count))
     }
 
     /// The names of some bodies, ascending and with whole runs, counted from 0 in this order.
@@ -104,7 +105,7 @@ impl Names {
             names.add(self.given[*id as usize].clone());
         }
         for run in self.runs.iter().filter(|run| ids.binary_search(&run.first).is_ok()) {
-            names.add_run(run.prefix.clone(), run.count, run.numbering);
+            names.add_run(run.list, run.prefix.clone(), run.count, run.numbering);
         }
         names
     }
@@ -131,10 +132,16 @@ impl Names {
         fresh
     }
 
-    /// Adds `count` names after `prefix`; false if the prefix is taken.
-    pub(crate) fn add_run(&mut self, prefix: String, count: u32, numbering: Numbering) -> bool {
+    /// Adds `count` names after `prefix` for an entry of `list`; false if the prefix is taken.
+    pub(crate) fn add_run(
+        &mut self,
+        list: &'static str,
+        prefix: String,
+        count: u32,
+        numbering: Numbering,
+    ) -> bool {
         let fresh = self.runs.iter().all(|run| run.prefix != prefix);
-        self.runs.push(Run { prefix, first: self.count, count, numbering });
+        self.runs.push(Run { list, prefix, first: self.count, count, numbering });
         self.count += count;
         fresh
     }
@@ -177,10 +184,10 @@ mod tests {
     fn every_name_leads_back_to_its_id() {
         let mut names = Names::default();
         assert!(names.add("floor".to_owned()));
-        assert!(names.add_run("grid".to_owned(), 6, Numbering::Grid { rows: 3 }));
-        assert!(names.add_run("cloud".to_owned(), 2, Numbering::Line));
-        assert!(names.add_run("flag".to_owned(), 4, Numbering::Sheet { columns: 2 }));
-        assert!(names.add_run("jelly".to_owned(), 12, Numbering::Lattice { y: 2, z: 3 }));
+        assert!(names.add_run("grids", "grid".to_owned(), 6, Numbering::Grid { rows: 3 }));
+        assert!(names.add_run("clouds", "cloud".to_owned(), 2, Numbering::Line));
+        assert!(names.add_run("soft_bodies", "flag".to_owned(), 4, Numbering::Sheet { columns: 2 }));
+        assert!(names.add_run("soft_bodies", "jelly".to_owned(), 12, Numbering::Lattice { y: 2, z: 3 }));
         let all: Vec<_> = names.iter().map(Cow::into_owned).collect();
         let expected = [
             "floor",
@@ -231,7 +238,7 @@ mod tests {
     fn a_taken_name_is_seen() {
         let mut names = Names::default();
         assert!(names.add("a".to_owned()) && !names.add("a".to_owned()));
-        assert!(names.add_run("g".to_owned(), 1, Numbering::Line));
-        assert!(!names.add_run("g".to_owned(), 1, Numbering::Grid { rows: 1 }));
+        assert!(names.add_run("grids", "g".to_owned(), 1, Numbering::Line));
+        assert!(!names.add_run("grids", "g".to_owned(), 1, Numbering::Grid { rows: 1 }));
     }
 }
