@@ -16,11 +16,19 @@ fn gravity_on(drive: &Drive) -> bool {
 
 /// The tutorial in selection mode with the player selected.
 fn with_player() -> (Drive, DVec2) {
-    let mut drive = Drive::tutorial();
+    player_of(Drive::tutorial())
+}
+
+fn player_of(mut drive: Drive) -> (Drive, DVec2) {
     let pixel = drive.pixel(drive.x("player"));
     drive.press("Q");
     assert_eq!(drive.select(pixel).as_deref(), Some("player"));
     (drive, pixel)
+}
+
+fn undamped_with_player() -> Drive {
+    let scene = scene::Scene { damping: None, ..scene::load("tutorial").unwrap() };
+    player_of(Drive::of(scene)).0
 }
 
 #[test]
@@ -169,11 +177,7 @@ fn held_keys_push_the_selection_with_10_newtons_in_every_tick_begun_while_held()
     ];
     for (key, axis) in table {
         for rate in [30.0, 60.0, 144.0, 1000.0] {
-            let mut scene = scene::load("tutorial").unwrap();
-            scene.damping = None;
-            let mut drive = Drive::of(scene);
-            let pixel = drive.pixel(drive.x("player"));
-            drive.press("Q").select(pixel);
+            let mut drive = undamped_with_player();
             drive.give([down(key)]);
             while drive.session.ticks() < 24 {
                 drive.frame(1.0 / rate, []);
@@ -285,11 +289,7 @@ fn the_same_clicks_before_the_same_ticks_end_in_the_same_bits_at_every_frame_rat
 
 #[test]
 fn every_click_is_one_tick_of_push_however_frame_times_jitter() {
-    let mut scene = scene::load("tutorial").unwrap();
-    scene.damping = None;
-    let mut drive = Drive::of(scene);
-    let pixel = drive.pixel(drive.x("player"));
-    drive.press("Q").select(pixel);
+    let mut drive = undamped_with_player();
     let mut clicks = 0;
     for i in 0..200_u32 {
         // From no time at all to 60 ms.
@@ -432,11 +432,7 @@ fn a_tap_shorter_than_a_frame_flies_for_the_frame_and_pushes_for_a_tick() {
     let no_tick: &[(f64, &[Input])] = &[(0.001, &[pressed.clone(), released.clone()])];
     let two_frames: &[(f64, &[Input])] = &[(0.001, &[pressed]), (0.001, &[released])];
     for frames in [one_frame, no_tick, two_frames] {
-        let mut scene = scene::load("tutorial").unwrap();
-        scene.damping = None;
-        let mut drive = Drive::of(scene);
-        let pixel = drive.pixel(drive.x("player"));
-        drive.press("Q").select(pixel);
+        let mut drive = undamped_with_player();
         for (seconds, events) in frames {
             drive.frame(*seconds, events.iter().cloned());
         }
@@ -553,9 +549,8 @@ fn no_key_is_bound_twice_and_every_key_and_name_is_known() {
         assert_eq!(actions::key_of_word(binding.name).unwrap().to_string(), binding.keys[0]);
         names.push(binding.name);
     }
-    for list in
-        [keys.iter().map(Key::to_string).collect::<Vec<_>>(), names.iter().map(ToString::to_string).collect()]
-    {
+    let names: Vec<_> = names.iter().map(ToString::to_string).collect();
+    for list in [keys.iter().map(Key::to_string).collect(), names] {
         let unique: std::collections::BTreeSet<_> = list.iter().collect();
         assert_eq!(unique.len(), list.len(), "{list:?}");
     }

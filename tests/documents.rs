@@ -10,7 +10,7 @@ use motion::{Claims, METHODS};
 use sandbox::{actions, methods};
 use tempfile::TempDir;
 
-use crate::harness::{blesses, output, program, root, sandbox, stored};
+use crate::harness::{blesses, output, root, sandbox, stored};
 use crate::stability::committed;
 use crate::tidy::cargo_metadata;
 
@@ -132,9 +132,8 @@ fn every_command_is_one() {
         for line in blocks(&page).into_iter().flatten() {
             if let Some(arguments) = arguments(line) {
                 // The help comes once the arguments before it were understood.
-                let said = output(Command::new(program()).args(arguments.split_whitespace()).arg("--help"));
-                let error = said.err;
-                assert!(said.code == 0, "{document}: {line}: {error}");
+                let said = sandbox(".", &format!("{arguments} --help"));
+                assert!(said.code == 0, "{document}: {line}: {}", said.err);
                 let words: Vec<_> = arguments.split_whitespace().collect();
                 let opened = match words[..] {
                     ["list" | "cost" | "replay", ..] => None,
@@ -187,8 +186,7 @@ fn the_first_command_of_each_block_of_the_readme_runs_as_it_is_typed() {
         // The root of the repository, with room for what is written there.
         let folder = TempDir::new().unwrap();
         std::os::unix::fs::symlink(root().join("assets"), folder.path().join("assets")).unwrap();
-        let said = sandbox(folder.path(), line);
-        assert!(said.code == 0, "{line}: {}", said.err);
+        sandbox(folder.path(), line).fine();
         run += 1;
     }
     assert!(run > 0, "the README runs nothing");

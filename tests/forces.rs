@@ -4,12 +4,13 @@ use std::collections::BTreeSet;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use history::Simulation;
 use motion::effects::Effect;
 use motion::groups::Solver;
 use motion::{
     BodyState, Damping, DampingModel, Dormant, EvaluationTime, ForceCause, Jacobians, Law, Laws, METHODS,
     Method, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, SpeedLimit, StableId,
-    Stepper, TimeStep, Transform,
+    TimeStep, Transform,
 };
 use scene::Scene;
 
@@ -19,96 +20,79 @@ const SHORT: f64 = 1.0 / (1_u64 << 27) as f64;
 /// Bodies of a scene that are looked at.
 const SAMPLE: usize = 400;
 
-/// A scene and its step.
-struct Run {
-    world: World,
-    stepper: Stepper,
-    bodies: Vec<Entity>,
-    tick: f64,
+fn run_of(scene: &Scene, method: Method) -> Simulation {
+    Simulation::new(Scene { method, ..scene.clone() })
 }
 
-impl Run {
-    fn of(scene: &Scene, method: Method) -> Self {
-        let mut world = World::new();
-        let bodies = scene.spawn(&mut world);
-        let tick = 1.0 / scene.step_hz;
-        let stepper = Stepper::new(&mut world, method, TimeStep(tick));
-        Self { world, stepper, bodies, tick }
-    }
+fn forces_on(run: &mut Simulation, body: usize) -> Vec<(ForceCause, DVec3)> {
+    motion::forces_on(&mut run.world, run.bodies[body])
+}
 
-    fn ticks(&mut self, ticks: u32) -> &mut Self {
-        (0..ticks).for_each(|_| self.stepper.tick(&mut self.world));
-        self
-    }
+fn names_on(run: &mut Simulation, body: usize) -> BTreeSet<&'static str> {
+    forces_on(run, body).into_iter().map(|(cause, _)| cause.name()).collect()
+}
 
-    fn forces_on(&mut self, body: usize) -> Vec<(ForceCause, DVec3)> {
-        motion::forces_on(&mut self.world, self.bodies[body])
-    }
+/// The velocity of a body that forces move.
+fn moving(world: &World, body: Entity) -> Option<PhysicsBody> {
+    let body = world.get_entity(body).ok()?;
+    let state = *body.get::<PhysicsBody>()?;
+    let free = !body.contains::<Quarantined>() && !body.contains::<Dormant>();
+    (free && state.inverse_mass > 0.0).then_some(state)
+}
 
-    fn names_on(&mut self, body: usize) -> BTreeSet<&'static str> {
-        self.forces_on(body).into_iter().map(|(cause, _)| cause.name()).collect()
-    }
+fn is_at_its_limit(world: &World, body: Entity) -> bool {
+    let limit = world.get::<SpeedLimit>(body).map_or(f64::INFINITY, |limit| limit.0);
+    moving(world, body).is_some_and(|state| state.velocity.length() >= limit * (1.0 - 1e-12))
+}
 
-    /// The velocity of a body that forces move.
-    fn moving(&self, body: Entity) -> Option<PhysicsBody> {
-        let body = self.world.get_entity(body).ok()?;
-        let state = *body.get::<PhysicsBody>()?;
-        let free = !body.contains::<Quarantined>() && !body.contains::<Dormant>();
-        (free && state.inverse_mass > 0.0).then_some(state)
+/// Compares the forces on a sample of the bodies with what a short step does to their velocities; gives how many
+/// were compared. `push` is asked for pushes in that step.
+fn check(run: &mut Simulation, what: &str, push: impl Fn(usize) -> Option<DVec3>) -> usize {
+    run.world.insert_resource(TimeStep(SHORT));
+    // The kick of position Verlet is half of this step's and half of the last one's.
+    run.tick();
+    let all = run.bodies.iter().copied().filter(|body| moving(&run.world, *body).is_some());
+    let all: Vec<_> = all.filter(|body| !is_at_its_limit(&run.world, *body)).collect();
+    let sample: Vec<_> = all.iter().copied().step_by(all.len().div_ceil(SAMPLE).max(1)).collect();
+    let push = |(place, body): (usize, &Entity)| Some(Push { body: *body, newtons: push(place)? });
+    let pushes: Vec<_> = sample.iter().enumerate().filter_map(push).collect();
+    let mut queue = run.world.resource_mut::<PushQueue>();
+    pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));
+    let mut sums = vec![(DVec3::ZERO, 0.0); sample.len()];
+    motion::each_force(&mut run.world, &pushes, &sample, |place, _, newtons| {
+        let (sum, size) = &mut sums[place];
+        *sum += newtons;
+        *size += newtons.length();
+    });
+    let before: Vec<_> = sample.iter().map(|body| moving(&run.world, *body).unwrap()).collect();
+    run.tick();
+    let mut ends = vec![DVec3::ZERO; sample.len()];
+    motion::each_force(&mut run.world, &pushes, &sample, |place, _, newtons| ends[place] += newtons);
+    let mut compared = 0;
+    for (place, body) in sample.iter().enumerate() {
+        let Some(after) = moving(&run.world, *body).filter(|_| !is_at_its_limit(&run.world, *body)) else {
+            continue;
+        };
+        let (before, (start, size), end) = (before[place], sums[place], ends[place]);
+        let acted = (after.velocity - before.velocity) / SHORT * before.mass();
+        // What rounding the velocity leaves of its change, and rounding places of springs at rest.
+        let rounding = 8.0 * f64::EPSILON * before.velocity.length() / SHORT * before.mass() + 1e-12;
+        // A method evaluates at the start of a step, at its end, or between, which tells something where they differ little.
+        let allowed = 1e-6 * size + rounding;
+        let apart = |shown: DVec3| (acted - shown).length();
+        let change = end - start;
+        let part = (acted - start).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
+        let between = apart(start + change * part.clamp(0.0, 1.0));
+        let differ_little = change.length() <= 1e-3 * size + rounding;
+        assert!(
+            apart(start) <= allowed || apart(end) <= allowed || differ_little && between <= allowed,
+            "{what}, body {:?}: {acted} N acted, {start} to {end} N are shown, {between:e} apart, of {size:e}",
+            run.world.get::<StableId>(*body)
+        );
+        compared += 1;
     }
-
-    fn is_at_its_limit(&self, body: Entity) -> bool {
-        let limit = self.world.get::<SpeedLimit>(body).map_or(f64::INFINITY, |limit| limit.0);
-        self.moving(body).is_some_and(|state| state.velocity.length() >= limit * (1.0 - 1e-12))
-    }
-
-    /// Compares the forces on a sample of the bodies with what a short step does to their velocities; gives how many
-    /// were compared. `push` is asked for pushes in that step.
-    fn check(&mut self, what: &str, push: impl Fn(usize) -> Option<DVec3>) -> usize {
-        self.world.insert_resource(TimeStep(SHORT));
-        // The kick of position Verlet is half of this step's and half of the last one's.
-        self.ticks(1);
-        let all = self.bodies.iter().copied().filter(|body| self.moving(*body).is_some());
-        let all: Vec<_> = all.filter(|body| !self.is_at_its_limit(*body)).collect();
-        let sample: Vec<_> = all.iter().copied().step_by(all.len().div_ceil(SAMPLE).max(1)).collect();
-        let push = |(place, body): (usize, &Entity)| Some(Push { body: *body, newtons: push(place)? });
-        let pushes: Vec<_> = sample.iter().enumerate().filter_map(push).collect();
-        let mut queue = self.world.resource_mut::<PushQueue>();
-        pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));
-        let mut sums = vec![(DVec3::ZERO, 0.0); sample.len()];
-        motion::each_force(&mut self.world, &pushes, &sample, |place, _, newtons| {
-            let (sum, size) = &mut sums[place];
-            *sum += newtons;
-            *size += newtons.length();
-        });
-        let before: Vec<_> = sample.iter().map(|body| self.moving(*body).unwrap()).collect();
-        self.ticks(1);
-        let mut ends = vec![DVec3::ZERO; sample.len()];
-        motion::each_force(&mut self.world, &pushes, &sample, |place, _, newtons| ends[place] += newtons);
-        let mut compared = 0;
-        for (place, body) in sample.iter().enumerate() {
-            let Some(after) = self.moving(*body).filter(|_| !self.is_at_its_limit(*body)) else { continue };
-            let (before, (start, size), end) = (before[place], sums[place], ends[place]);
-            let acted = (after.velocity - before.velocity) / SHORT * before.mass();
-            // What rounding the velocity leaves of its change, and rounding places of springs at rest.
-            let rounding = 8.0 * f64::EPSILON * before.velocity.length() / SHORT * before.mass() + 1e-12;
-            // A method evaluates at the start of a step, at its end, or between, which tells something where they differ little.
-            let allowed = 1e-6 * size + rounding;
-            let apart = |shown: DVec3| (acted - shown).length();
-            let change = end - start;
-            let part = (acted - start).dot(change) / change.length_squared().max(f64::MIN_POSITIVE);
-            let between = apart(start + change * part.clamp(0.0, 1.0));
-            let differ_little = change.length() <= 1e-3 * size + rounding;
-            assert!(
-                apart(start) <= allowed || apart(end) <= allowed || differ_little && between <= allowed,
-                "{what}, body {:?}: {acted} N acted, {start} to {end} N are shown, {between:e} apart, of {size:e}",
-                self.world.get::<StableId>(*body)
-            );
-            compared += 1;
-        }
-        self.world.insert_resource(TimeStep(self.tick));
-        compared
-    }
+    run.world.insert_resource(TimeStep(1.0 / run.scene.step_hz));
+    compared
 }
 
 const NO_PUSH: fn(usize) -> Option<DVec3> = |_| None;
@@ -117,17 +101,19 @@ const NO_PUSH: fn(usize) -> Option<DVec3> = |_| None;
 fn in_every_shipped_scene_the_forces_shown_are_those_that_act() {
     for shipped in scene::shipped() {
         let scene = shipped.load().unwrap();
-        let mut run = Run::of(&scene, scene.method);
+        let mut run = run_of(&scene, scene.method);
         let size = scene.bodies.len();
         let movable = scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0)).count();
         let emits = scene.declared.iter().any(|declared| declared.effect == Effect::Emitters);
         for ticks in if size > 5_000 { [0, 5, 20] } else { [0, 50, 250] } {
             let what = format!("{} after {ticks} more ticks", scene.name);
-            let compared = run.ticks(ticks).check(&what, NO_PUSH);
+            run.run(ticks);
+            let compared = check(&mut run, &what, NO_PUSH);
             // Particles are not born yet, and a body may be at its limit of speed.
             assert!(emits || movable == 0 || compared > 0, "{what}");
             let kick = |place: usize| place.is_multiple_of(3).then_some(DVec3::new(0.3, -2.0, 5.0));
-            run.ticks(1).check(&format!("{what}, pushed"), kick);
+            run.tick();
+            check(&mut run, &format!("{what}, pushed"), kick);
         }
     }
 }
@@ -189,7 +175,7 @@ fn under_every_method_and_damping_model_the_forces_of_all_causes_are_those_that_
             let implicit = claims.method == Method::ImplicitEuler;
             let attract = if implicit { "" } else { "mutual_gravity: (constant_m3_kg_s2: 2), " };
             let damping = format!("damping: (model: {}, rate_per_s: 0.4)", model.name());
-            let mut run = Run::of(&everything(&format!("{attract}{damping}")), claims.method);
+            let mut run = run_of(&everything(&format!("{attract}{damping}")), claims.method);
             run.world.insert_resource(Laws(vec![Box::new(Embedded)]));
             run.world.insert_resource(Solver {
                 tolerance: 1e-13,
@@ -200,26 +186,27 @@ fn under_every_method_and_damping_model_the_forces_of_all_causes_are_those_that_
             for ticks in [0, 100, 150] {
                 let what = format!("{:?}, {model:?}, {ticks} ticks", claims.method);
                 let push = |place: usize| place.is_multiple_of(2).then_some(DVec3::new(-3.0, 20.0, 8.0));
-                assert!(run.ticks(ticks).check(&what, push) > 15);
+                run.run(ticks);
+                assert!(check(&mut run, &what, push) > 15);
             }
             let shared = ["damping", "embedded", "wells"];
             let more = if implicit { vec![] } else { vec!["mutual_gravity"] };
             let all = |own: &[&'static str]| -> BTreeSet<_> {
                 shared.iter().chain(&more).chain(own).copied().collect()
             };
-            assert_eq!(run.names_on(0), all(&["gravity", "drag", "thrusts", "springs"]));
-            assert_eq!(run.names_on(1), all(&["drag", "springs"]), "gravity passes it by");
-            assert_eq!(run.names_on(3), all(&["gravity", "drag"]), "nothing holds it");
+            assert_eq!(names_on(&mut run, 0), all(&["gravity", "drag", "thrusts", "springs"]));
+            assert_eq!(names_on(&mut run, 1), all(&["drag", "springs"]), "gravity passes it by");
+            assert_eq!(names_on(&mut run, 3), all(&["gravity", "drag"]), "nothing holds it");
         }
     }
 }
 
 #[test]
 fn springs_are_told_by_their_other_end_and_pull_both_alike() {
-    let mut run = Run::of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
-    run.ticks(30);
-    let springs = |run: &mut Run, body| -> Vec<_> {
-        let forces = run.forces_on(body).into_iter();
+    let mut run = run_of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
+    run.run(30);
+    let springs = |run: &mut Simulation, body| -> Vec<_> {
+        let forces = forces_on(run, body).into_iter();
         forces
             .filter_map(|(cause, newtons)| match cause {
                 ForceCause::Spring(other) => Some((other, newtons)),
@@ -241,13 +228,14 @@ fn springs_are_told_by_their_other_end_and_pull_both_alike() {
 
 #[test]
 fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
-    let mut run = Run::of(&everything("damping: (rate_per_s: 0.4), mutual_gravity: ()"), Method::RungeKutta4);
-    run.ticks(3);
+    let mut run = run_of(&everything("damping: (rate_per_s: 0.4), mutual_gravity: ()"), Method::RungeKutta4);
+    run.run(3);
     for still in [4, 5] {
-        assert_eq!(run.forces_on(still), []);
+        assert_eq!(forces_on(&mut run, still), []);
     }
-    let of_all =
-        |run: &mut Run| (0..run.bodies.len()).flat_map(|body| run.names_on(body)).collect::<BTreeSet<_>>();
+    let of_all = |run: &mut Simulation| {
+        (0..run.bodies.len()).flat_map(|body| names_on(run, body)).collect::<BTreeSet<_>>()
+    };
     let mut names = of_all(&mut run);
     for effect in [
         Effect::Gravity,
@@ -262,32 +250,33 @@ fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
         run.stepper.carry_out_requests(&mut run.world);
         assert!(names.remove(effect.name()), "{effect} acted");
         assert_eq!(of_all(&mut run), names, "without {effect}");
-        assert!(run.check(&format!("without {effect}"), NO_PUSH) > 15);
+        assert!(check(&mut run, &format!("without {effect}"), NO_PUSH) > 15);
     }
     // As soon as it is frozen, before the next tick makes the groups anew.
-    let mut run = Run::of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
-    run.ticks(3);
+    let mut run = run_of(&everything("mutual_gravity: ()"), Method::RungeKutta4);
+    run.run(3);
     let frozen = run.bodies[1];
     run.world.get_mut::<PhysicsBody>(frozen).unwrap().velocity = DVec3::NAN;
-    run.ticks(1);
+    run.tick();
     assert!(run.world.get::<Quarantined>(frozen).is_some());
-    assert_eq!(run.forces_on(1), []);
-    let springs = run.forces_on(2).into_iter().filter(|(cause, _)| *cause == ForceCause::Spring(frozen));
+    assert_eq!(forces_on(&mut run, 1), []);
+    let springs =
+        forces_on(&mut run, 2).into_iter().filter(|(cause, _)| *cause == ForceCause::Spring(frozen));
     assert_eq!(springs.count(), 0);
-    assert!(run.check("without what is frozen", NO_PUSH) > 15);
+    assert!(check(&mut run, "without what is frozen", NO_PUSH) > 15);
 }
 
 #[test]
 fn an_engine_is_seen_from_the_side_on_which_the_next_step_begins() {
     let text = "(version: 1, step_hz: 64, bodies: [(name: \"ship\", mass_kg: 2)],
         thrusts: [(body: \"ship\", curve: polynomial([(4, 0, 0)]), from_s: 0.25, until_s: 0.5)])";
-    let mut run = Run::of(&Scene::parse("ship", text).unwrap(), Method::RungeKutta4);
-    let thrust = |run: &mut Run| run.forces_on(0).iter().map(|(_, newtons)| newtons.x).sum::<f64>();
+    let mut run = run_of(&Scene::parse("ship", text).unwrap(), Method::RungeKutta4);
+    let thrust = |run: &mut Simulation| forces_on(run, 0).iter().map(|(_, newtons)| newtons.x).sum::<f64>();
     let mut on = Vec::new();
     for tick in 0..40 {
         let before = run.world.get::<PhysicsBody>(run.bodies[0]).unwrap().velocity.x;
         let shown = thrust(&mut run);
-        run.ticks(1);
+        run.tick();
         let acted = (run.world.get::<PhysicsBody>(run.bodies[0]).unwrap().velocity.x - before) * 64.0 * 2.0;
         assert_eq!(shown, acted, "tick {tick}");
         on.push(shown > 0.0);
@@ -299,7 +288,7 @@ fn an_engine_is_seen_from_the_side_on_which_the_next_step_begins() {
 fn looking_at_forces_changes_nothing() {
     let scene = scene::load("bridge").unwrap();
     let hash = |look: bool| {
-        let mut run = Run::of(&scene, Method::VelocityVerlet);
+        let mut run = run_of(&scene, Method::VelocityVerlet);
         for tick in 0..40 {
             if tick == 20 {
                 run.world.entity_mut(run.bodies[5]).insert(OwnLaws::new(vec![Box::new(Embedded)]));
@@ -309,9 +298,9 @@ fn looking_at_forces_changes_nothing() {
                 let bodies = run.bodies.clone();
                 motion::each_force(&mut run.world, &[], &bodies, |_, _, _| {});
             }
-            run.ticks(1);
+            run.tick();
         }
-        let states = run.bodies.iter().filter_map(|body| run.moving(*body));
+        let states = run.bodies.iter().filter_map(|body| moving(&run.world, *body));
         let bits: Vec<_> = states.map(|state| state.velocity.to_array().map(f64::to_bits)).collect();
         (bits, run.world.resource::<motion::Evaluations>().clone())
     };
@@ -322,10 +311,10 @@ fn looking_at_forces_changes_nothing() {
 fn damping_that_multiplies_velocities_counts_as_the_force_that_it_comes_to() {
     for model in DampingModel::ALL {
         let text = "(version: 1, bodies: [(velocity_m_s: (0, 0, 3), mass_kg: 2)])";
-        let mut run = Run::of(&Scene::parse("coast", text).unwrap(), Method::SemiImplicitEuler);
+        let mut run = run_of(&Scene::parse("coast", text).unwrap(), Method::SemiImplicitEuler);
         run.world.insert_resource(Damping { model, rate: 0.5 });
         assert_eq!(
-            run.forces_on(0),
+            forces_on(&mut run, 0),
             [(ForceCause::Law("damping"), DVec3::new(-0.0, -0.0, -3.0))],
             "{model:?}"
         );

@@ -12,7 +12,7 @@ mod laws;
 mod mutants;
 
 pub(crate) mod oracle;
-mod orders;
+pub(crate) mod orders;
 mod problems;
 mod pushes;
 mod symmetry;

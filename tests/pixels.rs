@@ -13,7 +13,7 @@ use scene::{Scene, Script};
 use crate::film::{
     CHANNEL, Difference, Film, SIZE, Studio, assert_pictures, compared, green, places, yellow,
 };
-use crate::harness::{output, program, root};
+use crate::harness::{output, program, root, sandbox};
 
 /// A stage close by, `offset` meters along x and z from the world's origin.
 fn stage(offset: f64, shadows: bool, grid: bool) -> Scene {
@@ -297,10 +297,7 @@ fn pictures_without_an_adapter_are_exit_code_4_that_says_what_to_install() {
 fn the_film_of_a_run_has_all_of_its_frames() {
     let folder = tempfile::tempdir().unwrap();
     let film = folder.path().join("film.png");
-    let mut program = Command::new(program());
-    program.args("run orbits_race --seconds 0.2 --fps 20 --size 320x180 --film".split(' ')).arg(&film);
-    let output = output(&mut program);
-    assert!(output.code == 0, "{}", output.err);
+    sandbox(&folder, "run orbits_race --seconds 0.2 --fps 20 --size 320x180 --film film.png").fine();
     let bytes = std::fs::read(&film).unwrap();
     let chunks = |name: &[u8]| bytes.windows(4).filter(|bytes| *bytes == name).count();
     assert_eq!([b"acTL", b"fcTL", b"IDAT", b"fdAT"].map(|name| chunks(name)), [1, 5, 1, 4]);

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use motion::effects::Effect;
 
-use crate::harness::{output, program, root};
+use crate::harness::{output, root, sandbox};
 
 /// Every Rust file of the workspace with its text.
 fn sources() -> Vec<(PathBuf, String)> {
@@ -372,8 +372,7 @@ fn the_contract_names_every_flag() {
     for command in
         ["", "run", "list", "plan", "effects", "ablate", "cost", "recommend", "stability", "replay"]
     {
-        let arguments: Vec<_> = command.split_whitespace().chain(["--help"]).collect();
-        let help = output(Command::new(program()).args(&arguments)).fine();
+        let help = sandbox(".", &format!("{command} --help")).fine();
         let flags = help.split_whitespace().filter_map(|word| word.strip_prefix("--"));
         for flag in flags
             .map(|flag| flag.trim_end_matches(|c: char| !c.is_ascii_lowercase()))

@@ -17,6 +17,11 @@ fn worst(forecast: &Forecast) -> Margin {
     *forecast.margins().first().expect("something is looked at")
 }
 
+/// The worst margin of a net.
+fn margin_of(net: &Springs, around: &Environment, method: Method, h: f64) -> Margin {
+    worst(&forecast(&mut net.lab(around, method, h)))
+}
+
 /// Two bodies on a spring of that stiffness over mass, one of them held.
 fn stiff_spring(k: f64) -> Springs {
     damped_spring(k, 0.0)
@@ -117,7 +122,7 @@ fn a_net_of_dampers_breaks_where_it_was_foretold() {
         let method = LIMITED[usize::try_from(seed).unwrap() % LIMITED.len()];
         let net = dampers(seed);
         let h = 1e-3;
-        let margin = worst(&forecast(&mut net.lab(&Environment::default(), method, h)));
+        let margin = margin_of(&net, &Environment::default(), method, h);
         let longest = h / margin.ratio();
         assert!(stays_at_rest(&net, method, 0.99 * longest), "{seed} {method:?} breaks below {margin:?}");
         assert!(!stays_at_rest(&net, method, 1.01 * longest), "{seed} {method:?} holds above {margin:?}");
@@ -127,15 +132,14 @@ fn a_net_of_dampers_breaks_where_it_was_foretold() {
 #[test]
 fn a_stiff_spring_needs_84_substeps_or_an_implicit_method() {
     let net = stiff_spring(1e8);
-    let margin =
-        worst(&forecast(&mut net.lab(&Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0)));
+    let margin = margin_of(&net, &Environment::default(), Method::SemiImplicitEuler, 1.0 / 60.0);
     assert!((margin.value - 1e4 / 60.0).abs() <= 1e-6 * margin.value, "{margin:?}");
     assert!((margin.limit - 2.0).abs() <= 1e-4, "{margin:?}");
     assert!(margin.is_unstable && matches!(margin.part, LimitingPart::Spring(_)));
     assert_eq!((margin.cure.substeps, margin.cure.method), (Some(84), Some(Method::ImplicitEuler)));
     for (substeps, unstable) in [(83, true), (84, false)] {
         let around = Environment { substeps: Some(substeps), ..Environment::default() };
-        let margin = worst(&forecast(&mut net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0)));
+        let margin = margin_of(&net, &around, Method::SemiImplicitEuler, 1.0 / 60.0);
         assert_eq!((margin.is_unstable, margin.substeps), (unstable, substeps));
     }
 }
@@ -164,15 +168,14 @@ fn methods_that_are_never_stable_are_named_with_their_growth_and_another_method(
         (Method::RungeKutta2Midpoint, 0.5, 1.0 + 0.5_f64.powi(4) / 4.0, Method::VelocityVerlet),
         (Method::RungeKutta2Heun, 0.1, 1.0 + 1e-4 / 4.0, Method::VelocityVerlet),
     ] {
-        let margin =
-            worst(&forecast(&mut stiff_spring(100.0).lab(&Environment::default(), method, z / 10.0)));
+        let margin = margin_of(&stiff_spring(100.0), &Environment::default(), method, z / 10.0);
         assert!(margin.is_unstable && margin.limit == 0.0 && margin.ratio().is_infinite(), "{margin:?}");
         let growth = f64::powf(squared, 0.5 * 10.0 / z);
         assert!((margin.growth_per_s / growth - 1.0).abs() <= 1e-6, "{margin:?} {growth}");
         assert_eq!((margin.cure.substeps, margin.cure.method), (None, Some(other)));
     }
     let net = stiff_spring(1e8);
-    let margin = worst(&forecast(&mut net.lab(&Environment::default(), Method::ImplicitEuler, 1.0)));
+    let margin = margin_of(&net, &Environment::default(), Method::ImplicitEuler, 1.0);
     assert!(!margin.is_unstable && margin.limit.is_infinite() && margin.ratio() == 0.0, "{margin:?}");
 }
 
@@ -269,7 +272,7 @@ fn a_large_cloth_of_dampers_is_judged_like_its_run() {
         body.x += DVec3::new(dice.number(), dice.number(), 0.0) * 1e-9;
     }
     for method in [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::RungeKutta4] {
-        let margin = worst(&forecast(&mut net.lab(&Environment::default(), method, 1e-3)));
+        let margin = margin_of(&net, &Environment::default(), method, 1e-3);
         let longest = 1e-3 / margin.ratio();
         assert!(stays_at_rest(&net, method, 0.99 * longest), "{method:?} breaks below {margin:?}");
         assert!(!stays_at_rest(&net, method, 1.01 * longest), "{method:?} holds above {margin:?}");
@@ -303,8 +306,7 @@ fn a_limit_is_the_same_seen_from_afar() {
     for k in [1e-30, 1e-11, 1e-4, 1e8, 1e18, 1e30, 1e60] {
         for damped in [false, true] {
             let net = damped_spring(k, if damped { 1e-12 * k.sqrt() } else { 0.0 });
-            let margin =
-                worst(&forecast(&mut net.lab(&Environment::default(), Method::SemiImplicitEuler, 1e-2)));
+            let margin = margin_of(&net, &Environment::default(), Method::SemiImplicitEuler, 1e-2);
             assert!((margin.limit - 2.0).abs() <= 0.02, "{k:e} {damped}: {margin:?}");
             assert_eq!(margin.is_unstable, 1e-2 * k.sqrt() > 2.0, "{k:e} {damped}: {margin:?}");
             assert_eq!(margin.cure.substeps.is_some(), k == 1e8, "{k:e}");

@@ -6,6 +6,7 @@ use motion::{Claims, Damping, DampingModel, METHODS, Method, MutualGravity, OwnL
 
 use super::lab::{Environment, Net, Start, State, elastic, extrapolated, pendulum, tetrahedron};
 use super::manufactured::manufactured;
+use crate::methods::orders::{claimed_orders, relative_errors};
 
 /// Parts of the span at whose ends the error is looked at.
 const SAMPLES: usize = 8;
@@ -49,33 +50,15 @@ impl Problem {
                 rig.insert(body, laws);
             }
         }
-        let (mut error, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
-        for exact in &self.exact {
-            rig.run((steps / SAMPLES) as u64);
-            for ((x, v), (exact_x, exact_v)) in rig.states().into_iter().zip(exact) {
-                for (i, (got, exact)) in [(x, *exact_x), (v, *exact_v)].into_iter().enumerate() {
-                    // `max` would drop a NaN.
-                    let distance = got.distance(exact);
-                    error[i] = if distance <= error[i] { error[i] } else { distance };
-                    size[i] = size[i].max(exact.length());
-                }
-            }
-        }
-        [error[0] / size[0], error[1] / size[1]]
-    }
-
-    fn claimed(&self, claims: &Claims) -> [u32; 2] {
-        if self.velocity_laws {
-            [claims.order_with_velocity_laws, claims.order_with_velocity_laws.min(claims.velocity_order)]
-        } else {
-            [claims.position_order, claims.velocity_order]
-        }
+        relative_errors(self.exact.iter().flat_map(|exact| {
+            rig.run((steps / SAMPLES) as u64).states().into_iter().zip(exact.iter().copied())
+        }))
     }
 
     /// `log2(E(h) / E(h / 2))` of position and velocity, of the finest pair of which rounding, if it all
     /// went one way, is at most a tenth; going all ways it is far below a hundredth.
     fn orders(&self, claims: &Claims, solver: Option<Solver>) -> [f64; 2] {
-        let mut steps = match (self.claimed(claims)[0], claims.method) {
+        let mut steps = match (claimed_orders(claims, self.velocity_laws)[0], claims.method) {
             (1, Method::ExplicitEuler) if self.name == "tetrahedron" => 1 << 16,
             (1, Method::ImplicitEuler) if self.name == "tetrahedron" => 1 << 14,
             (1, _) => 1 << 13,
@@ -96,7 +79,8 @@ impl Problem {
 
     /// Orders within 0.05 of the claimed ones.
     fn check(&self, claims: &Claims, solver: Option<Solver>) {
-        let (orders, claimed) = (self.orders(claims, solver), self.claimed(claims));
+        let claimed = claimed_orders(claims, self.velocity_laws);
+        let orders = self.orders(claims, solver);
         for (order, claimed) in orders.into_iter().zip(claimed) {
             let off = (order - f64::from(claimed)).abs();
             assert!(off <= 0.05, "{}, {}: {orders:.3?} for {claimed}", self.name, claims.name);

@@ -4,11 +4,13 @@
 mod kinds;
 mod broken;
 
-use motion::real::{Real, RealVector as _};
-use motion::{Affine, BodyState, EvaluationTime, Gravity, Jacobians, Law};
+use glam::DVec3;
+use motion::arrays::Bare;
+use motion::{BodyState, EvaluationTime, Gravity, Jacobians, Law};
 
 use super::pushes::{check_gravity, check_passes_over};
 use super::{Check, Stepper, damping, fingerprint, orders, pushes, verlet};
+use crate::environment::Formula;
 
 /// A check of a method.
 type Checked = (&'static str, fn(&Stepper) -> Check);
@@ -35,51 +37,40 @@ fn every_broken_method_is_rejected() {
     assert!(survivors.is_empty(), "not rejected: {survivors:?}");
 }
 
-/// Gravity as a force: heavy bodies fall slower.
-#[derive(Debug)]
-struct ByMass;
-
-impl<T: Real> Law<T> for ByMass {
-    fn name(&self) -> &'static str {
-        "gravity by mass"
-    }
-    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        Gravity::EARTH.acceleration(at, body) * body.inverse_mass
-    }
-    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
-        Jacobians::zero()
-    }
-    fn depends_on_velocity(&self) -> bool {
-        false
-    }
-}
-
 #[test]
 fn gravity_by_mass_is_rejected() {
-    check_gravity(|bare| bare.with_law(ByMass)).unwrap_err();
+    // Gravity as a force: heavy bodies fall slower.
+    let by_mass = |bare: Bare<f64>| {
+        let law = |at, body: BodyState<f64>| Gravity::EARTH.acceleration(at, body) * body.inverse_mass;
+        bare.with_law(Formula::new("gravity by mass", law))
+    };
+    check_gravity(by_mass).unwrap_err();
 }
 
 /// Gravity that forgets that some bodies cannot be moved.
 #[derive(Debug)]
 struct OnEverything;
 
-impl<T: Real> Law<T> for OnEverything {
+impl Law<f64> for OnEverything {
     fn name(&self) -> &'static str {
         "gravity on everything"
     }
-    fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
+    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         Gravity::EARTH.acceleration(at, body)
     }
-    fn jacobians(&self, _: EvaluationTime<T>, _: BodyState<T>) -> Jacobians<T> {
+    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
         Jacobians::zero()
     }
     fn depends_on_velocity(&self) -> bool {
         false
     }
-    fn affine(&self) -> Option<Affine<T>> {
-        Gravity::EARTH.affine()
-    }
-    fn accelerate(&self, at: EvaluationTime<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
+    fn accelerate(
+        &self,
+        at: EvaluationTime<f64>,
+        positions: &[[f64; 4]],
+        bodies: &[[f64; 4]],
+        sum: &mut [[f64; 4]],
+    ) {
         for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
             let a = self.acceleration(at, BodyState::of_rows(x, body)).to_array();
             (0..3).for_each(|axis| sum[axis] += a[axis]);

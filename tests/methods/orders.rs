@@ -1,22 +1,29 @@
 //! The order of every method on every smooth problem, position and velocity apart.
 
 use glam::DVec3;
-use motion::Method;
+use motion::{Claims, Method};
 
-use super::problems::{self, Problem};
+use super::problems::{self, Problem, State};
 use super::{Check, SKEW, Stepper, all_pass, position, velocity, within};
 
 /// Largest errors over the samples relative to the largest exact values: never one component, which crosses
 /// zeros of its leading error.
-pub fn errors(stepper: &Stepper, problem: &Problem, steps: u32) -> [f64; 2] {
+pub(super) fn errors(stepper: &Stepper, problem: &Problem, steps: u32) -> [f64; 2] {
     let mut bare = problem.bare(stepper, problem.span / f64::from(steps));
-    let (mut error, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
-    let (x, v) = (problem.exact)(0.0);
-    (size[0], size[1]) = (x.length(), v.length());
-    for sample in 1..=problem.samples {
+    let start = (problem.exact)(0.0);
+    let samples = (1..=problem.samples).map(|sample| {
         stepper.run(&mut bare, steps / problem.samples);
-        let (x, v) = (problem.exact)(problem.span * f64::from(sample) / f64::from(problem.samples));
-        for (i, (got, exact)) in [(position(&bare, 0), x), (velocity(&bare, 0), v)].into_iter().enumerate() {
+        let exact = (problem.exact)(problem.span * f64::from(sample) / f64::from(problem.samples));
+        ((position(&bare, 0), velocity(&bare, 0)), exact)
+    });
+    relative_errors([(start, start)].into_iter().chain(samples))
+}
+
+/// Largest distances of positions and of velocities from the exact ones, relative to the largest exact ones.
+pub fn relative_errors(samples: impl Iterator<Item = (State, State)>) -> [f64; 2] {
+    let (mut error, mut size) = ([0.0_f64; 2], [0.0_f64; 2]);
+    for ((x, v), (exact_x, exact_v)) in samples {
+        for (i, (got, exact)) in [(x, exact_x), (v, exact_v)].into_iter().enumerate() {
             // `max` would drop a NaN.
             let distance = got.distance(exact);
             error[i] = if distance <= error[i] { error[i] } else { distance };
@@ -26,15 +33,19 @@ pub fn errors(stepper: &Stepper, problem: &Problem, steps: u32) -> [f64; 2] {
     [error[0] / size[0], error[1] / size[1]]
 }
 
-/// The claimed order of position and velocity on this problem; `None` is no error but rounding. An order p
-/// takes every polynomial acceleration of degree p - 1 into the velocity and of degree p - 2 into the position.
-fn claimed(stepper: &Stepper, problem: &Problem) -> [Option<u32>; 2] {
-    let claims = stepper.claims();
-    let orders = if problem.velocity_laws {
+/// The claimed orders of position and velocity.
+pub fn claimed_orders(claims: &Claims, velocity_laws: bool) -> [u32; 2] {
+    if velocity_laws {
         [claims.order_with_velocity_laws, claims.order_with_velocity_laws.min(claims.velocity_order)]
     } else {
         [claims.position_order, claims.velocity_order]
-    };
+    }
+}
+
+/// The claimed order of position and velocity on this problem; `None` is no error but rounding. An order p
+/// takes every polynomial acceleration of degree p - 1 into the velocity and of degree p - 2 into the position.
+fn claimed(stepper: &Stepper, problem: &Problem) -> [Option<u32>; 2] {
+    let orders = claimed_orders(stepper.claims(), problem.velocity_laws);
     // Position Verlet's velocity is that of half a step before, whatever the acceleration.
     let lags = stepper.method == Method::PositionVerlet;
     let exact = |column: usize| {
@@ -70,7 +81,7 @@ fn order(stepper: &Stepper, problem: &Problem, column: usize, claimed: u32) -> R
 }
 
 /// The orders on one problem are within 0.05 of the claimed ones.
-pub fn check_on(stepper: &Stepper, problem: &Problem) -> Check {
+fn check_on(stepper: &Stepper, problem: &Problem) -> Check {
     for (column, claimed) in claimed(stepper, problem).into_iter().enumerate() {
         let what = || format!("{}, {}", problem.name, ["position", "velocity"][column]);
         match claimed {
@@ -92,7 +103,7 @@ pub fn check_on(stepper: &Stepper, problem: &Problem) -> Check {
 }
 
 /// The orders are the claimed ones on every problem.
-pub fn check(stepper: &Stepper) -> Check {
+pub(super) fn check(stepper: &Stepper) -> Check {
     problems::all().iter().try_for_each(|problem| check_on(stepper, problem))
 }
 
@@ -102,7 +113,7 @@ fn orders_are_as_claimed() {
 }
 
 /// What is left over on a parabola by the methods of order 1, and on a linear thrust by those of order 2.
-pub fn check_constants(stepper: &Stepper) -> Check {
+fn check_constants(stepper: &Stepper) -> Check {
     let along = |problem: &Problem, steps: u32, axis: DVec3| {
         let mut bare = problem.bare(stepper, problem.span / f64::from(steps));
         stepper.run(&mut bare, steps);

@@ -1,26 +1,19 @@
 //! `sandbox stability` itself, and cases as scenes.
 
-use std::process::Command;
-
 use lab::stability::{Matrix, Survey};
 use motion::Method;
 use tempfile::TempDir;
 
 use super::committed;
-use crate::harness::{output, program};
-
-fn said(arguments: &[&str]) -> String {
-    let output = output(Command::new(program()).args(arguments));
-    assert!(output.err.lines().all(|line| line.starts_with("made the folder ")), "{}", output.err);
-    output.fine()
-}
+use crate::harness::sandbox;
 
 #[test]
 fn a_row_and_two_columns_alone_are_those_of_the_whole() {
     let folder = TempDir::new().unwrap();
-    let out = folder.path().join("new/report");
-    let asked = ["stability", "hitch", "hitch", "--method", "runge_kutta_4", "--method", "explicit_euler"];
-    let json = said(&[&asked[..], &["--format", "json", "--out", out.to_str().unwrap()]].concat());
+    let asked = "stability hitch hitch --method runge_kutta_4 --method explicit_euler";
+    let said = sandbox(&folder, &format!("{asked} --format json --out new/report"));
+    said.says(0, "made the folder new/report\n");
+    let (json, out) = (said.out, folder.path().join("new/report"));
     let found: Matrix = serde_json::from_str(&json).unwrap();
     let mut expected = committed();
     expected.rows.retain(|row| row.case == "hitch");
@@ -47,7 +40,7 @@ fn a_row_and_two_columns_alone_are_those_of_the_whole() {
 
 #[test]
 fn the_table_has_a_line_a_row() {
-    let table = said(&["stability", "huge_steps", "stiff_spring", "--method", "implicit_euler"]);
+    let table = sandbox(".", "stability huge_steps stiff_spring --method implicit_euler").fine();
     let lines: Vec<_> = table
         .lines()
         .map(|line| line.split("  ").filter(|part| !part.is_empty()).collect::<Vec<_>>())
@@ -61,9 +54,9 @@ fn the_table_has_a_line_a_row() {
 
 #[test]
 fn cases_are_scenes() {
-    let list = said(&["list", "cases"]);
+    let list = sandbox(".", "list cases").fine();
     assert_eq!(list.lines().count(), scene::cases().len());
-    let summary = said(&["run", "over_damping", "--ticks", "60"]);
+    let summary = sandbox(".", "run over_damping --ticks 60").fine();
     assert!(summary.contains("over_damping"), "{summary}");
 }
 
@@ -72,16 +65,15 @@ fn a_scene_of_ones_own_is_a_case_too() {
     let text = "(version: 1, bodies: [(name: \"a\", velocity_m_s: (1, 0, 0))],
         expect: (survival: (measure: reference, ticks: 120, exact_below: 1e-9, bounded_below: 0.1, script: [
             (at_s: 0.5, do: reverse_velocities), (at_s: 0.75, do: set_velocity(\"a\", (nan, 0, 0)))])))";
-    let scene = scene::Scene::parse("own", text).unwrap();
-    let mut survey = Survey::new(vec![scene], &[Method::VelocityVerlet], Some(80));
-    while !survey.work(0.01) {}
-    let cell = &survey.matrix().rows[0].cells[0];
-    assert_eq!((cell.class.name(), survey.matrix().rows[0].ticks), ("exact", 80));
-
-    let scene = scene::Scene::parse("own", text).unwrap();
-    let mut survey = Survey::new(vec![scene], &[Method::VelocityVerlet], None);
-    while !survey.work(0.01) {}
-    let cell = &survey.matrix().rows[0].cells[0];
+    let row = |ticks| {
+        let scene = scene::Scene::parse("own", text).unwrap();
+        let mut survey = Survey::new(vec![scene], &[Method::VelocityVerlet], ticks);
+        while !survey.work(0.01) {}
+        survey.matrix().rows[0].clone()
+    };
+    let prefix = row(Some(80));
+    assert_eq!((prefix.cells[0].class.name(), prefix.ticks), ("exact", 80));
+    let cell = &row(None).cells[0];
     assert_eq!(cell.class.name(), "explodes");
     assert!(cell.why.starts_with("a: ") && cell.why.ends_with(" in tick 91"), "{}", cell.why);
 }
