@@ -41,8 +41,7 @@ fn resolved(study: &Study, cell: &Cell) -> Option<f64> {
 
 /// Cells of double precision with their costs and errors.
 fn priced(study: &Study, cost: Cost) -> impl Iterator<Item = (&Cell, f64, f64)> {
-    let cells = study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64);
-    cells.filter_map(move |cell| Some((cell, study.cost(cell, cost)?, resolved(study, cell)?)))
+    study.in_double().filter_map(move |cell| Some((cell, study.cost(cell, cost)?, resolved(study, cell)?)))
 }
 
 /// The largest error that is of use and the least that was reached, m; `None` if none is of use.
@@ -124,8 +123,9 @@ pub(crate) struct Answer<'a> {
 /// The cheapest setting that keeps an error; of equal ones that with the best velocities.
 fn cheapest(study: &Study, cost: Cost, below_m: f64) -> Option<&Cell> {
     let keeps = || {
-        let cells = study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64);
-        let kept = cells.filter(move |cell| study.error(cell, SEEN).is_some_and(|error| error <= below_m));
+        let kept = study
+            .in_double()
+            .filter(move |cell| study.error(cell, SEEN).is_some_and(|error| error <= below_m));
         kept.filter_map(move |cell| Some((cell, study.cost(cell, cost)?)))
     };
     let method = |cell: &Cell| cell.setting.method;

@@ -68,7 +68,7 @@ pub(crate) fn figures(study: &Study) -> Vec<(Kind, Drawing)> {
 
 /// The cells of double precision, of which most figures are.
 fn curves(study: &Study) -> impl Iterator<Item = &Cell> {
-    study.cells.iter().filter(|cell| cell.setting.precision == Precision::F64 && cell.is_run())
+    study.in_double().filter(|cell| cell.is_run())
 }
 
 /// Part of the name of a file, and class of a figure on a page.

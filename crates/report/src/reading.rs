@@ -27,7 +27,7 @@ pub(crate) fn ranks(study: &Study) -> bool {
 
 /// Whether any run in double precision went through.
 pub(crate) fn finished(study: &Study) -> bool {
-    study.cells.iter().any(|cell| cell.setting.precision == Precision::F64 && cell.errors().is_some())
+    study.in_double().any(|cell| cell.errors().is_some())
 }
 
 /// Whether the truth itself is too uncertain to tell usable runs apart.

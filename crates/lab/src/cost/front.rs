@@ -74,6 +74,11 @@ impl Study {
             .filter(move |cell| cell.setting.method == method && cell.setting.precision == precision)
     }
 
+    /// The cells of double precision.
+    pub fn in_double(&self) -> impl Iterator<Item = &Cell> {
+        self.cells.iter().filter(|cell| cell.setting.precision == Precision::F64)
+    }
+
     /// The least error that is told from round-off, and from the truth's own, of a run of f64 of `steps` steps.
     pub fn trusted(&self, cell: &Cell, accuracy: Accuracy) -> f64 {
         let steps = self.ticks as f64 * f64::from(cell.setting.substeps);
@@ -103,9 +108,7 @@ impl Study {
     /// The settings that no other one of f64 beats in both error and cost, the cheapest first.
     pub fn front(&self, accuracy: Accuracy, cost: Cost) -> Vec<&Cell> {
         let mut points: Vec<_> = self
-            .cells
-            .iter()
-            .filter(|cell| cell.setting.precision == Precision::F64)
+            .in_double()
             .filter_map(|cell| Some((self.cost(cell, cost)?, self.error(cell, accuracy)?, cell)))
             .collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));

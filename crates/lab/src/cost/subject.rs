@@ -28,32 +28,28 @@ pub struct Subject {
 
 impl Subject {
     /// A problem.
-    ///
-    /// # Panics
-    /// Never: the scenes of problems are right.
     pub fn of_problem(problem: &Problem) -> Self {
-        let scene = Scene::parse(problem.name, &(problem.scene)()).expect("the scenes of problems are right");
+        Self::of_text(*problem, &(problem.scene)(), problem.description.to_owned())
+    }
+
+    /// The harmonic oscillator over so many whole periods, at least 1.
+    pub fn oscillator(periods: u32) -> Self {
+        let problem = super::problem::problem("harmonic_oscillator").expect("a problem of the list");
+        let text = super::problem::oscillator_scene(periods.max(1));
+        let description = format!("A mass on an ideal spring, {periods} periods");
+        Self::of_text(Problem { ladder: (1, 8192), ..*problem }, &text, description)
+    }
+
+    fn of_text(problem: Problem, text: &str, description: String) -> Self {
+        let scene = Scene::parse(problem.name, text).expect("the scenes of problems are right");
         Self {
-            scene: Scene { description: problem.description.to_owned(), ..scene },
-            problem: Some(*problem),
+            scene: Scene { description, ..scene },
+            problem: Some(problem),
             without: Vec::new(),
             ticks: SAMPLES,
             yields: false,
             notes: Vec::new(),
         }
-    }
-
-    /// The harmonic oscillator over so many whole periods, at least 1.
-    ///
-    /// # Panics
-    /// Never: its scene is right.
-    pub fn oscillator(periods: u32) -> Self {
-        let problem = super::problem::problem("harmonic_oscillator").expect("a problem of the list");
-        let text = super::problem::oscillator_scene(periods.max(1));
-        let scene = Scene::parse(problem.name, &text).expect("the scene of the oscillator is right");
-        let description = format!("A mass on an ideal spring, {periods} periods");
-        let problem = Problem { ladder: (1, 8192), ..*problem };
-        Self { scene: Scene { description, ..scene }, ..Self::of_problem(&problem) }
     }
 
     /// A scene from its start, for `seconds` rounded up to a multiple of [`SAMPLES`] ticks; if `None`, for 10, or

@@ -11,12 +11,9 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
         let rate = 1e3 / (60.0 * ms);
         let errors = Errors { relative: *error, position_m: *error, velocity_m_s: *error };
         let failed = Outcome::Failed(Failure::BlewUp);
+        let method = Method::ALL[i % Method::ALL.len()];
+        let setting = Setting { method, substeps: 1 + i as u32, precision: Precision::F64 };
         Cell {
-            setting: Setting {
-                method: Method::ALL[i % Method::ALL.len()],
-                substeps: 1 + i as u32,
-                precision: Precision::F64,
-            },
             outcome: if error.is_nan() { failed } else { Outcome::Finished(errors) },
             counts: Counts { accelerations: 1000 * (1 + i as u64), solver: 200 },
             time: Some(Time {
@@ -25,9 +22,7 @@ fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
                 yardsticks: 1.0,
                 quartiles: [1.0; 3],
             }),
-            arrays_time: None,
-            bytes_per_body_step: None,
-            instructions_per_tick: None,
+            ..Cell::open(setting)
         }
     };
     let reference = Truth::Reference {

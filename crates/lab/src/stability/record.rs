@@ -88,9 +88,6 @@ pub struct Prefix {
 
 impl Matrix {
     /// As JSON; numbers that are not finite are the strings `"nan"`, `"inf"` and `"-inf"`.
-    ///
-    /// # Panics
-    /// Never: it is plain data.
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a matrix is plain data") + "\n"
     }
