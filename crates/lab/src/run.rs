@@ -42,6 +42,11 @@ pub(crate) fn started(scene: impl Into<Arc<Scene>>, without: &[Effect]) -> Simul
     simulation
 }
 
+/// The bodies of `scene` that can move, with their stable ids.
+pub(crate) fn movable(scene: &Scene) -> impl Iterator<Item = (u32, &BodySpec)> {
+    (0..).zip(&scene.bodies).filter(|(_, body)| body.is_movable())
+}
+
 /// Thread CPU time of a tick, s, over `ticks` of them, at least 1.
 fn time(ticks: u64, mut tick: impl FnMut()) -> f64 {
     let start = ThreadTime::now();
@@ -114,8 +119,7 @@ pub struct AttractionTick {
 pub fn attraction_tick(scene: &Scene) -> Option<AttractionTick> {
     scene.mutual_gravity?;
     let is_particle = |id: u32| scene.emitters.iter().any(|emitter| emitter.pool.contains(&id));
-    let moves = |body: &BodySpec| body.inverse_mass.is_some_and(|inverse_mass| inverse_mass > 0.0);
-    let attracted = || (0..).zip(&scene.bodies).filter(|(id, body)| moves(body) && !is_particle(*id));
+    let attracted = || movable(scene).filter(|(id, _)| !is_particle(*id));
     let bodies = attracted().count();
     if bodies <= SAMPLE {
         return None;

@@ -284,7 +284,8 @@ impl BodySpec {
     };
 
     /// Whether it has physics and is not immovable.
-    pub(crate) fn is_movable(&self) -> bool {
+    #[must_use]
+    pub fn is_movable(&self) -> bool {
         self.inverse_mass.is_some_and(|inverse_mass| inverse_mass > 0.0)
     }
 }

@@ -5,9 +5,8 @@
 
 use std::collections::VecDeque;
 
-use bevy_ecs::prelude::*;
 use history::REFERENCE_METHOD;
-use motion::{Method, PhysicsBody};
+use motion::Method;
 
 use super::clock::{Clock, thread_time};
 use super::drift::Drifting;
@@ -17,6 +16,7 @@ use super::runner::{Make, Sample, make};
 use super::subject::Subject;
 use super::timing::Timings;
 use super::truth::{Sampled, Samples, Target};
+use crate::run::movable;
 
 /// A relative error from which a reference is none.
 const TRUSTED: f64 = 1e-2;
@@ -90,12 +90,8 @@ impl Bench {
     }
 
     fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>, rungs: &[u32]) -> Self {
-        let run = subject.run(subject.own());
+        let movable: Vec<u32> = movable(&subject.scene).map(|(id, _)| id).collect();
         let (_, exact_damping) = subject.continuous();
-        let moves =
-            |body: &Entity| run.world.get::<PhysicsBody>(*body).is_some_and(|body| body.inverse_mass > 0.0);
-        let movable: Vec<u32> =
-            (0..).zip(&run.bodies).filter(|(_, body)| moves(body)).map(|(id, _)| id).collect();
         let mut study = Study {
             subject: subject.scene.name.clone(),
             description: subject.scene.description.clone(),
@@ -155,10 +151,10 @@ impl Bench {
             return;
         }
         let known =
-            |setting: Setting| earlier.cells.iter().position(|cell| cell.setting == setting && cell.is_run());
+            |setting: Setting| earlier.cells.iter().find(|cell| cell.setting == setting && cell.is_run());
         for cell in &mut self.study.cells {
-            if let Some(at) = known(cell.setting) {
-                cell.clone_from(&earlier.cells[at]);
+            if let Some(known) = known(cell.setting) {
+                cell.clone_from(known);
             }
         }
         self.study.drifts.clone_from(&earlier.drifts);

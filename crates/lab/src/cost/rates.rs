@@ -1,12 +1,11 @@
 //! The same second at several frame rates.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
-use history::Simulation;
 use motion::{Damping, DampingModel, Method, Quarantine, Request, TimeStep, Transform};
 
 use super::record::{Precision, RateRow, Setting};
 use super::subject::Subject;
+use crate::run::movable;
 
 /// Frames a second.
 const RATES: [f64; 5] = [15.0, 30.0, 60.0, 144.0, 240.0];
@@ -32,18 +31,33 @@ fn models(subject: &Subject) -> Vec<Option<DampingModel>> {
 /// A second of `subject` by its own method: at each rate by ticks as long as frames and by ticks of its own, with
 /// each model of damping if it has any, its first body pushed by a force for one tick and by an impulse.
 pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
-    let Some(body) = pushed(subject) else { return Vec::new() };
+    let Some((body, spec)) = movable(&subject.scene).next() else { return Vec::new() };
     let newtons = subject.scene.push.map_or(10.0, |push| push.start);
+    // Where it ends, m; nothing if it was quarantined on the way.
+    let pushed = |model: Option<DampingModel>, setting: Setting, tick_hz: f64, push: &str| {
+        let mut subject = subject.clone();
+        subject.scene.damping =
+            subject.scene.damping.zip(model).map(|(damping, model)| Damping { model, ..damping });
+        let mut run = subject.run(setting);
+        let body = run.body(body)?;
+        match push {
+            "force" => run.push(body, DVec3::X * newtons),
+            _ => run.request(Request::Impulse(body, DVec3::X * (newtons / EVEN))),
+        }
+        run.world.insert_resource(TimeStep(1.0 / tick_hz));
+        run.run(ticks(tick_hz));
+        let sound = run.world.resource::<Quarantine>().records().is_empty();
+        run.world.get::<Transform>(body).filter(|_| sound).map(|end| end.position)
+    };
     let mut rows = Vec::new();
     for model in models(subject) {
-        let truth = Second { subject, body, model: model.map(|_| DampingModel::Exact), newtons };
         let fine = Setting { method: Method::RungeKutta4, substeps: FINER, precision: Precision::F64 };
-        let start = truth.place(&truth.run(fine));
-        let aim = truth.pushed(fine, subject.scene.step_hz, "impulse");
+        let exact = model.map(|_| DampingModel::Exact);
+        let aim = pushed(exact, fine, subject.scene.step_hz, "impulse");
         for frame_hz in RATES {
             for (step, tick_hz) in [("frame", frame_hz), ("fixed", subject.scene.step_hz)] {
                 for push in ["force", "impulse"] {
-                    let end = Second { model, ..truth }.pushed(subject.own(), tick_hz, push);
+                    let end = pushed(model, subject.own(), tick_hz, push);
                     let distance = |from: Option<DVec3>| {
                         let distance = from?.distance(end?);
                         distance.is_finite().then_some(distance)
@@ -54,7 +68,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
                         damping: model.map_or("none", DampingModel::name).to_owned(),
                         push: push.to_owned(),
                         ticks: ticks(tick_hz),
-                        moved_m: distance(start),
+                        moved_m: distance(Some(spec.position)),
                         off_m: distance(aim),
                     });
                 }
@@ -64,53 +78,7 @@ pub(crate) fn rates(subject: &Subject) -> Vec<RateRow> {
     rows
 }
 
-/// The body that is pushed: the first that can move.
-fn pushed(subject: &Subject) -> Option<u32> {
-    let bodies = (0..).zip(&subject.scene.bodies);
-    bodies.filter(|(_, body)| body.inverse_mass.is_some_and(|w| w > 0.0)).map(|(id, _)| id).next()
-}
-
 /// Ticks of a second.
 fn ticks(tick_hz: f64) -> u64 {
     tick_hz.round() as u64
-}
-
-#[derive(Clone, Copy)]
-struct Second<'a> {
-    subject: &'a Subject,
-    body: u32,
-    model: Option<DampingModel>,
-    newtons: f64,
-}
-
-impl Second<'_> {
-    fn run(&self, setting: Setting) -> Simulation {
-        let mut subject = self.subject.clone();
-        subject.scene.damping =
-            subject.scene.damping.zip(self.model).map(|(damping, model)| Damping { model, ..damping });
-        subject.run(setting)
-    }
-
-    /// Where the body ends that is pushed in the first tick, by a force or by the impulse that the force is at [`EVEN`],
-    /// m; `None` if it was quarantined on the way.
-    fn pushed(&self, setting: Setting, tick_hz: f64, push: &str) -> Option<DVec3> {
-        let mut run = self.run(setting);
-        let body = self.entity(&run)?;
-        match push {
-            "force" => run.push(body, DVec3::X * self.newtons),
-            _ => run.request(Request::Impulse(body, DVec3::X * (self.newtons / EVEN))),
-        }
-        run.world.insert_resource(TimeStep(1.0 / tick_hz));
-        run.run(ticks(tick_hz));
-        let sound = run.world.resource::<Quarantine>().records().is_empty();
-        self.place(&run).filter(|_| sound)
-    }
-
-    fn entity(&self, run: &Simulation) -> Option<Entity> {
-        run.bodies.get(self.body as usize).copied()
-    }
-
-    fn place(&self, run: &Simulation) -> Option<DVec3> {
-        run.world.get::<Transform>(self.entity(run)?).map(|transform| transform.position)
-    }
 }

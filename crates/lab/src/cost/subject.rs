@@ -6,6 +6,7 @@ use scene::{Scene, unsolvable};
 
 use super::problem::{Exact, Problem};
 use super::record::{Precision, SAMPLES, Setting};
+use crate::run::movable;
 
 /// Ticks between two looks at most: what more there is of a scene of so short ticks is left out.
 const MOST_TICKS: f64 = 1e15;
@@ -83,7 +84,7 @@ impl Subject {
 
     /// Copies of a problem that have so many bodies that move, and whose ticks are as long as one of so many substeps.
     pub fn of_bodies(&self, bodies: u32, substeps: u32) -> Self {
-        let each = self.scene.bodies.iter().filter(|body| body.inverse_mass.is_some_and(|w| w > 0.0)).count();
+        let each = movable(&self.scene).count();
         self.copies(bodies.div_ceil(u32::try_from(each.max(1)).unwrap_or(u32::MAX)), substeps)
     }
 

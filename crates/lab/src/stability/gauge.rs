@@ -7,6 +7,7 @@ use scene::{Measure, Scene, SurvivalRow};
 use super::host::Host;
 use super::record::PREFIX;
 use crate::cost::{Sample, larger};
+use crate::run::movable;
 
 /// Looks at a run, about, unless they would be more than [`EVERY`] ticks apart.
 const LOOKS: u64 = 256;
@@ -84,11 +85,7 @@ pub(super) struct Gauge {
 impl Gauge {
     /// For `scene`, which is that of `row`, and a target where the measure has one.
     pub fn new(scene: &Scene, row: &SurvivalRow, target: Option<&Target>) -> Self {
-        let bodies = (0..).zip(&scene.bodies);
-        let masses = bodies.filter_map(|(id, body)| {
-            let w = body.inverse_mass.filter(|w| *w > 0.0)?;
-            Some((id, 1.0 / w))
-        });
+        let masses = movable(scene).filter_map(|(id, body)| Some((id, 1.0 / body.inverse_mass?)));
         let single = scene.springs.iter().map(|spring| (spring.ends, spring.elastic.rest_length));
         let soft = scene.soft_bodies.iter().flat_map(|body| {
             let ends = move |ends: [u32; 2]| ends.map(|end| end + body.points.start);
