@@ -1,5 +1,7 @@
 //! `sandbox stability` itself, and cases as scenes.
 
+use std::path::Path;
+
 use lab::stability::{Matrix, Survey};
 use motion::Method;
 use tempfile::TempDir;
@@ -7,13 +9,18 @@ use tempfile::TempDir;
 use super::committed;
 use crate::harness::sandbox;
 
+fn said(folder: impl AsRef<Path>, line: &str) -> String {
+    let said = sandbox(folder, line);
+    assert!(said.err.lines().all(|line| line.starts_with("made the folder ")), "{}", said.err);
+    said.fine()
+}
+
 #[test]
 fn a_row_and_two_columns_alone_are_those_of_the_whole() {
     let folder = TempDir::new().unwrap();
     let asked = "stability hitch hitch --method runge_kutta_4 --method explicit_euler";
-    let said = sandbox(&folder, &format!("{asked} --format json --out new/report"));
-    said.says(0, "made the folder new/report\n");
-    let (json, out) = (said.out, folder.path().join("new/report"));
+    let json = said(folder.path(), &format!("{asked} --format json --out new/report"));
+    let out = folder.path().join("new/report");
     let found: Matrix = serde_json::from_str(&json).unwrap();
     let mut expected = committed();
     expected.rows.retain(|row| row.case == "hitch");
@@ -40,7 +47,7 @@ fn a_row_and_two_columns_alone_are_those_of_the_whole() {
 
 #[test]
 fn the_table_has_a_line_a_row() {
-    let table = sandbox(".", "stability huge_steps stiff_spring --method implicit_euler").fine();
+    let table = said(".", "stability huge_steps stiff_spring --method implicit_euler");
     let lines: Vec<_> = table
         .lines()
         .map(|line| line.split("  ").filter(|part| !part.is_empty()).collect::<Vec<_>>())
@@ -54,9 +61,9 @@ fn the_table_has_a_line_a_row() {
 
 #[test]
 fn cases_are_scenes() {
-    let list = sandbox(".", "list cases").fine();
+    let list = said(".", "list cases");
     assert_eq!(list.lines().count(), scene::cases().len());
-    let summary = sandbox(".", "run over_damping --ticks 60").fine();
+    let summary = said(".", "run over_damping --ticks 60");
     assert!(summary.contains("over_damping"), "{summary}");
 }
 
