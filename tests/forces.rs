@@ -237,15 +237,8 @@ fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
         (0..run.bodies.len()).flat_map(|body| names_on(run, body)).collect::<BTreeSet<_>>()
     };
     let mut names = of_all(&mut run);
-    for effect in [
-        Effect::Gravity,
-        Effect::Drag,
-        Effect::Wells,
-        Effect::Thrusts,
-        Effect::Damping,
-        Effect::MutualGravity,
-        Effect::Springs,
-    ] {
+    let names_of_effects = ["gravity", "drag", "wells", "thrusts", "damping", "mutual_gravity", "springs"];
+    for effect in names_of_effects.map(|name| Effect::from_name(name).unwrap()) {
         run.world.resource_mut::<Requests>().ask(Request::Switch(effect, false));
         run.stepper.carry_out_requests(&mut run.world);
         assert!(names.remove(effect.name()), "{effect} acted");

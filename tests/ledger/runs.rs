@@ -67,20 +67,9 @@ fn the_summary_has_books_where_they_were_asked_for_and_the_run_is_the_same() {
     assert_eq!(plain["state_hash"], kept["state_hash"]);
     assert_eq!((plain.get("ledger"), plain["laws"].clone()), (None, kept["laws"].clone()));
     let ledger = kept["ledger"].as_object().unwrap();
-    let keys = [
-        "kept_s",
-        "change_j",
-        "push_work_j",
-        "laws",
-        "damping_j",
-        "limits_j",
-        "anchors_j",
-        "interventions_j",
-        "residual_j",
-        "residual_j_per_s",
-        "relative_residual",
-        "momentum",
-    ];
+    let keys = "kept_s change_j push_work_j laws damping_j limits_j anchors_j interventions_j residual_j \
+        residual_j_per_s relative_residual momentum";
+    let keys: Vec<_> = keys.split(' ').collect();
     assert_eq!(ledger.keys().collect::<Vec<_>>(), keys);
     let number = |value: &Value| value.as_f64().unwrap();
     let energy =
