@@ -9,17 +9,15 @@ mod archive;
 mod energy;
 mod manifest;
 
-use std::fmt;
-
 use motion::units::Vector;
 use motion::{Method, Request};
 use scene::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
+pub use archive::BadBundle;
 pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 
-use crate::lists::list;
 use crate::snapshot::{Snapshot, requests, vector, words};
 
 /// A run that can be repeated.
@@ -76,37 +74,7 @@ impl Event {
     }
 }
 
-/// What to do about a bundle that no program has written.
-const UNDAMAGED: &str = "get an undamaged copy";
-
-/// Why bytes are not a bundle.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BadBundle {
-    what: String,
-    cure: &'static str,
-}
-
-impl BadBundle {
-    pub(crate) fn new(what: impl Into<String>, cure: &'static str) -> Self {
-        Self { what: what.into(), cure }
-    }
-}
-
-impl fmt::Display for BadBundle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}; {}", self.what, self.cure)
-    }
-}
-
-impl std::error::Error for BadBundle {}
-
 impl Bundle {
-    /// Whether a file that begins with these bytes can be a bundle.
-    #[must_use]
-    pub fn begins_with(bytes: &[u8]) -> bool {
-        bytes.starts_with(archive::MAGIC)
-    }
-
     /// The scene, with the settings of the run, known in messages as `name`.
     ///
     /// # Errors
@@ -117,16 +85,4 @@ impl Bundle {
         scene.name.clone_from(&self.manifest.scene);
         Ok(scene)
     }
-}
-
-/// What stands in `state.cbor`.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(default)]
-struct State<S> {
-    snapshot: S,
-    #[serde(deserialize_with = "list")]
-    events: Vec<Event>,
-    /// The largest energy until the snapshot, which is all that programs before `energy` read and wrote.
-    energy_scale_j: Option<f64>,
-    energy: Option<EnergyState>,
 }

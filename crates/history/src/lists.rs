@@ -47,6 +47,11 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Entries<T> {
     }
 }
 
+/// Bytes that a list has allocated for its own entries.
+pub(crate) fn list_bytes<T>(list: &Vec<T>) -> usize {
+    list.capacity() * size_of::<T>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

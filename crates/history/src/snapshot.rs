@@ -14,11 +14,11 @@ use motion::{Method, Request};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
-use crate::lists::list;
+use crate::lists::{list, list_bytes};
 use crate::simulation::hash_of_states;
 
+pub use entries::EffectsState;
 pub use restore::BadSnapshot;
-pub use take::EffectsState;
 
 #[cfg(test)]
 pub(crate) use entries::RequestEntry;
@@ -181,11 +181,6 @@ impl Snapshot {
             self.last_steps.extend(start.map(|(_, last)| (id, last.0)));
         }
     }
-}
-
-/// Bytes that a list has allocated for its own entries.
-fn list_bytes<T>(list: &Vec<T>) -> usize {
-    list.capacity() * size_of::<T>()
 }
 
 #[cfg(test)]

@@ -1,15 +1,16 @@
 //! From bytes to a bundle and back. Whatever the bytes are: a bundle or one error, and no more memory than the
 //! limits below. What is written keeps to them as well.
 
+use std::fmt;
 use std::io::{Cursor, Read, Write};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::{BadBundle, Bundle, EnergyState, Event, Manifest, State, UNDAMAGED};
-use crate::lists::within;
+use super::{BUNDLE_FORMAT, Bundle, EnergyState, Event, Manifest};
+use crate::lists::{list, within};
 use crate::snapshot::Snapshot;
 
 /// A file of the archive, and the largest that it may be, bytes.
@@ -30,14 +31,60 @@ const MOST_MEMORY: usize = 256 << 20;
 const DIGITS: usize = 16;
 
 /// What every bundle, as every other ZIP archive, begins with.
-pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
+const MAGIC: &[u8] = b"PK\x03\x04";
 
 /// What every comment of a bundle begins with.
 const COMMENT: &str = "sandbox bundle, XXH3-64 of all bytes before: ";
 
 const SMALLER: &str = "make it of fewer bodies";
 
+/// Most ticks that a bundle is repeated for. A timeline keeps a minute, and at most another one before its oldest
+/// snapshot goes: that is at more than eight million ticks a second, with which no processor keeps up.
+const MOST_TICKS: u64 = 1_000_000_000;
+
+/// What to do about a bundle that no program has written.
+const UNDAMAGED: &str = "get an undamaged copy";
+
+/// Why bytes are not a bundle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BadBundle {
+    what: String,
+    cure: &'static str,
+}
+
+impl BadBundle {
+    fn new(what: impl Into<String>, cure: &'static str) -> Self {
+        Self { what: what.into(), cure }
+    }
+}
+
+impl fmt::Display for BadBundle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; {}", self.what, self.cure)
+    }
+}
+
+impl std::error::Error for BadBundle {}
+
+/// What stands in `state.cbor`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+struct State<S> {
+    snapshot: S,
+    #[serde(deserialize_with = "list")]
+    events: Vec<Event>,
+    /// The largest energy until the snapshot, which is all that programs before `energy` read and wrote.
+    energy_scale_j: Option<f64>,
+    energy: Option<EnergyState>,
+}
+
 impl Bundle {
+    /// Whether a file that begins with these bytes can be a bundle.
+    #[must_use]
+    pub fn begins_with(bytes: &[u8]) -> bool {
+        bytes.starts_with(MAGIC)
+    }
+
     /// The file's bytes, the same for the same bundle.
     ///
     /// # Errors
@@ -94,6 +141,39 @@ impl Bundle {
             energy: state.energy.or(state.energy_scale_j.map(|largest| EnergyState::at(tick, largest))),
             picture: file(&mut archive, &PICTURE)?,
         })
+    }
+}
+
+impl Manifest {
+    /// Fails where this program does not read its format.
+    fn check_format(&self) -> Result<(), BadBundle> {
+        match self.format {
+            0 => Err(BadBundle::new("manifest.json in the bundle has no format", UNDAMAGED)),
+            BUNDLE_FORMAT => Ok(()),
+            newer => {
+                let what = format!(
+                    "format {newer} of the bundle is newer than this program, which reads format {BUNDLE_FORMAT}"
+                );
+                Err(BadBundle::new(what, "use a newer program"))
+            }
+        }
+    }
+
+    /// Fails where its ticks cannot be those of a run from a snapshot at tick `start`.
+    fn check_ticks(&self, start: u64) -> Result<(), BadBundle> {
+        let Self { snapshot_tick, end_tick, keyframes, .. } = self;
+        let ascend = keyframes.is_sorted_by(|a, b| a.tick < b.tick);
+        let begins = keyframes.first().is_none_or(|first| first.tick == start);
+        let ends = keyframes.last().is_none_or(|last| last.tick <= *end_tick);
+        if !(*snapshot_tick == start && *end_tick >= start && ascend && begins && ends) {
+            return Err(BadBundle::new("the ticks of the bundle contradict each other", UNDAMAGED));
+        }
+        let ticks = end_tick - start;
+        if ticks > MOST_TICKS {
+            let what = format!("the bundle is of {ticks} ticks, which are more than {MOST_TICKS}");
+            return Err(BadBundle::new(what, "save a run of fewer ticks a second"));
+        }
+        Ok(())
     }
 }
 

@@ -6,16 +6,11 @@ use motion::{DampingModel, Method, Substeps};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
-use super::{BadBundle, UNDAMAGED};
 use crate::lists::list;
 use crate::snapshot::Name;
 
 /// Version of the format that this program writes and reads.
 pub const BUNDLE_FORMAT: u32 = 1;
-
-/// Most ticks that a bundle is repeated for. A timeline keeps a minute, and at most another one before its oldest
-/// snapshot goes: that is at more than eight million ticks a second, with which no processor keeps up.
-const MOST_TICKS: u64 = 1_000_000_000;
 
 /// `manifest.json`. Keys beside these are passed over, absent ones have defaults; `format` has to be there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -40,39 +35,6 @@ pub struct Manifest {
     pub keyframes: Vec<Keyframe>,
     /// What went wrong, if anything did.
     pub fault: Option<FaultEntry>,
-}
-
-impl Manifest {
-    /// Fails where this program does not read its format.
-    pub(super) fn check_format(&self) -> Result<(), BadBundle> {
-        match self.format {
-            0 => Err(BadBundle::new("manifest.json in the bundle has no format", UNDAMAGED)),
-            BUNDLE_FORMAT => Ok(()),
-            newer => {
-                let what = format!(
-                    "format {newer} of the bundle is newer than this program, which reads format {BUNDLE_FORMAT}"
-                );
-                Err(BadBundle::new(what, "use a newer program"))
-            }
-        }
-    }
-
-    /// Fails where its ticks cannot be those of a run from a snapshot at tick `start`.
-    pub(super) fn check_ticks(&self, start: u64) -> Result<(), BadBundle> {
-        let Self { snapshot_tick, end_tick, keyframes, .. } = self;
-        let ascend = keyframes.is_sorted_by(|a, b| a.tick < b.tick);
-        let begins = keyframes.first().is_none_or(|first| first.tick == start);
-        let ends = keyframes.last().is_none_or(|last| last.tick <= *end_tick);
-        if !(*snapshot_tick == start && *end_tick >= start && ascend && begins && ends) {
-            return Err(BadBundle::new("the ticks of the bundle contradict each other", UNDAMAGED));
-        }
-        let ticks = end_tick - start;
-        if ticks > MOST_TICKS {
-            let what = format!("the bundle is of {ticks} ticks, which are more than {MOST_TICKS}");
-            return Err(BadBundle::new(what, "save a run of fewer ticks a second"));
-        }
-        Ok(())
-    }
 }
 
 /// A tick and its state hash.

@@ -1,14 +1,15 @@
 //! What a snapshot is made of, as it is written into files.
 
+use bevy_ecs::prelude::*;
 use motion::clock::ClockState;
-use motion::effects::Effect;
-use motion::snapshot::EmissionState;
+use motion::effects::{Effect, EffectState};
+use motion::snapshot::{EmissionState, OffResource};
 use motion::units::{Scalar, Vector};
-use motion::{Damping, Method, Request};
+use motion::{Damping, DampingModel, Gravity, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::words::{self, Name};
-use crate::lists::list;
+use crate::lists::{list, list_bytes};
 
 /// A push: stable id and newtons.
 pub(crate) type PushEntry = (u32, [f64; 3]);
@@ -30,6 +31,57 @@ struct ClockFields {
     step: Scalar,
     #[serde(default)]
     scene_began: Scalar,
+}
+
+/// Gravity and damping of a world, and what is switched off in it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EffectsState {
+    /// Acceleration of gravity, m/s², and whether it acts.
+    gravity: Option<([f64; 3], bool)>,
+    /// Rate of damping, 1/s.
+    damping: Option<(Name<DampingModel>, f64)>,
+    #[serde(deserialize_with = "list")]
+    off: Vec<Name<Effect>>,
+}
+
+impl EffectsState {
+    /// Those of `world`.
+    pub fn of(world: &mut World) -> Self {
+        let gravity = world.get_resource::<Gravity>().map(|g| (g.acceleration.to_array(), g.on));
+        let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| damping);
+        let damping = world.get_resource::<Damping>().or(off);
+        let damping = damping.map(|Damping { model, rate }| (Name(*model), *rate));
+        let off = Effect::ALL
+            .into_iter()
+            .filter(|effect| motion::effects::state(world, *effect) == EffectState::Off);
+        Self { gravity, damping, off: off.map(Name).collect() }
+    }
+
+    /// Whether that effect is switched off.
+    pub(crate) fn is_off(&self, effect: Effect) -> bool {
+        self.off.contains(&Name(effect))
+    }
+
+    /// Bytes of its lists.
+    pub(crate) fn list_bytes(&self) -> usize {
+        let Self { gravity: _, damping: _, off } = self;
+        list_bytes(off)
+    }
+
+    /// Gives them to `world`, a new one of the same scene.
+    pub fn put(&self, world: &mut World) {
+        if let Some((acceleration, on)) = self.gravity {
+            world.insert_resource(Gravity { acceleration: Vector::from_array(acceleration), on });
+        }
+        if let Some((Name(model), rate)) = self.damping {
+            world.insert_resource(Damping { model, rate });
+        }
+        for Name(effect) in &self.off {
+            // What only an edit declared is not there.
+            let _ = motion::effects::switch(world, *effect, false);
+        }
+    }
 }
 
 /// What was counted so far.

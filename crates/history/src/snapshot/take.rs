@@ -2,73 +2,17 @@
 
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
-use motion::effects::{Effect, EffectState};
-use motion::snapshot::{LastStep, OffResource};
-use motion::units::Vector;
+use motion::snapshot::LastStep;
 use motion::{
-    Cause, Damping, DampingModel, Dormant, Emission, Evaluations, Fault, Gravity, OwnMethod, OwnSubsteps,
-    PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Quarantined, StableId, Substeps, TimeStep,
-    Transform, own_method,
+    Cause, Dormant, Emission, Evaluations, Fault, OwnMethod, OwnSubsteps, PhysicsBody, PreviousPosition,
+    Push, PushQueue, Quarantine, Quarantined, StableId, Substeps, TimeStep, Transform, own_method,
 };
 use scene::FileIndex;
-use serde::{Deserialize, Serialize};
 
 use super::{
-    ClockEntry, CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot, list_bytes,
+    ClockEntry, CountsEntry, EffectsState, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot,
 };
-use crate::lists::list;
 use crate::simulation::Simulation;
-
-/// Gravity and damping of a world, and what is switched off in it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct EffectsState {
-    /// Acceleration of gravity, m/s², and whether it acts.
-    gravity: Option<([f64; 3], bool)>,
-    /// Rate of damping, 1/s.
-    damping: Option<(Name<DampingModel>, f64)>,
-    #[serde(deserialize_with = "list")]
-    off: Vec<Name<Effect>>,
-}
-
-impl EffectsState {
-    /// Those of `world`.
-    pub fn of(world: &mut World) -> Self {
-        let gravity = world.get_resource::<Gravity>().map(|g| (g.acceleration.to_array(), g.on));
-        let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| damping);
-        let damping = world.get_resource::<Damping>().or(off);
-        let damping = damping.map(|Damping { model, rate }| (Name(*model), *rate));
-        let off = Effect::ALL
-            .into_iter()
-            .filter(|effect| motion::effects::state(world, *effect) == EffectState::Off);
-        Self { gravity, damping, off: off.map(Name).collect() }
-    }
-
-    /// Whether that effect is switched off.
-    pub(super) fn is_off(&self, effect: Effect) -> bool {
-        self.off.contains(&Name(effect))
-    }
-
-    /// Bytes of its lists.
-    pub(super) fn list_bytes(&self) -> usize {
-        let Self { gravity: _, damping: _, off } = self;
-        list_bytes(off)
-    }
-
-    /// Gives them to `world`, a new one of the same scene.
-    pub fn put(&self, world: &mut World) {
-        if let Some((acceleration, on)) = self.gravity {
-            world.insert_resource(Gravity { acceleration: Vector::from_array(acceleration), on });
-        }
-        if let Some((Name(model), rate)) = self.damping {
-            world.insert_resource(Damping { model, rate });
-        }
-        for Name(effect) in &self.off {
-            // What only an edit declared is not there.
-            let _ = motion::effects::switch(world, *effect, false);
-        }
-    }
-}
 
 impl Simulation {
     /// Its state, between two ticks.

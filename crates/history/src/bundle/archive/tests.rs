@@ -6,7 +6,7 @@ use motion::{Method, Request};
 use scene::Scene;
 
 use super::*;
-use crate::bundle::{BUNDLE_FORMAT, EnergyGrowth, EnergyLook, FaultEntry, Intervention, Keyframe, Settings};
+use crate::bundle::{EnergyGrowth, EnergyLook, FaultEntry, Intervention, Keyframe, Settings};
 use crate::simulation::Simulation;
 use crate::snapshot::{Name, RequestEntry};
 
