@@ -46,31 +46,10 @@ macro_rules! files_of {
 pub const fn shipped() -> &'static [ShippedScene] {
     files_of![
         "scenes":
-        "tutorial",
-        "tutorial_large",
-        "empty",
-        "thousand",
-        "projectile",
-        "coast",
-        "frame_step",
-        "ship",
-        "ship_between",
-        "verlet_start",
-        "orbit",
-        "orbits_race",
-        "terminal_speed",
-        "oscillator",
-        "third_law",
-        "figure_eight",
-        "rope",
-        "bridge",
-        "flag",
-        "cape",
-        "jelly",
-        "fountain",
-        "sparks",
-        "wall",
-        "everything",
+        "tutorial", "tutorial_large", "empty", "thousand", "projectile", "coast", "frame_step",
+        "ship", "ship_between", "verlet_start", "orbit", "orbits_race", "terminal_speed",
+        "oscillator", "third_law", "figure_eight", "rope", "bridge", "flag", "cape", "jelly",
+        "fountain", "sparks", "wall", "everything",
     ]
 }
 
@@ -79,25 +58,10 @@ pub const fn shipped() -> &'static [ShippedScene] {
 pub const fn cases() -> &'static [ShippedScene] {
     files_of![
         "cases":
-        "stiff_spring",
-        "heavy_light_chain",
-        "compressed_spring",
-        "over_damping",
-        "dashpot",
-        "close_passage",
-        "coincident_points",
-        "zero_length_spring",
-        "far_from_origin",
-        "tiny_steps",
-        "huge_steps",
-        "jittered_fall",
-        "jittered_spring",
-        "hitch",
-        "at_rest",
-        "subnormals",
-        "enormous_forces",
-        "gravity_toggled",
-        "come_and_go",
+        "stiff_spring", "heavy_light_chain", "compressed_spring", "over_damping", "dashpot",
+        "close_passage", "coincident_points", "zero_length_spring", "far_from_origin", "tiny_steps",
+        "huge_steps", "jittered_fall", "jittered_spring", "hitch", "at_rest", "subnormals",
+        "enormous_forces", "gravity_toggled", "come_and_go",
     ]
 }
 
