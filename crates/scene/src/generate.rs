@@ -1,6 +1,7 @@
 //! Every body of a scene in the order of the stable id: the written ones, then those of grids, clouds, emitters and
 //! soft bodies.
 
+mod body;
 mod chain;
 mod cloth;
 mod cloud;
@@ -16,12 +17,12 @@ use std::collections::HashMap;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use crate::body::{self, Defaults};
 use crate::check::Scope;
 use crate::memory::{Census, gib, too_little_for};
 use crate::raw;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
+pub(crate) use body::Defaults;
 use entry::Entry;
 pub(crate) use entry::{Bodies, Section};
 pub(crate) use soft::elastic;

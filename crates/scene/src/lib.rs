@@ -13,9 +13,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod action;
-mod body;
 mod check;
-mod declared;
 mod edit;
 mod entries;
 mod frame_times;
@@ -32,13 +30,13 @@ mod spawn;
 mod text;
 
 pub use action::{Action, MouseButton, Step, When};
-pub use declared::key_of_law;
 pub use edit::{Change, changes, edit};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
 pub use memory::allow_memory;
 pub use parts::Part;
+pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;
 pub use resolve::survival::EXPLODES;
 pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, SpringSpec};

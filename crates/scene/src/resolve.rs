@@ -1,15 +1,14 @@
 //! From what a person wrote to what the program uses: defaults, units and faults of a whole scene.
 
+pub(crate) mod declared;
 mod laws;
 pub(crate) mod springs;
 pub(crate) mod survival;
 
 use motion::{Damping, DampingModel, Gravity, Range};
 
-use crate::body::Defaults;
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
-use crate::declared;
-use crate::generate::{self, Bodies};
+use crate::generate::{self, Bodies, Defaults};
 use crate::raw;
 use crate::scene::coupled::Declaration;
 use crate::scene::{

@@ -5,7 +5,7 @@ use std::ops::Range;
 use motion::Method;
 use rand_pcg::Pcg64;
 
-use crate::body::Defaults;
+use super::body::Defaults;
 use crate::check::{Key, Scope};
 use crate::memory::Census;
 use crate::scene::BodySpec;
