@@ -35,7 +35,6 @@ pub struct Bench {
     make: Box<Make>,
     clock: Box<Clock>,
     study: Study,
-    movable: Vec<u32>,
     target: Option<Target>,
     coarse: Option<Samples>,
     timings: Timings,
@@ -90,7 +89,6 @@ impl Bench {
     }
 
     fn of_rungs(subject: Subject, plan: Plan, make: Box<Make>, clock: Box<Clock>, rungs: &[u32]) -> Self {
-        let movable: Vec<u32> = movable(&subject.scene).map(|(id, _)| id).collect();
         let (_, exact_damping) = subject.continuous();
         let mut study = Study {
             subject: subject.scene.name.clone(),
@@ -98,7 +96,7 @@ impl Bench {
             step_hz: subject.scene.step_hz,
             ticks: subject.ticks,
             simulated_s: subject.seconds(),
-            bodies: movable.len(),
+            bodies: movable(&subject.scene).count(),
             period_s: subject.problem.and_then(|problem| problem.period),
             own: subject.own(),
             truth: match subject.exact() {
@@ -129,7 +127,6 @@ impl Bench {
             make,
             clock,
             study,
-            movable,
             target: None,
             coarse: None,
             timings: Timings::default(),
@@ -184,7 +181,7 @@ impl Bench {
 
     fn plan_jobs(&mut self, rungs: &[u32]) {
         match self.subject.exact() {
-            Some((exact, _)) => self.aim(Target::closed(&self.subject, exact, &self.movable)),
+            Some((exact, _)) => self.aim(Target::closed(&self.subject, exact)),
             None => {
                 let finest = rungs.last().copied().unwrap_or(1).saturating_mul(self.plan.finer.max(2));
                 self.jobs.extend([Job::Reference(finest / 2), Job::Reference(finest)]);
@@ -251,7 +248,7 @@ impl Bench {
     /// The states that errors are measured from, at each sample time, of the bodies that can move; `None` before the
     /// reference is run.
     pub fn truth(&self) -> Option<&[Vec<Sample>]> {
-        self.target.as_ref().map(Target::samples)
+        self.target.as_ref().map(|target| &*target.samples)
     }
 
     /// One tick, or one timing; `false`: there is nothing left.
@@ -334,7 +331,7 @@ impl Bench {
         if let Some(failure) = runner.failure() {
             self.study.notes.push(format!("the reference itself failed: {failure}"));
         }
-        let target = Target::new(samples.clone(), more, &self.movable);
+        let target = Target::new(samples.clone(), more, &self.subject);
         if let Some(coarse) = self.coarse.replace(samples) {
             let own = target.errors(&coarse);
             // An error that is not a number is none to go by either.

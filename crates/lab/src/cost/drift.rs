@@ -15,7 +15,6 @@ pub(crate) struct Drifting {
     setting: Setting,
     run: Simulation,
     ledger: Ledger,
-    tick: u64,
     short: u64,
     ticks: u64,
     /// Length of a tick, s.
@@ -43,7 +42,6 @@ impl Drifting {
             setting,
             run,
             ledger,
-            tick: 0,
             short: subject.ticks,
             ticks,
             length: 1.0 / subject.scene.step_hz,
@@ -57,30 +55,30 @@ impl Drifting {
     /// Simulates one tick; whether it was the last.
     pub fn tick(&mut self) -> bool {
         self.ledger.tick(&mut self.run.stepper, &mut self.run.world);
-        self.tick += 1;
+        let tick = self.run.ticks();
         let size = self.ledger.relative_residual();
         // Both energies are 0 where nothing moves.
         let size = if size.is_nan() && self.ledger.energies().total() == 0.0 { 0.0 } else { size };
         self.largest = larger(self.largest, size);
-        if self.tick.is_multiple_of(self.every) && size.is_finite() {
+        if tick.is_multiple_of(self.every) && size.is_finite() {
             let sign = self.ledger.since_opening().energy.residual;
             self.series.push((self.time(), size.copysign(sign)));
         }
-        if self.tick == self.short || self.tick == self.ticks {
+        if tick == self.short || tick == self.ticks {
             self.note();
         }
-        self.tick == self.ticks
+        tick == self.ticks
     }
 
     fn time(&self) -> f64 {
-        self.tick as f64 * self.length
+        self.run.ticks() as f64 * self.length
     }
 
     fn note(&mut self) {
         let failed = !self.run.world.resource::<motion::Quarantine>().records().is_empty();
         self.found.push(Drift {
             setting: self.setting,
-            long: self.tick > self.short,
+            long: self.run.ticks() > self.short,
             simulated_s: self.time(),
             largest: (self.largest.is_finite() && !failed).then_some(self.largest),
             series: self.series.clone(),

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::record::{BLOWN_UP, Errors, Failure, Outcome, SAMPLES};
 use super::runner::{Runner, Sample};
 use super::subject::Subject;
+use crate::run::movable;
 
 /// The states of a run at its sample times, each of the bodies that can move.
 pub(crate) type Samples = Vec<Vec<Sample>>;
@@ -55,14 +56,15 @@ impl Sampled {
 /// The truth at the sample times, and its scales.
 #[derive(Clone, Debug)]
 pub(crate) struct Target {
-    samples: Samples,
+    pub samples: Samples,
     pub position_scale: f64,
     pub velocity_scale: f64,
 }
 
 impl Target {
-    /// Of states at the sample times, and `more` in between, of the bodies `movable` alone.
-    pub fn new(mut samples: Samples, mut more: Samples, movable: &[u32]) -> Self {
+    /// Of states of `subject` at the sample times, and `more` in between, of the bodies that can move alone.
+    pub fn new(mut samples: Samples, mut more: Samples, subject: &Subject) -> Self {
+        let movable: Vec<u32> = movable(&subject.scene).map(|(id, _)| id).collect();
         for sample in samples.iter_mut().chain(&mut more) {
             sample.retain(|(id, ..)| movable.binary_search(id).is_ok());
         }
@@ -76,17 +78,13 @@ impl Target {
         Self { samples, position_scale, velocity_scale }
     }
 
-    pub fn samples(&self) -> &[Vec<Sample>] {
-        &self.samples
-    }
-
     /// Of the closed form of a problem.
-    pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<super::State>, movable: &[u32]) -> Self {
+    pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<super::State>) -> Self {
         let time = |k: u64| (subject.ticks / SAMPLES * k) as f64 / subject.scene.step_hz;
-        let state = |t| movable.iter().zip(exact(t)).map(|(id, (x, v))| (*id, x, v)).collect();
+        let state = |t| movable(&subject.scene).zip(exact(t)).map(|((id, _), (x, v))| (id, x, v)).collect();
         let between = |k: u64| time(SAMPLES) * k as f64 / (16 * LOOKS) as f64;
         let samples = (1..=SAMPLES).map(|k| state(time(k))).collect();
-        Self::new(samples, (0..=16 * LOOKS).map(|k| state(between(k))).collect(), movable)
+        Self::new(samples, (0..=16 * LOOKS).map(|k| state(between(k))).collect(), subject)
     }
 
     /// How far `run` is from it.

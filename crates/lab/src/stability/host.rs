@@ -18,8 +18,7 @@ pub(super) struct Host {
     script: VecDeque<(When, Input)>,
     lengths: scene::Lengths,
     names: Names,
-    /// Ticks that are over, and the length of the last one, s.
-    ticks: u64,
+    /// Length of the last tick, s.
     length: f64,
     clock: StepClock,
 }
@@ -50,7 +49,6 @@ impl Host {
             script,
             lengths: row.lengths(),
             names: scene.names.clone(),
-            ticks: 0,
             length: 1.0 / scene.step_hz,
             clock: StepClock::default(),
         })
@@ -58,7 +56,7 @@ impl Host {
 
     /// Ticks so far.
     pub const fn ticks(&self) -> u64 {
-        self.ticks
+        self.clock.ticks()
     }
 
     /// Simulates one tick of the row's own length with what its script does in it.
@@ -67,7 +65,7 @@ impl Host {
         let length = self.lengths.next().unwrap_or(self.length);
         let start = self.clock.seconds();
         while let Some((_, input)) =
-            self.script.pop_front_if(|(when, _)| when.has_come(self.ticks, start, length))
+            self.script.pop_front_if(|(when, _)| when.has_come(self.clock.ticks(), start, length))
         {
             inputs.push(input);
         }
@@ -92,7 +90,8 @@ impl Host {
                 bare.tick();
             }
         }
-        (self.length, self.ticks, self.clock) = (length, self.ticks + 1, self.clock.after(length));
+        self.length = length;
+        self.clock.count(length);
     }
 
     /// Stable id, position and velocity of every body with physics.
@@ -125,7 +124,7 @@ impl Host {
                 format!(
                     "{}: position or velocity would turn non-finite in tick {}",
                     self.name(id),
-                    self.ticks
+                    self.clock.ticks()
                 )
             }),
         }
