@@ -1,7 +1,7 @@
 //! What is studied: a problem, or a scene from its start.
 
+use motion::Method;
 use motion::effects::Effect;
-use motion::{DampingModel, Method};
 use scene::{Scene, unsolvable};
 
 use super::problem::{Exact, Problem};
@@ -157,11 +157,11 @@ impl Subject {
     /// The motion that every method goes for: damping by the tick is its law. Whether that changes anything.
     pub(crate) fn continuous(&self) -> (Self, bool) {
         let mut truth = self.clone();
-        let damping = truth.scene.damping.as_mut().filter(|_| !self.without.contains(&Effect::Damping));
-        let changed = damping.as_ref().is_some_and(|damping| damping.model != DampingModel::Exact);
-        if let Some(damping) = damping {
-            damping.model = DampingModel::Exact;
+        if !self.without.contains(&Effect::Damping) {
+            truth.scene = truth.scene.damped_by_law();
         }
+        let model = |scene: &Scene| scene.damping.map(|damping| damping.model);
+        let changed = model(&truth.scene) != model(&self.scene);
         (truth, changed)
     }
 }

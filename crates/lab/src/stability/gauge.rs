@@ -70,7 +70,8 @@ fn of(states: &[Sample], id: u32) -> Option<&Sample> {
 pub(super) struct Gauge {
     measure: Measure,
     every: u64,
-    ticks: u64,
+    /// Length of a run.
+    pub ticks: u64,
     scale: Option<Scalar>,
     /// Stable id and mass, kg, of what moves.
     masses: Vec<(u32, Scalar)>,

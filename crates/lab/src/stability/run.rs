@@ -16,7 +16,6 @@ pub(super) struct Targeting {
     host: Host,
     gauge: Gauge,
     target: Target,
-    ticks: u64,
 }
 
 impl Targeting {
@@ -40,7 +39,7 @@ impl Targeting {
         let mut host = Host::new(scene, &row, false)?;
         let gauge = Gauge::new(scene, &row, None);
         let target = Target::new(&mut host);
-        Ok(Self { host, gauge, target, ticks: row.ticks })
+        Ok(Self { host, gauge, target })
     }
 
     /// Simulates one tick; whether it was the last: one in which something turned non-finite is.
@@ -52,7 +51,7 @@ impl Targeting {
         if self.gauge.is_look(self.host.ticks()) {
             self.target.look(&mut self.host);
         }
-        self.host.ticks() == self.ticks
+        self.host.ticks() == self.gauge.ticks
     }
 
     /// What others are compared with, up to where something turned non-finite.
