@@ -100,12 +100,10 @@ pub fn long_duration(seconds: f64) -> String {
 
 /// A number, or its name where JSON has none.
 pub fn json_number(value: f64) -> Value {
-    if value.is_nan() {
-        json!("nan")
-    } else if value.is_infinite() {
-        json!(if value > 0.0 { "inf" } else { "-inf" })
-    } else {
-        json!(value)
+    match value {
+        value if value.is_finite() => json!(value),
+        value if value.is_nan() => json!("nan"),
+        value => json!(value.to_string()),
     }
 }
 
@@ -176,19 +174,14 @@ pub fn fold(factor: f64) -> String {
     number(rounded, 2)
 }
 
+const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+
 /// A power of ten with its exponent raised.
 fn power_of_ten(exponent: i32) -> String {
     if exponent == 0 {
         return "1".to_owned();
     }
-    let raised = |c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '0' | '4'..='9' => char::from_u32('⁰' as u32 + (c as u32 - '0' as u32)).unwrap_or(c),
-        _ => c,
-    };
+    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| RAISED[digit as usize]);
     format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
 }
 

@@ -146,28 +146,24 @@ impl Survey {
         let Some(job) = self.jobs.pop_front() else { return false };
         let (at, row) = &self.rows[job.row];
         let scene = &self.scenes[*at];
-        let to_come = match job.what {
-            What::Reference => Targeting::reference(scene, row),
-            What::Origin => Targeting::origin(scene, row, job.method),
+        let target = |run| Going::Target(Box::new(run));
+        let begun = match job.what {
+            What::Reference => {
+                Targeting::reference(scene, row).map(target).map_err(|why| self.target = Err(why))
+            }
+            What::Origin => {
+                Targeting::origin(scene, row, job.method).map(target).map_err(|why| self.target = Err(why))
+            }
             What::Cell => {
                 let is_compared = matches!(row.measure, Measure::Reference | Measure::Origin);
-                let target = is_compared.then(|| self.target.clone());
-                match Running::new(scene, row, job.method, target) {
-                    Ok(run) => self.current = Some((job, Going::Cell(Box::new(run)))),
-                    Err(cell) => {
-                        self.matrix.rows[job.row].cells.push(cell);
-                        self.done += self.weight(job);
-                    }
-                }
-                return true;
+                let run = Running::new(scene, row, job.method, is_compared.then(|| self.target.clone()));
+                let cells = &mut self.matrix.rows[job.row].cells;
+                run.map(|run| Going::Cell(Box::new(run))).map_err(|cell| cells.push(cell))
             }
         };
-        match to_come {
-            Ok(run) => self.current = Some((job, Going::Target(Box::new(run)))),
-            Err(why) => {
-                self.target = Err(why);
-                self.done += self.weight(job);
-            }
+        match begun {
+            Ok(run) => self.current = Some((job, run)),
+            Err(()) => self.done += self.weight(job),
         }
         true
     }

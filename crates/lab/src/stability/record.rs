@@ -107,8 +107,7 @@ mod number {
         match number {
             number if number.is_finite() => to.serialize_f64(*number),
             number if number.is_nan() => to.serialize_str("nan"),
-            number if *number > 0.0 => to.serialize_str("inf"),
-            _ => to.serialize_str("-inf"),
+            number => to.serialize_str(&number.to_string()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The survival matrix and the largest stable steps as text.
 
 use lab::limits::Limit;
-use lab::stability::{Cell, Class, Matrix};
+use lab::stability::{Cell, Class, Matrix, Row};
 use motion::Method;
 
 use crate::numbers::number;
@@ -76,10 +76,14 @@ pub(super) fn cases(matrix: &Matrix) -> Table {
     Table::words("The cases", ["case", "what it is", "measure"], rows)
 }
 
+/// Every cell with its row.
+fn cells(matrix: &Matrix) -> impl Iterator<Item = (&Row, &Cell)> {
+    matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)))
+}
+
 /// Every cell with its bound and why.
 pub(super) fn details(matrix: &Matrix) -> Table {
-    let cells = matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
-    let rows = cells.map(|(row, cell)| {
+    let rows = cells(matrix).map(|(row, cell)| {
         let bound = if cell.bound.is_nan() { String::new() } else { format!("{:e}", cell.bound) };
         vec![
             row.title(),
@@ -103,8 +107,7 @@ pub(super) fn limits(limits: &[Limit]) -> Table {
 
 /// One line per cell, numbers with all their digits.
 pub fn matrix_csv(matrix: &Matrix) -> String {
-    let cells = matrix.rows.iter().flat_map(|row| row.cells.iter().map(move |cell| (row, cell)));
-    let rows = cells.map(|(row, cell)| {
+    let rows = cells(matrix).map(|(row, cell)| {
         vec![
             row.case.clone(),
             row.label.clone(),
