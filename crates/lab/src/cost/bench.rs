@@ -278,7 +278,7 @@ impl Bench {
             }
             Job::Error(cell) => {
                 let setting = self.study.cells[cell].setting;
-                match (self.make)(&self.subject, setting, host(setting)) {
+                match (self.make)(&self.subject, setting, setting.precision.host()) {
                     Ok(runner) => {
                         let run = Sampled::new(runner, self.subject.ticks);
                         self.current = Some((job, Going::Sampled(run)));
@@ -400,13 +400,5 @@ impl Bench {
                 super::rates::seconds(&self.subject) as f64 * of(self.subject.own()) * self.study.step_hz
             }
         }
-    }
-}
-
-/// What errors are measured in: the program's own world, and plain arrays for what it has not.
-const fn host(setting: Setting) -> Host {
-    match setting.precision {
-        Precision::F64 => Host::World,
-        Precision::F32 | Precision::CompensatedF32 => Host::Arrays,
     }
 }

@@ -52,10 +52,7 @@ impl Study {
     /// The cost of a cell, failed or not; `None` if it was not measured.
     pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let bodies = self.bodies.max(1) as f64;
-        let time = || match cell.setting.precision {
-            Precision::F64 => cell.time.as_ref(),
-            _ => cell.arrays_time.as_ref(),
-        };
+        let time = || cell.time_in(cell.setting.precision.host());
         match cost {
             Cost::Evaluations => {
                 let evaluations = (cell.counts.accelerations + cell.counts.solver) as f64;

@@ -29,6 +29,14 @@ impl Precision {
             Self::CompensatedF32 => "compensated_f32",
         }
     }
+
+    /// What errors and costs of it are measured in: the program's own world, and plain arrays for what it has not.
+    pub(crate) const fn host(self) -> Host {
+        match self {
+            Self::F64 => Host::World,
+            Self::F32 | Self::CompensatedF32 => Host::Arrays,
+        }
+    }
 }
 
 /// One point of the diagram: a method, the parts of a tick, a precision.
