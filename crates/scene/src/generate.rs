@@ -46,7 +46,7 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
         if raw.name.is_some() {
             check_name(&name, scope, faults);
         }
-        add_name(|name| names.add(name), name, scope, faults);
+        check_fresh(names.add(name.clone()), &name, scope, faults);
     }
     let mut entries: Vec<Entry<'_>> = Vec::new();
     entries.extend(raw.grids.iter().enumerate().map(|(i, raw)| grid::grid(raw, i, faults)));
@@ -73,12 +73,8 @@ pub(crate) fn bodies(raw: &raw::Scene, scenes: Defaults, seed: u64, faults: &mut
             None if *number == 1 => entry.kind.to_owned(),
             None => format!("{}{number}", entry.kind),
         };
-        add_name(
-            |prefix| names.add_run(scope.section, prefix, count, numbering),
-            prefix.clone(),
-            scope,
-            faults,
-        );
+        let fresh = names.add_run(scope.section, prefix.clone(), count, numbering);
+        check_fresh(fresh, &prefix, scope, faults);
         // Made even where there are faults: it is asked which bodies are immovable.
         (entry.make)(prefix, &mut made, &mut random);
         let these = &made.bodies[first as usize..];
@@ -125,8 +121,7 @@ fn largest(written: u64, entries: &[Entry<'_>]) -> &'static str {
         counts.fold(0, u64::saturating_add)
     };
     let lists = ["soft_bodies", "emitters", "clouds", "grids"].map(|list| (of(list), list));
-    let most = lists.into_iter().fold((written, "bodies"), |most, list| most.max(list));
-    most.1
+    lists.into_iter().fold((written, "bodies"), |most, list| most.max(list)).1
 }
 
 /// Names stand in scripts, tables and generated names, so they are plain words.
@@ -137,9 +132,9 @@ fn check_name(name: &str, scope: Scope, faults: &mut Faults) {
     }
 }
 
-fn add_name(add: impl FnOnce(String) -> bool, name: String, scope: Scope, faults: &mut Faults) {
-    let what = format!("the name `{name}` is taken");
-    if !add(name) {
+fn check_fresh(fresh: bool, name: &str, scope: Scope, faults: &mut Faults) {
+    if !fresh {
+        let what = format!("the name `{name}` is taken");
         faults.add(scope.key("name"), what, "give every body a name of its own");
     }
 }
