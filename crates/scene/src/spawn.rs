@@ -171,6 +171,13 @@ mod tests {
 
     use super::*;
 
+    fn spawn(text: &str) -> (Scene, World, Vec<Entity>) {
+        let scene = Scene::parse("t", text).unwrap_or_else(|error| panic!("{error}"));
+        let mut world = World::new();
+        let bodies = scene.spawn(&mut world);
+        (scene, world, bodies)
+    }
+
     #[test]
     fn a_world_holds_what_the_scene_declares_and_nothing_else() {
         let text = "(version: 1, bodies: [
@@ -179,9 +186,7 @@ mod tests {
             (name: \"all\", shape: sphere(radius_m: 1), rotation_deg: (0, 90, 0), damping_per_s: 2,
              max_speed_m_s: 3, locked_axes: [z], gravity_off: true),
         ])";
-        let scene = Scene::parse("t", text).unwrap();
-        let mut world = World::new();
-        let entities = scene.spawn(&mut world);
+        let (_, world, entities) = spawn(text);
         let [plain, wall, all] = entities[..] else { panic!("{entities:?}") };
 
         assert_eq!(world.get::<PhysicsBody>(plain).unwrap().inverse_mass, 2.0);
@@ -206,17 +211,15 @@ mod tests {
         let text = r#"(version: 1, substeps: 5, drag: (linear_per_s: 1), wells: [(strength_m3_s2: 1), (strength_m3_s2: 2, bodies: ["b"])],
             method: runge_kutta_4, bodies: [(), (name: "b", method: runge_kutta_4, substeps: 7)],
             thrusts: [(body: "b", curve: polynomial([(1, 0, 0)])), (body: "b", curve: polynomial([(0, 1, 0)]))])"#;
-        let scene = Scene::parse("t", text).unwrap();
-        let mut world = World::new();
-        let [plain, own] = scene.spawn(&mut world)[..] else { panic!("two bodies") };
+        let (_, world, bodies) = spawn(text);
+        let [plain, own] = bodies[..] else { panic!("two bodies") };
         assert_eq!(world.resource::<Substeps>(), &Substeps(5));
         assert_eq!(world.resource::<Drag>().linear, 1.0);
         assert_eq!(world.resource::<Wells>().0.len(), 1);
         assert_eq!(world.get::<OwnSubsteps>(own), Some(&OwnSubsteps(7)));
         let names = |body| {
-            world
-                .get::<OwnLaws>(body)
-                .map(|laws| laws.laws().iter().map(|law| law.name()).collect::<Vec<_>>())
+            let laws = world.get::<OwnLaws>(body)?;
+            Some(laws.laws().iter().map(|law| law.name()).collect::<Vec<_>>())
         };
         assert_eq!((names(plain), names(own)), (None, Some(vec!["wells", "thrusts", "thrusts"])));
         // A method that is named is kept, also if it is the scene's.
@@ -229,9 +232,8 @@ mod tests {
             (position_m: (1, 2, 0), verlet_previous_position_m: (0, 2, 0)),
             (position_m: (1, 2, 0), verlet_previous_position_m: (0, 2, 0), substeps: 1),
             (position_m: (1, 2, 0))])";
-        let mut scene = Scene::parse("t", text).unwrap();
-        let mut world = World::new();
-        let [two, one, right] = scene.spawn(&mut world)[..] else { panic!("three bodies") };
+        let (mut scene, world, bodies) = spawn(text);
+        let [two, one, right] = bodies[..] else { panic!("three bodies") };
         for (body, speed) in [(two, 20.0), (one, 10.0)] {
             assert_eq!(world.get::<PhysicsBody>(body).unwrap().velocity, DVec3::X * speed);
             assert_eq!(world.get::<LastStep>(body), Some(&LastStep(1.0 / speed)));
@@ -251,9 +253,7 @@ mod tests {
             springs: [(between: ("a", "b"), stiffness_n_m: 2, color: (1, 0, 0)), (between: ("cloth.r0.c1", "a"), stiffness_n_m: 3)],
             soft_bodies: [chain(points: 3, to_m: (2, 0, 0), stiffness_n_m: 1, damping_per_s: 0.5), cloth(rows: 2, columns: 2, along_m: (1, 0, 0), down_m: (0, -1, 0), stiffness_n_m: 1, pinned: [top_left])],
             emitters: [(rate_per_s: 2, life_s: 1, speed_m_s: 1, position_m: (0, 9, 0), color: (0, 1, 0))])"#;
-        let scene = Scene::parse("t", text).unwrap_or_else(|error| panic!("{error}"));
-        let mut world = World::new();
-        let bodies = scene.spawn(&mut world);
+        let (scene, mut world, bodies) = spawn(text);
         assert_eq!(bodies.len(), 2 + 2 + 3 + 4);
         assert_eq!(world.resource::<motion::MutualGravity>().constant, 3.0);
         assert_eq!(world.get::<SourceMass>(bodies[1]), Some(&SourceMass(5.0)));
@@ -292,9 +292,7 @@ mod tests {
 
     #[test]
     fn a_mass_beside_immovable_is_nothing_without_mutual_gravity() {
-        let scene = Scene::parse("t", "(version: 1, bodies: [(immovable: true, mass_kg: 5)])").unwrap();
-        let mut world = World::new();
-        let bodies = scene.spawn(&mut world);
+        let (_, world, bodies) = spawn("(version: 1, bodies: [(immovable: true, mass_kg: 5)])");
         assert!(world.get::<SourceMass>(bodies[0]).is_none());
         assert_eq!(world.get::<PhysicsBody>(bodies[0]), Some(&PhysicsBody::IMMOVABLE));
         assert!(world.get_resource::<motion::MutualGravity>().is_none());
