@@ -10,6 +10,7 @@ mod restore;
 mod take;
 pub(crate) mod words;
 
+use motion::clock::ClockState;
 use motion::{Method, Request};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -22,7 +23,7 @@ pub use restore::BadSnapshot;
 
 #[cfg(test)]
 pub(crate) use entries::RequestEntry;
-use entries::{ClockEntry, CountsEntry, EmissionEntry, PushEntry, RecordEntry, SavedFault};
+use entries::{ClockFields, CountsEntry, EmissionEntry, PushEntry, RecordEntry, SavedFault};
 pub(crate) use entries::{requests, vector};
 pub(crate) use words::Name;
 
@@ -33,7 +34,8 @@ pub(crate) use words::Name;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Snapshot {
-    pub(crate) clock: ClockEntry,
+    #[serde(with = "ClockFields")]
+    pub(crate) clock: ClockState,
     /// Length of a tick, s.
     pub(crate) step_s: f64,
     pub(crate) method: Name<Method>,
@@ -89,7 +91,7 @@ impl Snapshot {
     /// Ticks simulated until then.
     #[must_use]
     pub const fn ticks(&self) -> u64 {
-        self.clock.0.ticks
+        self.clock.ticks
     }
 
     /// XXH3-64 over the little-endian f64 bits of position and velocity of every body with physics in stable-id

@@ -15,21 +15,13 @@ use crate::lists::{list, list_bytes};
 pub(crate) type PushEntry = (u32, [f64; 3]);
 
 /// What a clock of ticks counts from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct ClockEntry(#[serde(with = "ClockFields")] pub ClockState);
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "ClockState")]
-struct ClockFields {
-    #[serde(default)]
+#[derive(Default, Serialize, Deserialize)]
+#[serde(remote = "ClockState", default)]
+pub(crate) struct ClockFields {
     ticks: u64,
-    #[serde(default)]
     since_tick: u64,
-    #[serde(default)]
     since_time: Scalar,
-    #[serde(default)]
     step: Scalar,
-    #[serde(default)]
     scene_began: Scalar,
 }
 
@@ -132,16 +124,13 @@ pub(crate) enum SavedFault {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EmissionEntry(#[serde(with = "EmissionFields")] pub EmissionState);
 
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "EmissionState")]
+#[derive(Default, Serialize, Deserialize)]
+#[serde(remote = "EmissionState", default)]
 struct EmissionFields {
-    #[serde(default)]
     next: u64,
-    #[serde(default)]
     oldest: u64,
-    #[serde(default, deserialize_with = "list")]
+    #[serde(deserialize_with = "list")]
     slots: Vec<Option<u64>>,
-    #[serde(default)]
     seen: Option<(u64, Scalar)>,
 }
 

@@ -52,7 +52,7 @@ impl Simulation {
     pub fn restore(scene: impl Into<Arc<Scene>>, snapshot: &Snapshot) -> Result<Self, BadSnapshot> {
         let scene = scene.into();
         let ids = snapshot.check(&scene)?;
-        let clock = StepClock::from_state(snapshot.clock.0).ok_or(BadSnapshot("invalid clock"))?;
+        let clock = StepClock::from_state(snapshot.clock).ok_or(BadSnapshot("invalid clock"))?;
         let mut world = World::new();
         let bodies = scene.spawn(&mut world);
         world.insert_resource(Substeps(snapshot.substeps));

@@ -9,9 +9,7 @@ use motion::{
 };
 use scene::FileIndex;
 
-use super::{
-    ClockEntry, CountsEntry, EffectsState, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot,
-};
+use super::{CountsEntry, EffectsState, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
 use crate::simulation::Simulation;
 
 impl Simulation {
@@ -19,7 +17,7 @@ impl Simulation {
     pub fn snapshot(&mut self) -> Snapshot {
         let (method, world) = (self.method(), &mut self.world);
         let mut snapshot = Snapshot {
-            clock: ClockEntry((*world.resource::<StepClock>()).into()),
+            clock: (*world.resource::<StepClock>()).into(),
             step_s: world.resource::<TimeStep>().0,
             method: Name(method),
             substeps: world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),

@@ -60,7 +60,7 @@ fn counts_that_would_come_to_their_end_are_refused() {
 
 #[test]
 fn clocks_that_none_can_have_come_to_are_refused() {
-    let said = |clock: fn(&mut motion::clock::ClockState)| said(|snapshot| clock(&mut snapshot.clock.0));
+    let said = |clock: fn(&mut motion::clock::ClockState)| said(|snapshot| clock(&mut snapshot.clock));
     let none = Some("invalid clock");
     assert_eq!(said(|clock| clock.step = -0.01), none);
     assert_eq!(said(|clock| clock.step = f64::NAN), none);
