@@ -71,27 +71,24 @@ fn in_groups(number: usize) -> String {
     groups.collect::<Vec<_>>().join(",")
 }
 
-/// Faults on their way into a [`SceneError`]; lines are looked up once, at the end, if there are any.
+/// Faults on their way into a [`SceneError`], with byte offsets of those whose paths do not tell their places. Lines are
+/// looked up once, at the end, if there are any.
 #[derive(Debug, Default)]
-pub(crate) struct Faults(Vec<Found>);
-
-#[derive(Debug)]
-struct Found {
-    path: Option<String>,
-    offset: Option<usize>,
-    what: String,
-    cure: String,
-}
+pub(crate) struct Faults(Vec<(Option<usize>, Fault)>);
 
 impl Faults {
     /// A fault of the key at `path`.
     pub fn add(&mut self, path: impl Into<String>, what: impl Into<String>, cure: impl Into<String>) {
-        self.0.push(Found { path: Some(path.into()), offset: None, what: what.into(), cure: cure.into() });
+        self.push(None, Some(path.into()), what.into(), cure.into());
     }
 
     /// A fault at byte `offset` of the text.
     pub fn add_at(&mut self, path: Option<String>, offset: usize, what: String, cure: String) {
-        self.0.push(Found { path, offset: Some(offset), what, cure });
+        self.push(Some(offset), path, what, cure);
+    }
+
+    fn push(&mut self, offset: Option<usize>, path: Option<String>, what: String, cure: String) {
+        self.0.push((offset, Fault { path, line: None, column: None, what, cure }));
     }
 
     /// Fails if there are any: see [`Self::into_error`].
@@ -101,25 +98,19 @@ impl Faults {
 
     /// The error for the file `name`, whose outermost value is known as `root` in the paths.
     pub fn into_error(mut self, name: &str, text: &str, root: &str) -> SceneError {
-        let paths: Vec<&str> = self.0.iter().map(|found| found.path.as_deref().unwrap_or(root)).collect();
+        let paths: Vec<&str> =
+            self.0.iter().map(|(_, fault)| fault.path.as_deref().unwrap_or(root)).collect();
         let offsets = locate::offsets(text, root, &paths);
-        for (found, offset) in self.0.iter_mut().zip(offsets) {
-            found.offset = found.offset.or(offset);
+        for ((offset, _), of_path) in self.0.iter_mut().zip(offsets) {
+            *offset = offset.or(of_path);
         }
-        self.0.sort_by_key(|found| found.offset);
-        let wanted: Vec<usize> = self.0.iter().filter_map(|found| found.offset).collect();
-        let mut positions = locate::positions(text, &wanted).into_iter();
-        let faults = self.0.into_iter().map(|found| {
-            let position = found.offset.and_then(|_| positions.next());
-            Fault {
-                path: found.path,
-                line: position.map(|at| at.line),
-                column: position.map(|at| at.column),
-                what: found.what,
-                cure: found.cure,
-            }
-        });
-        SceneError { name: name.to_owned(), faults: faults.collect() }
+        self.0.sort_by_key(|(offset, _)| *offset);
+        let ascending: Vec<usize> = self.0.iter().filter_map(|(offset, _)| *offset).collect();
+        let placed = self.0.iter_mut().filter(|(offset, _)| offset.is_some());
+        for ((_, fault), at) in placed.zip(locate::positions(text, &ascending)) {
+            (fault.line, fault.column) = (Some(at.line), Some(at.column));
+        }
+        SceneError { name: name.to_owned(), faults: self.0.into_iter().map(|(_, fault)| fault).collect() }
     }
 }
 
