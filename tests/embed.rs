@@ -84,7 +84,6 @@ fn a_schedule_of_ones_own_has_the_bits_of_a_stepper_with_thrust_spring_and_emitt
     }
 }
 
-/// What a system of one's own declares in the middle of a run acts from that tick on.
 #[test]
 fn laws_that_a_system_inserts_act_in_the_same_tick() {
     type Declare = fn(&mut World);

@@ -92,8 +92,8 @@ fn falling_pair(velocities: [DVec3; 2], rest_length: f64) -> (Lab, [Entity; 2]) 
     (lab, bodies)
 }
 
-/// Position Verlet's velocity is half a step behind, and a group of it is left by whoever stays behind alone: gravity that
-/// changes then must not act on half a step that was before.
+/// Position Verlet's velocity is half a step behind. Gravity that changes when a body is alone again must not act on the
+/// half step before.
 #[test]
 fn a_body_that_left_a_group_of_position_verlet_falls_on_exactly() {
     for later in [0, 1, 5] {
@@ -127,7 +127,7 @@ fn a_ledger_of_huge_energies_is_drawn() {
     }
 }
 
-/// Of two points of a curve the second is too late to be drawn, and the first stands alone.
+/// The second of two points of a curve is too late to be drawn, and the first stands alone.
 #[test]
 fn a_ledger_is_drawn_after_a_frame_without_end() {
     let text = "(version: 1, step: frame, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [(name: \"a\", \
@@ -139,7 +139,7 @@ fn a_ledger_is_drawn_after_a_frame_without_end() {
     }
 }
 
-/// `1 - c t` is infinite where the product is, and zero positions times that are no numbers.
+/// `1 - c t` overflows, and zero positions times that are NaN.
 #[test]
 fn damping_without_end_harms_no_group() {
     for method in Method::ALL {
@@ -155,7 +155,7 @@ fn damping_without_end_harms_no_group() {
     }
 }
 
-/// Mutual gravity that is switched off leaves a method that cannot solve it, with which twins begin.
+/// Twins begin with a method that could not solve the mutual gravity that is off.
 #[test]
 fn ghosts_begin_where_mutual_gravity_is_off() {
     let mut drive = Drive::shipped("figure_eight");
@@ -168,7 +168,7 @@ fn ghosts_begin_where_mutual_gravity_is_off() {
     assert!(drive.session.ghosts().len() > 5 && drive.session.bundle(None).is_some());
 }
 
-/// A frame of no length in a scene whose ticks are frames is no tick, and has no length that a twin could begin with.
+/// In a scene whose ticks are frames, a frame of no length is no tick and gives a twin no length to begin with.
 #[test]
 fn ghosts_begin_in_a_frame_of_no_length() {
     let text = "(version: 1, step: frame, bodies: [(name: \"a\", mass_kg: 1.0)])";
@@ -178,7 +178,6 @@ fn ghosts_begin_in_a_frame_of_no_length() {
     assert!(drive.session.bundle(None).is_some());
 }
 
-/// A black box of a run whose energy is no number from the start finds the same fault again.
 #[test]
 fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
     let text = "(version: 1, step_hz: 0.001, method: runge_kutta_4, substeps: 3,
@@ -196,8 +195,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
     assert!(again.faults.contains(&fault), "{fault:?} is not among {:?}", again.faults);
 }
 
-/// A frozen body of position Verlet that gets another mass is none of those that have left its group, which do not begin
-/// anew.
+/// A quarantined body that gets another mass has not left its group, which does not restart.
 #[test]
 fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
     let run = |asks: bool| {
@@ -214,7 +212,7 @@ fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
     assert_eq!(run(true), run(false));
 }
 
-/// Of a place that is refused the others in a group of position Verlet know nothing: they do not begin anew.
+/// A refused position does not restart the other bodies of a group of position Verlet.
 #[test]
 fn a_place_that_is_refused_is_noticed_by_nobody() {
     for refused in [DVec3::X * f64::INFINITY, DVec3::splat(f64::NAN)] {
@@ -231,8 +229,7 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
     }
 }
 
-/// A group of position Verlet begins anew for another method, and breaks as it does: who is at fault is out of it before
-/// the coming tick.
+/// A body that fails while its group restarts position Verlet is out of the group before the next tick.
 #[test]
 fn who_breaks_between_two_ticks_is_frozen_there() {
     let mut lab = Lab::new(Method::PositionVerlet, H);
@@ -248,7 +245,7 @@ fn who_breaks_between_two_ticks_is_frozen_there() {
     assert_ne!(frozen(&lab), [false; 2]);
 }
 
-/// What rests is passed by, and turned round it rests as well: as the zeros that a step would leave.
+/// A body at rest keeps the zeros that a step would leave when velocities are reversed.
 #[test]
 fn rest_that_is_turned_round_has_no_sign() {
     let mut lab = Lab::new(Method::RungeKutta4, H);
@@ -266,7 +263,7 @@ fn rest_that_is_turned_round_has_no_sign() {
     }
 }
 
-/// Engines that only a frozen body has are switched, and no body of position Verlet begins anew for them.
+/// Switching engines that only a quarantined body has restarts no body of position Verlet.
 #[test]
 fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
     let text =
@@ -291,7 +288,6 @@ fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
     assert_eq!(run(true), run(false));
 }
 
-/// A script has pixels and notches that no screen has.
 #[test]
 fn a_pointer_goes_to_the_end_of_the_world_and_back() {
     let mut drive = Drive::tutorial();
@@ -303,7 +299,6 @@ fn a_pointer_goes_to_the_end_of_the_world_and_back() {
     }
 }
 
-/// The panel of costs has scenes of any tick.
 #[test]
 fn a_study_of_the_shortest_ticks_is_begun() {
     let text = "(version: 1, step_hz: 1e300, bodies: [(name: \"a\", mass_kg: 1.0)])";
@@ -312,8 +307,8 @@ fn a_study_of_the_shortest_ticks_is_begun() {
     drive.press("C").frame(1.0 / 60.0, []);
 }
 
-/// Velocities that decay to next to nothing are snapped to zero at the same places whichever kernel takes the step: alone, or
-/// left by its group; also where damping acts on one side of the move alone.
+/// Velocities that decay to next to nothing snap to zero at the same places in every kernel, also where damping acts on
+/// one side of the move only.
 #[test]
 fn the_smallest_velocities_are_the_same_in_every_kernel() {
     let models = DampingModel::ALL.into_iter().flat_map(|model| [0.5, 33.0, -33.0].map(|rate| (model, rate)));

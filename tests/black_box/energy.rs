@@ -168,7 +168,6 @@ fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
     }
 }
 
-/// What is made to be watched: an orbit that is lost, a start that is wrong, methods at their limits.
 #[test]
 fn no_hard_case_is_at_fault_by_its_own_method() {
     for case in scene::cases() {

@@ -141,7 +141,7 @@ fn references_of_scenes_agree_with_dop853() {
     }
 }
 
-/// Particles fly from their birth in the reference too: what `recommend` promises of them holds.
+/// What `recommend` promises of particles holds.
 #[test]
 fn references_of_particles_agree_with_the_closed_form() {
     let text = "(version: 1, step_hz: 30, gravity: (), drag: (linear_per_s: 1.5), emitters: [(rate_per_s: 31, life_s: 0.8,

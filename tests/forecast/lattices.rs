@@ -40,7 +40,7 @@ fn fastest_wave() -> f64 {
     (0..=300).flat_map(|i| (0..=300).map(move |j| wave(i, j))).fold(0.0, f64::max)
 }
 
-/// Neighbors and the next but one cannot all swing against each other: no bound of one point is near.
+/// Neighbors and the next but one cannot all swing against each other: no bound of a single point is close.
 #[test]
 fn the_value_of_a_large_cloth_is_within_a_hundredth() {
     let margin = worst(

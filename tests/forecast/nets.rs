@@ -292,7 +292,6 @@ fn laws_of_single_bodies_are_looked_at_by_their_derivatives() {
     assert!((margin.value - 0.5).abs() < 1e-9, "{margin:?}");
 }
 
-/// The limit of a method is found from however far away.
 #[test]
 fn a_limit_is_the_same_seen_from_afar() {
     for k in [1e-30, 1e-11, 1e-4, 1e8, 1e18, 1e30, 1e60] {
@@ -306,7 +305,6 @@ fn a_limit_is_the_same_seen_from_afar() {
     }
 }
 
-/// What is faster than every number is unstable, and says so.
 #[test]
 fn a_net_without_end_is_unstable() {
     let post = Start::held(DVec3::ZERO);
@@ -323,7 +321,7 @@ fn a_net_without_end_is_unstable() {
     }
 }
 
-/// More rates of damping than are told apart: the forecast stays on the safe side, and near.
+/// More rates of damping than the forecast tells apart: it stays on the safe side, and close.
 #[test]
 fn many_rates_of_damping_are_taken_together() {
     let mut net = dampers(3);

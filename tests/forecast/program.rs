@@ -110,7 +110,7 @@ fn the_mode_with_too_little_damping_is_found_among_faster_ones() {
     refused(&scene, "", "spring wall - slow: w h = 0.2999, explicit_euler is never stable");
 }
 
-/// Damping acts once a tick and springs a hundred times: of all that is there it is the least stable.
+/// Damping acts once per tick and springs a hundred times: damping is the least stable.
 #[test]
 fn damping_of_ticks_is_weighed_by_ticks() {
     let damped = "damping: (model: tutorial, rate_per_s: 0.0)";

@@ -50,8 +50,8 @@ fn springs_and_mutual_gravity_keep_momentum_to_rounding_under_every_method() {
     }
 }
 
-/// Forces along the line between two bodies, at one place and time: the methods that are made of kicks and drifts
-/// keep angular momentum, the others lose or win some.
+/// Forces along the line between two bodies at one place and time: methods made of kicks and drifts conserve angular
+/// momentum, the others do not.
 #[test]
 fn methods_of_kicks_and_drifts_keep_angular_momentum_to_rounding() {
     let ticks = 4096;
@@ -118,7 +118,6 @@ fn a_nearby_energy_is_kept_for_a_hundred_thousand_steps() {
     }
 }
 
-/// One step through a spring is the matrix of the table.
 #[test]
 fn a_step_of_a_spring_to_a_post_has_the_fingerprint_of_the_method() {
     for method in Method::ALL {

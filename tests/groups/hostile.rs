@@ -129,7 +129,7 @@ fn a_member_that_is_left_alone_goes_on_as_a_single_body() {
     }
 }
 
-/// The law breaks inside the tick 11: after the first part of it, where steps are split.
+/// The law breaks within tick 11, after the first segment of a split step.
 #[test]
 fn a_member_whose_own_law_breaks_is_frozen() {
     for method in Method::ALL {
@@ -144,7 +144,7 @@ fn a_member_whose_own_law_breaks_is_frozen() {
     }
 }
 
-/// A point of a sheet takes its triangles with it, and its neighbours' masses are shared anew.
+/// A point of a sheet takes its triangles with it, and its neighbors' masses are shared again.
 #[test]
 fn a_point_of_a_sheet_that_breaks_is_frozen_and_the_others_go_on_as_without_it() {
     let blow = Wind { velocity: DVec3::new(1.0, 3.0, 0.0), gust: 1.0, gust_hz: 1.0 };
@@ -275,8 +275,7 @@ fn a_million_springs_hang_on_one_node() {
     }
 }
 
-/// A cloth so far apart that no spring of it pulls with a finite force: one member after the other would take a tick of the cloth
-/// for each.
+/// No spring of this cloth pulls with a finite force: quarantining one member after the other would take a tick for each.
 #[test]
 fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
     let side = 60;
@@ -305,7 +304,6 @@ fn a_cloth_that_breaks_as_a_whole_is_frozen_in_a_few_ticks() {
     }
 }
 
-/// A spring to a body that comes to be, and goes again.
 #[test]
 fn a_spring_waits_for_no_one() {
     for method in Method::ALL {
@@ -325,7 +323,6 @@ fn a_spring_waits_for_no_one() {
     }
 }
 
-/// What was kept of mutual gravity is not of another one.
 #[test]
 fn mutual_gravity_that_is_replaced_acts_from_then_on() {
     for method in Method::ALL.into_iter().filter(|method| *method != Method::PositionVerlet) {

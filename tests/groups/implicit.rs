@@ -354,7 +354,7 @@ fn two_bodies_at_one_place_are_held_together_by_a_spring_without_a_rest_length_o
     }
 }
 
-/// A group with an embedder's law that pushes apart: it acts as at the start of the step, and nothing breaks.
+/// A repelling law acts on a group as at the start of the step, and nothing breaks.
 #[test]
 fn wells_that_push_apart_leave_the_matrix_positive() {
     let well = motion::Well { position: DVec3::new(1.1, 0.0, 0.0), strength: -50.0, softening: 0.1 };

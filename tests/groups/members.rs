@@ -71,7 +71,6 @@ fn surroundings() -> Vec<(&'static str, Environment)> {
     ]
 }
 
-/// A member and a single body under everything, with a push in the tick 7.
 #[test]
 fn a_member_that_nothing_pulls_moves_like_a_single_body() {
     let solver = Some(Solver { tolerance: 1e-15, most_iterations: 500, newton_iterations: 10 });
@@ -137,7 +136,6 @@ fn a_push_gives_force_times_time_over_mass_at_every_number_of_substeps() {
     }
 }
 
-/// On springs that pull, a push adds its impulse to the momentum of the group.
 #[test]
 fn a_push_on_a_net_is_an_impulse_on_the_whole() {
     let push = DVec3::new(100.0, -50.0, 25.0);
@@ -277,7 +275,7 @@ fn requests_on_members_keep_the_order_of_the_method() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// Gravity that is turned in the middle; the same net falls as one body beside it.
+/// The same net without gravity drifts beside it.
 #[test]
 fn gravity_that_is_set_acts_from_then_on() {
     for claims in METHODS.iter().filter(|claims| claims.position_order > 1) {
@@ -301,7 +299,7 @@ fn gravity_that_is_set_acts_from_then_on() {
     }
 }
 
-/// Damping around a tick multiplies the velocities of members, before or after it, and not that of a moving post.
+/// Damping around a tick scales the velocities of members before or after it, and not that of a moving post.
 #[test]
 fn damping_around_a_tick_leaves_what_members_hang_on_alone() {
     let mut net = pair(false, false);

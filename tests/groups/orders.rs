@@ -222,8 +222,8 @@ fn four_masses_joined_two_by_two() {
     problem.check_all();
 }
 
-/// A post that moves on by itself, under damping. The two Eulers damp it as well, the others have damping as a law,
-/// which acts on nothing that cannot move; what hangs on it follows it either way.
+/// A moving post under damping. The two Eulers damp it as well; for the others damping is a law, which acts on no
+/// immovable body.
 #[test]
 fn a_post_that_moves_holds_what_is_damped() {
     let mut net = pendulum(60.0);
@@ -245,8 +245,7 @@ fn a_post_that_moves_holds_what_is_damped() {
     }
 }
 
-/// The linearised step and the converged one are both of order 1, and two Newton iterations lead from the one to
-/// the other quadratically.
+/// The linearized and the converged step are both of order 1; Newton iterations lead from one to the other quadratically.
 #[test]
 fn newton_iterations_lead_to_the_implicit_step_that_is_not_linearised() {
     let newton = |newton_iterations| Solver { newton_iterations, tolerance: 1e-12, ..Solver::default() };

@@ -82,7 +82,7 @@ fn the_order_of_spawning_changes_no_bit() {
     }
 }
 
-/// Two soft bodies that share all their points, spawned in either order.
+/// Two soft bodies that share all their points.
 #[test]
 fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
     let net = Net::free(web(2).bodies);
@@ -102,7 +102,6 @@ fn the_order_in_which_soft_bodies_are_spawned_changes_no_bit() {
     assert_eq!(run([1, 2]), run([2, 1]));
 }
 
-/// A soft body's springs are springs.
 #[test]
 fn a_soft_body_is_its_springs() {
     let net = tetrahedron();
@@ -304,7 +303,7 @@ fn substeps_of_a_group_are_those_of_its_first_member_and_as_good_as_ticks() {
     }
 }
 
-/// A mark that comes after the groups were made is that of the group, or of no one.
+/// A mark set after the groups were made is that of the group, or of no body.
 #[test]
 fn a_member_that_is_marked_before_its_first_tick_leaves_no_group_behind() {
     let net = web(10);
@@ -320,7 +319,6 @@ fn a_member_that_is_marked_before_its_first_tick_leaves_no_group_behind() {
     }
 }
 
-/// Everything is the same in a train.
 #[test]
 fn a_post_that_moves_on_carries_what_hangs_on_it() {
     let (net, speed) = (web(9), DVec3::new(2.0, -1.0, 0.5));

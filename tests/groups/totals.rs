@@ -47,7 +47,7 @@ fn mutual_gravity_has_the_energy_of_every_pair() {
     assert!((rig.v(0) - a * H).length() <= 1e-16 && rig.v(2) == DVec3::ZERO && rig.v(3) == DVec3::ZERO);
 }
 
-/// The error of the energy is of the order of the step squared, and does not grow.
+/// The error of the energy is of second order, and does not grow.
 #[test]
 fn velocity_verlet_keeps_the_energy_in_bounds() {
     for (name, net) in [("tetrahedron", tetrahedron()), ("ring", ring())] {

@@ -29,7 +29,7 @@ fn kite(normal: DVec3, v: DVec3) -> Net {
 
 const ONE: [[u32; 3]; 1] = [[0, 1, 2]];
 
-/// A sheet shares the masses of its corners out, and what is free or held is integrated or not.
+/// A sheet shares out its corners' masses, and free bodies are integrated and held ones are not.
 #[test]
 fn a_mass_that_is_changed_acts_as_if_it_had_been_there_from_the_start() {
     let axis = DVec3::new(0.48, 0.6, 0.64);
@@ -52,7 +52,6 @@ fn a_mass_that_is_changed_acts_as_if_it_had_been_there_from_the_start() {
     }
 }
 
-/// Three points of a kite are as one body of their mass, square to the wind.
 #[test]
 fn a_sheet_square_to_the_wind_moves_like_one_body() {
     let axis = DVec3::new(0.48, 0.6, 0.64);
@@ -203,7 +202,7 @@ fn a_cloth_in_gusts_is_integrated_with_the_order_of_the_method() {
     }
 }
 
-/// Frozen turbulence: who drifts with the mean wind is always in the same gust.
+/// Frozen turbulence: a point that drifts with the mean wind stays in the same gust.
 #[test]
 fn gusts_are_carried_along_by_the_wind() {
     let mut dice = Dice(2);

@@ -69,8 +69,7 @@ fn a_set_velocity_is_worth_its_kinetic_energy_and_momentum() {
     assert_eq!(kept.tick().ledger.last_tick().energy, motion::ledger::LedgerLines::default());
 }
 
-/// Books that are kept change neither a bit of a state nor the schedule, in any shipped scene; and where none are
-/// kept nothing of them is in the world.
+/// Keeping a ledger changes neither a bit of a state nor the schedule; without one nothing of it is in the world.
 #[test]
 fn books_change_nothing_and_cost_nothing_where_none_are_kept() {
     for shipped in scene::shipped() {
@@ -117,7 +116,6 @@ fn books_change_nothing_and_cost_nothing_where_none_are_kept() {
     }
 }
 
-/// A ledger that is opened on a world that runs, and one whose body falls out of it.
 #[test]
 fn a_ledger_may_be_opened_at_any_time() {
     let mut kept = Kept::of(SCENE, Method::RungeKutta4, 240.0, 4);

@@ -172,8 +172,7 @@ fn under_runge_kutta_4_next_to_nothing_is_left_over_and_no_line_could_be_left_ou
     }
 }
 
-/// The same scenes under the other methods: what is invented there is of the order of the method, with their speed of
-/// convergence as the evidence that no line is missing.
+/// What each method invents falls with its order, which is the evidence that no line is missing.
 #[test]
 fn under_every_method_the_residual_falls_with_the_tick() {
     for Case { name, scene, .. } in CASES {

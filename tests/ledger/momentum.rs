@@ -38,7 +38,6 @@ fn what_a_post_takes_is_booked_to_anchors() {
     }
 }
 
-/// A post that moves does work on what hangs on it.
 #[test]
 fn the_work_of_a_moving_post_is_booked_to_anchors() {
     let scene = "bodies: [(name: \"post\", immovable: true), (name: \"a\", position_m: (1.0, 0.0, 0.0), mass_kg: 2.0)],
@@ -57,7 +56,6 @@ fn the_work_of_a_moving_post_is_booked_to_anchors() {
     assert!(coarse < 1e-6 && coarse / fine > 11.0, "{coarse:e} {fine:e}");
 }
 
-/// Of two bodies on a spring of which one cannot move along x, only what the lock takes is not kept.
 #[test]
 fn a_lock_holds_its_end_of_a_spring() {
     let scene = PAIR

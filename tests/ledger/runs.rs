@@ -44,7 +44,6 @@ fn a_bound_of_the_energy_is_checked_where_something_does_work() {
     }
 }
 
-/// What a click gives is no fault of the method.
 #[test]
 fn a_bound_of_the_energy_holds_with_clicks() {
     let scene = "bodies: [(name: \"ball\", velocity_m_s: (3, 1, 0), mass_kg: 2)], push: (), expect: (energy_drift_below: 1e-12)";

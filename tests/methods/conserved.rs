@@ -59,8 +59,7 @@ fn nearby_energies_stay_for_ten_million_steps_in_single_precision() {
     }
 }
 
-/// Roundings that favor neither side add up like the root of their number, or a little faster; a bias adds up like the
-/// number itself.
+/// Unbiased roundings add up like the root of their number, or a little faster; a bias like the number itself.
 #[test]
 fn drifts_of_nearby_energies_grow_slower_than_a_bias_would() {
     for method in [Method::VelocityVerlet, Method::SemiImplicitEuler] {
@@ -136,7 +135,6 @@ fn reversible_methods_come_back() {
     all_pass(check_reversible);
 }
 
-/// On an oscillator the distance by which a method misses its start is known exactly.
 #[test]
 fn the_others_miss_by_what_theory_says() {
     let (z, n, start) = (1.0 / 30.0, 600, [SKEW, ACROSS * 0.7]);
@@ -155,7 +153,7 @@ fn the_others_miss_by_what_theory_says() {
     }
 }
 
-/// Momentum is the integral of the thrust where the velocity's order takes a linear acceleration in.
+/// Where the velocity's order integrates a linear acceleration exactly.
 #[test]
 fn momentum_is_the_integral_of_the_thrust() {
     let problem = linear_thrust();
@@ -169,8 +167,7 @@ fn momentum_is_the_integral_of_the_thrust() {
     }
 }
 
-/// The Eulers hold the thrust of one end of the step over all of it: the tutorial's "we do not know what
-/// happened in between".
+/// The tutorial's "we do not know what happened in between".
 #[test]
 fn the_eulers_hold_the_thrust_over_the_step() {
     let late = [(1, 10.0), (10, 16.75), (60, 17.375), (1000, 17.4925)];

@@ -58,8 +58,7 @@ fn evaluations_are_as_claimed() {
     }
 }
 
-/// The equation of implicit Euler is solved on every problem: a solve that is given up would still look like
-/// order 1.
+/// A solve that is given up would still look like order 1.
 #[test]
 fn every_implicit_step_converges() {
     let stepper = Stepper::real(Method::ImplicitEuler);

@@ -88,7 +88,6 @@ fn exact_damping_decays_by_the_stability_function() {
     all_pass(check_decay);
 }
 
-/// Above the limit a coasting body gains speed.
 #[test]
 fn exact_damping_diverges_above_the_limit_and_not_below() {
     for stepper in Stepper::all().filter(|stepper| limit(stepper.method).is_finite()) {
@@ -197,8 +196,7 @@ fn percent(value: f64, digits: f64, known: f64) {
     assert!((value * 100.0 - known).abs() <= digits / 2.0 + 1e-9, "{} % for {known} %", value * 100.0);
 }
 
-/// Semi-implicit Euler after 2 s at 30, 60, 120 and 240 Hz: coasting with the tutorial's rate, and a heavily
-/// damped body under a constant force.
+/// Semi-implicit Euler after 2 s: coasting with the tutorial's rate, and a heavily damped body under a constant force.
 #[test]
 fn errors_of_the_models_at_four_rates() {
     let run = |model, hz: f64, rate, a: f64, v: f64| {

@@ -145,7 +145,7 @@ fn error_constants_are_those_of_theory() {
     all_pass(check_constants);
 }
 
-/// Position Verlet's velocity is of order 1 as the velocity of now, and of order 2 as that of half a step ago.
+/// Position Verlet's velocity is of order 1 for now, and of order 2 for half a step ago.
 #[test]
 fn position_verlets_velocity_is_that_of_half_a_step_ago() {
     let (problem, stepper) = (problems::duffing(), Stepper::real(Method::PositionVerlet));

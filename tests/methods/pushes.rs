@@ -39,7 +39,7 @@ fn a_push_of_one_tick_gives_its_impulse_once() {
     all_pass(check_push);
 }
 
-/// Where the position takes a constant acceleration in, a push moves by F h² / 2 m in its own tick.
+/// F h² / 2 m, where the position integrates a constant acceleration exactly.
 #[test]
 fn a_push_moves_by_half_its_impulse_in_its_tick() {
     for stepper in Stepper::all().filter(|stepper| stepper.claims().position_order >= 2) {
@@ -102,7 +102,7 @@ fn gravity_that_is_switched_is_a_parabola_in_pieces() {
     all_pass(check_toggles);
 }
 
-/// A change of the laws must not leave an acceleration of the old ones behind, under laws of position either.
+/// No cached acceleration of the old laws is used, under laws of position either.
 #[test]
 fn laws_that_change_leave_nothing_behind() {
     for stepper in Stepper::all().filter(|stepper| stepper.method != Method::PositionVerlet) {
@@ -165,8 +165,7 @@ fn laws_pass_over_immovable_bodies() {
     }
 }
 
-/// An immovable body goes on as it was, under every law, force and kind of damping but that which the tutorial
-/// has: uniform motion.
+/// Under every law, force and damping except the tutorial's.
 #[test]
 fn an_immovable_body_moves_uniformly() {
     for stepper in Stepper::all() {

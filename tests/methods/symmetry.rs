@@ -14,7 +14,7 @@ fn turned(v: DVec3) -> DVec3 {
     DVec3::new(v.y, v.z, v.x)
 }
 
-/// The tutorial's ship: an engine along and a thruster across, gravity and drag; and every axis on its own.
+/// The tutorial's ship: an engine along and a thruster across, gravity and drag.
 #[test]
 fn axes_are_independent_and_alike() {
     for stepper in Stepper::all() {
@@ -50,8 +50,7 @@ fn orbiter(i: usize) -> ([f64; 3], [f64; 3], f64) {
     ([1.0 + 0.3 * i, 0.2 * i, -0.1], [0.1 * i, 1.0 - 0.05 * i, 0.3], 1.0 / (1.0 + i))
 }
 
-/// A body among others, some of them immovable, moves as it does alone: to the bit, through solves that need
-/// different numbers of iterations as well.
+/// To the bit, also where solves need different numbers of iterations.
 #[test]
 fn a_body_moves_as_it_does_alone() {
     for stepper in Stepper::all() {

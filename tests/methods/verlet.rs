@@ -110,8 +110,7 @@ fn single_precision_keeps_gravity() {
     all_pass(check_single_precision);
 }
 
-/// Another method takes over in the middle of an orbit: the velocity it starts from is that of the time of the
-/// position, so order 2 stays.
+/// The velocity that the new method starts from is that of the time of the position, so order 2 stays.
 #[test]
 fn a_change_of_method_keeps_the_order() {
     let problem = super::problems::duffing();

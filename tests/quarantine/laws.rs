@@ -193,7 +193,6 @@ fn what_a_group_hangs_on_is_named_and_no_longer_pulls() {
     }
 }
 
-/// What no step looks at is not looked after.
 #[test]
 fn a_body_at_rest_that_holds_nothing_costs_nothing_and_is_not_named() {
     let scene = scene::load("tutorial").unwrap();

@@ -122,7 +122,6 @@ fn an_experiment_may_ask_for_too_much() {
     }
 }
 
-/// A range that holds everything changes no bit.
 #[test]
 fn a_range_that_nothing_leaves_changes_nothing() {
     for (name, scene) in scenes() {
@@ -135,7 +134,7 @@ fn a_range_that_nothing_leaves_changes_nothing() {
     }
 }
 
-/// In plain arrays a row is refused; in f32 a bound beyond its numbers is its largest number.
+/// A row is refused; in f32 a bound beyond its numbers is its largest number.
 #[test]
 fn plain_arrays_have_a_range_too() {
     fn refused<T: Real>(tick: fn(&mut Bare<T>), method: Method, range: Range) -> (Vec<usize>, [T; 3]) {
@@ -174,7 +173,7 @@ fn the_range_of_a_scene_is_kept_through_the_program() {
     assert_eq!((drive.x("calm"), drive.v("calm")), (DVec3::ZERO, DVec3::ZERO));
 }
 
-/// What goes out and comes back within a tick was never out, whichever kernel steps it.
+/// A body that leaves and comes back within a tick never left, in every kernel.
 #[test]
 fn a_range_is_asked_at_the_end_of_a_tick() {
     let thrown = |method, law: bool, joined: bool| {
@@ -203,7 +202,7 @@ fn a_range_is_asked_at_the_end_of_a_tick() {
     }
 }
 
-/// A kick beyond the range that damping takes back within the tick is none, with few bodies and with many.
+/// A kick beyond the range that damping takes back within the tick is allowed.
 #[test]
 fn two_passes_and_one_ask_for_the_range_alike() {
     for method in [Method::SemiImplicitEuler, Method::ExplicitEuler] {
@@ -228,7 +227,6 @@ fn two_passes_and_one_ask_for_the_range_alike() {
     }
 }
 
-/// Whatever the method, what leaves the range is frozen as it was before the tick, also in a tick of several steps.
 #[test]
 fn a_body_at_the_border_is_frozen_as_it_was_before_the_tick() {
     for method in Method::ALL {

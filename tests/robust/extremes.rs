@@ -27,8 +27,6 @@ fn a_body_at_1e20_m_s_flies_on_and_no_other_notices() {
     }
 }
 
-/// Quadratic drag at such a speed is beyond every explicit method, which throw the body out of the numbers: it is frozen
-/// at the last that it had. Implicit Euler brakes it.
 #[test]
 fn drag_at_1e20_m_s_freezes_under_explicit_methods_and_slows_down_under_the_implicit_one() {
     for method in Method::ALL {
@@ -46,7 +44,7 @@ fn drag_at_1e20_m_s_freezes_under_explicit_methods_and_slows_down_under_the_impl
     }
 }
 
-/// A push moves each mass by `F w h`, whatever the mass, also where its reciprocal is subnormal.
+/// By `F w h`, also where the reciprocal of the mass is subnormal.
 #[test]
 fn masses_over_seventy_six_powers_of_ten_are_pushed_alike() {
     for method in Method::ALL {
@@ -70,7 +68,7 @@ fn masses_over_seventy_six_powers_of_ten_are_pushed_alike() {
     }
 }
 
-/// Springs over distances whose squares vanish or overflow.
+/// Distances whose squares vanish or overflow.
 #[test]
 fn springs_over_any_distance_leave_numbers_and_momentum() {
     for method in Method::ALL {

@@ -62,7 +62,7 @@ fn a_bad_frame_time_is_refused_before_it_reaches_a_session() {
     assert_eq!(drive.session.ticks(), 8);
 }
 
-/// A step as long as its frame: none, next to none and a whole second are steps like others.
+/// None, next to none and a whole second are steps like others.
 #[test]
 fn a_step_a_frame_survives_every_length() {
     let mut drive = Drive::shipped("frame_step");

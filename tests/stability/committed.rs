@@ -67,7 +67,7 @@ fn every_cell_is_what_the_committed_matrix_has() {
     assert_same(&differences(&before, &now, beginning));
 }
 
-/// All other runs of more than [`PREFIX`] ticks, whole.
+/// All other runs of more than [`PREFIX`] ticks.
 #[test]
 fn a_close_passage_is_what_the_committed_matrix_has_to_its_end() {
     let mut before = committed();

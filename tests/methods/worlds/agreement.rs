@@ -140,7 +140,6 @@ fn a_world_gives_the_bits_of_plain_arrays() {
     }
 }
 
-/// A body that gravity passes by moves as one of a world without gravity, beside others that fall.
 #[test]
 fn gravity_that_is_off_for_a_body_is_no_gravity() {
     for method in Method::ALL {
@@ -160,7 +159,7 @@ fn gravity_that_is_off_for_a_body_is_no_gravity() {
     }
 }
 
-/// Linear drag among the laws that an embedder adds is the scene's own drag.
+/// Linear drag that an embedder adds is the scene's own drag.
 #[test]
 fn drag_among_other_laws_is_drag() {
     for method in Method::ALL {
@@ -185,7 +184,7 @@ fn drag_among_other_laws_is_drag() {
     }
 }
 
-/// Substeps that change between two ticks, in a world of few bodies and of many.
+/// In a world of few bodies and of many.
 #[test]
 fn substeps_change_from_tick_to_tick() {
     for method in Method::ALL {

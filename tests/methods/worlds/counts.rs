@@ -52,7 +52,6 @@ fn laws_that_are_summed_up_count_as_claimed() {
     }
 }
 
-/// Drag among the laws that an embedder adds counts as the scene's own.
 #[test]
 fn drag_among_other_laws_counts_as_drag() {
     for method in Method::ALL {
@@ -105,7 +104,6 @@ fn engines_count_for_the_body_that_has_them() {
     }
 }
 
-/// What a body asks for later moves it from one count to another, not into both.
 #[test]
 fn a_body_that_asks_for_something_later_is_counted_once() {
     let asks: [(&str, fn(&mut Lab, Entity)); 5] = [
@@ -138,7 +136,6 @@ fn a_body_that_asks_for_something_later_is_counted_once() {
     }
 }
 
-/// Substeps, drag and wells that come on in the middle of a run are counted from then on.
 #[test]
 fn what_comes_later_is_counted_from_then_on() {
     for method in Method::ALL {
@@ -191,8 +188,7 @@ fn a_body_in_quarantine_counts_no_more() {
     }
 }
 
-/// A body that comes while others have their accelerations costs its own start, and that of the others of its
-/// block, of which all or none have one.
+/// All bodies of a block have cached accelerations or none has: an added body costs a start of its block.
 #[test]
 fn a_body_that_comes_later_costs_a_start_of_its_block_and_no_more() {
     for method in [Method::VelocityVerlet, Method::Yoshida4] {
@@ -210,7 +206,6 @@ fn a_body_that_comes_later_costs_a_start_of_its_block_and_no_more() {
     }
 }
 
-/// Gravity that passes a body by is not counted for it.
 #[test]
 fn gravity_counts_where_it_acts() {
     for method in Method::ALL {

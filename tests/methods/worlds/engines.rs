@@ -58,7 +58,7 @@ fn an_engine_gives_the_exact_impulse_of_its_burn() {
     }
 }
 
-/// A cut divides the steps of the body that has the engine and of no other.
+/// An engine splits the steps of its own body only.
 #[test]
 fn a_body_beside_an_engine_moves_as_if_it_was_not_there() {
     let gravity = Some(Gravity::EARTH);

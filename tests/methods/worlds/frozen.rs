@@ -56,7 +56,7 @@ fn a_body_that_turns_non_finite_is_frozen_and_no_other_notices() {
     }
 }
 
-/// Velocities that are finite and carry a position, or an inner stage, out of all bounds.
+/// Finite velocities that carry a position, or an inner stage, beyond every number.
 #[test]
 fn a_body_that_runs_out_of_numbers_is_frozen_where_it_last_was() {
     for method in Method::ALL {
@@ -79,7 +79,6 @@ fn a_body_that_runs_out_of_numbers_is_frozen_where_it_last_was() {
     }
 }
 
-/// What is frozen stays so when methods change, and is not turned round.
 #[test]
 fn a_frozen_body_is_left_alone_by_every_request() {
     for method in Method::ALL {
@@ -108,7 +107,6 @@ fn a_frozen_body_is_left_alone_by_every_request() {
     }
 }
 
-/// A request that is not finite says so in its record.
 #[test]
 fn a_request_that_is_not_finite_freezes_its_body() {
     for method in Method::ALL {

@@ -83,7 +83,6 @@ fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
     }
 }
 
-/// What a schedule was compiled without is not forgotten: a kind of body that had gone comes back.
 #[test]
 fn a_method_that_nobody_had_when_the_schedule_was_compiled_comes_back() {
     let mut lab = crowd_with_engines(&Environment::falling(), Method::RungeKutta4);
@@ -100,7 +99,7 @@ fn a_method_that_nobody_had_when_the_schedule_was_compiled_comes_back() {
     assert_ne!(lab.x(first), before);
 }
 
-/// The same of a body that asks for laws of its own, which two passes would apply to different states.
+/// Two passes would apply laws of its own to different states.
 #[test]
 fn engines_that_nobody_had_when_the_schedule_was_compiled_come_back() {
     for method in Method::ALL {

@@ -77,7 +77,7 @@ fn bodies_carry_what_their_method_keeps_and_no_more() {
     }
 }
 
-/// One at a time among old ones, so that blocks hold both.
+/// Added one at a time among old ones, so that blocks hold both.
 #[test]
 fn a_body_that_comes_later_moves_as_one_that_was_first() {
     const TICKS: usize = 40;

@@ -56,7 +56,7 @@ fn an_impulse_is_what_it_is_at_every_step() {
     }
 }
 
-/// A body goes on as one that starts in the state which the request leaves.
+/// The body goes on as one that starts in the state that the request leaves.
 #[test]
 fn a_velocity_that_is_set_is_a_start() {
     for method in Method::ALL {
@@ -87,8 +87,7 @@ fn a_velocity_that_is_set_is_a_start() {
     }
 }
 
-/// A request that changes what acts on a body must not make half of the last step's kick one of the new
-/// acceleration: the body goes on with its velocity at the time of its position.
+/// Half of the last step's kick must not become one of the new acceleration.
 #[test]
 fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
     let requests: [(&str, fn(Entity) -> Request); 2] = [
@@ -110,8 +109,8 @@ fn what_changes_the_acceleration_is_a_start_with_the_velocity_of_the_time() {
     }
 }
 
-/// The same of engines that are replaced. Position Verlet cannot know: when it is their turn the old ones are
-/// gone, and the new ones take over half of the last step's kick.
+/// Position Verlet cannot know: the old engines are gone when it is their turn, and the new ones take over half of the
+/// last step's kick.
 #[test]
 fn new_engines_do_not_act_before_they_are_there() {
     for method in Method::ALL {
@@ -201,7 +200,7 @@ fn gravity_that_is_switched_is_a_parabola_in_pieces() {
     }
 }
 
-/// Damping that comes on, changes and goes off again is the exact solution in pieces, with the method's order.
+/// The exact solution in pieces, with the method's order.
 #[test]
 fn damping_that_is_set_acts_from_then_on() {
     let g = Gravity::EARTH.acceleration;

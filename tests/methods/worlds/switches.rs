@@ -98,7 +98,7 @@ fn the_new_method_keeps_its_order_on_an_orbit() {
     }
 }
 
-/// On the way from position Verlet nothing is lost: an error of a h / 2 in the velocity would leave order 1.
+/// An error of a h / 2 in the velocity that position Verlet leaves would leave order 1.
 #[test]
 fn the_whole_way_has_the_lower_order_of_the_two() {
     let run = |from, to, steps: u32| {
