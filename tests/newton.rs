@@ -4,11 +4,12 @@ use bevy_ecs::prelude::*;
 use motion::units::Vector;
 use motion::{
     AxisLocks, Damping, DampingModel, DampingRate, Elastic, Force, Gravity, GravityOff, Method,
-    MutualGravity, PhysicsBody, Push, PushQueue, Request, SpeedLimit, Spring, Transform,
+    MutualGravity, Push, PushQueue, Request, SpeedLimit, Transform,
 };
 use scene::unsolvable;
 
-use crate::harness::{Bits, H, Lab, bits, close};
+use crate::environment::Start;
+use crate::harness::{H, Lab, close};
 
 #[test]
 fn first_law_a_body_left_alone_keeps_its_velocity_and_one_at_rest_its_place() {
@@ -43,8 +44,7 @@ fn second_law_a_force_accelerates_by_force_times_inverse_mass() {
 fn third_law_a_body_pulls_as_hard_as_it_is_pulled() {
     // What acts between two bodies: one force, found twice.
     let spring = |lab: &mut Lab, ends| {
-        lab.world
-            .spawn(Spring { ends, elastic: Elastic { stiffness: 50.0, damping: 0.3, rest_length: 1.0 } });
+        lab.spring(ends, Elastic { stiffness: 50.0, damping: 0.3, rest_length: 1.0 });
     };
     let attraction = |lab: &mut Lab, _| {
         lab.world.insert_resource(MutualGravity { constant: 20.0, softening: 0.1 });
@@ -153,32 +153,21 @@ fn gravity_that_is_switched_off_keeps_its_value_and_never_acts() {
     assert_eq!(lab.v(body).y, -9.8 * H * (1.0 - 0.4 * H));
 }
 
-/// A world with one body of each kind that asks for something of its own, among `plain` others.
+/// A world of `plain` bodies, and one of each kind that asks for something of its own.
 fn asking(plain: usize, method: Method, model: DampingModel) -> Lab {
     let mut lab = Lab::new(method, H).with_gravity().with(Damping { model, rate: 0.4 });
-    let moving = PhysicsBody { velocity: Vector::new(8.0, 3.0, -5.0), inverse_mass: 2.0 };
-    for i in 0..plain {
-        lab.world.spawn((Transform::at(Vector::splat(i as f64)), moving));
+    for i in 0..plain + 5 {
+        let x = if i < plain { Vector::splat(i as f64) } else { Vector::Y };
+        lab.spawn(Start { x, v: Vector::new(8.0, 3.0, -5.0), w: 2.0 });
     }
-    let at = Transform::at(Vector::Y);
-    lab.world.spawn((at, moving, GravityOff));
-    lab.world.spawn((at, moving, SpeedLimit(4.0)));
-    lab.world.spawn((at, moving, AxisLocks { x: false, y: false, z: true }));
-    lab.world.spawn((at, moving, DampingRate::new(3.0)));
-    lab.world.spawn((
-        at,
-        moving,
-        DampingRate::new(3.0),
-        SpeedLimit(4.0),
-        AxisLocks { x: true, y: true, z: false },
-    ));
+    let locks = |x, y, z| AxisLocks { x, y, z };
+    lab.insert(plain, GravityOff);
+    lab.insert(plain + 1, SpeedLimit(4.0));
+    lab.insert(plain + 2, locks(false, false, true));
+    lab.insert(plain + 3, DampingRate::new(3.0));
+    lab.insert(plain + 4, (DampingRate::new(3.0), SpeedLimit(4.0), locks(true, true, false)));
     lab.set_method(method);
     lab
-}
-
-fn state(world: &mut World) -> Vec<Bits> {
-    let mut rows = world.query::<(&Transform, &PhysicsBody)>();
-    rows.iter(world).map(|(transform, body)| bits(transform.position, body.velocity)).collect()
 }
 
 #[test]
@@ -186,27 +175,22 @@ fn one_pass_and_two_passes_give_the_same_bits() {
     for method in [Method::ExplicitEuler, Method::SemiImplicitEuler] {
         for model in DampingModel::ALL {
             for plain in [0, 1, 3, 4, 5, 9, 64] {
-                let [mut two, mut one] = [motion::Passes::Two, motion::Passes::One].map(|passes| {
+                let [two, one] = [motion::Passes::Two, motion::Passes::One].map(|passes| {
                     let mut lab = asking(plain, method, model);
                     let plan = motion::StepPlan { method, passes, ..Default::default() };
                     let mut schedule = motion::systems::step_schedule(&mut lab.world, &plan);
-                    let some = lab
-                        .world
-                        .query_filtered::<Entity, With<PhysicsBody>>()
-                        .iter(&lab.world)
-                        .collect::<Vec<_>>();
+                    let last = plain + 4;
                     for tick in 0..100 {
-                        let body = some[tick % some.len()];
-                        lab.push(body, Vector::new(tick as f64, 10.0, -3.0));
+                        lab.push(tick % (plain + 5), Vector::new(tick as f64, 10.0, -3.0));
                         if tick == 50 {
-                            lab.push(some[0], Vector::X * 1e308);
-                            lab.push(some[some.len() - 1], Vector::X * f64::NAN);
+                            lab.push(0, Vector::X * 1e308);
+                            lab.push(last, Vector::X * f64::NAN);
                         }
                         schedule.run(&mut lab.world);
                     }
                     lab
                 });
-                assert_eq!(state(&mut two.world), state(&mut one.world), "{method:?} {model:?} {plain}");
+                assert_eq!(two.all_bits(&[]), one.all_bits(&[]), "{method:?} {model:?} {plain}");
                 let records = |lab: &Lab| lab.records().to_vec();
                 assert_eq!(records(&two), records(&one));
                 assert_eq!(records(&one).len(), 2);
@@ -219,19 +203,7 @@ fn one_pass_and_two_passes_give_the_same_bits() {
 fn what_a_body_asks_for_is_its_own() {
     for plain in [0, 300] {
         let mut lab = asking(plain, Method::SemiImplicitEuler, DampingModel::Clamped);
-        let mut of = |filter: fn(&World, Entity) -> bool| {
-            let all: Vec<_> =
-                lab.world.query_filtered::<Entity, With<PhysicsBody>>().iter(&lab.world).collect();
-            all.into_iter().find(|body| filter(&lab.world, *body)).unwrap()
-        };
-        let floating = of(|world, body| world.get::<GravityOff>(body).is_some());
-        let slow = of(|world, body| {
-            world.get::<SpeedLimit>(body).is_some() && world.get::<DampingRate>(body).is_none()
-        });
-        let planar = of(|world, body| {
-            world.get::<AxisLocks>(body) == Some(&AxisLocks { z: true, ..Default::default() })
-        });
-        let damped = of(|world, body| world.get::<DampingRate>(body).is_some());
+        let [floating, slow, planar, damped] = [plain, plain + 1, plain + 2, plain + 3];
         lab.run(1);
         close(lab.v(floating).y, 3.0 * (1.0 - 0.4 * H), 1e-15);
         close(lab.v(slow).length(), 4.0, 1e-15);
