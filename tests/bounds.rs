@@ -3,11 +3,10 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
-use motion::clock::FrameClock;
-use sandbox::input::InputFrame;
-use sandbox::{Options, Session};
+use sandbox::Options;
 use scene::Scene;
 
+use crate::drive::Drive;
 use crate::effects::allocations::most_held;
 use crate::harness::{Said, folder, output, program, sandbox, wait_for};
 
@@ -40,12 +39,10 @@ fn the_estimate_is_what_is_taken_within_a_factor() {
             estimated = scene.estimated_bytes();
             let options =
                 Options { pictures: false, interpolate: false, threads: Some(1), ..Options::default() };
-            let mut session = Session::new(scene, options);
-            session.forecast_start(0.01);
-            let mut clock = FrameClock::default();
-            session.limit_ticks(1);
-            session.advance(&InputFrame::default(), clock.advance_to(0.01).unwrap());
-            assert_eq!(session.ticks(), 1);
+            let mut drive = Drive::with(scene, options);
+            drive.session.forecast_start(0.01);
+            drive.session.limit_ticks(1);
+            assert_eq!(drive.frame(0.01, []).session.ticks(), 1);
         });
         estimated as f64 / taken as f64
     });

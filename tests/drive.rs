@@ -21,7 +21,10 @@ pub struct Drive {
 
 impl Drive {
     pub fn of(scene: Scene) -> Self {
-        let options = Options { pictures: false, interpolate: true, ..Options::default() };
+        Self::with(scene, Options { pictures: false, interpolate: true, ..Options::default() })
+    }
+
+    pub fn with(scene: Scene, options: Options) -> Self {
         Self { session: Session::new(scene, options), clock: FrameClock::default() }
     }
 

@@ -8,24 +8,22 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::effects::Effect;
 use motion::{
-    Curve, Damping, Drag, Elastic, Gravity, LawTexts, Laws, Method, OwnLaws, PhysicsBody, Spring, Stepper,
-    Thrust, TimeStep, Transform, Well, Wells, Wind,
+    Curve, Damping, Drag, Elastic, Gravity, LawTexts, Laws, Method, OwnLaws, PhysicsBody, Stepper, Thrust,
+    Well, Wells, Wind,
 };
 use sandbox::{Options, Overrides, Session};
 use scene::Scene;
 
-use crate::harness::{blesses, root, stored};
+use crate::drive::Drive;
+use crate::environment::Start;
+use crate::harness::{H, Lab, blesses, root, stored};
 
 /// A shipped scene as a headless run without pictures has it, a few ticks on.
 fn session(name: &str) -> Session {
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
-    let mut session = Session::new(scene::load(name).unwrap(), options);
-    let mut frames = motion::clock::FrameClock::default();
-    for _ in 0..12 {
-        let time = frames.advance_by(1.0 / 60.0).unwrap();
-        session.advance(&sandbox::input::InputFrame::default(), time);
-    }
-    session
+    let mut drive = Drive::with(scene::load(name).unwrap(), options);
+    drive.run(12, 1.0 / 60.0);
+    drive.session
 }
 
 fn shipped() -> Vec<&'static str> {
@@ -233,29 +231,19 @@ fn evaluations_of_absent_effects_are_none() {
 
 #[test]
 fn one_spring_among_free_particles_adds_one_law_and_one_system() {
-    let mut world = World::new();
-    let bodies: Vec<_> = (0..4)
-        .map(|i| world.spawn((Transform::at(DVec3::X * f64::from(i)), PhysicsBody::with_mass(1.0))).id())
-        .collect();
-    let mut stepper = Stepper::new(&mut world, Method::SemiImplicitEuler, TimeStep(1.0 / 120.0));
-    stepper.tick(&mut world);
-    let before = systems(&stepper);
-    let laws = |world: &World| -> Vec<&'static str> {
-        let laws = world.resource::<motion::Evaluations>().laws().iter();
-        laws.filter(|(_, count)| *count > 0).map(|(law, _)| *law).collect()
-    };
-    assert!(laws(&world).is_empty());
-    let elastic = Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.5 };
-    let spring = world.spawn(Spring { ends: [bodies[0], bodies[1]], elastic }).id();
-    stepper.tick(&mut world);
-    let with = systems(&stepper);
-    assert_eq!(laws(&world), ["springs"]);
+    let mut lab = Lab::new(Method::SemiImplicitEuler, H);
+    for i in 0..4 {
+        lab.spawn(Start::of(1.0, DVec3::X * f64::from(i), DVec3::ZERO));
+    }
+    let before = systems(&lab.run(1).stepper);
+    assert!(lab.counts().1.iter().all(|(_, count)| *count == 0));
+    let spring = lab.spring([0, 1], Elastic { stiffness: 1.0, damping: 0.0, rest_length: 0.5 });
+    let with = systems(&lab.run(1).stepper);
     let added: Vec<_> = with.difference(&before).collect();
     assert_eq!(added, ["integrate_groups"]);
     assert!(before.is_subset(&with));
     // Two of the four bodies, one evaluation.
-    assert_eq!(world.resource::<motion::Evaluations>().laws(), [("springs", 2)]);
-    world.despawn(spring);
-    stepper.tick(&mut world);
-    assert_eq!(systems(&stepper), before, "the last spring takes its system with it");
+    assert_eq!(lab.evaluations().laws(), [("springs", 2)]);
+    lab.world.despawn(spring);
+    assert_eq!(systems(&lab.run(1).stepper), before, "the last spring takes its system with it");
 }
