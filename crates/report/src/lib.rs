@@ -20,6 +20,7 @@ mod words;
 
 use figures::figures;
 use lab::cost::{Report, Study};
+use page::slugs;
 
 pub use chart::Drawing;
 pub use csv::CELLS_HEADER;
@@ -63,23 +64,4 @@ fn drawn(report: &Report) -> impl Iterator<Item = (String, Drawing)> {
     report.studies.iter().zip(slugs(&report.studies)).flat_map(|(study, slug)| {
         figures(study).into_iter().map(move |(kind, drawing)| (format!("{slug}-{}", kind.name()), drawing))
     })
-}
-
-/// Names of files and anchors for subjects, which may be paths: letters, digits and dashes, no two alike.
-fn slugs(studies: &[Study]) -> Vec<String> {
-    let mut slugs: Vec<String> = Vec::new();
-    for study in studies {
-        let stem = study.subject.rsplit(['/', '\\']).next().unwrap_or_default();
-        let stem = stem.strip_suffix(".ron").unwrap_or(stem);
-        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
-        let mut slug: String = stem.chars().map(plain).collect();
-        if slug.is_empty() {
-            slug.push_str("study");
-        }
-        if slugs.contains(&slug) {
-            slug = format!("{slug}-{}", slugs.len() + 1);
-        }
-        slugs.push(slug);
-    }
-    slugs
 }

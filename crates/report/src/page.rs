@@ -5,9 +5,9 @@ use lab::cost::{Cost, Report, Study};
 use super::chart::{Drawing, dark_rules, escaped};
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
+use super::table::Table;
 use super::tables::{cheapest, equal, every_run, failed, of_methods, on_arrays, ranking, rates};
 use super::words::{bodies, evaluations, headline, setting, words};
-use super::{Table, slugs};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -243,4 +243,23 @@ fn machine(report: &Report) -> String {
          times of the distances in position and velocity together, each in units of the motion's own scale; a run that \
          blew up, was quarantined or did not converge is a cross and never a point.</p>\n</footer>\n"
     )
+}
+
+/// Names of files and anchors for subjects, which may be paths: letters, digits and dashes, no two alike.
+pub(crate) fn slugs(studies: &[Study]) -> Vec<String> {
+    let mut slugs: Vec<String> = Vec::new();
+    for study in studies {
+        let stem = study.subject.rsplit(['/', '\\']).next().unwrap_or_default();
+        let stem = stem.strip_suffix(".ron").unwrap_or(stem);
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' };
+        let mut slug: String = stem.chars().map(plain).collect();
+        if slug.is_empty() {
+            slug.push_str("study");
+        }
+        if slugs.contains(&slug) {
+            slug = format!("{slug}-{}", slugs.len() + 1);
+        }
+        slugs.push(slug);
+    }
+    slugs
 }

@@ -2,6 +2,7 @@
 
 use lab::cost::{Machine, Study};
 
+use super::table::Table;
 use super::tables::{every_run, ranking, tables};
 use super::words::words;
 
@@ -21,7 +22,7 @@ pub fn brief(study: &Study, machine: &Machine) -> String {
 
 /// [`brief`], then every table.
 pub fn markdown(study: &Study, machine: &Machine) -> String {
-    let part = |table: &super::Table| format!("\n### {}\n\n{}", table.title, table.markdown());
+    let part = |table: &Table| format!("\n### {}\n\n{}", table.title, table.markdown());
     brief(study, machine) + &tables(study).iter().map(part).collect::<String>()
 }
 
