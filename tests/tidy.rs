@@ -96,6 +96,26 @@ const FROM_TEXT_TO_SCENE: &[&str] = &[
 const HISTORY: &[&str] =
     &["simulation", "input", "distances", "lists", "snapshot", "bundle", "timeline", "twin"];
 
+/// The same of `crates/lab/src`.
+const LAB: &[&str] = &["run", "cost", "limits", "ablation", "receipt", "recommend", "stability"];
+
+/// The same of `crates/report/src`.
+const FROM_NUMBERS_TO_PAGES: &[&str] = &[
+    "numbers",
+    "palette",
+    "reading",
+    "chart",
+    "choice",
+    "table",
+    "words",
+    "tables",
+    "figures",
+    "csv",
+    "summary",
+    "page",
+    "stability",
+];
+
 /// The heads of the paths from the root of its crate that a module names, with their lines: those of `crate::` and of
 /// `super::` that leave the `depth` modules that it is in.
 fn named_at_the_root(text: &str, depth: usize) -> Vec<(usize, String)> {
@@ -167,6 +187,12 @@ fn each_room_of_sandbox_uses_only_those_before_it() {
 fn each_layer_of_scene_and_history_uses_only_those_before_it() {
     in_layers("crates/scene/src", FROM_TEXT_TO_SCENE);
     in_layers("crates/history/src", HISTORY);
+}
+
+#[test]
+fn each_layer_of_lab_and_report_uses_only_those_before_it() {
+    in_layers("crates/lab/src", LAB);
+    in_layers("crates/report/src", FROM_NUMBERS_TO_PAGES);
 }
 
 #[test]
