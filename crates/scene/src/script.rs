@@ -1,7 +1,6 @@
 //! Scripts and recordings: what happens when, read from and written to RON.
 
 use std::collections::HashMap;
-use std::fmt::{self, Write as _};
 
 use motion::Method;
 use serde::Deserialize;
@@ -150,32 +149,33 @@ impl Script {
     /// The script as RON that [`Self::parse`] reads back to the same value, every number to the last bit.
     #[must_use]
     pub fn to_ron(&self) -> String {
-        let mut ron = String::new();
-        if let Some(Recording { scene, method, size_px: (width, height), frame_ends_s }) = &self.recording {
-            let scene = written(scene);
-            line(&mut ron, format_args!("(\n    version: {SCRIPT_VERSION},\n    scene: {scene},"));
-            if let Some(method) = method {
-                line(&mut ron, format_args!("    method: {},", method.name()));
-            }
-            line(&mut ron, format_args!("    size_px: ({width}, {height}),\n    frame_ends_s: ["));
-            for end in frame_ends_s {
-                line(&mut ron, format_args!("        {end:?},"));
-            }
-            line(&mut ron, format_args!("    ],\n    steps: ["));
-        } else {
-            line(&mut ron, format_args!("["));
-        }
-        let indent = if self.recording.is_some() { "        " } else { "    " };
+        let (mut ron, indent, end) = match &self.recording {
+            Some(recording) => (recording.head(), "        ", "    ],\n)\n"),
+            None => ("[\n".to_owned(), "    ", "]\n"),
+        };
         for Step { when, action } in &self.steps {
             let when = match when {
                 When::Seconds(seconds) => format!("at_s: {seconds:?}"),
                 When::Tick(tick) => format!("at_tick: {tick}"),
                 When::Frame(frame) => format!("at_frame: {frame}"),
             };
-            line(&mut ron, format_args!("{indent}({when}, do: {}),", written(action)));
+            ron.push_str(&format!("{indent}({when}, do: {}),\n", written(action)));
         }
-        line(&mut ron, format_args!("{}", if self.recording.is_some() { "    ],\n)" } else { "]" }));
-        ron
+        ron + end
+    }
+}
+
+impl Recording {
+    /// What stands before the steps.
+    fn head(&self) -> String {
+        let Self { scene, method, size_px: (width, height), frame_ends_s } = self;
+        let method = method.map(|method| format!("    method: {},\n", method.name())).unwrap_or_default();
+        let ends: String = frame_ends_s.iter().map(|end| format!("        {end:?},\n")).collect();
+        format!(
+            "(\n    version: {SCRIPT_VERSION},\n    scene: {},\n{method}    size_px: ({width}, {height}),\n    \
+             frame_ends_s: [\n{ends}    ],\n    steps: [\n",
+            written(scene)
+        )
     }
 }
 
@@ -207,10 +207,6 @@ impl<'a> Removed<'a> {
         let what = format!("steps[{}] has removed \"{}\" before", before?, body.1);
         Some((what, "leave this step out, or put it first".to_owned()))
     }
-}
-
-fn line(ron: &mut String, text: fmt::Arguments<'_>) {
-    writeln!(ron, "{text}").expect("a string takes every line");
 }
 
 fn written<T: serde::Serialize>(value: &T) -> String {

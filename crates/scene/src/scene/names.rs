@@ -150,9 +150,7 @@ impl Names {
 impl Run {
     fn name(&self, i: u32) -> String {
         let (letters, [middle, inner]) = self.numbering.axes();
-        // In two loops the inner one is the first of the lengths, and the other is 1.
-        let (outer, rest) = (i / (middle * inner), i % (middle * inner));
-        let numbers = if letters.len() == 3 { [outer, rest / inner, rest % inner] } else { [outer, rest, 0] };
+        let numbers = [i / (middle * inner), i / inner % middle, i % inner];
         let mut name = self.prefix.clone();
         for (letter, number) in letters.iter().zip(numbers) {
             name.push_str(&format!(".{letter}{number}"));
