@@ -50,3 +50,9 @@ pub use script::{Recording, SCRIPT_VERSION, Script};
 pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use text::faults::{Fault, SceneError};
+
+/// A scene with these keys.
+#[cfg(test)]
+fn parse(keys: &str) -> Scene {
+    Scene::parse("t", &format!("(version: 1, {keys})")).unwrap_or_else(|error| panic!("{error}"))
+}

@@ -3,11 +3,7 @@
 use glam::DVec3;
 use pick::Shape;
 
-use crate::Scene;
-
-fn parse(body: &str) -> Scene {
-    Scene::parse("t", &format!("(version: 1, {body})")).unwrap()
-}
+use crate::parse;
 
 #[test]
 fn a_grid_has_columns_along_x_and_rows_along_z_with_x_outside() {

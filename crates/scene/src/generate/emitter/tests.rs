@@ -2,11 +2,7 @@
 
 use glam::DVec3;
 
-use crate::{EmitterSpec, Scene};
-
-fn parse(body: &str) -> Scene {
-    Scene::parse("t", &format!("(version: 1, {body})")).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::{EmitterSpec, parse};
 
 fn emitter(keys: &str) -> EmitterSpec {
     parse(&format!("emitters: [({keys})]")).emitters.remove(0)

@@ -1,11 +1,7 @@
 //! Values and defaults of the laws; their faults are in `broken.txt`.
 
 use super::*;
-use crate::Scene;
-
-fn parse(body: &str) -> Scene {
-    Scene::parse("t", &format!("(version: 1, {body})")).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::parse;
 
 #[test]
 fn drag_has_the_coefficient_that_is_given_and_no_other() {

@@ -2,11 +2,7 @@
 
 use motion::{Elastic, Method};
 
-use crate::Scene;
-
-fn parse(body: &str) -> Scene {
-    Scene::parse("t", &format!("(version: 1, {body})")).unwrap_or_else(|error| panic!("{error}"))
-}
+use crate::parse;
 
 #[test]
 fn a_spring_is_as_long_as_it_is_at_the_start_unless_it_says_otherwise() {
