@@ -6,15 +6,16 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemState;
 use glam::DVec3;
+use history::Simulation;
 use motion::groups::Grouped;
 use motion::snapshot::LastStep;
 use motion::{
     Damping, DampingModel, DampingRate, Dormant, Fault, Forces, Method, OwnLaws, Particle, PhysicsBody,
-    SpeedLimit, StableId, Static, Transform, own_method,
+    Request, SpeedLimit, StableId, Static, Transform, own_method,
 };
 use scene::Scene;
 
-use super::rig::{Harm, Rig, scenes};
+use super::rig::{Harm, bits, is_finite, records, run, run_harmed, scenes, start, systems};
 use crate::environment::Formula;
 use crate::harness::Bits;
 
@@ -81,13 +82,12 @@ struct Victim {
     /// It holds a group and does not move.
     anchor: bool,
     lawful: bool,
-    remembers: bool,
 }
 
 impl Victim {
     /// One of each kind that the world has.
-    fn of(rig: &mut Rig) -> Vec<Self> {
-        let mut found: Vec<(bool, Self)> = Vec::new();
+    fn of(rig: &mut Simulation) -> Vec<Self> {
+        let (mut kinds, mut found) = (Vec::new(), Vec::new());
         let mut bodies =
             rig.world.query_filtered::<(Entity, &StableId), (With<PhysicsBody>, Without<Dormant>)>();
         let mut all: Vec<_> = bodies.iter(&rig.world).map(|(body, id)| (*id, body)).collect();
@@ -103,19 +103,16 @@ impl Victim {
                 grouped: entity.contains::<Grouped>(),
                 anchor: rests && springs && is_held_by(&rig.world, body),
                 lawful: entity.contains::<OwnLaws>(),
-                remembers: entity.contains::<LastStep>(),
             };
             let movable = entity.get::<PhysicsBody>().is_some_and(|body| body.inverse_mass > 0.0);
-            let particle = entity.contains::<Particle>();
-            let kind = |(particle, other): &(bool, Self)| {
-                (*particle, other.method, other.grouped, other.anchor, other.lawful)
-            };
-            let own = (particle, victim);
-            if (movable || victim.anchor) && found.iter().all(|other| kind(other) != kind(&own)) {
-                found.push(own);
+            let Self { method, grouped, anchor, lawful, .. } = victim;
+            let kind = (entity.contains::<Particle>(), method, grouped, anchor, lawful);
+            if (movable || anchor) && !kinds.contains(&kind) {
+                kinds.push(kind);
+                found.push(victim);
             }
         }
-        found.into_iter().map(|(_, victim)| victim).collect()
+        found
     }
 
     /// Whether the system integrates this body, or hangs others on it.
@@ -148,7 +145,7 @@ impl Victim {
             _ if self.anchor => false,
             Place::InverseMass | Place::Force | Place::SpeedLimit => true,
             Place::DampingRate => world.contains_resource::<Damping>(),
-            Place::LastStep => self.remembers,
+            Place::LastStep => world.entity(self.body).contains::<LastStep>(),
             Place::OwnLaws => self.lawful,
         }
     }
@@ -170,12 +167,12 @@ fn base(system: &str) -> &str {
 type Reference = Vec<Vec<(u32, Bits)>>;
 
 fn without(scene: &Scene, victim: &Victim, tick: u64) -> Reference {
-    let mut rig = Rig::new(scene);
-    rig.run(tick - 1);
-    rig.remove(victim.body);
+    let mut rig = start(scene);
+    run(&mut rig, tick - 1);
+    rig.request(Request::Remove(victim.body));
     let states = (0..AFTER).map(|_| {
-        rig.run(1);
-        rig.bits(victim.id)
+        run(&mut rig, 1);
+        bits(&rig, victim.id)
     });
     states.collect()
 }
@@ -208,27 +205,27 @@ fn check(
     kept: &mut HashMap<u64, Reference>,
 ) {
     let what = format!("{name}: {place:?} of {:?} before system {at}", victim.id);
-    let mut rig = Rig::new(scene);
-    rig.run(LEAD);
-    let systems = rig.systems();
+    let mut rig = start(scene);
+    run(&mut rig, LEAD);
+    let systems = systems(&mut rig);
     let exact =
         rig.world.get_resource::<Damping>().is_some_and(|damping| damping.model == DampingModel::Exact);
     let before = rig.world.get::<Transform>(victim.body).unwrap().position;
-    rig.run_harmed(at, place.harm(victim.body));
+    run_harmed(&mut rig, at, place.harm(victim.body));
     let Some((tick, system)) = expected(victim, place, at, &systems, exact) else {
-        rig.run(AFTER);
-        assert_eq!(rig.records(), [], "{what}");
+        run(&mut rig, AFTER);
+        assert_eq!(records(&rig), [], "{what}");
         return;
     };
     let reference = kept.entry(tick).or_insert_with(|| without(scene, victim, tick));
     for (i, others) in reference.iter().enumerate() {
         if i > 0 || tick > LEAD + 1 {
-            rig.run(1);
+            run(&mut rig, 1);
         }
-        assert!(rig.is_finite(), "{what}, {i} ticks later");
-        assert!(rig.bits(victim.id) == *others, "{what}: others notice, {i} ticks later");
+        assert!(is_finite(&mut rig), "{what}, {i} ticks later");
+        assert!(bits(&rig, victim.id) == *others, "{what}: others notice, {i} ticks later");
     }
-    let records = rig.records();
+    let records = records(&rig);
     assert_eq!(records.len(), 1, "{what}: {records:?}");
     assert_eq!((records[0].body, records[0].tick), (victim.body, tick), "{what}: {records:?}");
     let cause = records[0].cause;
@@ -256,9 +253,9 @@ fn check(
 fn a_nan_in_any_component_before_any_system_of_any_scene_is_named_and_harms_no_other() {
     let mut checked = 0;
     for (name, scene) in scenes() {
-        let mut rig = Rig::new(&scene);
-        rig.run(LEAD);
-        let systems = rig.systems();
+        let mut rig = start(&scene);
+        run(&mut rig, LEAD);
+        let systems = systems(&mut rig);
         for victim in Victim::of(&mut rig) {
             let mut kept = HashMap::new();
             for place in Place::ALL {

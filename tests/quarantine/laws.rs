@@ -2,13 +2,14 @@
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use history::Simulation;
 use motion::{
-    Damping, Drag, Elastic, Fault, Gravity, GravityOff, Method, MutualGravity, PhysicsBody, Range, SoftBody,
-    SourceMass, Spring, StableId, Static, Transform, Wells,
+    Damping, Drag, Elastic, Fault, Gravity, GravityOff, Method, MutualGravity, PhysicsBody, Range, Request,
+    SoftBody, SourceMass, Spring, StableId, Static, Transform, Wells,
 };
 use scene::Scene;
 
-use super::rig::{Harm, Rig, scenes};
+use super::rig::{Harm, bits, is_finite, records, run, run_harmed, scenes, start, systems};
 
 const LEAD: u64 = 3;
 
@@ -40,7 +41,7 @@ fn resources() -> [(&'static str, fn(&World) -> bool, fn() -> Harm); 6] {
 }
 
 /// Bodies that something acts on.
-fn movable(rig: &mut Rig, weightless: bool) -> usize {
+fn movable(rig: &mut Simulation, weightless: bool) -> usize {
     let mut bodies = rig.world.query_filtered::<(&PhysicsBody, Has<GravityOff>), Without<motion::Dormant>>();
     bodies.iter(&rig.world).filter(|(body, off)| body.inverse_mass > 0.0 && (weightless || !off)).count()
 }
@@ -49,20 +50,20 @@ fn movable(rig: &mut Rig, weightless: bool) -> usize {
 fn a_resource_that_is_not_a_number_is_named_by_every_body_that_it_breaks() {
     for (name, scene) in scenes() {
         for (resource, there, harm) in resources() {
-            let mut rig = Rig::new(&scene);
-            rig.run(LEAD);
+            let mut rig = start(&scene);
+            run(&mut rig, LEAD);
             if !there(&rig.world) {
                 continue;
             }
-            for at in [0, rig.systems().len() - 1] {
+            for at in [0, systems(&mut rig).len() - 1] {
                 let what = format!("{name}: {resource} before system {at}");
-                let mut rig = Rig::new(&scene);
-                rig.run(LEAD);
+                let mut rig = start(&scene);
+                run(&mut rig, LEAD);
                 let bodies = movable(&mut rig, resource != "Gravity");
-                rig.run_harmed(at, harm());
-                rig.run(2);
-                assert!(rig.is_finite(), "{what}");
-                let records = rig.records();
+                run_harmed(&mut rig, at, harm());
+                run(&mut rig, 2);
+                assert!(is_finite(&mut rig), "{what}");
+                let records = records(&rig);
                 assert!(!records.is_empty() || bodies == 0, "{what}");
                 for record in records {
                     let cause = record.cause;
@@ -87,7 +88,7 @@ fn broken(elastic: Elastic<f64>) -> [Elastic<f64>; 4] {
 }
 
 /// Replaces the first spring that a body hangs on.
-fn break_a_spring(rig: &mut Rig, how: usize) -> bool {
+fn break_a_spring(rig: &mut Simulation, how: usize) -> bool {
     let mut springs = rig.world.query::<(Entity, &Spring)>();
     let first =
         springs.iter(&rig.world).min_by_key(|(entity, _)| *entity).map(|(entity, spring)| (entity, *spring));
@@ -110,15 +111,15 @@ fn a_spring_that_is_not_a_number_is_named_and_takes_one_end_and_nothing_else() {
     let mut checked = 0;
     for (name, scene) in scenes() {
         for how in 0..4 {
-            let mut rig = Rig::new(&scene);
-            rig.run(LEAD);
+            let mut rig = start(&scene);
+            run(&mut rig, LEAD);
             if !break_a_spring(&mut rig, how) {
                 continue;
             }
             checked += 1;
             let what = format!("{name}, {how}");
-            rig.run(1);
-            let records = rig.records();
+            run(&mut rig, 1);
+            let records = records(&rig);
             assert_eq!(records.len(), 1, "{what}: {records:?}");
             let cause = records[0].cause;
             assert_eq!(
@@ -128,15 +129,18 @@ fn a_spring_that_is_not_a_number_is_named_and_takes_one_end_and_nothing_else() {
             );
             let victim = records[0].body;
             let id = *rig.world.get::<StableId>(victim).unwrap();
-            let mut without = Rig::new(&scene);
-            without.run(LEAD);
-            without.remove(without.bodies[id.0 as usize]);
+            let mut without = start(&scene);
+            run(&mut without, LEAD);
+            without.request(Request::Remove(without.bodies[id.0 as usize]));
             for tick in 0..3 {
                 if tick > 0 {
-                    rig.run(1);
+                    run(&mut rig, 1);
                 }
-                without.run(1);
-                assert!(rig.is_finite() && rig.bits(id) == without.bits(id), "{what}, {tick} ticks later");
+                run(&mut without, 1);
+                assert!(
+                    is_finite(&mut rig) && bits(&rig, id) == bits(&without, id),
+                    "{what}, {tick} ticks later"
+                );
             }
         }
     }
@@ -172,23 +176,23 @@ fn what_a_group_hangs_on_is_named_and_no_longer_pulls() {
         for (component, harm) in cases {
             let what = format!("{method:?}, {component}");
             let scene = attracting(method);
-            let (mut rig, mut without) = (Rig::new(&scene), Rig::new(&scene));
-            rig.run(LEAD);
-            without.run(LEAD);
+            let (mut rig, mut without) = (start(&scene), start(&scene));
+            run(&mut rig, LEAD);
+            run(&mut without, LEAD);
             let sun = rig.bodies[0];
             harm(sun, &mut rig.world);
-            without.remove(without.bodies[0]);
+            without.request(Request::Remove(without.bodies[0]));
             for tick in 0..3 {
-                rig.run(1);
-                without.run(1);
-                assert!(rig.bits(StableId(0)) == without.bits(StableId(0)), "{what}, {tick} ticks later");
+                run(&mut rig, 1);
+                run(&mut without, 1);
+                assert!(bits(&rig, StableId(0)) == bits(&without, StableId(0)), "{what}, {tick} ticks later");
             }
-            let records = rig.records();
+            let records = records(&rig);
             assert_eq!(records.len(), 1, "{what}: {records:?}");
             let (record, cause) = (records[0], records[0].cause);
             assert_eq!((record.body, record.tick), (sun, LEAD + 1), "{what}");
             assert_eq!((cause.system, cause.component), ("integrate_groups", component), "{what}");
-            assert!(rig.is_finite(), "{what}");
+            assert!(is_finite(&mut rig), "{what}");
         }
     }
 }
@@ -196,11 +200,11 @@ fn what_a_group_hangs_on_is_named_and_no_longer_pulls() {
 #[test]
 fn a_body_at_rest_that_holds_nothing_costs_nothing_and_is_not_named() {
     let scene = scene::load("tutorial").unwrap();
-    let mut rig = Rig::new(&scene);
-    rig.run(LEAD);
+    let mut rig = start(&scene);
+    run(&mut rig, LEAD);
     let mut resting = rig.world.query_filtered::<Entity, With<Static>>();
     let floor = resting.iter(&rig.world).next().unwrap();
     rig.world.get_mut::<Transform>(floor).unwrap().position = DVec3::NAN;
-    rig.run(2);
-    assert_eq!(rig.records(), []);
+    run(&mut rig, 2);
+    assert_eq!(records(&rig), []);
 }

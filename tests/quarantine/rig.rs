@@ -1,15 +1,13 @@
 //! A shipped scene that is stepped with something between its systems.
 
-use std::ops::{Deref, DerefMut};
-
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 use history::Simulation;
 use motion::clock::StepClock;
 use motion::systems::step_systems;
 use motion::{
-    Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, Request, StableId, TimeStep,
-    Transform, remember_positions,
+    Gravity, PhysicsBody, PreviousPosition, Quarantine, QuarantineRecord, StableId, TimeStep, Transform,
+    remember_positions,
 };
 use scene::Scene;
 
@@ -19,93 +17,71 @@ use crate::harness::{Bits, all_bits};
 pub type Harm = Box<dyn Fn(&mut World) + Send + Sync>;
 
 /// A simulation that draws between ticks, with gravity.
-pub struct Rig(pub Simulation);
-
-impl Deref for Rig {
-    type Target = Simulation;
-
-    fn deref(&self) -> &Simulation {
-        &self.0
-    }
-}
-
-impl DerefMut for Rig {
-    fn deref_mut(&mut self) -> &mut Simulation {
-        &mut self.0
-    }
-}
-
-impl Rig {
-    pub fn new(scene: &Scene) -> Self {
-        Self(Simulation::prepared(scene.clone(), |world, bodies| {
-            if let Some(mut gravity) = world.get_resource_mut::<Gravity>() {
-                gravity.on = true;
-            }
-            for body in bodies {
-                if let Some(at) = world.get::<Transform>(*body).copied() {
-                    world.entity_mut(*body).insert(PreviousPosition(at.position));
-                }
-            }
-        }))
-    }
-
-    /// Names of the systems of a tick.
-    pub fn systems(&mut self) -> Vec<String> {
-        let mut names = self.stepper.systems();
-        names.retain(|name| name != "apply_deferred");
-        assert_eq!(names.len(), step_systems(&mut self.0.world, self.0.stepper.plan()).len(), "{names:?}");
-        names
-    }
-
-    fn remember(&mut self) {
-        self.world.run_system_cached(remember_positions).unwrap();
-    }
-
-    pub fn run(&mut self, ticks: u64) {
-        for _ in 0..ticks {
-            self.remember();
-            self.tick();
+pub fn start(scene: &Scene) -> Simulation {
+    Simulation::prepared(scene.clone(), |world, bodies| {
+        if let Some(mut gravity) = world.get_resource_mut::<Gravity>() {
+            gravity.on = true;
         }
-    }
+        for body in bodies {
+            if let Some(at) = world.get::<Transform>(*body).copied() {
+                world.entity_mut(*body).insert(PreviousPosition(at.position));
+            }
+        }
+    })
+}
 
-    /// A tick with `harm` done before the system number `at`.
-    pub fn run_harmed(&mut self, at: usize, harm: Harm) {
-        self.remember();
-        let mut systems = step_systems(&mut self.0.world, self.0.stepper.plan());
-        systems.insert(at, (move |world: &mut World| harm(world)).into_configs());
-        let mut systems = systems.into_iter();
-        let first = systems.next().unwrap();
-        let mut schedule = Schedule::default();
-        schedule.set_executor(SingleThreadedExecutor::new());
-        schedule.add_systems(systems.fold(first, |before, system| (before, system).chain()));
-        schedule.run(&mut self.world);
-        let TimeStep(step) = *self.world.resource::<TimeStep>();
-        self.world.resource_mut::<StepClock>().count(step);
-    }
+/// Names of the systems of a tick.
+pub fn systems(rig: &mut Simulation) -> Vec<String> {
+    let mut names = rig.stepper.systems();
+    names.retain(|name| name != "apply_deferred");
+    assert_eq!(names.len(), step_systems(&mut rig.world, rig.stepper.plan()).len(), "{names:?}");
+    names
+}
 
-    pub fn remove(&mut self, body: Entity) {
-        self.request(Request::Remove(body));
-    }
+fn remember(rig: &mut Simulation) {
+    rig.world.run_system_cached(remember_positions).unwrap();
+}
 
-    pub fn records(&self) -> Vec<QuarantineRecord> {
-        self.world.resource::<Quarantine>().records().to_vec()
+pub fn run(rig: &mut Simulation, ticks: u64) {
+    for _ in 0..ticks {
+        remember(rig);
+        rig.tick();
     }
+}
 
-    /// The state of every body with physics but one, bit for bit, by stable id.
-    pub fn bits(&self, without: StableId) -> Vec<(u32, Bits)> {
-        all_bits(self.states().filter(|(id, ..)| *id != without.0))
-    }
+/// A tick with `harm` done before the system number `at`.
+pub fn run_harmed(rig: &mut Simulation, at: usize, harm: Harm) {
+    remember(rig);
+    let mut systems = step_systems(&mut rig.world, rig.stepper.plan());
+    systems.insert(at, (move |world: &mut World| harm(world)).into_configs());
+    let mut systems = systems.into_iter();
+    let first = systems.next().unwrap();
+    let mut schedule = Schedule::default();
+    schedule.set_executor(SingleThreadedExecutor::new());
+    schedule.add_systems(systems.fold(first, |before, system| (before, system).chain()));
+    schedule.run(&mut rig.world);
+    let TimeStep(step) = *rig.world.resource::<TimeStep>();
+    rig.world.resource_mut::<StepClock>().count(step);
+}
 
-    /// Whether nothing of any body is anything but a number.
-    pub fn is_finite(&mut self) -> bool {
-        let mut bodies = self.world.query::<(&Transform, &PhysicsBody, Option<&PreviousPosition>)>();
-        bodies.iter(&self.world).all(|(at, body, previous)| {
-            at.position.is_finite()
-                && body.velocity.is_finite()
-                && body.inverse_mass.is_finite()
-                && previous.is_none_or(|previous| previous.0.is_finite())
-        })
-    }
+pub fn records(rig: &Simulation) -> Vec<QuarantineRecord> {
+    rig.world.resource::<Quarantine>().records().to_vec()
+}
+
+/// The state of every body with physics but one, bit for bit, by stable id.
+pub fn bits(rig: &Simulation, without: StableId) -> Vec<(u32, Bits)> {
+    all_bits(rig.states().filter(|(id, ..)| *id != without.0))
+}
+
+/// Whether nothing of any body is anything but a number.
+pub fn is_finite(rig: &mut Simulation) -> bool {
+    let mut bodies = rig.world.query::<(&Transform, &PhysicsBody, Option<&PreviousPosition>)>();
+    bodies.iter(&rig.world).all(|(at, body, previous)| {
+        at.position.is_finite()
+            && body.velocity.is_finite()
+            && body.inverse_mass.is_finite()
+            && previous.is_none_or(|previous| previous.0.is_finite())
+    })
 }
 
 /// Every shipped scene that has bodies.
