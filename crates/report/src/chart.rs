@@ -9,7 +9,7 @@ use motion::Method;
 
 pub(crate) use axis::{Axis, axes};
 pub use drawing::Drawing;
-pub(crate) use drawing::{Anchor, INK, Rgb, SOFT, Shape, Stroke, WIDTH, escaped};
+pub(crate) use drawing::{Anchor, Box4, INK, Rgb, SOFT, Shape, Stroke, WIDTH, escaped};
 pub(crate) use marks::dark_rules;
 
 use lab::cost::Precision;
@@ -31,9 +31,6 @@ const BUDGET: Stroke = Stroke::new(RED, 1.6).dashed(&[6.0, 4.0]);
 const FLOOR: Stroke = Stroke::new(SOFT, 1.2).dashed(&[3.0, 3.0]);
 const RING: Stroke = Stroke::new(INK, 2.0);
 const FRONT: Stroke = Stroke { opacity: 0.42, ..Stroke::new([0x9a, 0xa3, 0xad], 10.0) };
-
-/// A box on the picture, pixels: left, top, right, bottom.
-pub(crate) type Box4 = [f64; 4];
 
 /// A figure being drawn.
 pub(crate) struct Chart {

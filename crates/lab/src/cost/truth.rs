@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::problem::State;
 use super::record::{BLOWN_UP, Errors, Failure, Outcome, SAMPLES};
 use super::runner::{Runner, Sample};
 use super::subject::Subject;
@@ -79,7 +80,7 @@ impl Target {
     }
 
     /// Of the closed form of a problem.
-    pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<super::State>) -> Self {
+    pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<State>) -> Self {
         let time = |k: u64| (subject.ticks / SAMPLES * k) as f64 / subject.scene.step_hz;
         let state = |t| movable(&subject.scene).zip(exact(t)).map(|((id, _), (x, v))| (id, x, v)).collect();
         let between = |k: u64| time(SAMPLES) * k as f64 / (16 * LOOKS) as f64;

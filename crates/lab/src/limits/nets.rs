@@ -7,7 +7,7 @@ use motion::{Drag, Elastic, Method, PhysicsBody, Spring, StableId, Stepper, Time
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
-use super::{Criterion, Limit, largest_stable};
+use super::limit::{Criterion, Limit, largest_stable};
 
 /// A net of springs between masses and a post.
 #[derive(Clone, Debug, PartialEq)]

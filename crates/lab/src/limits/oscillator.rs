@@ -4,8 +4,8 @@ use motion::arrays::Bare;
 use motion::real::{Real, RealMatrix as _};
 use motion::{BodyState, Damping, EvaluationTime, Jacobians, Law, Method};
 
+use super::limit::{Criterion, Limit, largest_stable};
 use super::theory::{Damped, Matrix, by_columns, oscillator_limit, product, radius};
-use super::{Criterion, Limit, largest_stable};
 
 /// An oscillator of frequency 1 and its method.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! An axis of a figure: its range, where its marks stand, and how they read.
 
-use super::Box4;
-use super::drawing::{Anchor, Rgb, Shape, Stroke};
+use super::drawing::{Anchor, Box4, Rgb, Shape, Stroke};
 
 const GRID: Rgb = [0xdd, 0xe1, 0xe6];
 const FAINT: Rgb = [0xf1, 0xf3, 0xf5];

@@ -5,6 +5,9 @@ use std::fmt::Write;
 /// Red, green and blue as displayed (sRGB).
 pub(crate) type Rgb = [u8; 3];
 
+/// A box on the picture, pixels: left, top, right, bottom.
+pub(crate) type Box4 = [f64; 4];
+
 /// Width of every figure, pixels.
 pub(crate) const WIDTH: u32 = 1100;
 pub(crate) const INK: Rgb = [0x1c, 0x21, 0x27];

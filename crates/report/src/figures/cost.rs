@@ -2,9 +2,10 @@
 
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 
-use super::{curves, draw, error_axis, short, tooltip};
+use super::curves::{curves, draw, error_axis, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{duration, fold, number, power, share};
+use crate::palette::ink;
 use crate::reading::{methods, place};
 use crate::words;
 
@@ -63,6 +64,11 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
         chart.legend_budget("budget of 60 frames a second");
     }
     chart.finish()
+}
+
+/// "VV x4".
+fn short(cell: &Cell) -> String {
+    format!("{} x{}", ink(cell.setting.method).short, cell.setting.substeps)
 }
 
 const fn title(cost: Cost) -> &'static str {

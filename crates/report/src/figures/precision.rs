@@ -3,7 +3,7 @@
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 use motion::Method;
 
-use super::{draw, error_axis, error_words, in_sight, tooltip};
+use super::curves::{draw, error_axis, error_words, in_sight, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::number;
 use crate::reading::methods;

@@ -2,7 +2,7 @@
 
 use lab::cost::{Accuracy, Cell, Cost, Precision, Study};
 
-use super::{curves, draw, error_axis, error_words, in_sight, tooltip};
+use super::curves::{curves, draw, error_axis, error_words, in_sight, tooltip};
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::duration;
 use crate::reading::methods;

@@ -1,0 +1,79 @@
+//! A largest stable step, how it was judged, and how it is found.
+
+/// How a run is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Criterion {
+    /// It exceeds a thousand times its start within a number of ticks.
+    Amplitude,
+    /// The spectral radius of one tick is above 1: of oscillators whose runs grow too slowly for a bound.
+    SpectralRadius,
+    /// Energy grows in one tick: of nets that grow too slowly for a bound.
+    Energy,
+}
+
+impl Criterion {
+    /// What it is called in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Amplitude => "amplitude",
+            Self::SpectralRadius => "spectral_radius",
+            Self::Energy => "energy",
+        }
+    }
+}
+
+/// One largest stable step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// What was stepped.
+    pub system: String,
+    /// By which method, by its name.
+    pub method: &'static str,
+    /// How it was judged.
+    pub criterion: Criterion,
+    /// The largest stable w h that was found, w being the largest frequency without damping: 0 for none, infinite for
+    /// no limit up to 1e6.
+    pub measured: f64,
+    /// The same by its closed form.
+    pub theory: f64,
+}
+
+impl Limit {
+    /// How far the measured one is from the closed form, relative to it; 0 where both are none or infinite.
+    pub fn relative_difference(&self) -> f64 {
+        if self.measured == self.theory { 0.0 } else { self.measured / self.theory - 1.0 }
+    }
+
+    /// System, method, measured, closed form, difference in percent and criterion, as a row of a table.
+    pub fn cells(&self) -> [String; 6] {
+        let word = |value: f64| match value {
+            0.0 => "never".to_owned(),
+            value if value.is_infinite() => "always".to_owned(),
+            value => format!("{value:.4}"),
+        };
+        let difference = format!("{:+.3} %", 100.0 * self.relative_difference());
+        let [measured, theory] = [self.measured, self.theory].map(word);
+        let criterion = self.criterion.name().replace('_', " ");
+        [self.system.clone(), self.method.to_owned(), measured, theory, difference, criterion]
+    }
+}
+
+/// The largest stable value: from `start` up in steps of `by`, and of 10 beyond 10, then by halving to 1 in 5,000. Infinite
+/// where all up to 1e6 are stable, 0 where `start` is not.
+pub(super) fn largest_stable(start: f64, by: f64, mut stable: impl FnMut(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, start);
+    while stable(high) {
+        (low, high) = (high, high * if high > 10.0 { 10.0 } else { by });
+        if high > 1e6 {
+            return f64::INFINITY;
+        }
+    }
+    if low == 0.0 {
+        return 0.0;
+    }
+    while high - low > 2e-4 * high {
+        let middle = f64::midpoint(low, high);
+        if stable(middle) { low = middle } else { high = middle }
+    }
+    f64::midpoint(low, high)
+}
