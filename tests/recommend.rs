@@ -131,7 +131,7 @@ fn round_trip(name: &str, text: &str, common: (Method, u32), own: impl Fn(usize)
         scene
     };
     let after = Scene::parse(name, &edited).unwrap();
-    assert_eq!(*after.text.0, *edited, "{name}");
+    assert_eq!(*after.text, *edited, "{name}");
     let expected = Scene { text: after.text.clone(), ..expected };
     assert_eq!(without_lines(after), without_lines(expected), "{name}");
     // All keys are there now: the same again changes nothing, and other values change only themselves.

@@ -4,13 +4,14 @@ mod group;
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use motion::Method;
 
 use crate::entries::Entry;
 use crate::parts::Part;
 use crate::resolve::springs::unsolvable;
-use crate::scene::{Scene, SceneText};
+use crate::scene::Scene;
 use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
 use group::Group;
@@ -150,7 +151,7 @@ fn check(
     }
     // The text is another one, and lines move down where one comes in.
     for scene in [&mut before, &mut after] {
-        scene.text = SceneText::default();
+        scene.text = Arc::default();
         scene.declared.iter_mut().for_each(|declaration| declaration.line = None);
     }
     if right && before == after {

@@ -43,8 +43,8 @@ pub use scene::coupled::{Declaration, EmitterSpec, SoftBodySpec, SoftKind, Sprin
 pub use scene::names::Names;
 pub use scene::survival::{Bounds, Lengths, Measure, Steps, SurvivalRow};
 pub use scene::{
-    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, SceneText,
-    Source, StepKind,
+    BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, Source,
+    StepKind,
 };
 pub use script::{Recording, SCRIPT_VERSION, Script};
 pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};

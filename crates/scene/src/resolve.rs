@@ -5,15 +5,15 @@ mod laws;
 pub(crate) mod springs;
 pub(crate) mod survival;
 
+use std::sync::Arc;
+
 use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
 use crate::generate::{self, Bodies, Defaults};
 use crate::raw;
 use crate::scene::coupled::Declaration;
-use crate::scene::{
-    CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, SceneText, Source, StepKind,
-};
+use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
 use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
 use crate::text::nearest::suggest;
@@ -54,7 +54,7 @@ impl Scene {
 
 /// Reads a scene that came from `source`.
 pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, SceneError> {
-    let read = SceneText(text.into());
+    let read = Arc::from(text);
     let text = locate::spell_nan(text);
     let text = text.as_str();
     let later = || match syntax::read::<raw::Version>(text, "") {
@@ -93,7 +93,7 @@ fn unknown_key(raw: &raw::Scene, faults: &mut Faults, path: &str) {
 fn resolve(
     raw: &raw::Scene,
     declared: Vec<Declaration>,
-    (text, name, source): (SceneText, &str, Source),
+    (text, name, source): (Arc<str>, &str, Source),
     faults: &mut Faults,
 ) -> Scene {
     const ROOT: Scope = Scope::ROOT;

@@ -5,7 +5,6 @@ pub(crate) mod names;
 pub(crate) mod survival;
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -28,7 +27,7 @@ pub const SCENE_VERSION: u32 = 1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The text that it was read from.
-    pub text: SceneText,
+    pub text: Arc<str>,
     /// What the scene is called; the name of its file where it does not say.
     pub name: String,
     /// One line for the scene list; may be empty.
@@ -115,16 +114,6 @@ impl Scene {
             damping.model = DampingModel::Exact;
         }
         self
-    }
-}
-
-/// The text of a scene file; in debug output its length alone.
-#[derive(Clone, Default, PartialEq, Eq)]
-pub struct SceneText(pub Arc<str>);
-
-impl fmt::Debug for SceneText {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} bytes", self.0.len())
     }
 }
 

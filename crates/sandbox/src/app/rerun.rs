@@ -105,7 +105,7 @@ impl Session {
         let keyframes = timeline.keyframes().map(|(tick, state)| Keyframe { tick, state_hash: hash(state) });
         let range = timeline.range();
         Some(Bundle {
-            scene: self.sim.scene.text.0.to_string(),
+            scene: self.sim.scene.text.to_string(),
             manifest: Manifest {
                 format: BUNDLE_FORMAT,
                 program: PROGRAM.to_owned(),
