@@ -15,6 +15,7 @@ use scene::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
 pub use archive::BadBundle;
+pub(crate) use archive::{CONTRADICTION, UNDAMAGED};
 pub use energy::{EnergyGrowth, EnergyLook, EnergyState};
 pub use manifest::{BUNDLE_FORMAT, FaultEntry, Keyframe, Manifest, Settings};
 

@@ -23,7 +23,6 @@ pub use input::Input;
 pub use simulation::Simulation;
 pub use snapshot::{BadSnapshot, EffectsState, Snapshot};
 pub use timeline::{
-    BadRerun, Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline,
-    Watch,
+    Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
 };
 pub use twin::{Failure, REFERENCE_METHOD, REFERENCE_SUBSTEPS, Twin};

@@ -19,7 +19,7 @@ use crate::simulation::Simulation;
 use crate::snapshot::Snapshot;
 
 pub use replay::{Broken, Replay};
-pub use rerun::{BadRerun, Rerun};
+pub use rerun::Rerun;
 pub use seek::Seek;
 pub use watch::{ENERGY_JUMP, Fault, Watch};
 

@@ -43,9 +43,11 @@ const SMALLER: &str = "make it of fewer bodies";
 const MOST_TICKS: u64 = 1_000_000_000;
 
 /// What to do about a bundle that no program has written.
-const UNDAMAGED: &str = "get an undamaged copy";
+pub(crate) const UNDAMAGED: &str = "get an undamaged copy";
 
-/// Why bytes are not a bundle.
+pub(crate) const CONTRADICTION: &str = "the ticks of the bundle contradict each other";
+
+/// Why bytes are not a bundle, or a bundle cannot be simulated again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadBundle {
     what: String,
@@ -53,7 +55,7 @@ pub struct BadBundle {
 }
 
 impl BadBundle {
-    fn new(what: impl Into<String>, cure: &'static str) -> Self {
+    pub(crate) fn new(what: impl Into<String>, cure: &'static str) -> Self {
         Self { what: what.into(), cure }
     }
 }
@@ -166,7 +168,7 @@ impl Manifest {
         let begins = keyframes.first().is_none_or(|first| first.tick == start);
         let ends = keyframes.last().is_none_or(|last| last.tick <= *end_tick);
         if !(*snapshot_tick == start && *end_tick >= start && ascend && begins && ends) {
-            return Err(BadBundle::new("the ticks of the bundle contradict each other", UNDAMAGED));
+            return Err(BadBundle::new(CONTRADICTION, UNDAMAGED));
         }
         let ticks = end_tick - start;
         if ticks > MOST_TICKS {

@@ -1,41 +1,11 @@
 //! A bundle, simulated again: the timeline that it was written of, and what differs from it.
 
-use std::fmt;
 use std::sync::Arc;
 
 use scene::Scene;
 
 use super::{Fault, Replay, Timeline};
-use crate::bundle::{Bundle, EnergyState};
-use crate::snapshot::BadSnapshot;
-
-/// Why a bundle cannot be simulated again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BadRerun {
-    /// Its snapshot does not match its scene.
-    Snapshot(BadSnapshot),
-    /// Its ticks contradict each other.
-    Ticks,
-    /// Its timeline takes more bytes than there are for it.
-    TooLarge,
-}
-
-impl fmt::Display for BadRerun {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const CURE: &str = "get an undamaged copy";
-        match self {
-            Self::Snapshot(error) => {
-                write!(f, "the snapshot in the bundle does not match its scene: {error}; {CURE}")
-            }
-            Self::Ticks => write!(f, "the ticks of the bundle contradict each other; {CURE}"),
-            Self::TooLarge => f.write_str(
-                "the bundle has more bodies than a timeline can hold; unpack it and run its scene.ron",
-            ),
-        }
-    }
-}
-
-impl std::error::Error for BadRerun {}
+use crate::bundle::{BadBundle, Bundle, CONTRADICTION, EnergyState, UNDAMAGED};
 
 /// What a bundle came to when it was simulated again.
 pub struct Rerun {
@@ -62,14 +32,20 @@ impl Rerun {
         bundle: &Bundle,
         cap: usize,
         look: &mut dyn FnMut(u64),
-    ) -> Result<Self, BadRerun> {
+    ) -> Result<Self, BadBundle> {
         let manifest = &bundle.manifest;
         let energy = bundle.energy.unwrap_or(EnergyState::at(manifest.snapshot_tick, f64::INFINITY));
-        let mut end = Replay::of(scene, &bundle.snapshot, energy).map_err(BadRerun::Snapshot)?;
+        let mut end = Replay::of(scene, &bundle.snapshot, energy).map_err(|error| {
+            let what = format!("the snapshot in the bundle does not match its scene: {error}");
+            BadBundle::new(what, UNDAMAGED)
+        })?;
         if end.simulation.ticks() != manifest.snapshot_tick || manifest.end_tick < manifest.snapshot_tick {
-            return Err(BadRerun::Ticks);
+            return Err(BadBundle::new(CONTRADICTION, UNDAMAGED));
         }
-        let mut timeline = Timeline::new(&mut end.simulation, cap, energy).ok_or(BadRerun::TooLarge)?;
+        let mut timeline = Timeline::new(&mut end.simulation, cap, energy).ok_or_else(|| {
+            let what = "the bundle has more bodies than a timeline can hold";
+            BadBundle::new(what, "unpack it and run its scene.ron")
+        })?;
         let mut keyframes = manifest.keyframes.iter().peekable();
         let mut events = bundle.events.iter().peekable();
         let (mut faults, mut diverged_at) = (Vec::new(), None);
