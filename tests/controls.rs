@@ -185,11 +185,8 @@ fn held_keys_push_the_selection_with_10_newtons_in_every_tick_begun_while_held()
             let held = drive.session.ticks() as f64;
             drive.give([up(key)]).run(10, 1.0 / rate);
             let expected = axis * held * 10.0 * 0.5 * H;
-            assert!(
-                (drive.v("player") - expected).length() < 1e-13,
-                "{key} at {rate}: {}",
-                drive.v("player")
-            );
+            let v = drive.v("player");
+            assert!((v - expected).length() < 1e-13, "{key} at {rate}: {v}");
             assert_eq!(drive.v("enemy"), DVec3::ZERO);
         }
     }

@@ -100,33 +100,22 @@ fn laws_that_a_system_inserts_act_in_the_same_tick() {
             // Twice: what is declared for the second time adds no kind of entity.
             let mut reference = Reference::new(method);
             let (mut world, mut schedule) = example::embed(method);
-            schedule.add_systems(
-                (move |world: &mut World| {
-                    let ticks = world.resource::<StepClock>().ticks();
-                    if ticks == 10 || ticks == 30 {
-                        declare(world);
-                    } else if ticks == 20 {
-                        remove(world);
-                    }
-                })
-                .before(StepSystems::ApplyForces),
-            );
+            let act = move |world: &mut World, tick: u64| match tick {
+                10 | 30 => declare(world),
+                20 => remove(world),
+                _ => {}
+            };
+            let system = move |world: &mut World| act(world, world.resource::<StepClock>().ticks());
+            schedule.add_systems(system.before(StepSystems::ApplyForces));
             for tick in 0..40 {
-                if tick == 10 || tick == 30 {
-                    declare(&mut reference.world);
-                } else if tick == 20 {
-                    remove(&mut reference.world);
-                }
+                act(&mut reference.world, tick);
                 reference.stepper.recompile(&mut reference.world);
                 let before = state(&mut world);
                 schedule.run(&mut world);
                 reference.tick();
-                assert_eq!(
-                    state(&mut world),
-                    state(&mut reference.world),
-                    "law {number}, {method:?}, tick {tick}"
-                );
-                assert_ne!(state(&mut world), before);
+                let after = state(&mut world);
+                assert_eq!(after, state(&mut reference.world), "law {number}, {method:?}, tick {tick}");
+                assert_ne!(after, before);
             }
         }
     }

@@ -306,10 +306,7 @@ fn damping_that_multiplies_velocities_counts_as_the_force_that_it_comes_to() {
         let text = "(version: 1, bodies: [(velocity_m_s: (0, 0, 3), mass_kg: 2)])";
         let mut run = run_of(&Scene::parse("coast", text).unwrap(), Method::SemiImplicitEuler);
         run.world.insert_resource(Damping { model, rate: 0.5 });
-        assert_eq!(
-            forces_on(&mut run, 0),
-            [(ForceCause::Law("damping"), DVec3::new(-0.0, -0.0, -3.0))],
-            "{model:?}"
-        );
+        let expected = [(ForceCause::Law("damping"), DVec3::new(-0.0, -0.0, -3.0))];
+        assert_eq!(forces_on(&mut run, 0), expected, "{model:?}");
     }
 }

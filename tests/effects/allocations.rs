@@ -141,13 +141,9 @@ fn effects_that_nobody_declares_have_no_resource_no_column_and_no_system() {
         ["apply_forces", "integrate_acceleration", "integrate_velocity", "clear_forces", "quarantine_bodies"];
     assert_eq!(lab.stepper.systems(), names);
     let world = &mut lab.world;
-    assert!(
-        !world.contains_resource::<motion::Gravity>()
-            && !world.contains_resource::<motion::Damping>()
-            && !world.contains_resource::<motion::Drag>()
-            && !world.contains_resource::<motion::Wells>()
-            && !world.contains_resource::<motion::groups::Groups>()
-    );
+    assert!(!world.contains_resource::<motion::Gravity>() && !world.contains_resource::<motion::Damping>());
+    assert!(!world.contains_resource::<motion::Drag>() && !world.contains_resource::<motion::Wells>());
+    assert!(!world.contains_resource::<motion::groups::Groups>());
     let absent = [
         world.register_component::<motion::OwnLaws>(),
         world.register_component::<motion::SpeedLimit>(),

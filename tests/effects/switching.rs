@@ -93,12 +93,8 @@ fn what_acts_between_bodies_comes_back_as_it_was() {
                 }
             }
             lab.run(25);
-            assert_eq!(
-                world_bits(&mut lab.world),
-                world_bits(&mut never.world),
-                "{effect} under {}",
-                method.name()
-            );
+            let [bits, of_never] = [&mut lab, &mut never].map(|lab| world_bits(&mut lab.world));
+            assert_eq!(bits, of_never, "{effect} under {}", method.name());
         }
     }
 }

@@ -85,10 +85,8 @@ fn stays(name: &str, net: &Net, mass: f64, ticks: u64) {
         for (around, growth) in [(Environment::falling(), 20.0), (damped, 3.0)] {
             let tenths = jiggle(&mut net.lab(&around, Method::default(), H), ticks);
             let bound = 1e-9 * mass * G * 0.1;
-            assert!(
-                tenths.iter().all(|most| *most <= bound),
-                "{name} at {far}: {tenths:?}, at most {bound:e}"
-            );
+            let still = tenths.iter().all(|most| *most <= bound);
+            assert!(still, "{name} at {far}: {tenths:?}, at most {bound:e}");
             // Rounding stirs, step by step: without damping the energy is that of a random walk, which grows with
             // the time, tenfold here; with damping it does not grow.
             let start = tenths[0].max(tenths[1]);
