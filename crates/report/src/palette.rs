@@ -35,6 +35,12 @@ pub const fn ink(method: Method) -> Ink {
     INKS[method as usize]
 }
 
+/// Linear light, 0 to 1, of a channel as displayed (sRGB).
+pub(crate) fn linear(channel: u8) -> f64 {
+    let value = f64::from(channel) / 255.0;
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,11 +72,7 @@ mod tests {
 
     /// CIELAB under daylight (D65).
     fn cielab(eye: &[[f64; 3]; 3], srgb: [u8; 3]) -> [f64; 3] {
-        let linear = srgb.map(|channel| {
-            let value = f64::from(channel) / 255.0;
-            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-        });
-        let seen = times(eye, linear).map(|channel| channel.clamp(0.0, 1.0));
+        let seen = times(eye, srgb.map(linear)).map(|channel| channel.clamp(0.0, 1.0));
         let to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
         let [x, y, z] = times(&to_xyz, seen);
         let root = |t: f64| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };

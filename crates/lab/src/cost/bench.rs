@@ -248,7 +248,7 @@ impl Bench {
     /// The states that errors are measured from, at each sample time, of the bodies that can move; `None` before the
     /// reference is run.
     pub fn truth(&self) -> Option<&[Vec<Sample>]> {
-        self.target.as_ref().map(|target| &*target.samples)
+        self.target.as_ref().map(|target| target.samples.as_slice())
     }
 
     /// One tick, or one timing; `false`: there is nothing left.

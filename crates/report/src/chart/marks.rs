@@ -4,7 +4,7 @@ use lab::cost::Precision;
 use motion::Method;
 
 use super::drawing::{Rgb, hex};
-use crate::palette::ink;
+use crate::palette::{ink, linear};
 
 /// The two grounds that figures are seen on, sRGB.
 pub(crate) const LIGHT: Rgb = [0xff, 0xff, 0xff];
@@ -35,11 +35,7 @@ fn contrast(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn luminance(srgb: Rgb) -> f64 {
-    let linear = srgb.map(|channel| {
-        let value = f64::from(channel) / 255.0;
-        if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-    });
-    linear.iter().zip([0.2126, 0.7152, 0.0722]).map(|(channel, weight)| channel * weight).sum()
+    srgb.map(linear).iter().zip([0.2126, 0.7152, 0.0722]).map(|(channel, weight)| channel * weight).sum()
 }
 
 /// The outline of a method's mark around the origin, about 6 pixels in radius. Position Verlet and the midpoint method
