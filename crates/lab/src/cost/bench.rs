@@ -264,30 +264,21 @@ impl Bench {
             return true;
         }
         let Some(job) = self.jobs.pop_front() else { return false };
-        match job {
+        let run = match job {
             Job::Reference(substeps) => {
                 let setting = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
                 // The truth is the program's own run, whatever is studied.
-                match make(&self.subject.continuous().0, setting, Host::World) {
-                    Ok(runner) => {
-                        let run = Sampled::reference(runner, self.subject.ticks);
-                        self.current = Some((job, Going::Sampled(run)));
-                    }
-                    Err(failure) => self.study.notes.push(format!("no reference: {failure}")),
-                }
+                let made = make(&self.subject.continuous().0, setting, Host::World);
+                made.map(|runner| Going::Sampled(Sampled::reference(runner, self.subject.ticks)))
+                    .map_err(|failure| self.study.notes.push(format!("no reference: {failure}")))
+                    .ok()
             }
             Job::Error(cell) => {
-                let setting = self.study.cells[cell].setting;
-                match (self.make)(&self.subject, setting, setting.precision.host()) {
-                    Ok(runner) => {
-                        let run = Sampled::new(runner, self.subject.ticks);
-                        self.current = Some((job, Going::Sampled(run)));
-                    }
-                    Err(failure) => {
-                        self.study.cells[cell].outcome = Outcome::Failed(failure);
-                        self.done += self.weight(job);
-                    }
-                }
+                let Cell { setting, outcome, .. } = &mut self.study.cells[cell];
+                let made = (self.make)(&self.subject, *setting, setting.precision.host());
+                made.map(|runner| Going::Sampled(Sampled::new(runner, self.subject.ticks)))
+                    .map_err(|failure| *outcome = Outcome::Failed(failure))
+                    .ok()
             }
             Job::Time(timing) => {
                 let how = (&*self.make, &*self.clock);
@@ -295,16 +286,20 @@ impl Bench {
                 if !self.jobs.iter().any(|job| matches!(job, Job::Time(_))) {
                     self.timings.finish(&mut self.study);
                 }
-                self.done += self.weight(job);
+                None
             }
             Job::Drift(setting) => {
                 let run = Drifting::new(&self.subject, setting, self.plan.longer);
-                self.current = Some((job, Going::Drifting(Box::new(run))));
+                Some(Going::Drifting(Box::new(run)))
             }
             Job::Rates => {
                 self.study.rates = super::rates::rates(&self.subject);
-                self.done += self.weight(job);
+                None
             }
+        };
+        match run {
+            Some(run) => self.current = Some((job, run)),
+            None => self.done += self.weight(job),
         }
         true
     }
