@@ -1,7 +1,6 @@
 //! From bytes to a bundle and back. Whatever the bytes are: a bundle or one error, and no more memory than the
 //! limits below. What is written keeps to them as well.
 
-use std::fmt;
 use std::io::{Cursor, Read, Write};
 
 use serde::{Deserialize, Serialize};
@@ -48,7 +47,8 @@ pub(crate) const UNDAMAGED: &str = "get an undamaged copy";
 pub(crate) const CONTRADICTION: &str = "the ticks of the bundle contradict each other";
 
 /// Why bytes are not a bundle, or a bundle cannot be simulated again.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what}; {cure}")]
 pub struct BadBundle {
     what: String,
     cure: &'static str,
@@ -59,14 +59,6 @@ impl BadBundle {
         Self { what: what.into(), cure }
     }
 }
-
-impl fmt::Display for BadBundle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}; {}", self.what, self.cure)
-    }
-}
-
-impl std::error::Error for BadBundle {}
 
 /// What stands in `state.cbor`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

@@ -1,6 +1,5 @@
 //! A simulation from a snapshot.
 
-use std::fmt;
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
@@ -23,16 +22,9 @@ use crate::simulation::Simulation;
 const MOST_COUNTED: u64 = 1 << 53;
 
 /// Why a snapshot does not match a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
 pub struct BadSnapshot(pub(crate) &'static str);
-
-impl fmt::Display for BadSnapshot {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0)
-    }
-}
-
-impl std::error::Error for BadSnapshot {}
 
 fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
     if holds { Ok(()) } else { Err(BadSnapshot(what)) }

@@ -1,6 +1,5 @@
 //! A run that is simulated again from a snapshot and what came from outside.
 
-use std::fmt;
 use std::iter::Peekable;
 use std::sync::Arc;
 
@@ -14,19 +13,12 @@ use crate::simulation::Simulation;
 use crate::snapshot::{BadSnapshot, Snapshot};
 
 /// A run that came out differently when it was simulated again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("tick {tick} comes out differently when it is simulated again")]
 pub struct Broken {
     /// The tick at which it was looked at.
     pub tick: u64,
 }
-
-impl fmt::Display for Broken {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "tick {} comes out differently when it is simulated again", self.tick)
-    }
-}
-
-impl std::error::Error for Broken {}
 
 /// A run that is simulated again.
 pub struct Replay {
