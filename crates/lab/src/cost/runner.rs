@@ -58,11 +58,18 @@ impl Subject {
     /// Its start, in a world.
     pub(crate) fn run(&self, setting: Setting) -> Simulation {
         let mut run = started(self.scene_with(setting), &self.without);
-        if let Some(law) = self.problem.and_then(|problem| problem.law) {
-            run.world.insert_resource(Laws(vec![Box::new(law)]));
+        let laws = self.laws();
+        if !laws.is_empty() {
+            run.world.insert_resource(Laws(laws));
             run.stepper.recompile(&mut run.world);
         }
         run
+    }
+
+    /// The laws that no scene file can declare.
+    fn laws<T: Real>(&self) -> Vec<Box<dyn Law<T>>> {
+        let law = self.problem.and_then(|problem| problem.law);
+        law.map(|law| Box::new(law) as Box<dyn Law<T>>).into_iter().collect()
     }
 }
 
@@ -95,14 +102,19 @@ impl Runner for Simulation {
 
 /// A run of `subject` from its start in plain arrays: f64, f32 and compensated f32 by the same kernels.
 fn in_arrays(subject: &Subject, setting: Setting) -> Result<Box<dyn Runner>, Failure> {
-    Ok(match setting.precision {
-        Precision::F64 => Box::new(ArraysRunner::<f64>::new(subject, setting)?),
-        Precision::F32 => Box::new(ArraysRunner::<f32>::new(subject, setting)?),
-        Precision::CompensatedF32 => {
-            let ArraysRunner { bare, solves } = ArraysRunner::<f32>::new(subject, setting)?;
-            Box::new(ArraysRunner { bare: bare.compensated(), solves })
-        }
-    })
+    let Setting { method, precision, .. } = setting;
+    let refused = |error: NotForArrays| Failure::Unsolvable { why: error.to_string() };
+    let mut run = subject.run(setting);
+    let solves = mean_group(&run);
+    if precision == Precision::F64 {
+        let own = laws_of_bodies(&subject.scene, &run);
+        let bare = Bare::<f64>::of_world(&mut run.world, method, &own, subject.laws()).map_err(refused)?;
+        return Ok(Box::new(ArraysRunner { bare, tick: Bare::<f64>::tick, solves }));
+    }
+    let own = laws_of_bodies(&subject.scene, &run);
+    let bare = Bare::<f32>::of_world(&mut run.world, method, &own, subject.laws()).map_err(refused)?;
+    let bare = if precision == Precision::CompensatedF32 { bare.compensated() } else { bare };
+    Ok(Box::new(ArraysRunner { bare, tick: Bare::<f32>::tick, solves }))
 }
 
 /// Bodies of a group in the mean: an iteration of a solver is of one group.
@@ -124,47 +136,14 @@ pub(crate) fn laws_of_bodies<'a, T: Real>(
 
 struct ArraysRunner<T: Real> {
     bare: Bare<T>,
+    /// [`Bare`] has one for each number type that it is compiled for.
+    tick: fn(&mut Bare<T>),
     solves: u64,
 }
 
-/// Number types that plain arrays are compiled for.
-trait Arithmetic: Real {
-    fn arrays(subject: &Subject, setting: Setting, run: &mut Simulation) -> Result<Bare<Self>, NotForArrays>;
-    fn tick(bare: &mut Bare<Self>);
-}
-
-macro_rules! arithmetic {
-    ($($t:ty)*) => {$(
-        impl Arithmetic for $t {
-            fn arrays(subject: &Subject, setting: Setting, run: &mut Simulation) -> Result<Bare<Self>, NotForArrays> {
-                let own = laws_of_bodies::<$t>(&subject.scene, run);
-                let law = subject.problem.and_then(|problem| problem.law);
-                let shared = law.map(|law| Box::new(law) as Box<dyn Law<Self>>);
-                Bare::<Self>::of_world(&mut run.world, setting.method, &own, shared.into_iter().collect())
-            }
-
-            fn tick(bare: &mut Bare<Self>) {
-                bare.tick();
-            }
-        }
-    )*};
-}
-
-arithmetic!(f64 f32);
-
-impl<T: Arithmetic> ArraysRunner<T> {
-    fn new(subject: &Subject, setting: Setting) -> Result<Self, Failure> {
-        let mut run = subject.run(setting);
-        let solves = mean_group(&run);
-        let bare = T::arrays(subject, setting, &mut run);
-        let bare = bare.map_err(|error| Failure::Unsolvable { why: error.to_string() })?;
-        Ok(Self { bare, solves })
-    }
-}
-
-impl<T: Arithmetic> Runner for ArraysRunner<T> {
+impl<T: Real> Runner for ArraysRunner<T> {
     fn tick(&mut self) {
-        T::tick(&mut self.bare);
+        (self.tick)(&mut self.bare);
     }
 
     fn states(&mut self) -> Vec<Sample> {
