@@ -8,7 +8,7 @@ use scene::Scene;
 
 use crate::drive::Drive;
 use crate::effects::allocations::most_held;
-use crate::harness::{Said, folder, output, program, sandbox, wait_for};
+use crate::harness::{Said, folder, output, program, sandbox, scene_of, wait_for};
 
 fn scene(entries: &str) -> String {
     format!("(version: 1, step_hz: 100, {entries})")
@@ -100,9 +100,9 @@ fn a_long_tick_is_told_before_it_is_taken() {
             "mutual_gravity: (constant_m3_kg_s2: 1e-9), clouds: [(count: {count}, half_extents_m: (9, 9, 9))]"
         ))
     };
-    let sampled = lab::attraction_tick(&Scene::parse("stars", &stars(20_000)).unwrap()).unwrap();
+    let sampled = lab::attraction_tick(&scene_of(&stars(20_000))).unwrap();
     assert!(sampled.bodies == 20_000 && sampled.seconds > 0.0 && sampled.seconds.is_finite());
-    assert_eq!(lab::attraction_tick(&Scene::parse("few", &stars(2_000)).unwrap()), None);
+    assert_eq!(lab::attraction_tick(&scene_of(&stars(2_000))), None);
     // Refused after that was told: the run itself is not waited for.
     let said = run(&stars(4_000), "run big.ron --ticks 100000000 --state big.ron/no.csv");
     assert_eq!(said.code, 2);

@@ -485,7 +485,7 @@ fn trails_have_their_points_by_time_and_no_line_across_what_they_did_not_see() {
     // Particles whose slots are taken while they live.
     let text = "(version: 1, trails: true, emitters: [(rate_per_s: 60, position_m: (0, 0, -20), direction: (1, 0, 0),
         spread_deg: 20, speed_m_s: 10, life_s: 5, capacity: 10, mass_kg: 1)])";
-    let mut drive = Drive::of(scene::Scene::parse("taken", text).unwrap());
+    let mut drive = Drive::text(text);
     let (longest, count) = lines(drive.ticks(240));
     assert!(count > 50 && longest < 0.4, "{count} lines of up to {longest} m");
 }

@@ -14,7 +14,7 @@ use scene::{Scene, StepKind};
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
-use crate::harness::{blesses, json, output, program, root, stored, world_bits};
+use crate::harness::{blesses, json, output, program, root, scene_of, stored, world_bits};
 
 /// Ticks of a run; `scripts/hashes` has the same number.
 const TICKS: u64 = 240;
@@ -145,14 +145,10 @@ fn two_threads_give_the_pinned_hashes() {
 #[test]
 fn any_number_of_threads_hashes_a_crowd_alike() {
     let count = Threads::FROM + 777;
-    let scene = Scene::parse(
-        "crowd",
-        &format!(
-            "(version: 1, gravity: (acceleration_m_s2: (0.0, -9.8, 0.0)), drag: (quadratic_per_m: 0.05), clouds: \
+    let scene = scene_of(&format!(
+        "(version: 1, gravity: (acceleration_m_s2: (0.0, -9.8, 0.0)), drag: (quadratic_per_m: 0.05), clouds: \
              [(count: {count}, center_m: (0.0, 50.0, 0.0), half_extents_m: (10.0, 10.0, 10.0), speed_m_s: 1.0)])"
-        ),
-    )
-    .unwrap();
+    ));
     for threads in [1, 2, 4] {
         let mut run = Run::start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
         run.ticks(0, 12);

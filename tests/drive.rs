@@ -8,7 +8,7 @@ use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::Scene;
 
-use crate::harness::H;
+use crate::harness::{H, scene_of};
 
 /// Size of the picture, pixels.
 pub const SIZE: DVec2 = DVec2::new(1280.0, 720.0);
@@ -28,6 +28,11 @@ impl Drive {
         Self { session: Session::new(scene, options), clock: FrameClock::default() }
     }
 
+    /// The scene that `text` describes.
+    pub fn text(text: &str) -> Self {
+        Self::of(scene_of(text))
+    }
+
     /// A shipped scene.
     pub fn shipped(name: &str) -> Self {
         Self::of(scene::load(name).unwrap())
@@ -42,7 +47,7 @@ impl Drive {
         let text = format!(
             "(version: 1, push: (), camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0), bodies: [{bodies}])"
         );
-        Self::of(Scene::parse("test", &text).unwrap())
+        Self::text(&text)
     }
 
     /// One frame of `length` seconds.

@@ -14,6 +14,8 @@ use motion::{
 };
 use scene::Scene;
 
+use crate::harness::scene_of;
+
 /// A step that is short against everything that moves, s.
 const SHORT: f64 = 1.0 / (1_u64 << 27) as f64;
 
@@ -165,7 +167,7 @@ const EVERYTHING: &str = "version: 1, step_hz: 1000, seed: 3, gravity: (), drag:
     ]";
 
 fn everything(more: &str) -> Scene {
-    Scene::parse("everything", &format!("({EVERYTHING}, {more})")).unwrap_or_else(|error| panic!("{error}"))
+    scene_of(&format!("({EVERYTHING}, {more})"))
 }
 
 #[test]
@@ -263,7 +265,7 @@ fn what_does_not_move_has_no_forces_and_what_is_off_exerts_none() {
 fn an_engine_is_seen_from_the_side_on_which_the_next_step_begins() {
     let text = "(version: 1, step_hz: 64, bodies: [(name: \"ship\", mass_kg: 2)],
         thrusts: [(body: \"ship\", curve: polynomial([(4, 0, 0)]), from_s: 0.25, until_s: 0.5)])";
-    let mut run = run_of(&Scene::parse("ship", text).unwrap(), Method::RungeKutta4);
+    let mut run = run_of(&scene_of(text), Method::RungeKutta4);
     let thrust = |run: &mut Simulation| forces_on(run, 0).iter().map(|(_, newtons)| newtons.x).sum::<f64>();
     let mut on = Vec::new();
     for tick in 0..40 {
@@ -304,7 +306,7 @@ fn looking_at_forces_changes_nothing() {
 fn damping_that_multiplies_velocities_counts_as_the_force_that_it_comes_to() {
     for model in DampingModel::ALL {
         let text = "(version: 1, bodies: [(velocity_m_s: (0, 0, 3), mass_kg: 2)])";
-        let mut run = run_of(&Scene::parse("coast", text).unwrap(), Method::SemiImplicitEuler);
+        let mut run = run_of(&scene_of(text), Method::SemiImplicitEuler);
         run.world.insert_resource(Damping { model, rate: 0.5 });
         let expected = [(ForceCause::Law("damping"), DVec3::new(-0.0, -0.0, -3.0))];
         assert_eq!(forces_on(&mut run, 0), expected, "{model:?}");

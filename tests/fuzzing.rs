@@ -14,7 +14,6 @@ use proptest::collection::vec;
 use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use sandbox::input::{Button, Experiment, Input};
-use scene::Scene;
 
 use crate::drive::Drive;
 use crate::environment::{Environment, Start};
@@ -132,7 +131,7 @@ fn a_ledger_of_huge_energies_is_drawn() {
 fn a_ledger_is_drawn_after_a_frame_without_end() {
     let text = "(version: 1, step: frame, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [(name: \"a\", \
                 velocity_m_s: (2e11, 0, 0), mass_kg: 1.0)])";
-    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    let mut drive = Drive::text(text);
     drive.press("B");
     for length in [1.0 / 60.0, 1e250, 1.0] {
         drive.frame(length, []);
@@ -149,7 +148,7 @@ fn damping_without_end_harms_no_group() {
               springs: [(between: (\"a\", \"b\"), stiffness_n_m: 1.0, rest_length_m: 1.0)])",
             method.name()
         );
-        let mut drive = Drive::of(Scene::parse("test", &text).unwrap());
+        let mut drive = Drive::text(&text);
         drive.run(3, 10.0);
         assert!(drive.x("b").is_finite() && drive.v("b").is_finite(), "{method:?}");
     }
@@ -172,7 +171,7 @@ fn ghosts_begin_where_mutual_gravity_is_off() {
 #[test]
 fn ghosts_begin_in_a_frame_of_no_length() {
     let text = "(version: 1, step: frame, bodies: [(name: \"a\", mass_kg: 1.0)])";
-    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    let mut drive = Drive::text(text);
     drive.session.keep_timeline();
     drive.give([]).press("T").ticks(2).give([]).press("T").press("T").press("R").press(",").ticks(2);
     assert!(drive.session.bundle(None).is_some());
@@ -186,7 +185,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
                  (name: \"near\", position_m: (-75, 10, -37), velocity_m_s: (-12, 32, 0), mass_kg: 37)],
         springs: [(between: (\"near\", \"far\"), stiffness_n_m: 0, rest_length_m: 58)],
         emitters: [(rate_per_s: 60, speed_m_s: 5, life_s: 0.2, spread_deg: 20)])";
-    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    let mut drive = Drive::text(text);
     drive.session.keep_timeline();
     drive.run(4, 1000.0);
     let fault = drive.session.fault().expect("it explodes").clone();
@@ -272,7 +271,7 @@ fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
         bodies: [(name: \"ship\", mass_kg: 1.0), (name: \"stone\", mass_kg: 1.0, velocity_m_s: (7, 3, 1))],
         thrusts: [(body: \"ship\", curve: polynomial([(1, 0, 0)]), from_s: 0.0, until_s: 9.0)])";
     let run = |frozen: bool| {
-        let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+        let mut drive = Drive::text(text);
         drive.ticks(3);
         let away = match frozen {
             true => Experiment::Push("ship".to_owned(), [f64::NAN; 3]),
@@ -302,7 +301,7 @@ fn a_pointer_goes_to_the_end_of_the_world_and_back() {
 #[test]
 fn a_study_of_the_shortest_ticks_is_begun() {
     let text = "(version: 1, step_hz: 1e300, bodies: [(name: \"a\", mass_kg: 1.0)])";
-    let mut drive = Drive::of(Scene::parse("test", text).unwrap());
+    let mut drive = Drive::text(text);
     drive.session.limit_ticks(4);
     drive.press("C").frame(1.0 / 60.0, []);
 }

@@ -12,7 +12,7 @@ use sandbox::{GhostRow, GhostState};
 use scene::Scene;
 
 use crate::drive::{Drive, tap};
-use crate::harness::H;
+use crate::harness::{H, scene_of};
 
 /// Free bodies, a group of two on an anchor, particles that come and go; laws of position, velocity and time.
 pub fn mixed() -> Scene {
@@ -38,7 +38,7 @@ pub fn mixed() -> Scene {
             (between: ("first", "second"), stiffness_n_m: 30, damping_n_s_m: 0.1),
         ],
     )"#;
-    Scene::parse("mixed", text).unwrap_or_else(|error| panic!("{error}"))
+    scene_of(text)
 }
 
 /// A run of `scene` by one method, for every body of it.
@@ -239,7 +239,7 @@ fn stiff(method: &str) -> Scene {
             (name: "free", shape: sphere(radius_m: 0.5), position_m: (-2, 0, -9), velocity_m_s: (0, 0.1, 0)),
          ], springs: [(between: ("post", "weight"), stiffness_n_m: 10000)])"#
     );
-    Scene::parse("stiff", &text).unwrap_or_else(|error| panic!("{error}"))
+    scene_of(&text)
 }
 
 #[test]
@@ -343,7 +343,7 @@ fn pause_single_steps_and_slow_motion_keep_ghosts_in_step() {
 fn too_many_bodies_have_no_ghosts() {
     for (count, rows) in [(10_000, Method::ALL.len() + 1), (10_001, 0)] {
         let text = format!("(version: 1, clouds: [(count: {count}, half_extents_m: (1, 1, 1))])");
-        let mut drive = Drive::of(Scene::parse("crowd", &text).unwrap());
+        let mut drive = Drive::text(&text);
         assert_eq!(drive.press("T").session.ghosts().len(), rows, "{count} bodies");
     }
 }

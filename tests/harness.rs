@@ -12,6 +12,7 @@ use motion::{
     Quarantined, Request, Requests, Spring, StableId, Stepper, TimeStep, Totals, Transform, totals,
 };
 use process_control::{ChildExt as _, Control as _};
+use scene::Scene;
 use tempfile::TempDir;
 
 use crate::environment::Start;
@@ -339,6 +340,15 @@ pub fn folder<'a>(files: impl IntoIterator<Item = (&'a str, impl AsRef<[u8]>)>) 
         std::fs::write(path, bytes).unwrap();
     }
     folder
+}
+
+/// The scene that `text` describes.
+///
+/// # Panics
+/// When it describes none.
+#[track_caller]
+pub fn scene_of(text: &str) -> Scene {
+    Scene::parse("test", text).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The JSON in a file.

@@ -17,6 +17,8 @@ use motion::ledger::Ledger;
 use motion::{Method, PhysicsBody, Request, Transform, totals};
 use scene::Scene;
 
+use crate::harness::scene_of;
+
 /// A scene whose books are kept.
 pub struct Kept {
     pub simulation: Simulation,
@@ -26,7 +28,7 @@ pub struct Kept {
 impl Kept {
     /// The scene with those sections, `hz` ticks a second, each of `substeps` parts.
     pub fn of(sections: &str, method: Method, hz: f64, substeps: u32) -> Self {
-        let scene = Scene::parse("books", &format!("(version: 1, {sections})")).unwrap();
+        let scene = scene_of(&format!("(version: 1, {sections})"));
         Self::of_scene(Scene { method, step_hz: hz, substeps, ..scene })
     }
 

@@ -266,7 +266,7 @@ fn a_click_on_what_cannot_be_moved_clears_the_selection_unless_alt_is_held() {
                 (name: \"ball\", shape: sphere(radius_m: 1), position_m: (-4, 0, -20)),
                 (name: \"block\", shape: sphere(radius_m: 1), position_m: (4, 0, -20), immovable: true)])"
         );
-        selecting(Drive::of(Scene::parse("test", &text).unwrap()))
+        selecting(Drive::text(&text))
     };
     let mut drive = scene("");
     let [ball, block] = ["ball", "block"].map(|name| drive.pixel(drive.x(name)));

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use history::Simulation;
 use motion::{Evaluations, Iterations, Method, Quarantine, StableId};
-use scene::Scene;
+
+use crate::harness::scene_of;
 
 /// The same in a new world.
 pub fn restored(run: &mut Simulation) -> Simulation {
@@ -54,7 +55,7 @@ fn steps_that_did_not_converge_are_counted_on() {
     let text = "(version: 1, method: implicit_euler, step_hz: 20,
         wells: [(position_m: (0, 0, 0), strength_m3_s2: 50, softening_m: 1e-4)],
         bodies: [(name: \"comet\", position_m: (1, 0, 0), velocity_m_s: (0, 0.1, 0))])";
-    let mut whole = Simulation::new(Scene::parse("comet", text).unwrap());
+    let mut whole = Simulation::new(scene_of(text));
     let counted = |run: &Simulation| run.world.resource::<Evaluations>().unconverged_steps();
     while counted(&whole) < 5 {
         whole.tick();

@@ -4,10 +4,9 @@ use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{Elastic, Link, PhysicsBody, SoftBody, Transform};
 use sandbox::input::Button;
-use scene::Scene;
 
 use crate::drive::{Drive, SIZE, at, click, down, up};
-use crate::harness::{H, close};
+use crate::harness::{H, close, scene_of};
 use crate::soft::{POINT_MASS, Soft};
 
 /// Selection mode, at `offset`, looking along -z at these soft bodies and bodies.
@@ -15,7 +14,7 @@ fn drive(offset: DVec3, bodies: &str, soft: impl IntoIterator<Item = Soft>) -> D
     let text = format!(
         "(version: 1, push: (), camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0), bodies: [{bodies}])"
     );
-    let mut scene = Scene::parse("test", &text).unwrap();
+    let mut scene = scene_of(&text);
     scene.camera.position += offset;
     scene.bodies.iter_mut().for_each(|body| body.position += offset);
     let mut drive = Drive::of(scene);
@@ -139,7 +138,7 @@ fn through_a_hole_and_past_an_edge_nothing_is_selected() {
 fn a_rope_is_selected_at_points_and_springs_and_named_after_its_first_point() {
     let text = "(version: 1, push: (), camera: (position_m: (0, 0, 0), pitch_deg: 0, yaw_deg: 0),
         clouds: [(name: \"line\", count: 3, center_m: (0, 0, 0), half_extents_m: (0, 0, 0))])";
-    let mut scene = Scene::parse("rope", text).unwrap();
+    let mut scene = scene_of(text);
     for (body, x) in scene.bodies.iter_mut().zip([-1.0, 0.0, 1.0]) {
         body.position = DVec3::new(x, x, -10.0);
     }

@@ -7,6 +7,7 @@ use sandbox::input::{Button, Input};
 use scene::{PointRadius, Scene};
 
 use crate::film::{Film, SIZE, Studio, green, places, yellow};
+use crate::harness::scene_of;
 use crate::soft::Soft;
 
 /// A floor with its top at y = 0, seen from `eye` at 3 m height along -z, or from behind along +z.
@@ -19,7 +20,7 @@ fn stage(eye: f64, shadows: bool) -> Scene {
           bodies: [(name: \"floor\", shape: cuboid(half_extents_m: (40, 1, 40)), position_m: (0, -1, 0),
                     immovable: true)])"
     );
-    Scene::parse("stage", &text).unwrap_or_else(|error| panic!("{error}"))
+    scene_of(&text)
 }
 
 /// The stage with these soft bodies, paused, so that nothing moves that is drawn.

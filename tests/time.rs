@@ -8,7 +8,7 @@ use motion::units::Vector;
 use sandbox::input::InputFrame;
 use sandbox::{Options, Session};
 
-use crate::harness::Lab;
+use crate::harness::{Lab, scene_of};
 
 /// Ticks of each frame when frames end at `ends`.
 fn ticks(rate: f64, ends: impl Iterator<Item = f64>) -> Vec<u64> {
@@ -156,7 +156,7 @@ fn ticks_that_take_longer_than_they_simulate_end_in_a_steady_frame_and_not_in_a_
         [(120.0, 1.5 * STEP, f64::INFINITY), (120.0, 1.5 * STEP, 0.25), (1e9, 1e-3, 0.25)]
     {
         let text = format!("(version: 1, step_hz: {hz:?}, bodies: [(velocity_m_s: (1.0, 0.0, 0.0))])");
-        let scene = scene::Scene::parse("slow", &text).unwrap();
+        let scene = scene_of(&text);
         let options = Options { pictures: false, ..Options::default() };
         let mut session = Session::new(scene, options);
         let (mut frames, mut length, mut lengths) = (FrameClock::default(), 1.0 / 60.0, Vec::new());

@@ -6,7 +6,7 @@ use motion::arrays::NotForArrays;
 use motion::{Method, StableId, TimeStep};
 
 use super::{Precision, arrays, run, states};
-use crate::harness::all_bits;
+use crate::harness::{all_bits, scene_of};
 
 const SCENE: &str = r#"(version: 1, gravity: (acceleration_m_s2: (0, -9.8, 0)), bodies: [
     (name: "free", mass_kg: 2), (name: "a", position_m: (3, 0, 0)), (name: "b", position_m: (4.5, 0, 0)),
@@ -14,7 +14,7 @@ const SCENE: &str = r#"(version: 1, gravity: (acceleration_m_s2: (0, -9.8, 0)), 
     springs: [(between: ("a", "b"), stiffness_n_m: 50, rest_length_m: 1)])"#;
 
 fn twin(method: Method) -> Simulation {
-    let scene = scene::Scene::parse("t", SCENE).unwrap_or_else(|error| panic!("{error}"));
+    let scene = scene_of(SCENE);
     super::twin(scene, method, 1)
 }
 

@@ -4,14 +4,14 @@ use glam::DVec3;
 use history::{Fault, Simulation, Watch};
 use motion::ledger::Ledger;
 use motion::{Method, Request};
-use scene::Scene;
 
 use super::program::STIFF;
 use crate::ghosts::mixed;
+use crate::harness::scene_of;
 use crate::snapshot::{outcome, restored};
 
 fn run(text: &str) -> Simulation {
-    Simulation::new(Scene::parse("watched", text).unwrap())
+    Simulation::new(scene_of(text))
 }
 
 /// The first fault of so many ticks, `act` acting before each, with books that are kept anyway or without them.
@@ -157,7 +157,7 @@ fn pushes_requests_and_springs_that_are_let_go_are_no_faults() {
 
 #[test]
 fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
-    for scene in [mixed(), Scene::parse("stiff", STIFF).unwrap(), scene::load("everything").unwrap()] {
+    for scene in [mixed(), scene_of(STIFF), scene::load("everything").unwrap()] {
         let (mut alone, mut watched) = (Simulation::new(scene.clone()), Simulation::new(scene));
         let mut watch = Watch::new(&mut watched.world);
         for _ in 0..60 {

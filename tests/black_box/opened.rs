@@ -135,7 +135,7 @@ fn a_fault_is_met_again_and_gone_through_to_the_same_end() {
 
 #[test]
 fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_meets_it_again() {
-    let mut drive = Drive::of(scene::Scene::parse("stiff", super::program::STIFF).unwrap());
+    let mut drive = Drive::text(super::program::STIFF);
     drive.session.keep_timeline();
     let start = drive.hash();
     drive.run(10, 0.01);
@@ -155,7 +155,7 @@ fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_me
 
 #[test]
 fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
-    let mut drive = Drive::of(scene::Scene::parse("stiff", super::program::STIFF).unwrap());
+    let mut drive = Drive::text(super::program::STIFF);
     drive.session.keep_timeline();
     drive.run(10, 0.01);
     assert_eq!(drive.session.ticks(), 0);
@@ -173,7 +173,7 @@ fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
 #[test]
 fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
     let saves = |drive: &mut Drive| drive.session.take_orders() == [sandbox::Order::Bundle];
-    let mut drive = Drive::of(scene::Scene::parse("stiff", super::program::STIFF).unwrap());
+    let mut drive = Drive::text(super::program::STIFF);
     drive.session.keep_timeline();
     drive.session.save_faults();
     assert!(saves(drive.run(10, 0.01)) && drive.session.paused());

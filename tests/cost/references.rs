@@ -9,6 +9,7 @@ use motion::{Elastic, Method};
 use scene::Scene;
 
 use super::{plain, studied};
+use crate::harness::scene_of;
 
 /// A scene of springs, uniform and mutual gravity, and damping, as a system of first order: positions, then
 /// velocities, of all bodies.
@@ -146,7 +147,7 @@ fn references_of_scenes_agree_with_dop853() {
 fn references_of_particles_agree_with_the_closed_form() {
     let text = "(version: 1, step_hz: 30, gravity: (), drag: (linear_per_s: 1.5), emitters: [(rate_per_s: 31, life_s: 0.8,
         speed_m_s: 15, spread_deg: 20, position_m: (1, 2, 3))])";
-    let scene = Scene::parse("fountain", text).unwrap();
+    let scene = scene_of(text);
     let (fountain, g, c) = (scene.emitters[0].clone(), scene.gravity.unwrap().acceleration, 1.5);
     let bench = studied(Subject::of_scene(scene, Some(2.0)), plain(&[Method::RungeKutta4], [1, 4, 16]));
     let study = bench.study();

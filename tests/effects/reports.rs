@@ -8,7 +8,7 @@ use scene::Scene;
 use serde_json::Value;
 
 use crate::drive::Drive;
-use crate::harness::{folder, json, sandbox};
+use crate::harness::{folder, json, sandbox, scene_of};
 
 const SCENE: &str = "(version: 1, step_hz: 100, method: runge_kutta_4, gravity: (), drag: (quadratic_per_m: 0.1),
     wells: [(strength_m3_s2: 3, softening_m: 1, bodies: [\"a\"])],
@@ -76,7 +76,7 @@ fn the_receipt_has_what_methods_keep() {
         ("velocity_verlet", "kept_accelerations"),
     ] {
         let text = SCENE.replace("runge_kutta_4", method);
-        let receipt = lab::receipt(&Scene::parse("t", &text).unwrap(), 5, &[]);
+        let receipt = lab::receipt(&scene_of(&text), 5, &[]);
         for known in ["implicit_solver", "verlet_state", "kept_accelerations"] {
             let row = row(&receipt.rows, known);
             // Of velocity Verlet only the body with a well of its own keeps an acceleration.
@@ -117,7 +117,7 @@ fn an_effect_that_has_changed_velocities_alone_is_needed() {
     // The first step of explicit Euler moves every body by the velocity that it had.
     let text = "(version: 1, method: explicit_euler, gravity: (), drag: (linear_per_s: 1),
         bodies: [(name: \"a\", velocity_m_s: (1, 0, 0)), (name: \"b\", max_speed_m_s: 9)])";
-    let ablation = lab::ablate(&Scene::parse("one_tick", text).unwrap(), 1);
+    let ablation = lab::ablate(&scene_of(text), 1);
     let rows = ablation.rows.iter().map(|row| (row.effect, row.identical, row.needed(), row.max_distance));
     let expected = [(Effect::Gravity, false), (Effect::Drag, false), (Effect::SpeedLimits, true)];
     assert_eq!(rows.collect::<Vec<_>>(), expected.map(|(effect, same)| (effect, same, !same, 0.0)));

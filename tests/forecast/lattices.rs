@@ -6,13 +6,12 @@ use glam::DVec3;
 use history::Simulation;
 use motion::Method;
 use motion::forecast::{Forecast, Margin};
-use scene::Scene;
 
 use crate::groups::lab::{Environment, Net, Start, elastic};
+use crate::harness::scene_of;
 
 fn worst(soft_body: &str) -> Margin {
-    let scene =
-        Scene::parse("net", &format!("(version: 1, step_hz: 120, soft_bodies: [{soft_body}])")).unwrap();
+    let scene = scene_of(&format!("(version: 1, step_hz: 120, soft_bodies: [{soft_body}])"));
     let mut run = Simulation::new(scene);
     *Forecast::of(&mut run.world, run.stepper.method()).margins().first().unwrap()
 }

@@ -5,6 +5,7 @@ use sandbox::input::{Experiment, Input};
 use scene::Scene;
 
 use crate::film::{Film, SIZE, Studio, assert_pictures};
+use crate::harness::scene_of;
 
 /// Seconds of `scene` with ghosts from the start.
 fn haunted(scene: Scene, seconds: u32) -> Film {
@@ -52,7 +53,7 @@ fn of_many_bodies_the_farthest_have_lines() {
             "(version: 1, step_hz: 30, gravity: (), drag: (quadratic_per_m: 0.1), camera: (position_m: (0, 0, 90), pitch_deg: 0, yaw_deg: 0),
               clouds: [(count: {count}, center_m: (0, 0, 0), half_extents_m: (20, 20, 20), speed_m_s: 9)])"
         );
-        haunted(Scene::parse("cloud", &text).unwrap(), 1).session.picture().lines
+        haunted(scene_of(&text), 1).session.picture().lines
     };
     let length = |line: &Line| glam::Vec3::from(line.start).distance(line.end.into());
     assert_eq!(film(10).len(), 90);
@@ -70,7 +71,7 @@ fn ghosts_are_drawn_between_two_ticks_as_solid_bodies_are() {
     let text =
         "(version: 1, step_hz: 15, camera: (position_m: (0, 0, 20), pitch_deg: 0, yaw_deg: 0), bodies: [
         (name: \"ball\", shape: sphere(radius_m: 1), velocity_m_s: (3, 0, 0))])";
-    let mut film = Film::of(Scene::parse("coast", text).unwrap());
+    let mut film = Film::of(scene_of(text));
     film.press("T");
     for _ in 0..9 {
         film.frames(1);
@@ -86,7 +87,7 @@ fn ghosts_are_drawn_between_two_ticks_as_solid_bodies_are() {
 fn what_is_on_its_way_to_infinity_is_not_drawn() {
     let text = "(version: 1, camera: (position_m: (0, 0, 20), pitch_deg: 0, yaw_deg: 0), bodies: [
         (name: \"ball\", shape: sphere(radius_m: 1)), (name: \"still\", shape: sphere(radius_m: 1), position_m: (4, 0, 0))])";
-    let mut film = Film::of(Scene::parse("far", text).unwrap());
+    let mut film = Film::of(scene_of(text));
     film.press("T");
     film.frame([Input::Experiment(Experiment::OfBody(
         "ball".to_owned(),

@@ -10,6 +10,7 @@ use motion::{
 use scene::Scene;
 
 use super::rig::{Harm, bits, is_finite, records, run, run_harmed, scenes, start, systems};
+use crate::harness::scene_of;
 
 const LEAD: u64 = 3;
 
@@ -151,7 +152,7 @@ fn attracting(method: Method) -> Scene {
         ])",
         method.name()
     );
-    Scene::parse("attracting", &text).unwrap()
+    scene_of(&text)
 }
 
 #[test]

@@ -5,12 +5,11 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::real::Real;
 use motion::{Cause, Damping, DampingModel, Drag, Elastic, Fault, Gravity, Method, Range, Request, StableId};
-use scene::Scene;
 
 use super::rig::{bits, records, run, scenes, start};
 use crate::drive::Drive;
 use crate::groups::lab::{Environment, Net, Start, elastic};
-use crate::harness::{H, Lab};
+use crate::harness::{H, Lab, scene_of};
 
 /// Bodies that fall side by side, of which one flies off at 50 m/s.
 fn crowd(method: Method, range: Option<Range>, called: bool) -> Lab {
@@ -159,7 +158,7 @@ fn the_range_of_a_scene_is_kept_through_the_program() {
     let text = "(version: 1, step_hz: 100, range: (position_m: 5), bodies: [
         (name: \"runaway\", velocity_m_s: (10, 0, 0)), (name: \"calm\"),
     ])";
-    let scene = Scene::parse("test", text).unwrap();
+    let scene = scene_of(text);
     assert_eq!(scene.range, Some(Range { position: 5.0, ..Range::FINITE }));
     let mut drive = Drive::of(scene);
     drive.run(200, 0.01);

@@ -9,6 +9,7 @@ use motion::{
 
 use super::{caches, outcome, restored};
 use crate::ghosts::mixed;
+use crate::harness::scene_of;
 
 /// What is asked for, and pushed, before tick number `tick`.
 fn act(run: &mut Simulation, tick: u64) {
@@ -108,7 +109,7 @@ fn records_of_bodies_that_are_gone_go_along_with_the_springs_that_were_at_fault(
     let text = r#"(version: 1, bodies: [
         (name: "wall", immovable: true), (name: "ball", position_m: (1e10, 0, 0)), (name: "free")],
         springs: [(between: ("wall", "ball"), stiffness_n_m: 1e300, rest_length_m: 1)])"#;
-    let mut run = Simulation::new(scene::Scene::parse("test", text).unwrap());
+    let mut run = Simulation::new(scene_of(text));
     let [wall, ball, free] = run.bodies[..] else { panic!("three bodies") };
     run.run(10);
     run.request(Request::SetVelocity(free, DVec3::NAN));
