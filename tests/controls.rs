@@ -3,11 +3,11 @@
 use glam::{DVec2, DVec3};
 use motion::{Gravity, Method};
 use sandbox::actions::{self, BINDINGS, Key};
-use sandbox::input::{Button, Experiment, Input};
+use sandbox::input::{Button, Input};
 use sandbox::{Mode, Order};
 use scene::CameraSpec;
 
-use crate::drive::{Drive, at, click, down, tap, up};
+use crate::drive::{Drive, at, click, down, own_method, tap, up};
 use crate::harness::{H, close};
 
 fn gravity_on(drive: &Drive) -> bool {
@@ -443,15 +443,15 @@ fn a_body_gets_a_method_of_its_own_and_the_scenes_again() {
     let mut drive = Drive::tutorial();
     let count = |drive: &mut Drive| drive.session.methods();
     assert_eq!(count(&mut drive), [(Method::SemiImplicitEuler, 28)]);
-    let body = |name: &str, method| Input::Experiment(Experiment::BodyMethod(name.to_owned(), method));
-    drive.give([body("player", Some(Method::RungeKutta4)), body("enemy", Some(Method::Yoshida4))]);
-    drive.give([body("nobody", Some(Method::Yoshida4))]);
+    drive
+        .give([own_method("player", Some(Method::RungeKutta4)), own_method("enemy", Some(Method::Yoshida4))]);
+    drive.give([own_method("nobody", Some(Method::Yoshida4))]);
     let own = [(Method::SemiImplicitEuler, 26), (Method::RungeKutta4, 1), (Method::Yoshida4, 1)];
     assert_eq!(count(&mut drive), own);
     // The scene's method is that of all others.
     drive.press("Shift+I");
     assert_eq!(count(&mut drive)[0], (Method::ExplicitEuler, 26));
-    drive.give([body("player", None), body("enemy", Some(Method::ExplicitEuler))]);
+    drive.give([own_method("player", None), own_method("enemy", Some(Method::ExplicitEuler))]);
     assert_eq!(count(&mut drive), [(Method::ExplicitEuler, 28)]);
 }
 

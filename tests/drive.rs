@@ -3,8 +3,8 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::clock::FrameClock;
-use motion::{PhysicsBody, Transform};
-use sandbox::input::{Button, Input, InputFrame};
+use motion::{Method, PhysicsBody, Request, Transform};
+use sandbox::input::{Button, Experiment, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::Scene;
 
@@ -141,6 +141,23 @@ pub fn up(key: &str) -> Input {
 
 pub fn tap(key: &str) -> [Input; 2] {
     [down(key), up(key)]
+}
+
+/// A push, named and in newtons, for one tick.
+pub fn push(body: &str, newtons: impl Into<[f64; 3]>) -> Input {
+    Input::Experiment(Experiment::Push(body.to_owned(), newtons.into()))
+}
+
+pub fn change(body: &str, request: fn(Entity, DVec3) -> Request, value: [f64; 3]) -> Input {
+    Input::Experiment(Experiment::OfBody(body.to_owned(), request, value))
+}
+
+pub fn remove(body: &str) -> Input {
+    Input::Experiment(Experiment::Remove(body.to_owned()))
+}
+
+pub fn own_method(body: &str, method: Option<Method>) -> Input {
+    Input::Experiment(Experiment::BodyMethod(body.to_owned(), method))
 }
 
 /// The pointer at a pixel.

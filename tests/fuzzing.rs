@@ -15,7 +15,7 @@ use proptest::prelude::any;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use sandbox::input::{Button, Experiment, Input};
 
-use crate::drive::Drive;
+use crate::drive::{Drive, push, remove};
 use crate::environment::{Environment, Start};
 use crate::groups::lab::elastic;
 use crate::harness::{H, Lab, bits};
@@ -273,11 +273,7 @@ fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
     let run = |frozen: bool| {
         let mut drive = Drive::text(text);
         drive.ticks(3);
-        let away = match frozen {
-            true => Experiment::Push("ship".to_owned(), [f64::NAN; 3]),
-            false => Experiment::Remove("ship".to_owned()),
-        };
-        drive.frame(H, [Input::Experiment(away)]);
+        drive.frame(H, [if frozen { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
         let switched =
             drive.session.switch_effect(motion::effects::Effect::Thrusts, false, sandbox::SwitchedBy::Script);
         assert_eq!(switched.is_ok(), frozen);

@@ -11,7 +11,7 @@ use sandbox::input::{Experiment, Input};
 use sandbox::{GhostRow, GhostState};
 use scene::Scene;
 
-use crate::drive::{Drive, tap};
+use crate::drive::{Drive, change, own_method, push, remove, tap};
 use crate::harness::{H, scene_of};
 
 /// Free bodies, a group of two on an anchor, particles that come and go; laws of position, velocity and time.
@@ -86,27 +86,23 @@ fn assert_tells(drive: &Drive, method: Method, alone: &Drive, reference: &Drive)
 
 /// Inputs of frame number `frame`: pushes, held keys aside, and every kind of change.
 fn inputs(frame: u32) -> Vec<Input> {
-    let of = |body: &str, request, value| Experiment::OfBody(body.to_owned(), request, value);
-    let push = |body: &str, force| Experiment::Push(body.to_owned(), force);
-    let experiments = match frame {
+    let switch = |effect, on| Input::Experiment(Experiment::SwitchEffect(effect, on));
+    let world = |request| Input::Experiment(Experiment::OfWorld(request));
+    match frame {
         3 => vec![push("ball", [50.0, -20.0, 5.0]), push("second", [0.0, 90.0, 0.0])],
-        9 => vec![of("first", Request::Impulse, [1.0, 2.0, 3.0]), push("ball", [9.0, 0.0, 0.0])],
-        14 => return tap("G").to_vec(),
-        20 => vec![of("dust", Request::SetVelocity, [0.0, 4.0, 1.0])],
-        24 => vec![Experiment::SwitchEffect(Effect::Drag, false), push("box", [0.0, 0.0, 40.0])],
-        30 => vec![Experiment::OfWorld(Request::SetGravity(DVec3::new(0.5, -5.0, 0.0)))],
-        33 => vec![Experiment::Remove("spare".to_owned()), of("box", Request::SetPosition, [2.0, 2.0, 2.0])],
-        36 => vec![Experiment::DampingRate(0.5), Experiment::SwitchEffect(Effect::Drag, true)],
-        40 => vec![Experiment::OfWorld(Request::ReverseVelocities)],
-        44 => vec![Experiment::BodyMethod("ball".to_owned(), Some(Method::ExplicitEuler))],
-        50 => vec![Experiment::SwitchEffect(Effect::Springs, false)],
-        55 => vec![
-            Experiment::SwitchEffect(Effect::Springs, true),
-            Experiment::SwitchEffect(Effect::Emitters, false),
-        ],
+        9 => vec![change("first", Request::Impulse, [1.0, 2.0, 3.0]), push("ball", [9.0, 0.0, 0.0])],
+        14 => tap("G").to_vec(),
+        20 => vec![change("dust", Request::SetVelocity, [0.0, 4.0, 1.0])],
+        24 => vec![switch(Effect::Drag, false), push("box", [0.0, 0.0, 40.0])],
+        30 => vec![world(Request::SetGravity(DVec3::new(0.5, -5.0, 0.0)))],
+        33 => vec![remove("spare"), change("box", Request::SetPosition, [2.0, 2.0, 2.0])],
+        36 => vec![Input::Experiment(Experiment::DampingRate(0.5)), switch(Effect::Drag, true)],
+        40 => vec![world(Request::ReverseVelocities)],
+        44 => vec![own_method("ball", Some(Method::ExplicitEuler))],
+        50 => vec![switch(Effect::Springs, false)],
+        55 => vec![switch(Effect::Springs, true), switch(Effect::Emitters, false)],
         _ => Vec::new(),
-    };
-    experiments.into_iter().map(Input::Experiment).collect()
+    }
 }
 
 /// The same without what a twin ignores.
@@ -270,7 +266,7 @@ fn a_ghost_that_is_quarantined_is_named_with_its_tick_and_the_others_go_on() {
 fn without_the_reference_there_are_no_distances() {
     let mut drive = Drive::of(mixed());
     drive.press("T").ticks(3);
-    drive.frame(H, [Input::Experiment(Experiment::Push("ball".to_owned(), [f64::NAN; 3]))]).ticks(2);
+    drive.frame(H, [push("ball", [f64::NAN; 3])]).ticks(2);
     let rows = drive.session.ghosts();
     assert!(matches!(rows.last().unwrap().state, GhostState::Failed(_)));
     assert!(rows.iter().all(|row| row.distance.is_none() && row.rms.is_none()));

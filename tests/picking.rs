@@ -3,10 +3,10 @@
 use glam::{DVec2, DVec3};
 use motion::{Request, Transform};
 use pick::Shape;
-use sandbox::input::{Button, Experiment, Input};
+use sandbox::input::{Button, Input};
 use scene::Scene;
 
-use crate::drive::{Drive, SIZE, at, click, down, up};
+use crate::drive::{Drive, SIZE, at, change, click, down, push, remove, up};
 use crate::harness::{H, close, digits};
 
 /// What the tutorial's damping leaves of a velocity after one tick.
@@ -276,8 +276,7 @@ fn a_click_on_what_cannot_be_moved_clears_the_selection_unless_alt_is_held() {
     assert_eq!(drive.give([up("Alt")]).select(block), None);
     assert_eq!(scene("select_immovable: true,").select(block).as_deref(), Some("block"));
     // A body that was quarantined can be looked at.
-    let push = Experiment::Push("ball".to_owned(), [f64::NAN, 0.0, 0.0]);
-    drive.give([Input::Experiment(push)]).ticks(1);
+    drive.give([push("ball", [f64::NAN, 0.0, 0.0])]).ticks(1);
     assert_eq!(drive.session.quarantined().len(), 1);
     assert_eq!(drive.select(ball).as_deref(), Some("ball"));
 }
@@ -287,9 +286,9 @@ fn a_body_that_was_put_elsewhere_is_drawn_and_hit_there_and_not_on_the_way() {
     let ball = "(name: \"ball\", shape: sphere(radius_m: 1), position_m: (-6, 0, -40))";
     let mut drive = selecting(Drive::bodies(ball));
     let to = DVec3::new(6.0, 0.0, -40.0);
-    let put = Experiment::OfBody("ball".to_owned(), Request::SetPosition, to.to_array());
+    let put = change("ball", Request::SetPosition, to.to_array());
     // In the middle between two ticks.
-    drive.ticks(2).frame(0.5 * H, [Input::Experiment(put)]);
+    drive.ticks(2).frame(0.5 * H, [put]);
     assert_eq!(drive.session.picture().spheres[0].position, to.as_vec3().to_array());
     for (x, expected) in [(-6.0, None), (0.0, None), (6.0, Some("ball"))] {
         let pixel = drive.pixel(DVec3::new(x, 0.0, -40.0));
@@ -382,7 +381,7 @@ fn a_removed_body_is_selected_no_more_even_while_the_button_is_held() {
     let mut drive = selecting(Drive::bodies(TWO));
     drive.give([at(SIZE / 2.0), Input::ButtonDown(Button::Left)]);
     assert_eq!(drive.selected().as_deref(), Some("near"));
-    drive.give([Input::Experiment(Experiment::Remove("near".to_owned()))]);
+    drive.give([remove("near")]);
     assert!(drive.session.selection().is_none_or(|thing| drive.session.world().get_entity(thing).is_ok()));
     assert_eq!(drive.give([]).selected().as_deref(), Some("far"));
 }

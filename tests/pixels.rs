@@ -5,11 +5,12 @@ use std::process::Command;
 use glam::DVec2;
 use motion::clock::FrameClock;
 use render::Image;
-use sandbox::input::{Button, Experiment, Input};
+use sandbox::input::{Button, Input};
 use sandbox::player::Player;
 use sandbox::{Mode, Options, Order, Session};
 use scene::{Scene, Script};
 
+use crate::drive::{change, remove};
 use crate::film::{
     CHANNEL, Difference, Film, SIZE, Studio, assert_pictures, compared, green, places, yellow,
 };
@@ -200,8 +201,7 @@ fn velocity_arrows_add_pixels_of_their_color_where_something_moves() {
     let mut count = |film: &mut Film| places(&studio.draw_bodies(&mut film.session), arrow).len();
     film.press("1");
     assert_eq!(count(&mut film), 0, "nothing moves yet");
-    let fast = Experiment::OfBody("ball".to_owned(), motion::Request::SetVelocity, [0.0, 8.0, 0.0]);
-    film.frame([Input::Experiment(fast)]);
+    film.frame([change("ball", motion::Request::SetVelocity, [0.0, 8.0, 0.0])]);
     film.frames(5);
     assert!(count(&mut film) > 10, "{} pixels of an arrow", count(&mut film));
     film.press("1");
@@ -246,8 +246,7 @@ fn a_picture_without_one_small_body_is_rejected() {
     let mut studio = Studio::new(SIZE);
     let mut pictures = [false, true].map(|removes| {
         let mut film = Film::shipped("tutorial");
-        let remove = Input::Experiment(Experiment::Remove("grid.x4.z4".to_owned()));
-        film.frame(removes.then_some(remove));
+        film.frame(removes.then(|| remove("grid.x4.z4")));
         film.frame([]);
         studio.draw_bodies(&mut film.session)
     });

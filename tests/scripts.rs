@@ -3,11 +3,11 @@
 use glam::DVec3;
 use motion::{Damping, DampingModel, ForceCause, Gravity, Method};
 use sandbox::Mode;
-use sandbox::input::{Button, Experiment, Input, InputFrame};
+use sandbox::input::{Button, Input, InputFrame};
 use sandbox::player::Player;
 use scene::{Script, When};
 
-use crate::drive::{Drive, at, click, down, tap, up};
+use crate::drive::{Drive, at, change, click, down, remove, tap, up};
 use crate::harness::H;
 
 /// Reads `script` as the program does: every body has to be one of the session's, every key one of the table's.
@@ -67,11 +67,7 @@ fn a_script_and_the_same_inputs_by_hand_end_in_the_same_state() {
             55 => vec![up("Right")],
             60 => click(Button::Left).to_vec(),
             70 => tap("F1").to_vec(),
-            71 => vec![Input::Experiment(Experiment::OfBody(
-                "enemy".to_owned(),
-                motion::Request::Impulse,
-                [1.0, 0.0, 0.0],
-            ))],
+            71 => vec![change("enemy", motion::Request::Impulse, [1.0, 0.0, 0.0])],
             _ => Vec::new(),
         };
         hand.session.advance(&events.into_iter().collect(), time);
@@ -260,7 +256,7 @@ fn removing_the_selection_clears_it_and_releases_the_camera() {
     let mut drive = Drive::tutorial();
     let player = drive.pixel(drive.x("player"));
     drive.press("Q").select(player);
-    drive.press("L").ticks(2).give([Input::Experiment(Experiment::Remove("player".to_owned()))]);
+    drive.press("L").ticks(2).give([remove("player")]);
     let camera = *drive.session.camera();
     drive.press("G").ticks(10);
     assert_eq!((drive.selected(), *drive.session.camera()), (None, camera));

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use motion::{Damping, PhysicsBody, Transform};
 use sandbox::Session;
-use sandbox::input::{Button, Experiment, Input};
+use sandbox::input::Button;
 
-use crate::drive::{Drive, at, click, down, tap, up};
+use crate::drive::{Drive, at, click, down, push, tap, up};
 use crate::harness::{G, H};
 
 /// A body in plain numbers.
@@ -58,15 +58,10 @@ fn bits(bodies: &[Body]) -> Vec<[u64; 6]> {
 }
 
 /// Pushes `bodies[i]` in the transcription.
-fn push(bodies: &mut [Body], i: usize, newtons: DVec3) {
+fn force(bodies: &mut [Body], i: usize, newtons: DVec3) {
     for axis in 0..3 {
         bodies[i].force[axis] += newtons[axis];
     }
-}
-
-/// The same push for the session.
-fn experiment(name: &str, newtons: DVec3) -> Input {
-    Input::Experiment(Experiment::Push(name.to_owned(), newtons.to_array()))
 }
 
 #[test]
@@ -88,21 +83,21 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
         if tick % 37 == 5 {
             let newtons = DVec3::new(f64::from(tick), -3.3, 0.7);
             let i = 1 + (tick as usize / 37) % 28;
-            events.push(experiment(&drive.session.name(drive.session.things().nth(i).unwrap()), newtons));
-            push(&mut copy, i, newtons);
+            events.push(push(&drive.session.name(drive.session.things().nth(i).unwrap()), newtons));
+            force(&mut copy, i, newtons);
         }
         if tick == 90 {
             // The floor, and a second push in the same tick.
-            events.extend([experiment("floor", DVec3::ONE), experiment("enemy", DVec3::Y * 0.1)]);
-            events.push(experiment("enemy", DVec3::splat(1.0 / 3.0)));
-            push(&mut copy, 0, DVec3::ONE);
-            push(&mut copy, 2, DVec3::Y * 0.1);
-            push(&mut copy, 2, DVec3::splat(1.0 / 3.0));
+            events.extend([push("floor", DVec3::ONE), push("enemy", DVec3::Y * 0.1)]);
+            events.push(push("enemy", DVec3::splat(1.0 / 3.0)));
+            force(&mut copy, 0, DVec3::ONE);
+            force(&mut copy, 2, DVec3::Y * 0.1);
+            force(&mut copy, 2, DVec3::splat(1.0 / 3.0));
         }
         if tick == 3 {
             events.push(at(player));
             events.extend(click(Button::Right));
-            push(&mut copy, 1, along * 10.0);
+            force(&mut copy, 1, along * 10.0);
         }
         if tick == 600 {
             events.push(down("Right"));
@@ -111,7 +106,7 @@ fn the_tutorials_two_loops_and_the_schedule_visit_the_same_bits_for_ten_seconds(
             events.push(up("Right"));
         }
         if (600..720).contains(&tick) {
-            push(&mut copy, 1, DVec3::X * 10.0);
+            force(&mut copy, 1, DVec3::X * 10.0);
         }
         update(&mut copy, gravity, H);
         drive.frame(H, events);
@@ -128,20 +123,16 @@ fn several_ticks_a_frame_visit_the_same_bits_and_a_push_acts_in_the_first_of_the
     drive.session.advance(&tap("G").into_iter().collect(), time);
     for frame in 0..30_u32 {
         let newtons = DVec3::new(0.1, f64::from(frame), -7.0);
-        push(&mut copy, 5, newtons);
+        force(&mut copy, 5, newtons);
         let name = drive.session.name(drive.session.things().nth(5).unwrap());
         let time = drive.clock.advance_by(4.0 * H).unwrap();
         let mut ticks = 0;
-        drive.session.advance_watched(
-            &[experiment(&name, newtons)].into_iter().collect(),
-            time,
-            &mut |now, _| {
-                update(&mut copy, true, H);
-                assert_eq!(bits(&bodies(now)), bits(&copy), "in frame {frame}");
-                ticks += 1;
-                std::ops::ControlFlow::Continue(())
-            },
-        );
+        drive.session.advance_watched(&[push(&name, newtons)].into_iter().collect(), time, &mut |now, _| {
+            update(&mut copy, true, H);
+            assert_eq!(bits(&bodies(now)), bits(&copy), "in frame {frame}");
+            ticks += 1;
+            std::ops::ControlFlow::Continue(())
+        });
         assert_eq!(ticks, 4);
     }
 }
@@ -159,8 +150,8 @@ fn the_plan_of_one_pass_visits_the_same_bits_as_the_two_loops() {
         if tick % 20 < 3 {
             let newtons = DVec3::new(-0.3, f64::from(tick), 11.0);
             let i = 7 * tick as usize % 1001;
-            push(&mut copy, i, newtons);
-            events.push(experiment(&drive.session.name(drive.session.things().nth(i).unwrap()), newtons));
+            force(&mut copy, i, newtons);
+            events.push(push(&drive.session.name(drive.session.things().nth(i).unwrap()), newtons));
         }
         update(&mut copy, true, H);
         drive.frame(H, events);

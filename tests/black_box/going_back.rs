@@ -3,10 +3,10 @@
 use glam::DVec3;
 use history::Bundle;
 use motion::Gravity;
-use sandbox::input::{Experiment, Input};
+use sandbox::input::Input;
 use sandbox::report::state_hash;
 
-use crate::drive::{Drive, tap};
+use crate::drive::{Drive, change, push, tap};
 use crate::ghosts::mixed;
 use crate::harness::H;
 use crate::panels::write_step_hz;
@@ -15,10 +15,6 @@ pub fn recording() -> Drive {
     let mut drive = Drive::of(mixed());
     drive.session.keep_timeline();
     drive
-}
-
-pub fn push(name: &str, newtons: [f64; 3]) -> Input {
-    Input::Experiment(Experiment::Push(name.to_owned(), newtons))
 }
 
 /// A tick a frame, with pushes and gravity now and then.
@@ -164,8 +160,7 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
 
 #[test]
 fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_next() {
-    let velocity = [f64::NAN, 0.0, 0.0];
-    let nan = Experiment::OfBody("ball".to_owned(), motion::Request::SetVelocity, velocity);
+    let nan = change("ball", motion::Request::SetVelocity, [f64::NAN, 0.0, 0.0]);
     let frozen = |drive: &Drive| -> Vec<(String, u64)> {
         drive.session.quarantined().iter().map(|frozen| (frozen.body.clone(), frozen.tick)).collect()
     };
@@ -173,7 +168,7 @@ fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_ne
     for records in [false, true] {
         let mut drive = if records { recording() } else { Drive::of(mixed()) };
         go(&mut drive, 0..20);
-        drive.press("P").give([Input::Experiment(nan.clone())]);
+        drive.press("P").give([nan.clone()]);
         assert_eq!(frozen(&drive), ball);
         drive.press("P").run(5, 1.0 / 60.0);
         if records {

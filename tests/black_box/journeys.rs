@@ -6,9 +6,9 @@ use history::{Simulation, TIMELINE_BYTES, Timeline};
 use sandbox::Simulated;
 use sandbox::input::Input;
 
-use super::going_back::{go, push, recording};
+use super::going_back::{go, recording};
 use super::recording::{assert_outcome_at, outcome_at, recorded};
-use crate::drive::{Drive, tap};
+use crate::drive::{Drive, push, tap};
 use crate::ghosts::mixed;
 use crate::snapshot::outcome;
 

@@ -1,9 +1,9 @@
 //! What ghosts look like.
 
 use render::{Frame, Line};
-use sandbox::input::{Experiment, Input};
 use scene::Scene;
 
+use crate::drive::change;
 use crate::film::{Film, SIZE, Studio, assert_pictures};
 use crate::harness::scene_of;
 
@@ -89,11 +89,7 @@ fn what_is_on_its_way_to_infinity_is_not_drawn() {
         (name: \"ball\", shape: sphere(radius_m: 1)), (name: \"still\", shape: sphere(radius_m: 1), position_m: (4, 0, 0))])";
     let mut film = Film::of(scene_of(text));
     film.press("T");
-    film.frame([Input::Experiment(Experiment::OfBody(
-        "ball".to_owned(),
-        motion::Request::SetVelocity,
-        [1e300, 0.0, 0.0],
-    ))]);
+    film.frame([change("ball", motion::Request::SetVelocity, [1e300, 0.0, 0.0])]);
     film.frames(3);
     let places = moving(&film.session.picture());
     assert_eq!(places.len(), 9);
