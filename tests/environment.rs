@@ -32,10 +32,14 @@ impl Start {
     }
 }
 
-/// A law of a formula, of whose derivatives solvers are told nothing.
+type Formulas<T> = Box<dyn Fn(EvaluationTime<f64>, BodyState<f64>) -> T + Send + Sync>;
+
+/// A law of a formula, by default of places alone, of whose derivatives solvers are told nothing.
 pub struct Formula {
     name: &'static str,
-    acceleration: Box<dyn Fn(EvaluationTime<f64>, BodyState<f64>) -> DVec3 + Send + Sync>,
+    acceleration: Formulas<DVec3>,
+    jacobians: Formulas<Jacobians<f64>>,
+    of_velocity: bool,
     jumps: Vec<f64>,
 }
 
@@ -44,7 +48,19 @@ impl Formula {
         name: &'static str,
         acceleration: impl Fn(EvaluationTime<f64>, BodyState<f64>) -> DVec3 + Send + Sync + 'static,
     ) -> Self {
-        Self { name, acceleration: Box::new(acceleration), jumps: Vec::new() }
+        let (acceleration, jacobians) = (Box::new(acceleration), Box::new(|_, _| Jacobians::zero()));
+        Self { name, acceleration, jacobians, of_velocity: false, jumps: Vec::new() }
+    }
+
+    pub fn with_jacobians(
+        self,
+        jacobians: impl Fn(BodyState<f64>) -> Jacobians<f64> + Send + Sync + 'static,
+    ) -> Self {
+        Self { jacobians: Box::new(move |_, body| jacobians(body)), ..self }
+    }
+
+    pub fn of_velocity(self, of_velocity: bool) -> Self {
+        Self { of_velocity, ..self }
     }
 
     /// It jumps at that time, s.
@@ -66,11 +82,11 @@ impl Law<f64> for Formula {
     fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
         (self.acceleration)(at, body)
     }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
-        Jacobians::zero()
+    fn jacobians(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> Jacobians<f64> {
+        (self.jacobians)(at, body)
     }
     fn depends_on_velocity(&self) -> bool {
-        false
+        self.of_velocity
     }
     fn discontinuities(&self) -> &[f64] {
         &self.jumps

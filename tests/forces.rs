@@ -8,12 +8,13 @@ use history::Simulation;
 use motion::effects::Effect;
 use motion::groups::Solver;
 use motion::{
-    BodyState, Damping, DampingModel, Dormant, EvaluationTime, ForceCause, Jacobians, Law, Laws, METHODS,
-    Method, OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, SpeedLimit, StableId,
-    TimeStep, Transform,
+    BodyState, Damping, DampingModel, Dormant, EvaluationTime, ForceCause, Jacobians, Laws, METHODS, Method,
+    OwnLaws, PhysicsBody, Push, PushQueue, Quarantined, Request, Requests, SpeedLimit, StableId, TimeStep,
+    Transform,
 };
 use scene::Scene;
 
+use crate::environment::Formula;
 use crate::harness::scene_of;
 
 /// A step that is short against everything that moves, s.
@@ -121,27 +122,16 @@ fn in_every_shipped_scene_the_forces_shown_are_those_that_act() {
 }
 
 /// Anything but a law of this program: `a = (0.1 y, -0.2 x, 0.3 vz) + (0, 0, t)`.
-#[derive(Debug)]
-struct Embedded;
-
-impl Law<f64> for Embedded {
-    fn name(&self) -> &'static str {
-        "embedded"
-    }
-
-    fn acceleration(&self, at: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
+fn embedded() -> Box<Formula> {
+    let acceleration = |at: EvaluationTime<f64>, body: BodyState<f64>| {
         let (x, v) = (body.position, body.velocity);
         DVec3::new(0.1 * x.y, -0.2 * x.x, 0.3 * v.z + at.time)
-    }
-
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
+    };
+    let jacobians = |_: BodyState<f64>| {
         let position = glam::DMat3::from_cols(DVec3::Y * -0.2, DVec3::X * 0.1, DVec3::ZERO);
         Jacobians { position, velocity: glam::DMat3::from_diagonal(DVec3::Z * 0.3) }
-    }
-
-    fn depends_on_velocity(&self) -> bool {
-        true
-    }
+    };
+    Box::new(Formula::new("embedded", acceleration).with_jacobians(jacobians).of_velocity(true))
 }
 
 /// Bodies that ask for something, alone and joined, and a cloth in gusts.
@@ -178,7 +168,7 @@ fn under_every_method_and_damping_model_the_forces_of_all_causes_are_those_that_
             let attract = if implicit { "" } else { "mutual_gravity: (constant_m3_kg_s2: 2), " };
             let damping = format!("damping: (model: {}, rate_per_s: 0.4)", model.name());
             let mut run = run_of(&everything(&format!("{attract}{damping}")), claims.method);
-            run.world.insert_resource(Laws(vec![Box::new(Embedded)]));
+            run.world.insert_resource(Laws(vec![embedded()]));
             run.world.insert_resource(Solver {
                 tolerance: 1e-13,
                 newton_iterations: 12,
@@ -286,7 +276,7 @@ fn looking_at_forces_changes_nothing() {
         let mut run = run_of(&scene, Method::VelocityVerlet);
         for tick in 0..40 {
             if tick == 20 {
-                run.world.entity_mut(run.bodies[5]).insert(OwnLaws::new(vec![Box::new(Embedded)]));
+                run.world.entity_mut(run.bodies[5]).insert(OwnLaws::new(vec![embedded()]));
                 run.world.despawn(run.bodies[3]);
             }
             if look {

@@ -2,7 +2,7 @@
 
 use motion::{Curve, Method, Thrust};
 
-use super::laws::{Duffing, Spring};
+use super::laws::{Spring, duffing};
 use super::oracle::{after, image};
 use super::problems::{ACROSS, kepler_state, linear_thrust, sun};
 use super::{Check, Precision, SKEW, Stepper, all_pass, beyond, numbers, position, velocity, within};
@@ -111,7 +111,7 @@ fn symplectic_methods_keep_angular_momentum() {
 
 /// Distance from the start after `seconds` there and back at 60 Hz on the hardening spring.
 fn return_error(stepper: &Stepper, seconds: u32) -> f64 {
-    let mut bare = stepper.bare(1.0 / 60.0).with_law(Duffing);
+    let mut bare = stepper.bare(1.0 / 60.0).with_law(duffing());
     let (x, v) = (SKEW, ACROSS * 0.7);
     bare.add(numbers(x), numbers(v), 0.5);
     stepper.run(&mut bare, 60 * seconds);

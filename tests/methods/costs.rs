@@ -3,33 +3,22 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::{DMat3, DVec3};
-use motion::{BodyState, EvaluationTime, Jacobians, Law, Method};
+use glam::DMat3;
+use motion::{BodyState, Jacobians, Method};
 
 use super::problems;
 use super::{SKEW, Stepper, numbers};
+use crate::environment::Formula;
 
 /// An oscillator that counts, damped or not.
-#[derive(Debug)]
-struct Counted {
-    calls: Arc<AtomicU64>,
-    rate: f64,
-}
-
-impl Law<f64> for Counted {
-    fn name(&self) -> &'static str {
-        "counted"
-    }
-    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
-        self.calls.fetch_add(1, Ordering::Relaxed);
-        -body.position - body.velocity * self.rate
-    }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
-        Jacobians { position: -DMat3::IDENTITY, velocity: DMat3::IDENTITY * -self.rate }
-    }
-    fn depends_on_velocity(&self) -> bool {
-        self.rate > 0.0
-    }
+fn counted(calls: Arc<AtomicU64>, rate: f64) -> Formula {
+    let acceleration = move |_, body: BodyState<f64>| {
+        calls.fetch_add(1, Ordering::Relaxed);
+        -body.position - body.velocity * rate
+    };
+    let jacobians =
+        move |_: BodyState<f64>| Jacobians { position: -DMat3::IDENTITY, velocity: DMat3::IDENTITY * -rate };
+    Formula::new("counted", acceleration).with_jacobians(jacobians).of_velocity(rate > 0.0)
 }
 
 #[test]
@@ -42,7 +31,7 @@ fn evaluations_are_as_claimed() {
             (0.4, claims.evaluations_with_velocity_laws, 0),
         ] {
             let calls = Arc::new(AtomicU64::new(0));
-            let mut bare = stepper.bare(0.01).with_law(Counted { calls: Arc::clone(&calls), rate });
+            let mut bare = stepper.bare(0.01).with_law(counted(Arc::clone(&calls), rate));
             bare.add(numbers(SKEW), [0.0; 3], 0.5);
             stepper.run(&mut bare, STEPS);
             let (iterations, failed) = bare.newton();

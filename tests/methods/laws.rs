@@ -1,8 +1,10 @@
 //! Laws of the test problems.
 
-use glam::DVec3;
-use motion::real::{Real, RealMatrix as _};
+use glam::{DMat3, DVec3};
+use motion::real::{Real, RealMatrix};
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
+
+use crate::environment::Formula;
 
 /// A spring to the origin, `a = -k x / m`: bodies of different masses swing at different frequencies.
 #[derive(Debug)]
@@ -25,51 +27,25 @@ impl<T: Real> Law<T> for Spring {
 }
 
 /// `a = -w² x - 2 damping w v`.
-#[derive(Debug)]
-pub struct Damped {
-    pub w: f64,
-    pub damping: f64,
-}
-
-impl Law<f64> for Damped {
-    fn name(&self) -> &'static str {
-        "damped"
-    }
-    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
-        body.position * (-self.w * self.w) - body.velocity * (2.0 * self.damping * self.w)
-    }
-    fn jacobians(&self, _: EvaluationTime<f64>, _: BodyState<f64>) -> Jacobians<f64> {
-        Jacobians {
-            position: glam::DMat3::IDENTITY * (-self.w * self.w),
-            velocity: glam::DMat3::IDENTITY * (-2.0 * self.damping * self.w),
-        }
-    }
-    fn depends_on_velocity(&self) -> bool {
-        true
-    }
+pub fn damped(w: f64, damping: f64) -> Formula {
+    let (of_position, of_velocity) = (-w * w, -2.0 * damping * w);
+    let acceleration =
+        move |_, body: BodyState<f64>| body.position * of_position + body.velocity * of_velocity;
+    let jacobians = move |_: BodyState<f64>| Jacobians {
+        position: DMat3::IDENTITY * of_position,
+        velocity: DMat3::IDENTITY * of_velocity,
+    };
+    Formula::new("damped", acceleration).with_jacobians(jacobians).of_velocity(true)
 }
 
 /// The hardening spring of Duffing, `a = -x - 2 |x|² x`.
-#[derive(Debug)]
-pub struct Duffing;
-
-impl Law<f64> for Duffing {
-    fn name(&self) -> &'static str {
-        "duffing"
-    }
-    fn acceleration(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> DVec3 {
+pub fn duffing() -> Formula {
+    let stiffness = |x: DVec3| 1.0 + 2.0 * x.length_squared();
+    let acceleration = move |_, body: BodyState<f64>| -(body.position * stiffness(body.position));
+    let jacobians = move |body: BodyState<f64>| {
         let x = body.position;
-        -(x * (1.0 + 2.0 * x.length_squared()))
-    }
-    fn jacobians(&self, _: EvaluationTime<f64>, body: BodyState<f64>) -> Jacobians<f64> {
-        let x = body.position;
-        let diagonal = glam::DMat3::IDENTITY * (1.0 + 2.0 * x.length_squared());
-        Jacobians {
-            position: -(diagonal + <glam::DMat3 as motion::real::RealMatrix<f64>>::outer(x, x) * 4.0),
-            ..Jacobians::zero()
-        }
-    }
-    fn depends_on_velocity(&self) -> bool {
-        false
-    }
+        let position = -(DMat3::IDENTITY * stiffness(x) + <DMat3 as RealMatrix<f64>>::outer(x, x) * 4.0);
+        Jacobians { position, ..Jacobians::zero() }
+    };
+    Formula::new("duffing", acceleration).with_jacobians(jacobians)
 }

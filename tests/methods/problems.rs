@@ -3,7 +3,7 @@
 use glam::DVec3;
 use motion::{BodyState, Curve, Drag, Gravity, Law, Thrust, Well, Wells};
 
-use super::laws::{Damped, Duffing, Spring};
+use super::laws::{self, Spring};
 use super::{SKEW, Stepper, numbers};
 use crate::environment::Formula;
 use motion::arrays::Bare;
@@ -183,7 +183,7 @@ pub fn damped(name: &'static str, damping: f64) -> Problem {
         let at = x * cos + b * sin;
         (at * decay, (x * (turn * sin) + b * cos - at * s) * decay)
     };
-    Problem::new(name, 2.0, move |bare| bare.with_law(Damped { w, damping }), exact).with_velocity_laws()
+    Problem::new(name, 2.0, move |bare| bare.with_law(laws::damped(w, damping)), exact).with_velocity_laws()
 }
 
 fn engine(name: &'static str, newtons: &[f64]) -> Problem {
@@ -289,7 +289,7 @@ fn duffing_state(t: f64) -> State {
 /// S11, not from rest: there the half step that semi-implicit Euler's velocity is late makes up for the half
 /// step that it starts early, and it looks like order 2.
 pub fn duffing() -> Problem {
-    Problem::new("Duffing", 3.0, |bare| bare.with_law(Duffing), |t| duffing_state(t + 0.4))
+    Problem::new("Duffing", 3.0, |bare| bare.with_law(laws::duffing()), |t| duffing_state(t + 0.4))
 }
 
 /// A path that is chosen, and its first two derivatives.
