@@ -286,10 +286,7 @@ fn pictures_without_an_adapter_are_exit_code_4_that_says_what_to_install() {
     // Hides every driver.
     program.env("WGPU_BACKEND", "vulkan");
     program.env("VK_ICD_FILENAMES", "/nonexistent.json").env("VK_DRIVER_FILES", "/nonexistent.json");
-    let output = output(&mut program);
-    let message = output.err;
-    assert_eq!(output.code, 4, "{message}");
-    assert!(message.contains("mesa-vulkan-drivers"), "{message}");
+    output(&mut program).fails(4, "mesa-vulkan-drivers");
 }
 
 #[test]

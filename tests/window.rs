@@ -6,14 +6,13 @@
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
 use glam::{DVec2, DVec3};
 use motion::clock::FrameClock;
 use motion::{Method, PhysicsBody};
-use pick::Viewpoint;
 use render::Image;
 use sandbox::input::InputFrame;
 use sandbox::player::Player;
@@ -22,10 +21,9 @@ use sandbox::{Mode, Options, Order, Session};
 use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
-use crate::film::{Difference, Studio};
+use crate::drive::Drive;
+use crate::film::{Difference, SIZE, Studio};
 use crate::harness::{json, output, program, sandbox, wait_for};
-
-const SIZE: [u32; 2] = [640, 360];
 
 /// A screen and the size that the window asks for.
 const USUAL: [[u32; 2]; 2] = [[1280, 720], SIZE];
@@ -173,10 +171,12 @@ impl Window {
         Screenshot::read(path)
     }
 
-    /// Quits and waits for the end.
-    fn quit(&mut self) -> ExitStatus {
+    /// Quits, waits for the end, and fails unless that is a good one.
+    #[track_caller]
+    fn quit(&mut self) {
         self.input(&["key", "ctrl+q"]);
-        wait_for("the program to end", || self.program.try_wait().unwrap())
+        let status = wait_for("the program to end", || self.program.try_wait().unwrap());
+        assert_eq!(status.code(), Some(0), "{}", self.messages());
     }
 
     fn recording(&self) -> (Script, Recording) {
@@ -251,16 +251,8 @@ fn without_the_shells_words(image: &Image) -> Image {
 
 /// Where a point is seen from the tutorial's start.
 fn seen_from_the_start(point: DVec3) -> DVec2 {
-    let camera = scene::load("tutorial").unwrap().camera;
-    let view = Viewpoint::from_pitch_yaw(
-        camera.position,
-        camera.pitch_deg,
-        camera.yaw_deg,
-        camera.fov_y_deg.to_radians(),
-        camera.near,
-        camera.far,
-    );
-    view.project(point, DVec2::from_array(SIZE.map(f64::from))).unwrap()
+    let size = DVec2::from_array(SIZE.map(f64::from));
+    Drive::tutorial().session.camera().viewpoint().project(point, size).unwrap()
 }
 
 #[test]
@@ -282,7 +274,7 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     window.input(&["key", "i", "i", "shift+i", "Escape", "Escape"]);
     // It is still there.
     let _ = window.screenshot();
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
     assert_ne!(pushed.state_hash, paused.state_hash, "nothing moved");
 
     let (script, recording) = window.recording();
@@ -348,7 +340,7 @@ fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
             break screenshot;
         }
     };
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
     let (script, recording) = window.recording();
     assert!(script.steps.iter().any(|step| step.action == Action::Resize(500, 300)));
     assert_eq!(recording.size_px, SIZE.into());
@@ -368,7 +360,7 @@ fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() 
     window.input(&["keyup", "w"]);
     window.take_focus();
     let _ = window.screenshot();
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
 
     let (script, recording) = window.recording();
     let mut steps = script.steps.iter().map(|step| &step.action);
@@ -416,7 +408,7 @@ fn a_bundle_opens_just_before_its_fault_and_meets_it_again() {
     // Then it goes through it.
     window.input(&["key", "p"]);
     while window.screenshot().tick <= fault.tick {}
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
 }
 
 #[test]
@@ -424,7 +416,7 @@ fn a_window_is_no_larger_than_its_screen() {
     let (folder, screen) = (tempfile::tempdir().unwrap(), [1024, 600]);
     let mut window = Window::open_in(folder, &[], &[], [screen, [1280, 720]]);
     assert_eq!(window.screenshot().image.size_px, screen);
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
 }
 
 #[test]
@@ -439,7 +431,7 @@ fn a_paused_window_draws_when_something_happens_and_owes_nothing_for_the_rest() 
     sleep(REST);
     window.input(&["key", "p"]);
     while window.screenshot().tick == paused.tick {}
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
 
     let (script, recording) = window.recording();
     let rest = REST.as_secs_f64();
@@ -466,7 +458,7 @@ fn a_window_that_is_not_seen_simulates_on_with_few_frames() {
     window.input(&["windowmove", &window.id, "0", "0"]);
     let after = window.screenshot();
     assert!(after.tick > before.tick + 100);
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
     let (_, recording) = window.recording();
     let few = |ends: &&[f64]| (0.09..0.2).contains(&(ends[1] - ends[0]));
     assert!(recording.frame_ends_s.windows(2).filter(few).count() >= 8, "{:?}", recording.frame_ends_s);
@@ -476,7 +468,7 @@ fn a_window_that_is_not_seen_simulates_on_with_few_frames() {
 fn a_wayland_display_that_is_gone_falls_back_to_x11() {
     let mut window = Window::open(&[("WAYLAND_DISPLAY", "/nonexistent/wayland-9")]);
     assert_eq!(window.screenshot().image.size_px, SIZE);
-    assert_eq!(window.quit().code(), Some(0), "{}", window.messages());
+    window.quit();
 }
 
 #[test]
@@ -485,12 +477,9 @@ fn without_a_display_the_program_ends_with_5_and_one_line_that_names_the_run_wit
     for display in [None, Some(":65534")] {
         let mut command = Command::new(program());
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        let output = output(command.envs(display.map(|name| ("DISPLAY", name))));
-        let message = output.err;
-        assert_eq!(output.code, 5, "{message}");
-        assert_eq!(message.lines().count(), 1, "{message}");
-        assert!(message.contains("sandbox run"), "{message}");
-        assert!(!message.contains(".rs:"), "nobody needs a path into a library: {message}");
-        assert!(output.out.is_empty());
+        let said = output(command.envs(display.map(|name| ("DISPLAY", name))));
+        said.fails(5, "sandbox run");
+        assert_eq!(said.err.lines().count(), 1, "{}", said.err);
+        assert!(!said.err.contains(".rs:"), "nobody needs a path into a library: {}", said.err);
     }
 }
