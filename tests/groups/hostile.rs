@@ -99,14 +99,9 @@ fn two_members_that_break_in_one_tick_are_frozen_both() {
         for (name, around) in surroundings() {
             for culprits in [[2, 3], [0, 6], [1, 5]] {
                 let what = format!("{method:?}, {name}, {culprits:?}");
-                no_other_notices(
-                    &what,
-                    || bridge().lab(&around, method, H),
-                    &culprits,
-                    |rig| {
-                        culprits.iter().for_each(|culprit| rig.push(*culprit, DVec3::splat(f64::NAN)));
-                    },
-                );
+                let make = || bridge().lab(&around, method, H);
+                let harm = |rig: &mut Lab| culprits.iter().for_each(|culprit| rig.push(*culprit, DVec3::NAN));
+                no_other_notices(&what, make, &culprits, harm);
             }
         }
     }
@@ -336,9 +331,7 @@ fn mutual_gravity_that_is_replaced_acts_from_then_on() {
         let mut twin =
             now.lab(&Environment { attraction: Some(of(3.0)), ..Environment::default() }, method, H);
         rig.world.insert_resource(of(3.0));
-        for tick in 0..10 {
-            assert_eq!(rig.run(1).all_bits(&[]), twin.run(1).all_bits(&[]), "{method:?}, tick {tick}");
-        }
+        rig.agrees(&mut twin, 10, &[], method.name());
         rig.world.remove_resource::<MutualGravity>();
         rig.recompile();
         let before = rig.states();
@@ -360,8 +353,6 @@ fn mutual_gravity_that_comes_to_springs_acts() {
         rig.recompile();
         let mut twin =
             net.lab(&Environment { attraction: Some(attraction), ..Environment::default() }, method, H);
-        for tick in 0..10 {
-            assert_eq!(rig.run(1).all_bits(&[]), twin.run(1).all_bits(&[]), "{method:?}, tick {tick}");
-        }
+        rig.agrees(&mut twin, 10, &[], method.name());
     }
 }

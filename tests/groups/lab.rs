@@ -100,6 +100,14 @@ impl Lab {
         self.recompile();
     }
 
+    /// Fails unless all bodies but some go on tick by tick with the bits of those of `twin`.
+    #[track_caller]
+    pub fn agrees(&mut self, twin: &mut Self, ticks: u64, but: &[usize], what: &str) {
+        for tick in 0..ticks {
+            assert_eq!(self.run(1).all_bits(but), twin.run(1).all_bits(but), "{what}, tick {tick}");
+        }
+    }
+
     /// Numbers of the bodies that were frozen, in the order of events.
     pub fn frozen(&self) -> Vec<usize> {
         let number = |record: &QuarantineRecord| self.bodies.iter().position(|body| *body == record.body);

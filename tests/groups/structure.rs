@@ -108,7 +108,7 @@ fn a_soft_body_is_its_springs() {
     for method in Method::ALL {
         let mut rig = net.soft(&[], &Environment::falling(), method, H);
         let mut plain = net.lab(&Environment::falling(), method, H);
-        agree(&format!("{method:?}"), 50, || rig.run(1).all_bits(&[]), || plain.run(1).all_bits(&[]));
+        rig.agrees(&mut plain, 50, &[], method.name());
     }
 }
 
@@ -140,7 +140,7 @@ fn a_body_that_is_removed_takes_its_springs_with_it() {
             rig.run(20);
             rig.have(Request::Remove(rig.bodies[2]));
             let mut twin = fresh(&rig, &net, &around, &[2], method);
-            agree(&format!("{method:?}"), 30, || rig.run(1).all_bits(&[2]), || twin.run(1).all_bits(&[2]));
+            rig.agrees(&mut twin, 30, &[2], method.name());
         }
     }
 }
@@ -156,11 +156,11 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
         rig.world.despawn(rig.springs[0]);
         let mut twin = fresh(&rig, &less, &around, &[], method);
         let what = format!("{method:?}");
-        agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+        rig.agrees(&mut twin, 20, &[], &what);
         let (ends, elastic) = net.springs[0];
         rig.spring(ends, elastic);
         let mut twin = fresh(&rig, &net, &around, &[], method);
-        agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+        rig.agrees(&mut twin, 20, &[], &what);
         // Another one in its place.
         let mut stiffer = net.clone();
         stiffer.springs[0].1 = super::lab::elastic(90.0, 0.1);
@@ -168,7 +168,7 @@ fn springs_come_and_go_in_the_middle_of_a_run() {
         let old = *rig.springs.last().unwrap();
         rig.world.entity_mut(old).insert(spring);
         let mut twin = fresh(&rig, &stiffer, &around, &[], method);
-        agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+        rig.agrees(&mut twin, 20, &[], &what);
     }
 }
 
@@ -190,7 +190,7 @@ fn a_spring_without_two_bodies_does_nothing() {
         }
         let what = format!("{method:?}");
         let added = net.bodies.len();
-        agree(&what, 30, || rig.run(1).all_bits(&[added]), || plain.run(1).all_bits(&[]));
+        rig.agrees(&mut plain, 30, &[added], &what);
         assert_eq!(rig.world.resource::<Groups>().springs(), net.springs.len());
     }
 }
@@ -314,7 +314,7 @@ fn a_member_that_is_marked_before_its_first_tick_leaves_no_group_behind() {
             let of_group = if member == 0 { method } else { Method::default() };
             let mut twin = net.lab(&Environment::falling(), of_group, H);
             let what = format!("{method:?}, {member}");
-            agree(&what, 20, || rig.run(1).all_bits(&[]), || twin.run(1).all_bits(&[]));
+            rig.agrees(&mut twin, 20, &[], &what);
         }
     }
 }
