@@ -4,8 +4,8 @@ use glam::DVec3;
 use motion::arrays::Bare;
 use motion::groups::Solver;
 use motion::{
-    BodyState, Damping, Drag, EvaluationTime, Gravity, Jacobians, Law, Method, MutualGravity, PhysicsBody,
-    Substeps, Transform, Well, Wells,
+    BodyState, Curve, Damping, Drag, EvaluationTime, Gravity, Jacobians, Law, Method, MutualGravity,
+    PhysicsBody, Substeps, Thrust, Transform, Well, Wells,
 };
 
 use crate::harness::Lab;
@@ -93,6 +93,15 @@ impl Law<f64> for Formula {
     }
 }
 
+pub fn pull(acceleration: DVec3) -> Gravity {
+    Gravity { acceleration, on: true }
+}
+
+/// An engine that is always on, its force this polynomial of time, N, N/s and so on.
+pub fn engine(newtons: impl Into<Vec<DVec3>>) -> Thrust {
+    Thrust::new(Curve::Polynomial(newtons.into()), f64::NEG_INFINITY, f64::INFINITY)
+}
+
 /// Two wells, softened, so that no orbit is hard to integrate.
 pub fn wells() -> Wells {
     let well = |position, strength| Well { position, strength, softening: 0.5 };
@@ -121,7 +130,7 @@ impl Environment {
     }
 
     pub fn pull(g: DVec3) -> Self {
-        Self { gravity: Some(Gravity { acceleration: g, on: true }), ..Self::default() }
+        Self { gravity: Some(pull(g)), ..Self::default() }
     }
 
     pub fn solved(solver: Solver) -> Self {

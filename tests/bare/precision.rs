@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::{Damping, DampingModel, Gravity, Method};
+use motion::{Damping, DampingModel, Method};
 
 use super::{Precision, run, states};
+use crate::environment::pull;
 use crate::groups::lab::{Environment, Net, Start, elastic};
 
 /// Half the distance from 1 to the next number of single precision.
@@ -44,7 +45,7 @@ fn oscillators(w: &[f64], x: DVec3, v: impl Fn(f64) -> DVec3) -> Net {
 /// first.
 fn thrown<T: Precision>(method: Method, ticks: u32, compensate: fn(Bare<T>) -> Bare<T>) -> f64 {
     let number = |x: f64| T::of(f64::from(x as f32));
-    let gravity = Gravity { acceleration: DVec3::Y * f64::from(-9.8_f32), on: true };
+    let gravity = pull(DVec3::Y * f64::from(-9.8_f32));
     let mut bare = Bare::new(method, number(1.0 / 60.0)).with_law(gravity);
     bare.add([T::ZERO; 3], [T::ZERO, number(100.0), T::ZERO], T::ONE);
     let mut bare = compensate(bare);

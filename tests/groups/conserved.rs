@@ -5,7 +5,7 @@ use motion::{Method, Request};
 
 use super::lab::{Environment, Lab, Net, Start, elastic, pendulum, ring, tetrahedron};
 use super::orders::figure_eight;
-use crate::methods::fingerprint;
+use crate::methods::fingerprint::{determinant, exact, matrix, terms, trace};
 
 /// Most that momentum (kg m/s) and angular momentum differ from those at the start, and the sums of magnitudes.
 fn drifts(rig: &mut Lab, ticks: u64) -> [[f64; 2]; 2] {
@@ -87,7 +87,7 @@ fn kept(method: Method, z: f64, x: f64, v: f64) -> f64 {
         // Position Verlet after its start: kicks and drifts in turn.
         Method::SemiImplicitEuler | Method::PositionVerlet => v * v + x * x - z * x * v,
         _ => {
-            let m = fingerprint::exact(method, z);
+            let m = exact(method, z);
             v * v * (m[0][1] / z) - x * x * (m[1][0] / z)
         }
     }
@@ -122,28 +122,19 @@ fn a_nearby_energy_is_kept_for_a_hundred_thousand_steps() {
 fn a_step_of_a_spring_to_a_post_has_the_fingerprint_of_the_method() {
     for method in Method::ALL {
         for z in [0.1, 0.5, 1.0] {
-            let column = |start: [f64; 2]| {
-                let (mut state, mut ticks) = (start, 1);
-                if method == Method::PositionVerlet {
-                    // Its first step has a Taylor start: the state from which that leads to the one asked for.
-                    let before = start[0] - z * start[1];
-                    (state, ticks) = ([before, start[1] + z / 2.0 * before], 2);
-                }
-                let body = Start { x: DVec3::Y * (state[0] / 2.0), v: DVec3::Y * state[1], w: 0.5 };
+            let got = matrix(method, z, |[x, v], ticks| {
+                let body = Start { x: DVec3::Y * x, v: DVec3::Y * v, w: 0.5 };
                 let net = Net::pair(Start::held(DVec3::ZERO), body, elastic(8.0, 0.0));
                 let mut rig = net.lab(&Environment::default(), method, z / 2.0);
-                rig.run(ticks);
-                [rig.x(1).y * 2.0, rig.v(1).y]
-            };
-            let (a, b) = (column([1.0, 0.0]), column([0.0, 1.0]));
-            let (got, exact) = ([[a[0], b[0]], [a[1], b[1]]], fingerprint::exact(method, z));
-            let bound = 8.0 * f64::EPSILON * fingerprint::terms(method, z);
+                rig.run(ticks.into());
+                [rig.x(1).y, rig.v(1).y]
+            });
+            let exact = exact(method, z);
+            let bound = 8.0 * f64::EPSILON * terms(method, z);
             for (got, exact) in got.as_flattened().iter().zip(exact.as_flattened()) {
                 assert!((got - exact).abs() <= bound, "{method:?} at z = {z}: {got} for {exact}");
             }
-            let trace = (got[0][0] + got[1][1]) - (exact[0][0] + exact[1][1]);
-            let det = |m: fingerprint::Matrix| m[0][0] * m[1][1] - m[0][1] * m[1][0];
-            let area = det(got) - det(exact);
+            let (trace, area) = (trace(got) - trace(exact), determinant(got) - determinant(exact));
             assert!(trace.abs() <= bound && area.abs() <= 2.0 * bound, "{method:?} at {z}");
         }
     }

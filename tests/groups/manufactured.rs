@@ -1,11 +1,11 @@
 //! S16: paths that are chosen beforehand, under every mix of what acts on coupled bodies.
 
 use glam::DVec3;
-use motion::{BodyState, Curve, Drag, Law, OwnLaws, Thrust};
+use motion::{BodyState, Drag, Law, OwnLaws, Thrust};
 
 use super::lab::{Environment, Net, Start, State, elastic};
 use super::orders::Problem;
-use crate::environment::Formula;
+use crate::environment::{self, Formula};
 
 /// Where the fourth body is held.
 const POST: DVec3 = DVec3::new(6.0, 1.0, 1.0);
@@ -13,8 +13,7 @@ const POST: DVec3 = DVec3::new(6.0, 1.0, 1.0);
 const DRAG: Drag = Drag::new(0.4, 0.05);
 
 fn engine(body: usize) -> Thrust {
-    let newtons = vec![DVec3::new(1.0, -0.5, 0.2) * (1.0 + body as f64), DVec3::new(0.3, 0.8, -1.0)];
-    Thrust::new(Curve::Polynomial(newtons), f64::NEG_INFINITY, f64::INFINITY)
+    environment::engine([DVec3::new(1.0, -0.5, 0.2) * (1.0 + body as f64), DVec3::new(0.3, 0.8, -1.0)])
 }
 
 /// Position, velocity and acceleration of a body.

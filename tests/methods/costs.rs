@@ -8,7 +8,7 @@ use motion::{BodyState, Jacobians, Method};
 
 use super::problems;
 use super::{SKEW, Stepper, numbers};
-use crate::environment::Formula;
+use crate::environment::{Formula, pull};
 
 /// An oscillator that counts, damped or not.
 fn counted(calls: Arc<AtomicU64>, rate: f64) -> Formula {
@@ -64,11 +64,10 @@ fn every_implicit_step_converges() {
 /// A body that hangs still: the tolerance has to be one of what rounding leaves, not of a velocity of 0.
 fn rests<T: super::Precision>() {
     let stepper = Stepper::real(Method::ImplicitEuler);
-    let gravity = motion::Gravity { acceleration: SKEW * 9.8, on: true };
     let mut bare = stepper
         .bare::<T>(T::of(1.0 / 60.0))
         .with_law(super::laws::Spring(800.0))
-        .with_law(gravity)
+        .with_law(pull(SKEW * 9.8))
         .with_law(motion::Drag::new(5.0, 0.0));
     bare.add(numbers(SKEW), numbers(problems::ACROSS), T::of(0.5));
     stepper.run(&mut bare, 2000);

@@ -1,9 +1,10 @@
 //! The three damping models under every method.
 
-use motion::{Curve, Damping, DampingModel, Method, Thrust};
+use motion::{Damping, DampingModel, Method};
 
-use super::fingerprint::yoshida_steps;
+use super::fingerprint::{last_stable, yoshida_steps};
 use super::{Check, SKEW, Stepper, all_pass, numbers, position, velocity, within};
+use crate::environment::engine;
 use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
@@ -27,19 +28,7 @@ fn left(method: Method, q: f64) -> f64 {
 
 /// The largest stable q = c h of pure drag, from [`left`].
 fn limit(method: Method) -> f64 {
-    let stable = |q: f64| left(method, q).abs() <= 1.0;
-    let (mut low, mut high) = (1e-3, 1e-3);
-    while stable(high) {
-        (low, high) = (high, high * 1.01);
-        if high > 1e3 {
-            return f64::INFINITY;
-        }
-    }
-    for _ in 0..60 {
-        let middle = (low + high) / 2.0;
-        if stable(middle) { low = middle } else { high = middle }
-    }
-    low
+    last_stable(|q| left(method, q).abs() <= 1.0)
 }
 
 #[test]
@@ -123,9 +112,7 @@ pub fn check_terminal(stepper: &Stepper) -> Check {
     for model in DampingModel::ALL {
         let rates = if model == DampingModel::Exact { [0.05, 0.5, most] } else { [0.05, 0.5, 0.9] };
         for q in rates {
-            let engine =
-                Thrust::new(Curve::Polynomial(vec![SKEW * (2.0 * q / H)]), f64::NEG_INFINITY, f64::INFINITY);
-            let mut bare = damped(stepper, model, q).with_law(engine);
+            let mut bare = damped(stepper, model, q).with_law(engine([SKEW * (2.0 * q / H)]));
             bare.add([0.0; 3], [0.0; 3], 0.5);
             // At 0.97 of a limit 3 % of a transient go in a step, at q = 0.05 5 %: e^-36 is below rounding.
             stepper.run(&mut bare, 1200);
@@ -200,9 +187,9 @@ fn percent(value: f64, digits: f64, known: f64) {
 #[test]
 fn errors_of_the_models_at_four_rates() {
     let run = |model, hz: f64, rate, a: f64, v: f64| {
-        let engine = Thrust::new(Curve::Polynomial(vec![SKEW * a]), f64::NEG_INFINITY, f64::INFINITY);
         let stepper = Stepper::real(Method::SemiImplicitEuler);
-        let mut bare = stepper.bare(1.0 / hz).with_damping(Damping { model, rate }).with_law(engine);
+        let mut bare =
+            stepper.bare(1.0 / hz).with_damping(Damping { model, rate }).with_law(engine([SKEW * a]));
         bare.add([0.0; 3], numbers(SKEW * v), 1.0);
         stepper.run(&mut bare, (2.0 * hz).round() as u32);
         (position(&bare, 0).dot(SKEW), velocity(&bare, 0).dot(SKEW))

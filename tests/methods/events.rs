@@ -25,26 +25,22 @@ fn late_engine(announced: bool) -> Problem {
         let (sin, cos) = (w * t).sin_cos();
         (x * cos + v * (sin / w), v * cos - x * (w * sin))
     };
-    Problem {
-        name: if announced { "announced engine" } else { "unannounced engine" },
+    Problem::new(
+        if announced { "announced engine" } else { "unannounced engine" },
         span,
-        inverse_mass: 0.5,
-        laws: Box::new(move |bare| {
+        move |bare| {
             let engine = Thrust::new(Curve::Polynomial(vec![push / 0.5]), span / 3.0, f64::INFINITY);
             let bare = bare.with_law(Spring(2.0 * w * w));
             if announced { bare.with_law(engine) } else { bare.with_law(unannounced(engine)) }
-        }),
-        exact: Box::new(move |t| {
+        },
+        move |t| {
             let on = span / 3.0;
             let (x, v) = swing(SKEW, ACROSS * 0.5, t.min(on));
             let centre = push / (w * w);
             let (x, v) = if t > on { swing(x - centre, v, t - on) } else { (x - centre, v) };
             (x + centre, v)
-        }),
-        velocity_laws: false,
-        degree: None,
-        samples: 8,
-    }
+        },
+    )
 }
 
 /// log4 of the errors of `steps` steps and of four times as many.

@@ -1,11 +1,11 @@
 //! Problems of which the solution is known.
 
 use glam::DVec3;
-use motion::{BodyState, Curve, Drag, Gravity, Law, Thrust, Well, Wells};
+use motion::{BodyState, Drag, Gravity, Law, Well, Wells};
 
 use super::laws::{self, Spring};
 use super::{SKEW, Stepper, numbers};
-use crate::environment::Formula;
+use crate::environment::{Formula, engine, pull};
 use motion::arrays::Bare;
 
 /// A unit vector across [`SKEW`].
@@ -31,7 +31,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    fn new(
+    pub fn new(
         name: &'static str,
         span: f64,
         laws: impl Fn(Bare<f64>) -> Bare<f64> + 'static,
@@ -85,12 +85,11 @@ pub fn free_fall() -> Problem {
 /// S2: gravity and two engines, the second across.
 pub fn two_engines() -> Problem {
     let (main, side) = (DVec3::new(0.0, 24.0, 0.0), DVec3::new(3.0, 0.0, -1.5));
-    let engine = |force| Thrust::new(Curve::Polynomial(vec![force]), f64::NEG_INFINITY, f64::INFINITY);
     let a = Gravity::EARTH.acceleration + (main + side) * 0.5;
     Problem::new(
         "two engines",
         2.0,
-        move |bare| bare.with_law(Gravity::EARTH).with_law(engine(main)).with_law(engine(side)),
+        move |bare| bare.with_law(Gravity::EARTH).with_law(engine([main])).with_law(engine([side])),
         parabola(DVec3::new(-4.0, 0.0, 1.0), DVec3::new(3.0, 1.0, 7.0), a),
     )
     .of_degree(0)
@@ -103,10 +102,7 @@ pub fn linear_drag() -> Problem {
     Problem::new(
         "linear drag",
         4.0,
-        move |bare| {
-            let gravity = Gravity { acceleration: g, on: true };
-            bare.with_law(gravity).with_law(Drag::new(c, 0.0))
-        },
+        move |bare| bare.with_law(pull(g)).with_law(Drag::new(c, 0.0)),
         move |t| {
             let gone = -(-c * t).exp_m1();
             (terminal * t + (v0 - terminal) * (gone / c), v0 - (v0 - terminal) * gone)
@@ -122,10 +118,7 @@ pub fn quadratic_drag() -> Problem {
     Problem::new(
         "quadratic drag",
         2.0,
-        move |bare| {
-            let gravity = Gravity { acceleration: SKEW * -g, on: true };
-            bare.with_law(gravity).with_law(Drag::new(0.0, k))
-        },
+        move |bare| bare.with_law(pull(SKEW * -g)).with_law(Drag::new(0.0, k)),
         move |t| (SKEW * (-terminal * tau * (t / tau).cosh().ln()), SKEW * (-terminal * (t / tau).tanh())),
     )
     .with_velocity_laws()
@@ -140,10 +133,7 @@ pub fn shot() -> Problem {
     let problem = Problem::new(
         "shot with quadratic drag",
         2.0,
-        |bare| {
-            let gravity = Gravity { acceleration: DVec3::new(0.0, -9.81, 0.0), on: true };
-            bare.with_law(gravity).with_law(Drag::new(0.0, 0.05))
-        },
+        |bare| bare.with_law(pull(DVec3::Y * -9.81)).with_law(Drag::new(0.0, 0.05)),
         move |t| if t == 0.0 { (DVec3::ZERO, DVec3::new(20.0, 20.0, 0.0)) } else { end },
     );
     Problem { samples: 1, ..problem.with_velocity_laws() }
@@ -186,16 +176,14 @@ pub fn damped(name: &'static str, damping: f64) -> Problem {
     Problem::new(name, 2.0, move |bare| bare.with_law(laws::damped(w, damping)), exact).with_velocity_laws()
 }
 
-fn engine(name: &'static str, newtons: &[f64]) -> Problem {
+fn of_engine(name: &'static str, newtons: &[f64]) -> Problem {
     let force: Vec<DVec3> = newtons.iter().map(|c| SKEW * (2.0 * c)).collect();
     let accelerations = newtons.to_vec();
     let degree = u32::try_from(newtons.len() - 1).unwrap();
     Problem::new(
         name,
         1.0,
-        move |bare| {
-            bare.with_law(Thrust::new(Curve::Polynomial(force.clone()), f64::NEG_INFINITY, f64::INFINITY))
-        },
+        move |bare| bare.with_law(engine(&force[..])),
         move |t| {
             let sum = |term: &dyn Fn(f64) -> f64| {
                 accelerations.iter().enumerate().map(|(k, a)| a * term(k as f64)).sum::<f64>()
@@ -209,12 +197,12 @@ fn engine(name: &'static str, newtons: &[f64]) -> Problem {
 
 /// S7: `a = 10 + 15 t`.
 pub fn linear_thrust() -> Problem {
-    engine("linear thrust", &[10.0, 15.0])
+    of_engine("linear thrust", &[10.0, 15.0])
 }
 
 /// S8: a quadratic through the same two samples.
 pub fn quadratic_thrust() -> Problem {
-    engine("quadratic thrust", &[10.0, 12.5, 2.5])
+    of_engine("quadratic thrust", &[10.0, 12.5, 2.5])
 }
 
 /// S8: `a = 10 2.5^t`.

@@ -1,10 +1,11 @@
 //! Forces of one tick, gravity that is switched, and masses.
 
 use glam::DVec3;
-use motion::{Drag, Gravity, Law, Method, Thrust, Well, Wells};
+use motion::{Drag, Gravity, Law, Method, Well, Wells};
 
 use super::problems::sun;
 use super::{Check, SKEW, Stepper, all_pass, numbers, position, velocity, within};
+use crate::environment::{engine, pull};
 use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
@@ -74,7 +75,7 @@ pub fn check_toggles(stepper: &Stepper) -> Check {
     let (mut x, mut v) = start;
     for step in 0..150 {
         if step == 37 || step == 91 {
-            let laws = gravity_of_step(step).map(|acceleration| Gravity { acceleration, on: true });
+            let laws = gravity_of_step(step).map(pull);
             bare.set_laws(laws.into_iter().map(|law| Box::new(law) as Box<dyn Law<f64>>).collect());
         }
         let a = gravity_of_step(step).unwrap_or(DVec3::ZERO);
@@ -158,8 +159,7 @@ pub fn check_passes_over(law: &dyn Law<f64>) -> Check {
 
 #[test]
 fn laws_pass_over_immovable_bodies() {
-    let engine = Thrust::new(motion::Curve::Polynomial(vec![SKEW]), f64::NEG_INFINITY, f64::INFINITY);
-    let laws: [&dyn Law<f64>; 4] = [&Gravity::EARTH, &Drag::new(0.4, 0.1), &sun(), &engine];
+    let laws: [&dyn Law<f64>; 4] = [&Gravity::EARTH, &Drag::new(0.4, 0.1), &sun(), &engine([SKEW])];
     for law in laws {
         check_passes_over(law).unwrap();
     }

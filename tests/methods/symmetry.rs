@@ -5,6 +5,7 @@ use motion::{Curve, Damping, DampingModel, Drag, Gravity, Thrust};
 
 use super::problems::sun;
 use super::{Stepper, numbers, position, velocity};
+use crate::environment::pull;
 use motion::arrays::Bare;
 
 const H: f64 = 1.0 / 60.0;
@@ -20,14 +21,13 @@ fn axes_are_independent_and_alike() {
     for stepper in Stepper::all() {
         for model in DampingModel::ALL {
             let fly = |turn: fn(DVec3) -> DVec3| {
-                let acceleration = turn(Gravity::EARTH.acceleration);
                 let curve = Curve::Polynomial(vec![
                     turn(DVec3::new(3.0, 20.0, 0.0)),
                     turn(DVec3::new(0.0, 30.0, 1.0)),
                 ]);
                 let mut bare = stepper
                     .bare(H)
-                    .with_law(Gravity { acceleration, on: true })
+                    .with_law(pull(turn(Gravity::EARTH.acceleration)))
                     .with_law(Drag::new(0.3, 0.0))
                     .with_law(Thrust::new(curve, 0.0, 0.7))
                     .with_damping(Damping { model, rate: 0.4 });

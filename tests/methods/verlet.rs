@@ -4,6 +4,7 @@ use glam::DVec3;
 use motion::{Gravity, Method};
 
 use super::{Check, Stepper, all_pass, numbers, position, velocity, within};
+use crate::environment::pull;
 
 const H: f64 = 1.0 / 60.0;
 
@@ -24,7 +25,7 @@ pub fn check_jitter(stepper: &Stepper) -> Check {
         if gravity != DVec3::ZERO && stepper.claims().position_order < 2 {
             continue;
         }
-        let mut bare = stepper.bare(1.0 / rate).with_law(Gravity { acceleration: gravity, on: true });
+        let mut bare = stepper.bare(1.0 / rate).with_law(pull(gravity));
         bare.add(numbers(x0), numbers(v0), 0.5);
         let mut t = 0.0;
         for step in jitter().take(5 * rate as usize).map(|step| step / H / rate) {

@@ -3,7 +3,9 @@
 use glam::DVec3;
 use motion::arrays::Bare;
 use motion::real::Real;
-use motion::{Damping, DampingModel, Gravity, Method};
+use motion::{Damping, DampingModel, Method};
+
+use crate::environment::pull;
 
 const RATES_HZ: [u32; 4] = [30, 60, 120, 240];
 
@@ -12,7 +14,7 @@ fn speed<T: Real>(tick: fn(&mut Bare<T>), damping: Damping, hz: u32, falls: bool
     let mut bare =
         Bare::<T>::new(Method::SemiImplicitEuler, T::of(1.0 / f64::from(hz))).with_damping(damping);
     if falls {
-        bare = bare.with_law(Gravity { acceleration: DVec3::X * 9.8, on: true });
+        bare = bare.with_law(pull(DVec3::X * 9.8));
     }
     let start = if falls { T::ZERO } else { T::of(10.0) };
     bare.add([T::ZERO; 3], [start, T::ZERO, T::ZERO], T::ONE);

@@ -1,8 +1,10 @@
 //! Free fall of ten minutes is what the formula of the scheme says, to the last bit where every number has one.
 
 use glam::DVec3;
+use motion::Method;
 use motion::arrays::Bare;
-use motion::{Gravity, Method};
+
+use crate::environment::pull;
 
 /// Height after `n` steps of h seconds, in exact arithmetic: `x0 + v0 n h + g h² c`, with c twice that of the scheme.
 fn closed_form(method: Method, n: i128, [x0, v0, g]: [i128; 3]) -> i128 {
@@ -25,8 +27,7 @@ fn is_dyadic(method: Method) -> bool {
 fn ten_minutes_of_free_fall_are_exact_to_the_scheme() {
     let (h, n) = (1.0 / 64.0, 38_400);
     for method in Method::ALL {
-        let gravity = Gravity { acceleration: DVec3::Y * -9.75, on: true };
-        let mut bare = Bare::<f64>::new(method, h).with_law(gravity);
+        let mut bare = Bare::<f64>::new(method, h).with_law(pull(DVec3::Y * -9.75));
         bare.add([0.0, 10.25, 0.0], [1.5, 100.75, 0.0], 0.1);
         (0..n).for_each(|_| bare.tick());
         let exact = closed_form(method, i128::from(n), [41, 403, -39]) as f64 / 2.0_f64.powi(15);

@@ -7,6 +7,7 @@ use motion::{
 };
 
 use super::{Dice, Environment, Start, crowd, engines, starts};
+use crate::environment::engine;
 use crate::harness::Lab;
 
 const TICKS: u64 = 10;
@@ -91,9 +92,7 @@ fn engines_count_for_the_body_that_has_them() {
     for method in Method::ALL {
         let mut lab = crowd(&Environment::falling(), method);
         // Always on: the steps are not split.
-        let curve = motion::Curve::Polynomial(vec![DVec3::X, DVec3::Y]);
-        let engine = motion::Thrust::new(curve, f64::NEG_INFINITY, f64::INFINITY);
-        lab.insert(3, motion::OwnLaws::new(vec![Box::new(engine)]));
+        lab.insert(3, motion::OwnLaws::new(vec![Box::new(engine([DVec3::X, DVec3::Y]))]));
         lab.run(TICKS);
         let mut own = of_a_body(method, false, true);
         if method == Method::ImplicitEuler {

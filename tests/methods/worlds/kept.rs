@@ -4,11 +4,12 @@
 use glam::DVec3;
 use motion::snapshot::LastAcceleration;
 use motion::{
-    Curve, Damping, DampingModel, Gravity, Law, Laws, Method, OwnLaws, Request, SpeedLimit, Substeps, Thrust,
-    TimeStep, Well, Wells,
+    Damping, DampingModel, Gravity, Law, Laws, Method, OwnLaws, Request, SpeedLimit, Substeps, TimeStep,
+    Well, Wells,
 };
 
 use super::{Bits, Environment, H, crowd_with_engines, starts, wells};
+use crate::environment::engine;
 use crate::harness::Lab;
 
 const METHODS: [Method; 2] = [Method::VelocityVerlet, Method::Yoshida4];
@@ -68,10 +69,7 @@ const EVENTS: [(&str, Event); 15] = [
         lab.ask(Request::SetInverseMass(lab.bodies[5], 2.0));
     }),
     ("engines", |lab| {
-        let curve = Curve::Polynomial(vec![DVec3::new(-9.0, 3.0, 1.0)]);
-        let laws: Vec<Box<dyn Law<f64>>> =
-            vec![Box::new(Thrust::new(curve, f64::NEG_INFINITY, f64::INFINITY))];
-        lab.insert(3, OwnLaws::new(laws));
+        lab.insert(3, OwnLaws::new(vec![Box::new(engine([DVec3::new(-9.0, 3.0, 1.0)]))]));
     }),
     ("engines gone", |lab| {
         lab.world.entity_mut(lab.bodies[3]).remove::<OwnLaws>();
