@@ -28,28 +28,18 @@ fn engine() -> OwnLaws {
     OwnLaws::new(vec![Box::new(Thrust::new(curve, 2.3 * H, 20.4 * H))])
 }
 
-type Ask = fn(&mut EntityWorldMut);
+type Ask = for<'a, 'w> fn(&'a mut EntityWorldMut<'w>) -> &'a mut EntityWorldMut<'w>;
 
 const WISHES: [(&str, Ask); 7] = [
-    ("nothing", |_| {}),
-    ("a speed limit", |body| {
-        body.insert(SpeedLimit(1.3));
-    }),
-    ("locks", |body| {
-        body.insert(AxisLocks { x: true, y: false, z: true });
-    }),
-    ("its own damping", |body| {
-        body.insert(DampingRate::new(2.5));
-    }),
-    ("no gravity", |body| {
-        body.insert(GravityOff);
-    }),
-    ("an engine", |body| {
-        body.insert(engine());
-    }),
+    ("nothing", |body| body),
+    ("a speed limit", |body| body.insert(SpeedLimit(1.3))),
+    ("locks", |body| body.insert(AxisLocks { x: true, y: false, z: true })),
+    ("its own damping", |body| body.insert(DampingRate::new(2.5))),
+    ("no gravity", |body| body.insert(GravityOff)),
+    ("an engine", |body| body.insert(engine())),
     ("everything", |body| {
         let locks = AxisLocks { x: false, y: true, z: false };
-        body.insert((SpeedLimit(2.0), locks, DampingRate::new(1.0), GravityOff, engine()));
+        body.insert((SpeedLimit(2.0), locks, DampingRate::new(1.0), GravityOff, engine()))
     }),
 ];
 

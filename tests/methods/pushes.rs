@@ -65,6 +65,16 @@ fn gravity_of_step(step: u32) -> Option<DVec3> {
     }
 }
 
+/// A step under a constant acceleration.
+pub fn uniform_step(method: Method, x: DVec3, v: DVec3, a: DVec3) -> (DVec3, DVec3) {
+    let of_step = match method {
+        Method::ExplicitEuler => v,
+        Method::SemiImplicitEuler | Method::ImplicitEuler => v + a * H,
+        _ => v + a * (H / 2.0),
+    };
+    (x + of_step * H, v + a * H)
+}
+
 /// The laws that change between two ticks act from then on and not before: a parabola in pieces, or what the
 /// Eulers make of it.
 pub fn check_toggles(stepper: &Stepper) -> Check {
@@ -79,12 +89,7 @@ pub fn check_toggles(stepper: &Stepper) -> Check {
             bare.set_laws(laws.into_iter().map(|law| Box::new(law) as Box<dyn Law<f64>>).collect());
         }
         let a = gravity_of_step(step).unwrap_or(DVec3::ZERO);
-        x += match stepper.method {
-            Method::ExplicitEuler => v * H,
-            Method::SemiImplicitEuler | Method::ImplicitEuler => (v + a * H) * H,
-            _ => (v + a * (H / 2.0)) * H,
-        };
-        v += a * H;
+        (x, v) = uniform_step(stepper.method, x, v, a);
         stepper.run(&mut bare, 1);
         // Two additions a step on either side, and stages of up to twice the step.
         let bound = 8.0 * f64::from(step + 1) * f64::EPSILON;

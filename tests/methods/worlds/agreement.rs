@@ -41,35 +41,22 @@ fn set_apart(lab: &mut Lab, body: Entity, kind: usize) {
     let rate = lab.world.get_resource::<Damping>().map(|damping| damping.rate);
     let substeps = lab.world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0);
     let method = lab.stepper.method();
-    let mut body = lab.world.entity_mut(body);
+    let body = &mut lab.world.entity_mut(body);
     match kind {
-        1 => {
-            body.insert(Orientation::default());
+        1 => body.insert(Orientation::default()),
+        2 => body.insert(SpeedLimit(1e30)),
+        ENGINE => body.insert(engines()),
+        4 => body.insert(OwnSubsteps(substeps)),
+        6 => body.insert(OwnLaws::new(vec![])),
+        7 => {
+            mark_method(body, Some(method));
+            body
         }
-        2 => {
-            body.insert(SpeedLimit(1e30));
-        }
-        ENGINE => {
-            body.insert(engines());
-        }
-        4 => {
-            body.insert(OwnSubsteps(substeps));
-        }
-        6 => {
-            body.insert(OwnLaws::new(vec![]));
-        }
-        7 => mark_method(&mut body, Some(method)),
-        8 => {
-            body.insert(DampingRate::new(rate.unwrap_or(7.0)));
-        }
-        9 => {
-            body.insert((Orientation::default(), SpeedLimit(1e30), OwnSubsteps(substeps)));
-        }
-        10 => {
-            body.insert(AxisLocks::default());
-        }
-        _ => {}
-    }
+        8 => body.insert(DampingRate::new(rate.unwrap_or(7.0))),
+        9 => body.insert((Orientation::default(), SpeedLimit(1e30), OwnSubsteps(substeps))),
+        10 => body.insert(AxisLocks::default()),
+        _ => body,
+    };
 }
 
 /// The bodies at the end, in the order of [`starts`].

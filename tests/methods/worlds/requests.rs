@@ -6,6 +6,7 @@ use motion::{Damping, DampingModel, Gravity, Method, OwnLaws, Request};
 
 use super::{Environment, H, Start, engine, engines};
 use crate::harness::Lab;
+use crate::methods::pushes::uniform_step;
 
 const START: Start = Start { x: DVec3::new(1.5, 0.2, -0.3), v: DVec3::new(0.3, 1.1, 0.4), w: 0.5 };
 
@@ -183,12 +184,7 @@ fn gravity_that_is_switched_is_a_parabola_in_pieces() {
             }
             lab.run(1);
             let a = gravity_of(tick).unwrap_or(DVec3::ZERO);
-            x += match method {
-                Method::ExplicitEuler => v * H,
-                Method::SemiImplicitEuler | Method::ImplicitEuler => (v + a * H) * H,
-                _ => (v + a * (H / 2.0)) * H,
-            };
-            v += a * H;
+            (x, v) = uniform_step(method, x, v, a);
             // Two additions a tick on either side, and stages of up to twice the step.
             let bound = 8.0 * (tick + 1) as f64 * f64::EPSILON * (x.length() + v.length() + 10.0);
             let error = lab.x(0).distance(x);
