@@ -26,7 +26,11 @@ fn plain(methods: &[Method], rungs: impl Into<Vec<u32>>) -> Plan {
 /// The whole of a study.
 #[track_caller]
 fn studied(subject: Subject, plan: Plan) -> Bench {
-    let mut bench = Bench::new(subject, plan);
+    finished(Bench::new(subject, plan))
+}
+
+#[track_caller]
+fn finished(mut bench: Bench) -> Bench {
     assert!(bench.work(f64::INFINITY), "everything is run");
     bench
 }

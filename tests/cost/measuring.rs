@@ -6,7 +6,7 @@ use lab::cost::{
 };
 use motion::Method;
 
-use super::plain;
+use super::{finished, plain, studied};
 
 /// Runs something else under the name of a method.
 struct Instead {
@@ -46,9 +46,7 @@ fn instead(fourth: Method, broken: Option<Method>) -> Box<Make> {
 }
 
 fn study(subject: Subject, plan: Plan, make: Box<Make>) -> Study {
-    let mut bench = Bench::with(subject, plan, make, Box::new(|| 0.0));
-    assert!(bench.work(f64::INFINITY), "everything is run");
-    bench.study().clone()
+    finished(Bench::with(subject, plan, make, Box::new(|| 0.0))).study().clone()
 }
 
 #[test]
@@ -82,19 +80,15 @@ fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
 fn hopeless_runs_are_marks_with_reasons() {
     // Twice the largest stable step and more: w h = 2 pi / 2.
     let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap());
-    let study = study(subject, plain(&Method::ALL, [4]), Box::new(make));
+    let bench = studied(subject, plain(&Method::ALL, [4]));
+    let study = bench.study();
     let failed = |method| study.curve(method, Precision::F64).next().unwrap().errors().is_none();
     assert!(failed(Method::ExplicitEuler) && !failed(Method::ImplicitEuler));
 
     let scene = scene::load("figure_eight").unwrap();
-    let study = super::measuring::study(
-        Subject::of_scene(scene, Some(0.5)),
-        plain(&[Method::ImplicitEuler], [1]),
-        Box::new(make),
-    );
-    let Outcome::Failed(Failure::Unsolvable { why }) = &study.cells[0].outcome else {
-        panic!("{:?}", study.cells[0])
-    };
+    let bench = studied(Subject::of_scene(scene, Some(0.5)), plain(&[Method::ImplicitEuler], [1]));
+    let cell = &bench.study().cells[0];
+    let Outcome::Failed(Failure::Unsolvable { why }) = &cell.outcome else { panic!("{cell:?}") };
     assert!(why.contains("implicit"), "{why}");
 }
 
@@ -102,7 +96,7 @@ fn hopeless_runs_are_marks_with_reasons() {
 fn a_study_in_small_pieces_is_the_study_in_one() {
     let subject = || Subject::of_problem(problem("tetrahedron").unwrap());
     let plan = || plain(&Method::ALL, [8, 16]);
-    let whole = study(subject(), plan(), Box::new(make));
+    let whole = studied(subject(), plan());
     let mut bench = Bench::new(subject(), plan());
     let (mut pieces, mut last) = (0, 0.0);
     while !bench.work(1e-4) {
@@ -111,7 +105,7 @@ fn a_study_in_small_pieces_is_the_study_in_one() {
         assert!((last..=1.0).contains(&progress), "{last} {progress}");
         last = progress;
     }
-    assert_eq!(bench.study(), &whole);
+    assert_eq!(bench.study(), whole.study());
     assert!(pieces > 3, "{pieces}");
 }
 
@@ -119,7 +113,7 @@ fn a_study_in_small_pieces_is_the_study_in_one() {
 fn a_resumed_study_runs_only_what_is_missing_and_comes_out_the_same() {
     let subject = || Subject::of_problem(problem("elastic_pendulum").unwrap());
     let plan = || plain(&[Method::VelocityVerlet, Method::RungeKutta4], [16, 32, 64]);
-    let whole = study(subject(), plan(), Box::new(make));
+    let whole = studied(subject(), plan()).study().clone();
     let mut broken_off = whole.clone();
     for cell in &mut broken_off.cells[3..] {
         cell.outcome = Outcome::Failed(Failure::NotRun);
@@ -129,8 +123,7 @@ fn a_resumed_study_runs_only_what_is_missing_and_comes_out_the_same() {
     assert_eq!(read, broken_off);
     let mut bench = Bench::new(subject(), plan());
     bench.resume(&read);
-    assert!(bench.work(f64::INFINITY));
-    assert_eq!(bench.study(), &whole);
+    assert_eq!(finished(bench).study(), &whole);
 
     // Nothing is left: not even a reference is run.
     let mut bench = Bench::new(subject(), plan());

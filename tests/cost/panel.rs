@@ -1,7 +1,7 @@
 //! The panel of accuracy and cost: the numbers of the command line, in the running session.
 
 use glam::DVec2;
-use lab::cost::{Bench, Cell, Outcome, Plan, Report, Study, Subject, Truth};
+use lab::cost::{Cell, Outcome, Plan, Report, Study, Subject, Truth};
 use sandbox::input::Button;
 
 use crate::drive::Drive;
@@ -30,8 +30,7 @@ fn found(study: &Study) -> Study {
 fn the_panel_finds_what_a_study_of_the_scene_finds() {
     let drive = studied("orbit");
     let panel = drive.session.cost_study().unwrap();
-    let mut bench = Bench::new(Subject::of_scene(scene::load("orbit").unwrap(), None), Plan::live());
-    assert!(bench.work(f64::INFINITY));
+    let bench = super::studied(Subject::of_scene(scene::load("orbit").unwrap(), None), Plan::live());
     // Rungs are what there was time for.
     let same = |cells: &[Cell]| {
         cells.iter().map(|cell| (cell.setting, cell.outcome.clone(), cell.counts)).collect::<Vec<_>>()
