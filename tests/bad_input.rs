@@ -64,6 +64,13 @@ fn refused(line: &str, variables: &[(&str, &str)]) -> Said {
     said
 }
 
+/// The same, and fails unless it ends with `code` and one line that begins so.
+#[track_caller]
+fn refused_in_a_line(line: &str, variables: &[(&str, &str)], code: i32, start: &str) {
+    let said = refused(line, variables).ends(code);
+    assert!(said.err.lines().count() == 1 && said.err.starts_with(start), "{}", said.all());
+}
+
 #[test]
 fn bad_input_is_refused_with_a_message_that_names_the_cure() {
     let names = |scenes: &[scene::ShippedScene]| scenes.iter().map(|scene| scene.name).collect::<Vec<_>>();
@@ -87,11 +94,9 @@ fn bad_input_is_refused_with_a_message_that_names_the_cure() {
 
 #[test]
 fn a_window_that_cannot_open_says_so_in_one_line_that_names_the_way_without_one() {
+    let message = "sandbox: no display found; type `sandbox run fine.ron` to run without a window, `sandbox --help` for everything else (";
     for variables in [[("DISPLAY", ":4711")], [("WAYLAND_DISPLAY", "gone")]] {
-        let said = refused("fine.ron --record out.ron", &variables);
-        assert_eq!((said.code, said.err.lines().count()), (5, 1), "{}", said.err);
-        let message = "sandbox: no display found; type `sandbox run fine.ron` to run without a window, `sandbox --help` for everything else (";
-        assert!(said.err.starts_with(message), "{}", said.err);
+        refused_in_a_line("fine.ron --record out.ron", &variables, 5, message);
     }
 }
 
@@ -108,29 +113,24 @@ fn without_an_adapter_a_run_with_pictures_ends_and_one_without_does_not() {
         "run fine.ron --ticks 2 --frames pictures --state out.csv --summary out.json",
         "run fine.ron --ticks 2 --script shot.script",
     ] {
-        let said = refused(line, &NO_DRIVERS);
-        assert_eq!((said.code, said.err.lines().count()), (4, 1), "{}", said.err);
-        assert!(said.err.starts_with(message), "{}", said.err);
+        refused_in_a_line(line, &NO_DRIVERS, 4, message);
     }
     let folder = folder();
-    assert_eq!(run_with(folder.path(), "run fine.ron --ticks 2", &NO_DRIVERS).code, 0);
+    run_with(folder.path(), "run fine.ron --ticks 2", &NO_DRIVERS).fine();
 }
 
 #[test]
 fn an_adapter_that_is_not_there_is_named_beside_those_that_are() {
-    let said = refused("run fine.ron --ticks 2 --frames pictures", &[("WGPU_ADAPTER_NAME", "nonsense")]);
-    assert_eq!((said.code, said.err.lines().count()), (4, 1), "{}", said.err);
     let message =
         "sandbox: WGPU_ADAPTER_NAME is `nonsense`, but no usable adapter has that in its name; found: ";
-    assert!(said.err.starts_with(message), "{}", said.err);
+    let line = "run fine.ron --ticks 2 --frames pictures";
+    refused_in_a_line(line, &[("WGPU_ADAPTER_NAME", "nonsense")], 4, message);
 }
 
 #[test]
 fn a_picture_that_no_adapter_can_draw_is_a_bad_size_and_not_a_missing_adapter() {
-    let said = refused("run fine.ron --ticks 2 --frames pictures --size 16384x16384", &[]);
-    assert_eq!(said.code, 2, "{}", said.err);
     let message = "sandbox: --size: a picture of 16384 x 16384 pixels cannot be drawn: ";
-    assert!(said.err.starts_with(message) && said.err.lines().count() == 1, "{}", said.err);
+    refused_in_a_line("run fine.ron --ticks 2 --frames pictures --size 16384x16384", &[], 2, message);
 }
 
 #[test]
@@ -145,9 +145,8 @@ fn a_picture_that_cannot_be_written_ends_the_run_without_a_part_of_a_file() {
     fs::create_dir_all(folder.path().join("pictures/frame_000001.png/taken")).unwrap();
     let before = listing(folder.path());
     let line = "run fine.ron --ticks 9 --frames pictures --state out.csv --summary out.json --size 16x16";
-    let said = run(folder.path(), line);
-    assert_eq!(said.code, 2);
-    assert!(said.err.contains("\nsandbox: cannot write pictures/frame_000001.png: "), "{}", said.err);
+    let err = run(folder.path(), line).ends(2).err;
+    assert!(err.contains("\nsandbox: cannot write pictures/frame_000001.png: "), "{err}");
     let mut expected = before;
     expected.push(folder.path().join("pictures/frame_000000.png"));
     expected.sort();
@@ -161,10 +160,13 @@ fn places_that_take_no_files_are_refused() {
         for line in
             [format!("--state {place}/out.csv --summary out.json"), format!("--summary {place}/out.json")]
         {
-            let said = refused(&format!("run fine.ron --ticks 2 {line}"), &[]);
-            assert_eq!((said.code, said.err.lines().count()), (2, 1), "{}", said.err);
-            assert!(said.err.starts_with(&format!("sandbox: cannot write {place}/out.")), "{}", said.err);
-            assert!(!said.err.contains(".sandbox-"), "{}", said.err);
+            let said = refused(&format!("run fine.ron --ticks 2 {line}"), &[]).ends(2);
+            let named = said.err.starts_with(&format!("sandbox: cannot write {place}/out."));
+            assert!(
+                named && said.err.lines().count() == 1 && !said.err.contains(".sandbox-"),
+                "{}",
+                said.err
+            );
         }
     }
 }
@@ -175,10 +177,10 @@ fn a_quarantined_body_is_told_although_a_file_cannot_be_written() {
     let folder = with_link("/dev/full");
     write(folder.path(), "nan.script", "[(at_tick: 5, do: push(\"ball\", (nan, 0, 0)))]");
     for (flags, written) in [("--summary link", false), ("--state link --summary out.json", true)] {
-        let said = run(folder.path(), &format!("run fine.ron --script nan.script --ticks 20 {flags}"));
-        assert_eq!(said.code, 3);
-        assert!(said.err.contains("cannot write link: the disk is full"), "{}", said.err);
-        assert!(said.err.contains("ball quarantined in tick 6: "), "{}", said.err);
+        let line = format!("run fine.ron --script nan.script --ticks 20 {flags}");
+        let err = run(folder.path(), &line).ends(3).err;
+        assert!(err.contains("cannot write link: the disk is full"), "{err}");
+        assert!(err.contains("ball quarantined in tick 6: "), "{err}");
         assert_eq!(folder.path().join("out.json").exists(), written);
     }
 }
@@ -191,8 +193,7 @@ fn a_full_standard_output_is_told() {
     let mut shell = Command::new("sh");
     let said =
         output(shell.args(["-c", "\"$0\" list methods > /dev/full"]).arg(program()).current_dir(&folder));
-    assert_eq!(said.code, 2);
-    assert!(said.err.contains("cannot write standard output: the disk is full"));
+    assert!(said.ends(2).err.contains("cannot write standard output: the disk is full"));
 }
 
 #[test]
@@ -266,8 +267,7 @@ fn a_folder_that_is_made_for_an_output_is_told() {
 fn a_picture_of_a_script_lies_in_the_working_folder_where_no_other_is_named() {
     let folder = folder();
     for (flags, picture) in [("", "shot.png"), ("--frames folder --frame-every 1000", "folder/shot.png")] {
-        let said = run(folder.path(), &format!("run fine.ron --script shot.script --size 16x16 {flags}"));
-        assert_eq!(said.code, 0, "{}", said.err);
+        run(folder.path(), &format!("run fine.ron --script shot.script --size 16x16 {flags}")).fine();
         assert!(folder.path().join(picture).exists(), "{flags}: {:?}", listing(folder.path()));
     }
 }
@@ -284,8 +284,8 @@ fn a_run_with_pictures_says_nothing_about_displays_where_nothing_is_wrong() {
         command.env_remove(variable);
     }
     let said = output(&mut command);
-    let told = said.err;
-    assert!(said.code == 0 && told.starts_with("drawing with ") && told.lines().count() == 1, "{told}");
+    let told = said.ends(0).err;
+    assert!(told.starts_with("drawing with ") && told.lines().count() == 1, "{told}");
 }
 
 #[test]
@@ -307,9 +307,8 @@ fn ticks_of_days_need_no_frames_between_them() {
     // Nobody looks at frames between ticks, unless there is a script.
     run(folder.path(), "run fine.ron --ticks 3 --fps 1e12").says(0, "");
     write(folder.path(), "wait.script", "[(at_tick: 1, do: push(\"ball\", (1, 0, 0)))]");
-    let said = run(folder.path(), "run fine.ron --ticks 5 --fps 1e300 --script wait.script");
-    assert_eq!(said.code, 2);
-    assert!(said.err.contains("are more frames, at 1e300 a second, than a run can have"), "{}", said.err);
+    let err = run(folder.path(), "run fine.ron --ticks 5 --fps 1e300 --script wait.script").ends(2).err;
+    assert!(err.contains("are more frames, at 1e300 a second, than a run can have"), "{err}");
 }
 
 /// Devices are reached by links: a program that renames over what it writes destroys the link and no device.
@@ -332,27 +331,25 @@ fn a_full_disk_ends_the_run_and_leaves_nothing() {
         assert!(folder.path().join("link").is_symlink());
     }
     std::os::unix::fs::symlink("/dev/full", folder.path().join("folder/frame_000000.png")).unwrap();
-    let said = run(folder.path(), "run fine.ron --ticks 2 --frames folder --size 16x16");
-    assert_eq!(said.code, 2);
+    let err = run(folder.path(), "run fine.ron --ticks 2 --frames folder --size 16x16").ends(2).err;
     let message =
         "sandbox: cannot write folder/frame_000000.png: the disk is full; make room, or give another path\n";
-    assert!(said.err.ends_with(message), "{}", said.err);
+    assert!(err.ends_with(message), "{err}");
 }
 
 #[test]
 #[cfg(target_os = "linux")]
 fn a_device_is_written_to_and_not_replaced_and_a_link_stays_a_link() {
     let folder = with_link("/dev/null");
-    assert_eq!(run(folder.path(), "run fine.ron --ticks 2 --state link").code, 0);
+    run(folder.path(), "run fine.ron --ticks 2 --state link").fine();
     assert!(folder.path().join("link").is_symlink());
     let folder = with_link("file");
-    assert_eq!(run(folder.path(), "run fine.ron --ticks 2 --state link").code, 0);
+    run(folder.path(), "run fine.ron --ticks 2 --state link").fine();
     assert!(folder.path().join("link").is_symlink());
     assert!(fs::read_to_string(folder.path().join("file")).unwrap().starts_with("tick,time_s,body,"));
     let folder = with_link("/dev/stdout");
-    let said = run(folder.path(), "run fine.ron --ticks 2 --summary link");
-    assert_eq!(said.code, 0);
-    assert!(said.out.contains("\"scene\": \"fine\""), "{}", said.out);
+    let out = run(folder.path(), "run fine.ron --ticks 2 --summary link").fine();
+    assert!(out.contains("\"scene\": \"fine\""), "{out}");
 }
 
 /// Steep bounds that no run with gravity keeps.
@@ -366,7 +363,7 @@ fn a_failed_expectation_is_exit_code_1_and_the_files_are_written() {
     let line = "run strict.ron --assert --ticks 1200 --state out.csv --summary out.json";
     run(folder.path(), line).says(1, "sandbox: energy drifted by 8.333e-4, not below 1e-30\n");
     assert!(folder.path().join("out.csv").exists() && folder.path().join("out.json").exists());
-    assert_eq!(run(folder.path(), "run strict.ron --ticks 1200").code, 0);
+    run(folder.path(), "run strict.ron --ticks 1200").fine();
 }
 
 #[test]
