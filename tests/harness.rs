@@ -323,11 +323,18 @@ impl Said {
         self.ends(0).out
     }
 
-    /// Fails unless the program failed with that exit code, said `words` and printed no results.
+    /// Fails unless the program ended with that exit code and said `words`, among others, on standard error.
+    #[track_caller]
+    pub fn warns(&self, code: i32, words: &str) {
+        let said = self.code == code && self.err.contains(words);
+        assert!(said, "not {code} with {words:?}: {}", self.all());
+    }
+
+    /// The same, and fails if it printed results.
     #[track_caller]
     pub fn fails(&self, code: i32, words: &str) {
-        let refused = self.code == code && self.err.contains(words) && self.out.is_empty();
-        assert!(refused, "not {code} with {words:?} alone: {}", self.all());
+        self.warns(code, words);
+        assert_eq!(self.out, "", "{}", self.command);
     }
 }
 
