@@ -122,12 +122,12 @@ fn flying_is_level_at_100_meters_a_second_and_only_in_camera_mode() {
         for looked in [0.0, -500.0] {
             let mut drive = Drive::tutorial();
             drive.give([Input::Mouse(0.0, looked)]).give(keys.iter().map(|key| down(key)));
-            drive.run(30, 1.0 / 60.0);
+            drive.frames(30);
             let moved = drive.session.camera().position - CameraSpec::TUTORIAL.position;
             assert!((moved - direction * 50.0).length() < 1e-9, "{keys:?}: {moved}");
             drive.press("Q");
             let there = drive.session.camera().position;
-            drive.run(10, 1.0 / 60.0).press("Q").give(keys.iter().map(|key| up(key))).run(10, 1.0 / 60.0);
+            drive.frames(10).press("Q").give(keys.iter().map(|key| up(key))).frames(10);
             assert_eq!(drive.session.camera().position, there);
         }
     }
@@ -207,23 +207,23 @@ fn held_keys_push_in_selection_mode_only_and_two_opposite_ones_cancel() {
 #[test]
 fn p_pauses_and_owes_nothing_and_a_point_steps_once() {
     let mut drive = Drive::tutorial();
-    drive.press("G").run(3, 1.0 / 60.0);
+    drive.press("G").frames(3);
     assert_eq!(drive.session.ticks(), 6);
     let before = drive.hash();
-    drive.press("P").run(300, 1.0 / 60.0);
+    drive.press("P").frames(300);
     assert_eq!((drive.session.ticks(), drive.hash()), (6, before));
-    drive.press("P").run(1, 1.0 / 60.0);
+    drive.press("P").frames(1);
     assert_eq!((drive.session.ticks(), drive.session.dropped()), (8, 0.0));
     drive.frame(1.0 / 60.0, tap("."));
     assert!(drive.session.paused());
-    assert_eq!(drive.run(9, 1.0 / 60.0).session.ticks(), 9);
+    assert_eq!(drive.frames(9).session.ticks(), 9);
     drive.frame(0.0, tap(".").into_iter().chain(tap(".")));
     assert_eq!(drive.session.ticks(), 11);
     // A step that is asked for in the frame in which it goes on is not kept for the next pause.
     drive.frame(0.0, tap(".").into_iter().chain(tap("P")));
     assert!(!drive.session.paused());
     let ticks = drive.session.ticks();
-    drive.press("P").run(3, 1.0 / 60.0);
+    drive.press("P").frames(3);
     assert_eq!(drive.session.ticks(), ticks);
 }
 
@@ -314,10 +314,10 @@ fn a_frame_of_no_time_changes_no_body_and_no_camera() {
 #[test]
 fn a_hitch_of_a_second_simulates_a_quarter_and_reports_the_rest_as_dropped() {
     let mut drive = Drive::tutorial();
-    drive.run(3, 1.0 / 60.0).frame(1.0, []);
+    drive.frames(3).frame(1.0, []);
     assert_eq!(drive.session.ticks(), 36);
     close(drive.session.dropped(), 0.75, 1e-12);
-    drive.run(3, 1.0 / 60.0);
+    drive.frames(3);
     assert_eq!(drive.session.ticks(), 42);
     close(drive.session.dropped(), 0.75, 1e-12);
     close(drive.session.simulated(), 42.0 * H, 1e-15);
@@ -374,9 +374,9 @@ fn i_and_shift_i_go_through_the_methods_of_the_scene_and_a_reset_keeps_the_chose
 fn shift_changes_only_the_keys_that_have_a_row_with_it() {
     let fly = |keys: &[&str]| {
         let mut drive = Drive::tutorial();
-        drive.give(keys.iter().map(|key| down(key))).run(10, 1.0 / 60.0);
+        drive.give(keys.iter().map(|key| down(key))).frames(10);
         let there = drive.session.camera().position;
-        drive.give(keys.iter().map(|key| up(key))).run(10, 1.0 / 60.0);
+        drive.give(keys.iter().map(|key| up(key))).frames(10);
         assert_eq!(drive.session.camera().position, there, "{keys:?}");
         there
     };
@@ -401,18 +401,18 @@ fn shift_that_belongs_to_another_key_does_not_fly() {
     // `?` is typed with shift, and so is `=` on some keyboards.
     for key in ["Shift+I", "Shift+T", "?", "="] {
         let mut drive = Drive::tutorial();
-        drive.give([down("Shift")]).run(6, 1.0 / 60.0);
+        drive.give([down("Shift")]).frames(6);
         assert!(drive.session.camera().position.y < start.y, "shift may be all that comes");
-        drive.give([down(key)]).run(6, 1.0 / 60.0).give([up(key)]).run(6, 1.0 / 60.0);
-        drive.give([up("Shift")]).run(6, 1.0 / 60.0);
+        drive.give([down(key)]).frames(6).give([up(key)]).frames(6);
+        drive.give([up("Shift")]).frames(6);
         assert!((drive.session.camera().position - start).length() < 1e-9, "{key}");
         // The next press of shift flies again.
-        drive.give([down("Shift")]).run(6, 1.0 / 60.0);
+        drive.give([down("Shift")]).frames(6);
         assert!((drive.session.camera().position - start + DVec3::Y * 10.0).length() < 1e-9);
     }
     // After a second of flying it was meant.
     let mut drive = Drive::tutorial();
-    drive.give([down("Shift")]).run(60, 1.0 / 60.0).press("Shift+I").run(6, 1.0 / 60.0);
+    drive.give([down("Shift")]).frames(60).press("Shift+I").frames(6);
     assert!((drive.session.camera().position - start + DVec3::Y * 110.0).length() < 1e-9);
 }
 

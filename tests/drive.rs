@@ -50,6 +50,12 @@ impl Drive {
         Self::text(&text)
     }
 
+    /// With a timeline.
+    pub fn recording(mut self) -> Self {
+        self.session.keep_timeline();
+        self
+    }
+
     /// One frame of `length` seconds.
     pub fn frame(&mut self, length: f64, events: impl IntoIterator<Item = Input>) -> &mut Self {
         let time = self.clock.advance_by(length).unwrap();
@@ -63,6 +69,11 @@ impl Drive {
             self.frame(length, []);
         }
         self
+    }
+
+    /// The same at 60 frames a second.
+    pub fn frames(&mut self, frames: u32) -> &mut Self {
+        self.run(frames, 1.0 / 60.0)
     }
 
     /// Ticks of the tutorial's length, a frame each.

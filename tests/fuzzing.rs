@@ -171,8 +171,7 @@ fn ghosts_begin_where_mutual_gravity_is_off() {
 #[test]
 fn ghosts_begin_in_a_frame_of_no_length() {
     let text = "(version: 1, step: frame, bodies: [(name: \"a\", mass_kg: 1.0)])";
-    let mut drive = Drive::text(text);
-    drive.session.keep_timeline();
+    let mut drive = Drive::text(text).recording();
     drive.give([]).press("T").ticks(2).give([]).press("T").press("T").press("R").press(",").ticks(2);
     assert!(drive.session.bundle(None).is_some());
 }
@@ -185,8 +184,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
                  (name: \"near\", position_m: (-75, 10, -37), velocity_m_s: (-12, 32, 0), mass_kg: 37)],
         springs: [(between: (\"near\", \"far\"), stiffness_n_m: 0, rest_length_m: 58)],
         emitters: [(rate_per_s: 60, speed_m_s: 5, life_s: 0.2, spread_deg: 20)])";
-    let mut drive = Drive::text(text);
-    drive.session.keep_timeline();
+    let mut drive = Drive::text(text).recording();
     drive.run(4, 1000.0);
     let fault = drive.session.fault().expect("it explodes").clone();
     let bundle = drive.session.bundle(None).expect("a recorded run comes out the same");

@@ -329,7 +329,7 @@ fn pause_single_steps_and_slow_motion_keep_ghosts_in_step() {
     let ticks = u32::try_from(drive.session.ticks()).unwrap();
     let (mut run, mut reference) = (alone(mixed(), Method::VelocityVerlet, None), reference(mixed()));
     for other in [&mut run, &mut reference] {
-        other.run(ticks, 1.0 / 60.0);
+        other.frames(ticks);
         assert_eq!(other.session.ticks(), u64::from(ticks));
     }
     assert_tells(&drive, Method::VelocityVerlet, &run, &reference);

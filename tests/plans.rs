@@ -22,7 +22,7 @@ use crate::harness::{H, Lab, blesses, root, stored};
 fn session(name: &str) -> Session {
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
     let mut drive = Drive::with(scene::load(name).unwrap(), options);
-    drive.run(12, 1.0 / 60.0);
+    drive.frames(12);
     drive.session
 }
 

@@ -182,7 +182,7 @@ fn a_paused_run_waits_for_no_key_that_is_held_for_ever() {
         let mut drive = Drive::tutorial();
         let script = format!(r#"[(at_frame: 0, do: press("P")), (at_frame: 1, do: hold("W", {hold_s}))]"#);
         drive.session.play(Player::new(read(&drive, &script).unwrap()).unwrap());
-        drive.run(5, 1.0 / 60.0);
+        drive.frames(5);
         assert!(drive.session.paused() && !drive.session.player().unwrap().finished());
         drive.session.player().unwrap().waits_forever(drive.session.frames(), drive.session.ticks(), 60.0)
     };

@@ -12,9 +12,7 @@ use crate::harness::H;
 use crate::panels::write_step_hz;
 
 pub fn recording() -> Drive {
-    let mut drive = Drive::of(mixed());
-    drive.session.keep_timeline();
-    drive
+    Drive::of(mixed()).recording()
 }
 
 /// A tick a frame, with pushes and gravity now and then.
@@ -65,7 +63,7 @@ fn going_on_from_the_past_is_going_on_as_if_the_future_had_never_been() {
     let mut drive = recording();
     go(&mut drive, 0..30);
     drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]);
-    drive.run(20, 1.0 / 60.0);
+    drive.frames(20);
     drive.session.seek(30);
     assert_eq!(drive.hash(), expected[29]);
     drive.press("P");
@@ -92,20 +90,19 @@ fn selection_and_ledger_go_along_and_a_reset_or_another_scene_begins_anew() {
     drive.press(",");
     assert_eq!(drive.session.ticks(), began, "nothing is before a reset");
     drive.session.open(scene::load("oscillator").unwrap());
-    drive.run(3, 1.0 / 60.0);
+    drive.frames(3);
     let (ticks, hash) = (drive.session.ticks(), drive.hash());
-    drive.run(3, 1.0 / 60.0);
+    drive.frames(3);
     drive.session.seek(ticks);
     assert_eq!(drive.hash(), hash);
 }
 
 #[test]
 fn ticks_are_asked_for_as_often_as_their_length_says_that_was_gone_back_to() {
-    let mut drive = Drive::tutorial();
-    drive.session.keep_timeline();
+    let mut drive = Drive::tutorial().recording();
     let in_a_second = |drive: &mut Drive| {
         let before = drive.session.ticks();
-        drive.run(60, 1.0 / 60.0).session.ticks() - before
+        drive.frames(60).session.ticks() - before
     };
     assert_eq!(in_a_second(&mut drive), 120);
     drive.press("Q").press("Tab").ticks(2);
@@ -153,7 +150,7 @@ fn a_fault_goes_back_to_the_last_good_tick_pauses_and_selects_and_going_on_goes_
     assert!(drive.session.world().get::<motion::Quarantined>(drive.entity("second")).is_some());
     drive.session.seek(20);
     // Going on drops the push, and with it the fault.
-    drive.press("P").run(5, 1.0 / 60.0);
+    drive.press("P").frames(5);
     assert!(drive.session.fault().is_none() && drive.session.quarantined().is_empty());
     assert_eq!(drive.session.ticks(), 25);
 }
@@ -170,11 +167,11 @@ fn who_is_frozen_between_two_ticks_is_so_at_once_and_gone_back_from_after_the_ne
         go(&mut drive, 0..20);
         drive.press("P").give([nan.clone()]);
         assert_eq!(frozen(&drive), ball);
-        drive.press("P").run(5, 1.0 / 60.0);
+        drive.press("P").frames(5);
         if records {
             assert!(drive.session.paused() && drive.session.ticks() == 20 && frozen(&drive).is_empty());
             assert_eq!(drive.session.all_quarantined().len(), 1);
-            drive.press("P").run(5, 1.0 / 60.0);
+            drive.press("P").frames(5);
             assert!(drive.session.all_quarantined().is_empty());
         } else {
             assert_eq!(frozen(&drive), ball);

@@ -72,7 +72,7 @@ fn what_is_asked_on_the_way_is_done_there() {
     let mut never = Drive::of(mixed());
     go(&mut never, 0..59);
     let ticks = drive.session.ticks();
-    never.run(u32::try_from(ticks).unwrap() - 59, 1.0 / 60.0);
+    never.frames(u32::try_from(ticks).unwrap() - 59);
     assert_eq!(drive.hash(), never.hash());
 
     let (mut drive, _) = on_the_way();

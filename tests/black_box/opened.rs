@@ -79,7 +79,7 @@ fn counts_of_evaluations_are_repeated_too() {
     let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
     assert_eq!(drive.session.evaluations(), then.session.evaluations());
     drive.session.seek(10);
-    drive.press("P").run(50, 1.0 / 60.0);
+    drive.press("P").frames(50);
     assert_eq!(drive.session.evaluations(), then.session.evaluations());
 }
 
@@ -88,7 +88,7 @@ fn what_is_done_by_hand_drops_what_came_after() {
     let (then, hashes) = recorded();
     let (mut drive, _) = reopened(&then.session.bundle(None).unwrap(), true);
     drive.session.seek(20);
-    drive.press("P").run(5, 1.0 / 60.0);
+    drive.press("P").frames(5);
     assert_eq!(drive.hash(), hashes[24]);
     drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]);
     assert_ne!(drive.hash(), hashes[25]);
@@ -135,8 +135,7 @@ fn a_fault_is_met_again_and_gone_through_to_the_same_end() {
 
 #[test]
 fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_meets_it_again() {
-    let mut drive = Drive::text(super::program::STIFF);
-    drive.session.keep_timeline();
+    let mut drive = Drive::text(super::program::STIFF).recording();
     let start = drive.hash();
     drive.run(10, 0.01);
     assert!(drive.session.paused() && drive.session.ledger().is_none());
@@ -155,8 +154,7 @@ fn energy_out_of_nowhere_stops_a_session_at_the_last_good_tick_and_its_bundle_me
 
 #[test]
 fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
-    let mut drive = Drive::text(super::program::STIFF);
-    drive.session.keep_timeline();
+    let mut drive = Drive::text(super::program::STIFF).recording();
     drive.run(10, 0.01);
     assert_eq!(drive.session.ticks(), 0);
     // Another method that explodes, and a push.
@@ -173,8 +171,7 @@ fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
 #[test]
 fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
     let saves = |drive: &mut Drive| drive.session.take_orders() == [sandbox::Order::Bundle];
-    let mut drive = Drive::text(super::program::STIFF);
-    drive.session.keep_timeline();
+    let mut drive = Drive::text(super::program::STIFF).recording();
     drive.session.save_faults();
     assert!(saves(drive.run(10, 0.01)) && drive.session.paused());
     let bundle = drive.session.bundle(None).unwrap();
@@ -189,8 +186,7 @@ fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
 
 #[test]
 fn steps_of_frames_are_repeated_with_their_own_lengths() {
-    let mut then = Drive::shipped("frame_step");
-    then.session.keep_timeline();
+    let mut then = Drive::shipped("frame_step").recording();
     for frame in 0..40 {
         then.frame(0.01 + 0.001 * f64::from(frame % 7), []);
     }

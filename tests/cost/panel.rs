@@ -105,7 +105,7 @@ fn a_closed_panel_measures_nothing() {
     watched.press("C");
     plain.press("7");
     for drive in [&mut plain, &mut watched] {
-        drive.run(60, 1.0 / 60.0);
+        drive.frames(60);
     }
     assert_eq!(plain.hash(), watched.hash());
 }

@@ -43,8 +43,7 @@ fn mutual_gravity_stays_off_while_any_method_cannot_solve_it_also_one_that_moves
 
 #[test]
 fn ghosts_a_step_back_and_a_bundle_work_after_mutual_gravity_is_off_and_the_method_implicit() {
-    let mut drive = Drive::shipped("figure_eight");
-    drive.session.keep_timeline();
+    let mut drive = Drive::shipped("figure_eight").recording();
     drive.ticks(10);
     give(&mut drive, Experiment::SwitchEffect(Effect::MutualGravity, false));
     give(&mut drive, Experiment::Method(Method::ImplicitEuler));

@@ -49,7 +49,7 @@ fn a_session_takes_any_frame_time_that_is_one() {
 #[test]
 fn a_bad_frame_time_is_refused_before_it_reaches_a_session() {
     let mut drive = Drive::tutorial();
-    drive.run(3, 1.0 / 60.0);
+    drive.frames(3);
     let hash = drive.hash();
     for length in [-1.0, -1e-300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let refused = drive.clock.advance_by(length);
