@@ -121,8 +121,7 @@ fn flying_is_level_at_100_meters_a_second_and_only_in_camera_mode() {
         // Also when it looks far up: only the yaw counts.
         for looked in [0.0, -500.0] {
             let mut drive = Drive::tutorial();
-            drive.give([Input::Mouse(0.0, looked)]).give(keys.iter().map(|key| down(key)));
-            drive.frames(30);
+            drive.give([Input::Mouse(0.0, looked)]).give(keys.iter().map(|key| down(key))).frames(30);
             let moved = drive.session.camera().position - CameraSpec::TUTORIAL.position;
             assert!((moved - direction * 50.0).length() < 1e-9, "{keys:?}: {moved}");
             drive.press("Q");
@@ -303,8 +302,7 @@ fn every_click_is_one_tick_of_push_however_frame_times_jitter() {
 #[test]
 fn a_frame_of_no_time_changes_no_body_and_no_camera() {
     let (mut drive, _) = with_player();
-    drive.press("G").frame(0.021, []).give([down("Up")]);
-    drive.press("Q").give([down("W")]);
+    drive.press("G").frame(0.021, []).give([down("Up")]).press("Q").give([down("W")]);
     let (hash, camera, ticks) = (drive.hash(), *drive.session.camera(), drive.session.ticks());
     drive.run(20, 0.0);
     assert_eq!((drive.hash(), drive.session.ticks()), (hash, ticks));
@@ -403,8 +401,7 @@ fn shift_that_belongs_to_another_key_does_not_fly() {
         let mut drive = Drive::tutorial();
         drive.give([down("Shift")]).frames(6);
         assert!(drive.session.camera().position.y < start.y, "shift may be all that comes");
-        drive.give([down(key)]).frames(6).give([up(key)]).frames(6);
-        drive.give([up("Shift")]).frames(6);
+        drive.give([down(key)]).frames(6).give([up(key)]).frames(6).give([up("Shift")]).frames(6);
         assert!((drive.session.camera().position - start).length() < 1e-9, "{key}");
         // The next press of shift flies again.
         drive.give([down("Shift")]).frames(6);

@@ -6,11 +6,11 @@ use glam::{DVec2, DVec3};
 use motion::Transform;
 use motion::clock::FrameClock;
 use render::{AdapterSummary, Gpu, Image, OFFSCREEN_FORMAT, Offscreen, Quality, Renderer};
-use sandbox::actions::Key;
 use sandbox::input::{Button, Input, InputFrame};
 use sandbox::{Options, Session};
 use scene::Scene;
 
+use crate::drive::{at, click, tap};
 use crate::harness::{blesses, root};
 
 /// Small: drawn in software, and stored; large enough that the panels leave the bodies in sight.
@@ -186,25 +186,28 @@ impl Film {
         Self::of(scene::load(name).unwrap())
     }
 
-    pub fn frame(&mut self, events: impl IntoIterator<Item = Input>) {
+    pub fn frame(&mut self, events: impl IntoIterator<Item = Input>) -> &mut Self {
         let time = self.clock.advance_to(self.session.frames() as f64 / 60.0).unwrap();
         self.session.advance(&events.into_iter().collect::<InputFrame>(), time);
         let _ = self.session.take_orders();
+        self
     }
 
-    pub fn frames(&mut self, count: u32) {
-        (0..count).for_each(|_| self.frame([]));
+    pub fn frames(&mut self, count: u32) -> &mut Self {
+        for _ in 0..count {
+            self.frame([]);
+        }
+        self
     }
 
-    pub fn press(&mut self, key: &str) {
-        let key: Key = key.parse().unwrap();
-        self.frame([Input::KeyDown(key.clone())]);
-        self.frame([Input::KeyUp(key)]);
+    pub fn press(&mut self, key: &str) -> &mut Self {
+        let [down, up] = tap(key);
+        self.frame([down]).frame([up])
     }
 
-    pub fn click(&mut self, button: Button) {
-        self.frame([Input::ButtonDown(button)]);
-        self.frame([Input::ButtonUp(button)]);
+    pub fn click(&mut self, button: Button) -> &mut Self {
+        let [down, up] = click(button);
+        self.frame([down]).frame([up])
     }
 
     pub fn position(&self, body: &str) -> DVec3 {
@@ -213,17 +216,21 @@ impl Film {
 
     /// Where the middle of `body` is seen.
     pub fn pixel(&self, body: &str) -> DVec2 {
+        self.pixel_of(self.position(body))
+    }
+
+    pub fn pixel_of(&self, point: DVec3) -> DVec2 {
         let size = DVec2::from_array(SIZE.map(f64::from));
-        self.session.camera().viewpoint().project(self.position(body), size).unwrap()
+        self.session.camera().viewpoint().project(point, size).unwrap()
     }
 
     /// Changes to selection mode and selects `body` by a click on its middle.
-    pub fn select(&mut self, body: &str) {
+    pub fn select(&mut self, body: &str) -> &mut Self {
         self.press("Q");
-        let at = self.pixel(body);
-        self.frame([Input::Mouse(at.x, at.y)]);
-        self.click(Button::Left);
+        let pixel = self.pixel(body);
+        self.frame([at(pixel)]).click(Button::Left);
         assert_eq!(self.session.selection(), self.session.body(body));
+        self
     }
 }
 

@@ -270,8 +270,7 @@ fn what_only_a_frozen_body_has_is_switched_and_noticed_by_nobody() {
         thrusts: [(body: \"ship\", curve: polynomial([(1, 0, 0)]), from_s: 0.0, until_s: 9.0)])";
     let run = |frozen: bool| {
         let mut drive = Drive::text(text);
-        drive.ticks(3);
-        drive.frame(H, [if frozen { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
+        drive.ticks(3).frame(H, [if frozen { push("ship", [f64::NAN; 3]) } else { remove("ship") }]);
         let switched =
             drive.session.switch_effect(motion::effects::Effect::Thrusts, false, sandbox::SwitchedBy::Script);
         assert_eq!(switched.is_ok(), frozen);

@@ -265,8 +265,7 @@ fn a_ghost_that_is_quarantined_is_named_with_its_tick_and_the_others_go_on() {
 #[test]
 fn without_the_reference_there_are_no_distances() {
     let mut drive = Drive::of(mixed());
-    drive.press("T").ticks(3);
-    drive.frame(H, [push("ball", [f64::NAN; 3])]).ticks(2);
+    drive.press("T").ticks(3).frame(H, [push("ball", [f64::NAN; 3])]).ticks(2);
     let rows = drive.session.ghosts();
     assert!(matches!(rows.last().unwrap().state, GhostState::Failed(_)));
     assert!(rows.iter().all(|row| row.distance.is_none() && row.rms.is_none()));

@@ -97,32 +97,25 @@ fn escape_closes_an_open_list_and_a_number_being_typed_before_their_panel() {
 fn a_paused_session_changes_by_itself_only_where_something_goes_on() {
     let mut film = Film::shipped("tutorial");
     assert_eq!(film.session.changes_in_s(), 0.0, "it runs");
-    film.press("P");
-    film.frames(3);
+    film.press("P").frames(3);
     assert_eq!(film.session.changes_in_s(), f64::INFINITY);
     for key in ["H", "Tab", "E", "T", "B", "V", "R"] {
-        film.press(key);
-        film.frames(5);
+        film.press(key).frames(5);
         assert_eq!(film.session.changes_in_s(), f64::INFINITY, "{key}");
         film.press(key);
     }
     // A cursor blinks, and a notice goes.
-    film.press("Ctrl+O");
-    film.frames(5);
+    film.press("Ctrl+O").frames(5);
     let blinks = film.session.changes_in_s();
     assert!(blinks > 0.0 && blinks < 1.0, "{blinks} s");
-    film.press("Escape");
-    film.frames(5);
-    film.press("-");
-    film.frames(5);
+    film.press("Escape").frames(5).press("-").frames(5);
     let goes = film.session.changes_in_s();
     assert!(goes > 3.0 && goes < 4.0, "{goes} s");
     film.frames(300);
     // What is held flies on.
     film.frame([down("W")]);
     assert_eq!(film.session.changes_in_s(), 0.0);
-    film.frame([up("W")]);
-    film.frames(3);
+    film.frame([up("W")]).frames(3);
     assert_eq!(film.session.changes_in_s(), f64::INFINITY);
 }
 
@@ -294,23 +287,20 @@ fn notices_are_one_a_topic_and_go_when_they_are_no_longer_true() {
     };
     stop_early(&mut film);
     // A world that was built anew solves its steps.
-    film.press("F1");
-    film.frames(5);
+    film.press("F1").frames(5);
     assert_eq!(says(&film, "did not converge"), 0);
     stop_early(&mut film);
     film.session.open(scene::load("tutorial").unwrap());
     film.frames(5);
     assert_eq!(says(&film, "did not converge"), 0);
 
-    film.press("-");
-    film.press("-");
+    film.press("-").press("-");
     assert_eq!((says(&film, "x speed"), says(&film, "0.25 x speed")), (1, 1));
     film.press("P");
     film.session.keep_timeline();
     film.press(",");
     assert_eq!(says(&film, "nothing is kept"), 1);
-    film.press("P");
-    film.frames(5);
+    film.press("P").frames(5);
     assert_eq!(says(&film, "nothing is kept"), 0);
     // A reset is a start: also of the speed.
     film.press("F1");

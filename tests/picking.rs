@@ -395,7 +395,6 @@ fn pixels_are_those_of_the_present_size_of_the_picture() {
     assert_ne!(drive.select(player).as_deref(), Some("player"));
     // A minimized window has no pixels; a click then must do no harm.
     drive.give([Input::Resized([0, 0])]).click(Button::Left, DVec2::ZERO).click(Button::Right, DVec2::ZERO);
-    drive.ticks(2);
-    drive.give([Input::Resized([1280, 720])]);
+    drive.ticks(2).give([Input::Resized([1280, 720])]);
     assert_eq!(drive.select(player).as_deref(), Some("player"));
 }

@@ -10,7 +10,7 @@ use sandbox::player::Player;
 use sandbox::{Mode, Options, Order, Session};
 use scene::{Scene, Script};
 
-use crate::drive::{change, remove};
+use crate::drive::{change, down, remove};
 use crate::film::{
     CHANNEL, Difference, Film, SIZE, Studio, assert_pictures, compared, green, places, yellow,
 };
@@ -109,8 +109,7 @@ fn a_selected_body_close_by_is_its_reference() {
 #[test]
 fn the_settings_beside_a_selected_body_are_their_reference() {
     let mut film = Film::of(stage(0.0, true, false));
-    film.select("ball");
-    film.press("Tab");
+    film.select("ball").press("Tab");
     assert_pictures(["settings"], &[Studio::new(SIZE).draw(&mut film.session)]);
 }
 
@@ -139,8 +138,7 @@ fn a_push_along_the_ray_takes_the_selected_body_away_from_the_eye() {
     let mut film = Film::of(stage(0.0, true, false));
     film.select("ball");
     let (aim, before) = (film.pixel("ball"), studio.draw_bodies(&mut film.session));
-    film.click(Button::Right);
-    film.frames(120);
+    film.click(Button::Right).frames(120);
     let after = studio.draw_bodies(&mut film.session);
     let (near, far) = (places(&before, yellow), places(&after, yellow));
     let width = |places: &[DVec2]| {
@@ -161,8 +159,7 @@ fn a_push_key_to_the_right_moves_the_selected_body_to_the_right_and_not_the_floo
     let mut film = Film::of(stage(0.0, true, false));
     film.select("box");
     let (from, before) = (film.pixel("box"), studio.draw_bodies(&mut film.session));
-    film.frame([Input::KeyDown("Right".parse().unwrap())]);
-    film.frames(30);
+    film.frame([down("Right")]).frames(30);
     let (to, after) = (film.pixel("box"), studio.draw_bodies(&mut film.session));
     let seen = middle(&places(&after, green)) - middle(&places(&before, green));
     assert!(to.x > from.x + 15.0, "from {from} to {to}");
@@ -187,8 +184,7 @@ fn gravity_makes_the_grid_lower_in_the_picture() {
     let start = grid(&mut studio, &mut film);
     film.frames(30);
     assert_eq!(grid(&mut studio, &mut film), start, "nothing moves before gravity is on");
-    film.press("G");
-    film.frames(30);
+    film.press("G").frames(30);
     let fallen = grid(&mut studio, &mut film);
     assert!(fallen.y > start.y + 8.0, "from row {} to row {}", start.y, fallen.y);
 }
@@ -201,8 +197,7 @@ fn velocity_arrows_add_pixels_of_their_color_where_something_moves() {
     let mut count = |film: &mut Film| places(&studio.draw_bodies(&mut film.session), arrow).len();
     film.press("1");
     assert_eq!(count(&mut film), 0, "nothing moves yet");
-    film.frame([change("ball", motion::Request::SetVelocity, [0.0, 8.0, 0.0])]);
-    film.frames(5);
+    film.frame([change("ball", motion::Request::SetVelocity, [0.0, 8.0, 0.0])]).frames(5);
     assert!(count(&mut film) > 10, "{} pixels of an arrow", count(&mut film));
     film.press("1");
     assert_eq!(count(&mut film), 0, "the arrows are off again");
@@ -214,9 +209,7 @@ fn pictures_of_one_state_are_equal_to_the_bit() {
         .map(|_| {
             let mut studio = Studio::new(SIZE);
             let mut film = Film::of(stage(0.0, true, true));
-            film.select("box");
-            film.press("G");
-            film.frames(20);
+            film.select("box").press("G").frames(20);
             [studio.draw(&mut film.session), studio.draw(&mut film.session)]
         })
         .collect();
@@ -230,9 +223,7 @@ fn a_session_100_km_from_the_origin_draws_the_same_picture() {
     // Without shadows: the shadow map looks at the world's origin, as the tutorial's does.
     let mut pictures = [0.0, 1e5].map(|offset| {
         let mut film = Film::of(stage(offset, false, true));
-        film.select("box");
-        film.press("G");
-        film.frames(20);
+        film.select("box").press("G").frames(20);
         studio.draw_bodies(&mut film.session)
     });
     let difference = Difference::between(&pictures[0], &pictures[1]);
@@ -246,8 +237,7 @@ fn a_picture_without_one_small_body_is_rejected() {
     let mut studio = Studio::new(SIZE);
     let mut pictures = [false, true].map(|removes| {
         let mut film = Film::shipped("tutorial");
-        film.frame(removes.then(|| remove("grid.x4.z4")));
-        film.frame([]);
+        film.frame(removes.then(|| remove("grid.x4.z4"))).frame([]);
         studio.draw_bodies(&mut film.session)
     });
     let difference = Difference::between(&pictures[0], &pictures[1]);

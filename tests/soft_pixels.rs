@@ -3,9 +3,10 @@
 use glam::DVec3;
 use motion::{Dormant, Elastic, PhysicsBody, Quarantined, SoftBody, Spring, Transform};
 use render::Image;
-use sandbox::input::{Button, Input};
+use sandbox::input::Button;
 use scene::{PointRadius, Scene};
 
+use crate::drive;
 use crate::film::{Film, SIZE, Studio, green, places, yellow};
 use crate::harness::scene_of;
 use crate::soft::Soft;
@@ -145,11 +146,8 @@ fn a_selected_soft_body_is_green_and_outlined_where_it_is() {
         let mut studio = Studio::new(SIZE);
         let before = draw(&mut studio, &mut film, &format!("plain_{name}"));
         assert_eq!(places(&before, |pixel| green(pixel) || yellow(pixel)), []);
-        film.press("Q");
-        let size = glam::DVec2::from_array(SIZE.map(f64::from));
-        let pixel = film.session.camera().viewpoint().project(at, size).unwrap();
-        film.frame([Input::Mouse(pixel.x, pixel.y)]);
-        film.click(Button::Left);
+        let pixel = film.press("Q").pixel_of(at);
+        film.frame([drive::at(pixel)]).click(Button::Left);
         let selected = film.session.selection().unwrap_or_else(|| panic!("{name} is not selected"));
         assert_eq!(film.session.name(selected), "soft");
         let after = draw(&mut studio, &mut film, &format!("selected_{name}"));

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sandbox::input::{Button, Input};
 
-use crate::drive::Drive;
+use crate::drive::{Drive, at};
 use crate::film::{Film, SIZE, Studio, assert_pictures};
 
 /// Rows and columns of points of the flag, and the distance between two neighbors at the start, m.
@@ -63,9 +63,7 @@ fn scenes_after_two_seconds_are_their_references() {
 #[test]
 fn the_springs_of_the_flag_are_their_reference() {
     let mut film = Film::shipped("flag");
-    film.frames(120);
-    film.press("P");
-    film.press("3");
+    film.frames(120).press("P").press("3");
     assert_pictures(["flag_springs"], &[Studio::new(SIZE).draw_bodies(&mut film.session)]);
 }
 
@@ -74,16 +72,14 @@ fn a_pushed_jelly_is_its_reference() {
     let mut film = Film::shipped("jelly");
     film.press("Q");
     let middle = film.pixel("jelly.x2.y2.z4");
-    film.frame([Input::Mouse(middle.x, middle.y)]);
-    film.click(Button::Left);
+    film.frame([at(middle)]).click(Button::Left);
     let selected = film.session.selection().expect("the jelly is under the pointer");
     assert_eq!(film.session.name(selected), "jelly");
     film.frame([Input::Wheel(3.0)]);
     for _ in 0..4 {
         film.click(Button::Right);
     }
-    film.press("Escape");
-    film.frames(1);
+    film.press("Escape").frames(1);
     assert_pictures(["jelly_pushed"], &[Studio::new(SIZE).draw_bodies(&mut film.session)]);
 }
 

@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use motion::clock::FrameClock;
 use motion::{Method, PhysicsBody};
 use render::Image;
@@ -21,8 +21,7 @@ use sandbox::{Mode, Options, Order, Session};
 use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
-use crate::drive::Drive;
-use crate::film::{Difference, SIZE, Studio};
+use crate::film::{Difference, Film, SIZE, Studio};
 use crate::harness::{json, output, program, sandbox, wait_for};
 
 /// A screen and the size that the window asks for.
@@ -249,12 +248,6 @@ fn without_the_shells_words(image: &Image) -> Image {
     masked
 }
 
-/// Where a point is seen from the tutorial's start.
-fn seen_from_the_start(point: DVec3) -> DVec2 {
-    let size = DVec2::from_array(SIZE.map(f64::from));
-    Drive::tutorial().session.camera().viewpoint().project(point, size).unwrap()
-}
-
 #[test]
 fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it() {
     let mut window = Window::open(&[]);
@@ -262,7 +255,7 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     window.input(&["mousemove_relative", "20", "12", "key", "F2", "q"]);
     // Until then the pointer is not free.
     let _ = window.screenshot();
-    let aim = seen_from_the_start(DVec3::new(14.0, 10.0, 14.0)).round();
+    let aim = Film::shipped("tutorial").pixel_of(DVec3::new(14.0, 10.0, 14.0)).round();
     window.input(&["mousemove", &aim.x.to_string(), &aim.y.to_string()]);
     window.input(&["click", "1", "click", "4", "click", "3", "key", "g"]);
     let pushed = window.screenshot();

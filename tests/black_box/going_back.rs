@@ -62,8 +62,7 @@ fn going_on_from_the_past_is_going_on_as_if_the_future_had_never_been() {
     let expected = go(&mut never, 0..50);
     let mut drive = recording();
     go(&mut drive, 0..30);
-    drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]);
-    drive.frames(20);
+    drive.frame(1.0 / 60.0, [push("second", [0.0, 50.0, 0.0])]).frames(20);
     drive.session.seek(30);
     assert_eq!(drive.hash(), expected[29]);
     drive.press("P");

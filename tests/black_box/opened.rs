@@ -159,8 +159,7 @@ fn a_fault_in_the_same_tick_after_something_else_was_done_is_another_one() {
     assert_eq!(drive.session.ticks(), 0);
     // Another method that explodes, and a push.
     for events in [tap("Shift+I").to_vec(), vec![push("ball", [0.0, 1.0, 0.0])]] {
-        drive.give(events);
-        drive.press("P").run(10, 0.01);
+        drive.give(events).press("P").run(10, 0.01);
         assert!(drive.session.paused());
         assert_eq!((drive.session.ticks(), drive.session.fault().unwrap().tick), (0, 1));
     }

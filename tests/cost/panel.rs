@@ -72,8 +72,7 @@ fn a_click_on_a_dot_takes_its_setting() {
     let before = drive.session.setting();
     for y in (300..700).step_by(10) {
         for x in (850..1270).step_by(10) {
-            drive.click(Button::Left, DVec2::new(f64::from(x), f64::from(y)));
-            drive.frame(0.0, []);
+            drive.click(Button::Left, DVec2::new(f64::from(x), f64::from(y))).frame(0.0, []);
             let now = drive.session.setting();
             if now != before {
                 let study = drive.session.cost_study().unwrap();

@@ -50,8 +50,7 @@ fn size(session: &Session) -> f64 {
 fn a_spring_turns_red_before_the_run_diverges() {
     // Two weights of 1 kg: w² = 2 k; the limit is w = 120 / s.
     let mut film = hung(1.15 * 7200.0);
-    film.press("V");
-    film.frames(1);
+    film.press("V").frames(1);
     let rows = film.session.shown_forecast().unwrap();
     assert!(rows[0].margin.is_unstable && rows[0].element == "spring w2 - w3", "{rows:?}");
     assert!(size(&film.session) < 5.0, "it is still where it was");
@@ -63,8 +62,7 @@ fn a_spring_turns_red_before_the_run_diverges() {
     assert!(end.is_nan() || end > 1e3, "and then it diverges: {end}");
 
     let mut calm = hung(0.2 * 7200.0);
-    calm.press("V");
-    calm.frames(60);
+    calm.press("V").frames(60);
     assert!(!calm.session.shown_forecast().unwrap()[0].margin.is_unstable);
     assert!(colors(&calm.session.picture()).into_iter().all(|color| !is_red(color)));
     assert!(size(&calm.session) < 5.0);
@@ -73,9 +71,7 @@ fn a_spring_turns_red_before_the_run_diverges() {
 #[test]
 fn a_spring_that_is_faster_than_every_number_is_red() {
     let mut film = hung(1e308);
-    film.press("P");
-    film.press("V");
-    film.frames(1);
+    film.press("P").press("V").frames(1);
     let seen = colors(&film.session.picture());
     assert!(is_red(seen[2]), "{seen:?}: {:?}", film.session.shown_forecast());
 }
@@ -85,25 +81,20 @@ fn the_panel_follows_the_method_and_forgets_when_it_is_closed() {
     let mut film = hung(1.15 * 7200.0);
     film.frames(1);
     assert!(film.session.shown_forecast().is_none());
-    film.press("V");
-    film.frames(1);
+    film.press("V").frames(1);
     let now = |film: &Film| film.session.shown_forecast().unwrap()[0].clone();
     assert_eq!(now(&film).cure, "needs 2 substeps, or implicit_euler");
-    film.press("I");
-    film.frames(1);
+    film.press("I").frames(1);
     assert_eq!(now(&film).margin.method, Method::ImplicitEuler);
     assert!(!now(&film).margin.is_unstable && now(&film).cure.is_empty());
-    film.press("V");
-    film.frames(1);
+    film.press("V").frames(1);
     assert!(film.session.shown_forecast().is_none());
 }
 
 #[test]
 fn the_open_panel_follows_a_changed_body_at_once() {
     let mut film = hung(1.15 * 7200.0);
-    film.press("P");
-    film.press("V");
-    film.frames(2);
+    film.press("P").press("V").frames(2);
     let worst = |film: &Film| film.session.shown_forecast().unwrap()[0].margin;
     assert!(worst(&film).is_unstable);
     for end in ["w2", "w3"] {
@@ -118,8 +109,7 @@ fn the_open_panel_follows_a_changed_body_at_once() {
 fn the_open_panel_changes_no_bit_of_a_run() {
     let hash = |open: bool| {
         let mut film = Film::of(scene::load("flag").unwrap());
-        film.press(if open { "V" } else { "1" });
-        film.frames(90);
+        film.press(if open { "V" } else { "1" }).frames(90);
         sandbox::report::state_hash(&film.session)
     };
     assert_eq!(hash(true), hash(false));
@@ -128,8 +118,7 @@ fn the_open_panel_changes_no_bit_of_a_run() {
 #[test]
 fn the_panel_is_drawn() {
     let mut film = hung(1.15 * 7200.0);
-    film.press("V");
-    film.frames(3);
+    film.press("V").frames(3);
     let picture = Studio::new(SIZE).draw(&mut film.session);
     let closed = {
         let mut film = hung(1.15 * 7200.0);

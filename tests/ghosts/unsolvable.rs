@@ -50,8 +50,7 @@ fn ghosts_a_step_back_and_a_bundle_work_after_mutual_gravity_is_off_and_the_meth
     // Far enough for a snapshot of the timeline by that method.
     drive.ticks(60);
     assert_eq!(method(&mut drive), Method::ImplicitEuler);
-    drive.press("T");
-    drive.ticks(8);
+    drive.press("T").ticks(8);
     assert!(!drive.session.ghosts().is_empty());
     let (ticks, hash) = (drive.session.ticks(), drive.hash());
     let bundle = drive.session.bundle(None).expect("it comes out the same");
