@@ -106,8 +106,7 @@ fn travel_after_one_push_is_force_times_inverse_mass_times_step_over_rate() {
         for model in DampingModel::ALL {
             let mut lab = Lab::new(Method::SemiImplicitEuler, H).with(Damping { model, rate });
             let body = lab.body(10.0, Vector::ZERO);
-            lab.push(body, Vector::X * 10.0);
-            lab.run((60.0 / rate / H) as u64);
+            lab.push(body, Vector::X * 10.0).run((60.0 / rate / H) as u64);
             let q = rate * H;
             let discrete = match model {
                 DampingModel::Tutorial => 1.0,

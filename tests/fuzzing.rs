@@ -98,14 +98,12 @@ fn a_body_that_left_a_group_of_position_verlet_falls_on_exactly() {
     for later in [0, 1, 5] {
         let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::X], 2.0);
         let start = lab.x(bodies[0]);
-        lab.run(10);
-        lab.ask(Request::Remove(bodies[1]));
+        lab.run(10).ask(Request::Remove(bodies[1]));
         if later > 0 {
             lab.run(later);
         }
         let gravity = DVec3::new(3.0, 40.0, 0.0);
-        lab.ask(Request::SetGravity(gravity));
-        lab.run(20);
+        lab.ask(Request::SetGravity(gravity)).run(20);
         let fall = |x: DVec3, v: DVec3, a: DVec3, t: f64| (x + v * t + a * (0.5 * t * t), v + a * t);
         let before = (10 + later) as f64 * H;
         let (x, v) = fall(start, DVec3::X, DVec3::Y * -9.8, before);
@@ -197,9 +195,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
 fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
     let run = |asks: bool| {
         let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
-        lab.run(5);
-        lab.push(bodies[0], DVec3::splat(f64::NAN));
-        lab.run(1);
+        lab.run(5).push(bodies[0], DVec3::splat(f64::NAN)).run(1);
         if asks {
             lab.ask(Request::SetInverseMass(bodies[0], 3.0));
             lab.ask(Request::SetPosition(bodies[0], DVec3::ZERO));
@@ -215,8 +211,7 @@ fn a_place_that_is_refused_is_noticed_by_nobody() {
     for refused in [DVec3::X * f64::INFINITY, DVec3::splat(f64::NAN)] {
         let run = |request: fn(Entity, DVec3) -> Request| {
             let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
-            lab.run(5);
-            lab.ask(request(bodies[0], refused));
+            lab.run(5).ask(request(bodies[0], refused));
             lab.run(5).bits(1)
         };
         let gone = run(|body, _| Request::Remove(body));
@@ -251,9 +246,7 @@ fn rest_that_is_turned_round_has_no_sign() {
         for body in bodies {
             lab.ask(Request::SetVelocity(body, velocity));
         }
-        lab.run(2);
-        lab.ask(Request::ReverseVelocities);
-        lab.run(2);
+        lab.run(2).ask(Request::ReverseVelocities).run(2);
         for body in bodies {
             assert_eq!(lab.v(body).to_array().map(f64::to_bits), [0; 3], "{velocity}");
         }

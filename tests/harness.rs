@@ -115,17 +115,20 @@ impl Lab {
         self.world.entity_mut(body).insert(components);
     }
 
-    pub fn recompile(&mut self) {
+    pub fn recompile(&mut self) -> &mut Self {
         self.stepper.recompile(&mut self.world);
+        self
     }
 
-    pub fn push(&mut self, body: impl Which, newtons: Vector) {
+    pub fn push(&mut self, body: impl Which, newtons: Vector) -> &mut Self {
         let body = body.of(self);
         self.world.resource_mut::<PushQueue>().push_once(body, newtons);
+        self
     }
 
-    pub fn ask(&mut self, request: Request) {
+    pub fn ask(&mut self, request: Request) -> &mut Self {
         self.world.resource_mut::<Requests>().ask(request);
+        self
     }
 
     /// Asks and has it carried out, without a tick.

@@ -62,13 +62,15 @@ impl Kept {
         self.simulation.world.get::<PhysicsBody>(self.body(name)).unwrap().velocity
     }
 
-    pub fn push(&mut self, name: &str, newtons: DVec3) {
+    pub fn push(&mut self, name: &str, newtons: DVec3) -> &mut Self {
         let body = self.body(name);
         self.simulation.push(body, newtons);
+        self
     }
 
-    pub fn ask(&mut self, request: Request) {
+    pub fn ask(&mut self, request: Request) -> &mut Self {
         self.simulation.request(request);
+        self
     }
 
     /// The residual of the energy since the opening, J.

@@ -33,8 +33,7 @@ fn second_law_a_force_accelerates_by_force_times_inverse_mass() {
         for h in [H, H / 2.0, H / 4.0] {
             let mut lab = Lab::new(Method::SemiImplicitEuler, h);
             let body = lab.body(w, Vector::ZERO);
-            lab.push(body, Vector::new(0.0, n, 0.0));
-            lab.run(1);
+            lab.push(body, Vector::new(0.0, n, 0.0)).run(1);
             assert_eq!(lab.v(body).y, n * w * h);
         }
     }
@@ -82,8 +81,7 @@ fn an_infinite_mass_is_moved_by_nothing() {
         }
         lab.set_method(Method::SemiImplicitEuler);
         for force in [1e30, f64::MAX, f64::INFINITY, f64::NAN] {
-            lab.push(floor, Vector::new(force, -force, force));
-            lab.run(3);
+            lab.push(floor, Vector::new(force, -force, force)).run(3);
         }
         assert_eq!(lab.state(floor), (Vector::Y * 10.0, Vector::ZERO));
     }
@@ -93,9 +91,7 @@ fn an_infinite_mass_is_moved_by_nothing() {
 fn two_pushes_in_one_tick_add_and_a_push_is_gone_in_the_next() {
     let mut lab = Lab::new(Method::SemiImplicitEuler, H);
     let body = lab.body(10.0, Vector::ZERO);
-    lab.push(body, Vector::new(3.0, 0.0, 0.0));
-    lab.push(body, Vector::new(4.0, 5.0, 0.0));
-    lab.run(1);
+    lab.push(body, Vector::new(3.0, 0.0, 0.0)).push(body, Vector::new(4.0, 5.0, 0.0)).run(1);
     let after_one = lab.v(body);
     assert_eq!(after_one, Vector::new(7.0 * 10.0 * H, 5.0 * 10.0 * H, 0.0));
     assert_eq!(lab.world.get::<Force>(body).unwrap().newtons(), Vector::ZERO);
@@ -123,9 +119,7 @@ fn pushing_what_has_no_physics_or_is_gone_does_nothing() {
     let scenery = lab.world.spawn(Transform::at(Vector::ONE)).id();
     let gone = lab.body(1.0, Vector::ZERO);
     lab.world.despawn(gone);
-    lab.push(scenery, Vector::X * 1e9);
-    lab.push(gone, Vector::X * 1e9);
-    lab.run(2);
+    lab.push(scenery, Vector::X * 1e9).push(gone, Vector::X * 1e9).run(2);
     assert_eq!(lab.world.get::<Transform>(scenery).unwrap().position, Vector::ONE);
 }
 
@@ -144,12 +138,10 @@ fn gravity_accelerates_every_mass_alike_and_any_vector_will_do() {
 fn gravity_that_is_switched_off_keeps_its_value_and_never_acts() {
     let mut lab = Lab::tutorial();
     let body = lab.body(10.0, Vector::ZERO);
-    lab.ask(Request::SwitchGravity(false));
-    lab.run(120);
+    lab.ask(Request::SwitchGravity(false)).run(120);
     assert_eq!(lab.x(body), Vector::Y * 10.0);
     assert_eq!(lab.world.resource::<Gravity>().acceleration, Gravity::EARTH.acceleration);
-    lab.ask(Request::SwitchGravity(true));
-    lab.run(1);
+    lab.ask(Request::SwitchGravity(true)).run(1);
     assert_eq!(lab.v(body).y, -9.8 * H * (1.0 - 0.4 * H));
 }
 
@@ -183,8 +175,7 @@ fn one_pass_and_two_passes_give_the_same_bits() {
                     for tick in 0..100 {
                         lab.push(tick % (plain + 5), Vector::new(tick as f64, 10.0, -3.0));
                         if tick == 50 {
-                            lab.push(0, Vector::X * 1e308);
-                            lab.push(last, Vector::X * f64::NAN);
+                            lab.push(0, Vector::X * 1e308).push(last, Vector::X * f64::NAN);
                         }
                         schedule.run(&mut lab.world);
                     }

@@ -40,8 +40,7 @@ fn a_non_finite_push_freezes_its_body_and_no_other() {
                 let mut without = crowd(n);
                 without.run(9);
                 without.world.despawn(without.bodies[victim]);
-                lab.push(victim, force);
-                lab.run(50);
+                lab.push(victim, force).run(50);
                 without.run(50);
                 assert_eq!(lab.state(victim), before);
                 assert_eq!(lab.all_bits(&[victim]), without.all_bits(&[victim]));
@@ -60,12 +59,10 @@ fn a_non_finite_push_freezes_its_body_and_no_other() {
 fn an_enormous_push_that_stays_finite_is_not_refused_before_the_position_overflows() {
     let mut lab = crowd(3);
     lab.world.remove_resource::<Damping>();
-    lab.push(1, Vector::X * 1e307);
-    lab.run(1);
+    lab.push(1, Vector::X * 1e307).run(1);
     assert!(lab.v(1).x > 1e305);
     for _ in 0..5 {
-        lab.push(1, Vector::X * 1.7e308);
-        lab.run(1);
+        lab.push(1, Vector::X * 1.7e308).run(1);
     }
     lab.run(200_000);
     let records = lab.records();
@@ -90,8 +87,7 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
         let mut lab = crowd(2);
         lab.run(3);
         let before = lab.state(0);
-        lab.ask(request(lab.bodies[0], Vector::splat(f64::NAN)));
-        lab.run(3);
+        lab.ask(request(lab.bodies[0], Vector::splat(f64::NAN))).run(3);
         assert_eq!(lab.state(0), before);
         let record = lab.records()[0];
         assert_eq!((record.body, record.cause.fault, record.tick), (lab.bodies[0], Fault::Request, 4));
@@ -102,8 +98,7 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
 fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
     let asked = |request: fn(Entity) -> Request| {
         let mut lab = crowd(1);
-        lab.ask(request(lab.bodies[0]));
-        lab.run(1);
+        lab.ask(request(lab.bodies[0])).run(1);
         lab.records()[0].cause.what()
     };
     let says = |part: &str| format!("an experiment asked for a state that cannot be, in its {part}");
@@ -120,8 +115,7 @@ fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
 fn non_finite_gravity_freezes_what_it_acts_on_and_nothing_else() {
     let mut lab = crowd(300);
     let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
-    lab.ask(Request::SetGravity(Vector::new(0.0, f64::NAN, 0.0)));
-    lab.run(2);
+    lab.ask(Request::SetGravity(Vector::new(0.0, f64::NAN, 0.0))).run(2);
     assert_eq!(lab.records().len(), lab.bodies.len());
     assert!(lab.world.get::<Quarantined>(floor).is_none());
     assert!(lab.bodies.iter().all(|body| lab.x(*body).is_finite()));
@@ -139,8 +133,7 @@ fn damping_that_is_not_a_number_freezes_what_moves_where_it_is_and_an_infinite_r
                 let floor = lab.world.spawn((Transform::default(), PhysicsBody::IMMOVABLE)).id();
                 lab.run(2);
                 let before = lab.states();
-                lab.ask(Request::SetDamping(Damping { model, rate }));
-                lab.run(3);
+                lab.ask(Request::SetDamping(Damping { model, rate })).run(3);
                 for (body, (before, _)) in lab.bodies.iter().zip(before) {
                     let rests = lab.v(*body) == Vector::ZERO;
                     assert_eq!(lab.is_quarantined(*body), !stops, "{what}");
@@ -188,8 +181,7 @@ fn a_body_that_breaks_in_a_later_substep_stays_where_it_was_before_the_tick_in_b
                     lab.insert(body, AxisLocks::default());
                 }
             }
-            lab.recompile();
-            lab.run(1);
+            lab.recompile().run(1);
             assert!(lab.is_quarantined(body), "{method:?} {called}");
             assert_eq!(lab.state(body), start, "{method:?} {called}");
             assert_eq!(lab.x(neighbour).x, 1.0, "{method:?} {called}");

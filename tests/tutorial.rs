@@ -68,8 +68,7 @@ fn one_push_on_a_grid_body_the_player_and_the_floor() {
         let mut lab = Lab::tutorial();
         lab.world.resource_mut::<Gravity>().on = false;
         let body = lab.body(w, Vector::ZERO);
-        lab.push(body, Vector::Z * newtons);
-        lab.run(1);
+        lab.push(body, Vector::Z * newtons).run(1);
         digits(lab.x(body).z / H, moves);
         digits(lab.v(body).z, stored);
         lab.run(12_000);

@@ -41,9 +41,7 @@ fn a_step_looks_at_no_body_that_is_immovable_and_at_rest() {
 fn one_that_is_pushed_stays_and_leaves_no_force_behind() {
     let mut lab = Lab::tutorial();
     let floor = lab.body(0.0, Vector::ZERO);
-    lab.run(1);
-    lab.push(floor, Vector::new(1e6, f64::NAN, 3.0));
-    lab.run(2);
+    lab.run(1).push(floor, Vector::new(1e6, f64::NAN, 3.0)).run(2);
     assert!(is_static(&lab, floor) && lab.records().is_empty());
     assert_eq!(lab.state(floor), (Vector::Y * 10.0, Vector::ZERO));
     assert_eq!(lab.world.get::<motion::Force>(floor).unwrap().newtons(), Vector::ZERO);
@@ -54,23 +52,16 @@ fn one_that_is_pushed_stays_and_leaves_no_force_behind() {
 fn one_that_is_given_a_velocity_or_a_mass_moves_from_then_on() {
     let mut lab = Lab::new(Method::SemiImplicitEuler, H);
     let [floor, wall] = [(); 2].map(|()| lab.body(0.0, Vector::ZERO));
-    lab.run(1);
-    lab.ask(Request::SetVelocity(floor, Vector::X));
-    lab.ask(Request::SetInverseMass(wall, 0.5));
-    lab.run(3);
+    lab.run(1).ask(Request::SetVelocity(floor, Vector::X)).ask(Request::SetInverseMass(wall, 0.5)).run(3);
     assert!(!is_static(&lab, floor) && !is_static(&lab, wall));
     assert_eq!(lab.x(floor).x, 3.0 * H);
-    lab.push(wall, Vector::Z * 2.0);
-    lab.run(1);
+    lab.push(wall, Vector::Z * 2.0).run(1);
     assert!(lab.v(wall).z > 0.0);
     // And back again.
-    lab.ask(Request::SetVelocity(floor, Vector::ZERO));
-    lab.run(1);
+    lab.ask(Request::SetVelocity(floor, Vector::ZERO)).run(1);
     assert!(is_static(&lab, floor));
     // An impulse does not move it, and moving it elsewhere leaves it at rest.
-    lab.ask(Request::Impulse(floor, Vector::X));
-    lab.ask(Request::SetPosition(floor, Vector::Z));
-    lab.run(1);
+    lab.ask(Request::Impulse(floor, Vector::X)).ask(Request::SetPosition(floor, Vector::Z)).run(1);
     assert!(is_static(&lab, floor));
     assert_eq!(lab.state(floor), (Vector::Z, Vector::ZERO));
 }

@@ -12,7 +12,9 @@ use super::{COUPLED, LOCAL, lab_of, world_of};
 use crate::harness::{H, Lab, world_bits};
 
 fn ask(lab: &mut Lab, requests: impl IntoIterator<Item = Request>) {
-    requests.into_iter().for_each(|request| lab.ask(request));
+    for request in requests {
+        lab.ask(request);
+    }
     lab.stepper.carry_out_requests(&mut lab.world);
 }
 

@@ -154,8 +154,7 @@ fn velocities_turned_round_lead_back_along_the_string() {
     ] {
         let net = pendulum(100.0);
         let mut rig = net.lab(&Environment::pull(DVec3::Y * -9.81), method, 1.0 / 240.0);
-        rig.run(2400).ask(Request::ReverseVelocities);
-        rig.run(2400);
+        rig.run(2400).ask(Request::ReverseVelocities).run(2400);
         let error = rig.x(1).distance(net.bodies[1].x);
         if known == 0.0 {
             assert!(error <= 1e-12, "{method:?}: {error:e}");

@@ -135,9 +135,7 @@ fn a_push_on_a_net_is_an_impulse_on_the_whole() {
             let mut rig = tetrahedron().lab(&around, method, H);
             rig.run(5);
             let before = rig.totals().momentum;
-            rig.push(0, push);
-            rig.push(2, push * 0.5);
-            rig.run(1);
+            rig.push(0, push).push(2, push * 0.5).run(1);
             let gained = rig.totals().momentum - before;
             assert!(gained.distance(push * (1.5 * H)) <= 1e-13, "{method:?}, {substeps}: {gained}");
         }

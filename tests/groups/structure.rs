@@ -216,8 +216,7 @@ fn groups_split_and_join_with_what_is_between_them() {
         let mut rig = net.lab(&Environment::falling(), method, H);
         rig.run(10);
         assert_eq!(groups(&rig), (1, 5), "{what}");
-        rig.ask(Request::Remove(rig.bodies[2]));
-        rig.run(1);
+        rig.ask(Request::Remove(rig.bodies[2])).run(1);
         assert_eq!(groups(&rig), (2, 4), "{what}");
         // Each half is a world of its own.
         for half in [[0, 1], [3, 4]] {
@@ -276,16 +275,11 @@ fn groups_and_single_bodies_beside_each_other_keep_their_bits() {
             let mut rig = all.lab(&around, method, H);
             let mut parts = [&first, &second, &free].map(|net| net.lab(&around, method, H));
             let push = DVec3::new(5.0, -3.0, 2.0);
-            let mut together = || {
-                [3, second_at + 1, free_at + 4].into_iter().for_each(|body| rig.push(body, push));
-                rig.run(1).all_bits(&[])
-            };
+            let mut together =
+                || rig.push(3, push).push(second_at + 1, push).push(free_at + 4, push).run(1).all_bits(&[]);
             let mut apart = || {
-                let each = parts.iter_mut().zip([3, 1, 4]).flat_map(|(rig, body)| {
-                    rig.push(body, push);
-                    rig.run(1).all_bits(&[])
-                });
-                each.collect()
+                let each = parts.iter_mut().zip([3, 1, 4]);
+                each.flat_map(|(rig, body)| rig.push(body, push).run(1).all_bits(&[])).collect()
             };
             agree(&format!("{method:?}"), 30, &mut together, &mut apart);
         }

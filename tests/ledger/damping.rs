@@ -177,8 +177,7 @@ fn the_books_close_whatever_stands_between_the_substeps() {
                     for tick in 0..6 {
                         for number in 0..5 {
                             if tick % 2 == 0 {
-                                kept.push(&format!("s{number}"), push);
-                                kept.push(&format!("p{number}"), push);
+                                kept.push(&format!("s{number}"), push).push(&format!("p{number}"), push);
                             }
                         }
                         kept.tick();

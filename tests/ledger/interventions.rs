@@ -45,7 +45,7 @@ fn interventions_are_booked_as_such() {
                 Some(request) => kept.ask(request.rename(|name| Some(kept.body(name))).unwrap()),
                 None => kept.push("b", DVec3::splat(f64::NAN)),
             }
-            kept.tick();
+            .tick();
             let size = kept.ledger.since_opening().energy.interventions.abs();
             let turned = kept.ledger.since_opening().momentum.interventions.length();
             assert!(size > 0.1 || turned > 0.1, "{name}: {size} J, {turned} N s");

@@ -19,9 +19,7 @@ fn the_work_of_a_push_is_the_kinetic_energy_that_it_gives() {
             let start = kept.v("cart");
             for _ in 0..10 {
                 // Two pushes of a tick add up.
-                kept.push("cart", FORCE * 0.25);
-                kept.push("cart", FORCE * 0.75);
-                kept.tick();
+                kept.push("cart", FORCE * 0.25).push("cart", FORCE * 0.75).tick();
             }
             let end = kept.v("cart");
             let work = end.dot(end) - start.dot(start);
@@ -43,9 +41,7 @@ fn a_push_along_a_locked_axis_or_of_what_cannot_move_gives_nothing() {
     for method in Method::ALL {
         let mut kept = Kept::of(scene, method, HZ, 1);
         for _ in 0..5 {
-            kept.push("rail", FORCE);
-            kept.push("wall", FORCE);
-            kept.tick();
+            kept.push("rail", FORCE).push("wall", FORCE).tick();
         }
         let books = &kept.check().ledger.since_opening().momentum;
         let open = DVec3::new(0.0, FORCE.y, FORCE.z) * (5.0 / HZ);

@@ -88,8 +88,7 @@ fn a_member_of_a_group_that_would_leave_the_range_is_frozen() {
         };
         let mut lab = net.lab(&Environment::default(), method, H);
         lab.world.insert_resource(Range { position: 12.0, ..Range::FINITE });
-        lab.recompile();
-        lab.run(14);
+        lab.recompile().run(14);
         let records = lab.records();
         assert_eq!((records.len(), records[0].body), (1, lab.bodies[2]), "{method:?}: {records:?}");
         let cause =
@@ -108,12 +107,10 @@ fn an_experiment_may_ask_for_too_much() {
     ] {
         let mut lab = Lab::new(Method::RungeKutta4, H).with(Range { position: 100.0, speed: 30.0 });
         let body = lab.body(1.0, DVec3::ZERO);
-        lab.ask(request(body, DVec3::Y * bound));
-        lab.run(1);
+        lab.ask(request(body, DVec3::Y * bound)).run(1);
         assert_eq!(lab.records(), []);
         let body = lab.body(1.0, DVec3::ZERO);
-        lab.ask(request(body, DVec3::Y * (1.01 * bound)));
-        lab.run(1);
+        lab.ask(request(body, DVec3::Y * (1.01 * bound))).run(1);
         let record = *lab.records().last().unwrap();
         let cause = Cause { system: "requests", component, fault: Fault::Range(bound) };
         assert_eq!((record.body, record.cause), (body, cause));
@@ -212,8 +209,7 @@ fn two_passes_and_one_ask_for_the_range_alike() {
             for _ in 0..count {
                 lab.body(1.0, DVec3::Y * -8.0);
             }
-            lab.recompile();
-            lab.run(1);
+            lab.recompile().run(1);
             let frozen = lab.records().len();
             let speed = lab.v(0).y;
             // Explicit Euler damps before it kicks.

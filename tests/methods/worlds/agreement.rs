@@ -73,7 +73,9 @@ fn in_a_world(scene: &Environment, method: Method, apart: bool, seed: u64) -> Ve
         }
     }
     for pushes in pushes(seed, TICKS, starts.len()) {
-        pushes.into_iter().for_each(|(body, newtons)| lab.push(bodies[body], newtons));
+        for (body, newtons) in pushes {
+            lab.push(bodies[body], newtons);
+        }
         lab.run(1);
     }
     bodies.into_iter().map(|body| lab.bits(body)).collect()

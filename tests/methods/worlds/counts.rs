@@ -61,8 +61,7 @@ fn drag_among_other_laws_counts_as_drag() {
                 let drag: Box<dyn Law<f64>> = Box::new(Drag::new(linear, 0.0));
                 let mut lab = crowd(&Environment { damping, ..Environment::falling() }, method);
                 lab.world.insert_resource(Laws(vec![drag]));
-                lab.recompile();
-                lab.run(TICKS);
+                lab.recompile().run(TICKS);
                 let n = MOVABLE * of_a_body(method, linear > 0.0, false);
                 let expected = (n, vec![("drag", n), ("gravity", n)]);
                 assert_eq!(counts(&lab), expected, "{method:?} {linear} {damping:?}");
@@ -150,12 +149,10 @@ fn what_comes_later_is_counted_from_then_on() {
             // A large world has the same schedule with drag and without.
             lab.world.spawn((starts()[0].components(), GravityOff));
         }
-        lab.recompile();
-        lab.run(5);
+        lab.recompile().run(5);
         let before = counts(&lab).0;
         lab.world.insert_resource(Drag::new(0.3, 0.0));
-        lab.recompile();
-        lab.run(5);
+        lab.recompile().run(5);
         let all = (MOVABLE + 300) * of_a_body(method, true, false) / 2;
         assert_eq!(counts(&lab).0 - before, all, "{method:?} drag");
     }

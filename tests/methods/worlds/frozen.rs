@@ -40,8 +40,7 @@ fn a_body_that_turns_non_finite_is_frozen_and_no_other_notices() {
                     let w = lab.world.get::<motion::PhysicsBody>(lab.bodies[victim]).unwrap().inverse_mass;
                     lab.run(20);
                     let before = lab.state(victim);
-                    lab.push(victim, push * (1.0 / w) * 1e3);
-                    lab.run(40);
+                    lab.push(victim, push * (1.0 / w) * 1e3).run(40);
                     // The first of explicit Euler's two updates is that of the position, which stays finite.
                     let stands = method == Method::ExplicitEuler && scene.substeps.unwrap_or(1) == 1;
                     let frozen = if stands { drifted(&scene, before) } else { before };
@@ -83,9 +82,7 @@ fn a_body_that_runs_out_of_numbers_is_frozen_where_it_last_was() {
 fn a_frozen_body_is_left_alone_by_every_request() {
     for method in Method::ALL {
         let mut lab = crowd_with_engines(&Environment::falling(), method);
-        lab.run(5);
-        lab.push(2, DVec3::X * f64::NAN);
-        lab.run(1);
+        lab.run(5).push(2, DVec3::X * f64::NAN).run(1);
         let before = lab.bits(2);
         for request in [
             Request::Impulse(lab.bodies[2], DVec3::X),
@@ -96,8 +93,7 @@ fn a_frozen_body_is_left_alone_by_every_request() {
             Request::SetBodyMethod(lab.bodies[2], Some(method.next())),
             Request::SetBodyMethod(lab.bodies[2], None),
         ] {
-            lab.ask(request);
-            lab.run(2);
+            lab.ask(request).run(2);
             assert_eq!(lab.bits(2), before, "{method:?} {request:?}");
         }
         lab.set_method(method.previous());
@@ -113,8 +109,7 @@ fn a_request_that_is_not_finite_freezes_its_body() {
         let mut lab = crowd_with_engines(&Environment::orbiting(), method);
         lab.run(5);
         let before = lab.bits(3);
-        lab.ask(Request::Impulse(lab.bodies[3], DVec3::Y * f64::NAN));
-        lab.run(5);
+        lab.ask(Request::Impulse(lab.bodies[3], DVec3::Y * f64::NAN)).run(5);
         assert_eq!(lab.bits(3), before, "{method:?}");
         let records = lab.records();
         assert_eq!((records[0].cause.fault, records[0].tick), (Fault::Request, 6), "{method:?}");

@@ -88,8 +88,7 @@ const EVENTS: [(&str, Event); 15] = [
     }),
     ("removal", |lab| {
         // The last row takes the place of the one that is gone.
-        lab.ask(Request::SetVelocity(lab.bodies[10], DVec3::X * f64::NAN));
-        lab.push(2, DVec3::Y * f64::INFINITY);
+        lab.ask(Request::SetVelocity(lab.bodies[10], DVec3::X * f64::NAN)).push(2, DVec3::Y * f64::INFINITY);
     }),
     ("a limit, and damping that is one of the laws", |lab| {
         lab.insert(1, SpeedLimit(0.5));

@@ -43,7 +43,9 @@ fn nothing_moves_along_a_locked_axis() {
                 }
                 let pushes = pushes(u64::from(lock), TICKS, lab.bodies.len());
                 for (tick, pushes) in pushes.into_iter().enumerate() {
-                    pushes.into_iter().for_each(|(body, newtons)| lab.push(body, newtons));
+                    for (body, newtons) in pushes {
+                        lab.push(body, newtons);
+                    }
                     lab.run(1);
                     for ((x, v), start) in lab.states().into_iter().zip(starts()) {
                         for axis in (0..3).filter(|axis| locked[*axis]) {
@@ -73,7 +75,9 @@ fn a_speed_limit_holds_at_the_end_of_every_tick() {
             let pushes = pushes(1, TICKS, lab.bodies.len());
             let mut fastest = 0.0_f64;
             for (tick, pushes) in pushes.into_iter().enumerate() {
-                pushes.into_iter().for_each(|(body, newtons)| lab.push(body, newtons * 100.0));
+                for (body, newtons) in pushes {
+                    lab.push(body, newtons * 100.0);
+                }
                 let before = lab.states();
                 for ((x, v), (before, _)) in lab.run(1).states().into_iter().zip(before) {
                     // Explicit Euler accelerates after the move that was limited.

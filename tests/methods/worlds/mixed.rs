@@ -30,8 +30,7 @@ fn fly(scene: &Environment, world: Method, method_of: impl Fn(usize) -> Option<M
         }
     }
     for tick in 0..60 {
-        lab.push((5 * tick) % (3 * MANY), DVec3::new(3.0, tick as f64, -1.0));
-        lab.run(1);
+        lab.push((5 * tick) % (3 * MANY), DVec3::new(3.0, tick as f64, -1.0)).run(1);
     }
     lab.all_bits(&[])
 }
@@ -87,13 +86,10 @@ fn a_body_that_changes_its_method_moves_as_in_a_world_that_does() {
 fn a_method_that_nobody_had_when_the_schedule_was_compiled_comes_back() {
     let mut lab = crowd_with_engines(&Environment::falling(), Method::RungeKutta4);
     let first = lab.bodies[0];
-    lab.ask(Request::SetBodyMethod(first, Some(Method::Yoshida4)));
-    lab.run(1);
-    lab.ask(Request::SetBodyMethod(first, None));
-    lab.run(1);
+    lab.ask(Request::SetBodyMethod(first, Some(Method::Yoshida4))).run(1);
+    lab.ask(Request::SetBodyMethod(first, None)).run(1);
     lab.set_method(Method::RungeKutta2Heun);
-    lab.run(1);
-    lab.ask(Request::SetBodyMethod(first, Some(Method::Yoshida4)));
+    lab.run(1).ask(Request::SetBodyMethod(first, Some(Method::Yoshida4)));
     let before = lab.x(first);
     lab.run(1);
     assert_ne!(lab.x(first), before);

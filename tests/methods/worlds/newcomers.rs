@@ -61,8 +61,7 @@ fn bodies_carry_what_their_method_keeps_and_no_more() {
                 lab.run(2);
                 assert_eq!(kept(&mut lab), expected(&bodies, to, keeps), "{what}");
                 // And one body alone, the one with engines: the only one that keeps something in every scene.
-                lab.ask(Request::SetBodyMethod(bodies[3], Some(from)));
-                lab.run(1);
+                lab.ask(Request::SetBodyMethod(bodies[3], Some(from))).run(1);
                 let others: Vec<_> = bodies.iter().copied().filter(|body| *body != bodies[3]).collect();
                 let (mut steps, mut accelerations) = expected(&others, to, |_| true);
                 if to != Method::PositionVerlet && !keeps(0) {

@@ -147,9 +147,7 @@ fn velocities_turned_round_lead_back() {
                     motion::mark_method(&mut lab.world.entity_mut(lab.bodies[0]), Some(method));
                     lab.set_method(Method::ExplicitEuler);
                 }
-                lab.run(500);
-                lab.ask(Request::ReverseVelocities);
-                lab.run(500);
+                lab.run(500).ask(Request::ReverseVelocities).run(500);
                 let error = lab.x(0).distance(START.x) / START.x.length();
                 assert!(error <= 1e-12, "{method:?} {own}: {error:e} {scene:?}");
                 // At the time of the position, also under position Verlet.
@@ -180,9 +178,9 @@ fn gravity_that_is_switched_is_a_parabola_in_pieces() {
                 37 => lab.ask(Request::SwitchGravity(false)),
                 91 => lab.ask(Request::SwitchGravity(true)),
                 120 => lab.ask(Request::SetGravity(DVec3::new(2.0, 5.0, -1.0))),
-                _ => {}
+                _ => &mut lab,
             }
-            lab.run(1);
+            .run(1);
             let a = gravity_of(tick).unwrap_or(DVec3::ZERO);
             (x, v) = uniform_step(method, x, v, a);
             // Two additions a tick on either side, and stages of up to twice the step.
