@@ -2,8 +2,8 @@
 
 use bevy_ecs::prelude::*;
 use motion::{
-    AxisLocks, Damping, DampingModel, DampingRate, Drag, Gravity, GravityOff, Law, Method, Orientation,
-    OwnLaws, OwnSubsteps, SpeedLimit, StableId, Substeps, mark_method,
+    AxisLocks, Damping, DampingModel, DampingRate, Drag, Gravity, GravityOff, Method, Orientation, OwnLaws,
+    OwnSubsteps, SpeedLimit, StableId, Substeps, mark_method,
 };
 
 use super::{Bits, Environment, H, IMMOVABLE, add, bare_bits, crowd, engine, engines, pushes, starts, wells};
@@ -159,8 +159,7 @@ fn drag_among_other_laws_is_drag() {
                 let own = as_resource.then_some(drag);
                 let mut lab = Environment { drag: own, damping, ..Environment::falling() }.lab(method, H);
                 if !as_resource {
-                    let drag: Box<dyn Law<f64>> = Box::new(drag);
-                    lab.world.insert_resource(motion::Laws(vec![drag]));
+                    lab.world.insert_resource(motion::Laws(vec![Box::new(drag)]));
                 }
                 lab.recompile();
                 for start in starts() {

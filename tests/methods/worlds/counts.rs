@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use motion::{
-    Damping, DampingModel, Drag, Gravity, GravityOff, Law, Laws, Method, Request, Substeps, mark_method,
+    Damping, DampingModel, Drag, Gravity, GravityOff, Laws, Method, Request, Substeps, mark_method,
 };
 
 use super::{Dice, Environment, Start, crowd, engines, starts};
@@ -58,9 +58,8 @@ fn drag_among_other_laws_counts_as_drag() {
     for method in Method::ALL {
         for damping in [None, Some(Damping { model: DampingModel::Tutorial, rate: 0.3 })] {
             for linear in [0.0, 0.3] {
-                let drag: Box<dyn Law<f64>> = Box::new(Drag::new(linear, 0.0));
                 let mut lab = crowd(&Environment { damping, ..Environment::falling() }, method);
-                lab.world.insert_resource(Laws(vec![drag]));
+                lab.world.insert_resource(Laws(vec![Box::new(Drag::new(linear, 0.0))]));
                 lab.recompile().run(TICKS);
                 let n = MOVABLE * of_a_body(method, linear > 0.0, false);
                 let expected = (n, vec![("drag", n), ("gravity", n)]);

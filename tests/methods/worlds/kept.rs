@@ -4,8 +4,8 @@
 use glam::DVec3;
 use motion::snapshot::LastAcceleration;
 use motion::{
-    Damping, DampingModel, Gravity, Law, Laws, Method, OwnLaws, Request, SpeedLimit, Substeps, TimeStep,
-    Well, Wells,
+    Damping, DampingModel, Gravity, Laws, Method, OwnLaws, Request, SpeedLimit, Substeps, TimeStep, Well,
+    Wells,
 };
 
 use super::{Bits, Environment, H, crowd_with_engines, starts, wells};
@@ -49,8 +49,7 @@ const EVENTS: [(&str, Event); 15] = [
     }),
     ("wells switched for other laws", |lab| {
         lab.world.remove_resource::<Wells>();
-        let law: Box<dyn Law<f64>> = Box::new(wells());
-        lab.world.insert_resource(Laws(vec![law]));
+        lab.world.insert_resource(Laws(vec![Box::new(wells())]));
         lab.recompile();
     }),
     ("position", |lab| {
@@ -122,8 +121,7 @@ fn a_law_that_goes_leaves_no_acceleration_behind() {
     for method in METHODS {
         let run = |forgets: bool| {
             let mut lab = Environment::orbiting().lab(method, H);
-            let law: Box<dyn Law<f64>> = Box::new(wells());
-            lab.world.insert_resource(Laws(vec![law]));
+            lab.world.insert_resource(Laws(vec![Box::new(wells())]));
             lab.recompile();
             for start in starts() {
                 lab.spawn(start);
