@@ -257,9 +257,9 @@ fn a_folder_that_is_made_for_an_output_is_told() {
     let mut told: Vec<_> = said.err.lines().filter(|line| !line.starts_with("drawing with ")).collect();
     told.sort_unstable();
     assert_eq!((said.code, told), (0, vec!["made the folder new/folder", "made the folder new/other"]));
-    assert!(
-        ["new/folder/out.csv", "new/other/out.json"].iter().all(|file| folder.path().join(file).exists())
-    );
+    for file in ["new/folder/out.csv", "new/other/out.json"] {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
 }
 
 #[test]

@@ -37,12 +37,8 @@ fn rows(folder: &Path, line: &str) -> Vec<Row> {
     sandbox(folder, &format!("run {line} --state state.csv")).fine();
     let text = fs::read_to_string(folder.join("state.csv")).unwrap();
     let mut lines = text.lines();
-    assert_eq!(
-        lines.next(),
-        Some(
-            "tick,time_s,body,position_x_m,position_y_m,position_z_m,velocity_x_m_s,velocity_y_m_s,velocity_z_m_s"
-        )
-    );
+    let heading = "tick,time_s,body,position_x_m,position_y_m,position_z_m,velocity_x_m_s,velocity_y_m_s,velocity_z_m_s";
+    assert_eq!(lines.next(), Some(heading));
     let number = |cell: &str| {
         let value: f64 = cell.parse().unwrap();
         let digits = cell.split('e').next().unwrap().trim_start_matches('-');

@@ -219,11 +219,8 @@ fn ghosts_change_nothing_of_the_run_and_leave_nothing_behind() {
     assert_eq!(drive.session.evaluations().laws(), plain.session.evaluations().laws());
     let (with, without) = (drive.session.picture(), plain.session.picture());
     assert!(empty.translucent.is_empty() && with.translucent.is_empty());
-    assert_eq!(
-        (&with.spheres, &with.cuboids, &with.lines),
-        (&without.spheres, &without.cuboids, &without.lines)
-    );
-    assert_eq!(with.particles, without.particles);
+    assert_eq!((with.spheres, with.cuboids), (without.spheres, without.cuboids));
+    assert_eq!((with.lines, with.particles), (without.lines, without.particles));
 }
 
 /// A spring that is far too stiff for a tick of most methods, not for a sixteenth of one.

@@ -4,7 +4,6 @@ use glam::DVec3;
 use history::Simulation;
 use motion::arrays::Bare;
 use motion::{Damping, DampingModel, Gravity, Method, Request};
-use scene::shipped;
 
 use super::{arrays, arrays_by, run, states, twin};
 use crate::harness::all_bits;
@@ -56,9 +55,8 @@ fn experiment(tick: u32, twin: &mut Simulation, bare: &mut Bare<f64>) {
 #[test]
 fn experiments_do_what_requests_do() {
     for name in ["projectile", "ship", "third_law", "rope", "orbit", "terminal_speed"] {
-        let shipped = shipped().iter().find(|shipped| shipped.name == name).unwrap();
         for method in Method::ALL {
-            let mut twin = twin(shipped.load().unwrap(), method, 2);
+            let mut twin = twin(scene::load(name).unwrap(), method, 2);
             let mut bare = arrays::<f64>(&mut twin);
             for tick in 0..24 {
                 run(&mut bare, 1);
@@ -75,13 +73,12 @@ fn experiments_do_what_requests_do() {
 #[test]
 fn another_method_goes_on_from_where_the_last_one_was() {
     for name in ["ship", "third_law", "orbit"] {
-        let shipped = shipped().iter().find(|shipped| shipped.name == name).unwrap();
         for (from, to) in [
             (Method::PositionVerlet, Method::RungeKutta4),
             (Method::VelocityVerlet, Method::PositionVerlet),
             (Method::PositionVerlet, Method::ImplicitEuler),
         ] {
-            let mut twin = twin(shipped.load().unwrap(), from, 1);
+            let mut twin = twin(scene::load(name).unwrap(), from, 1);
             let mut bare = arrays::<f64>(&mut twin);
             run(&mut bare, 7);
             twin.run(7);

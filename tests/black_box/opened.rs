@@ -218,19 +218,14 @@ fn what_comes_out_otherwise_is_said() {
         Some(history::FaultEntry { tick: 9, body: None, what: "something else".to_owned() });
     let (_, repetition) = reopened(&bundle, false);
     assert!(!repetition.same());
-    let differences = repetition.differences(&bundle.manifest);
-    assert_eq!(
-        differences,
-        ["the state differs from tick 32 on", "no fault instead of tick 9: something else"]
-    );
+    let expected = ["the state differs from tick 32 on", "no fault instead of tick 9: something else"];
+    assert_eq!(repetition.differences(&bundle.manifest), expected);
     bundle.manifest.end_tick = 0;
     bundle.manifest.snapshot_tick = 1;
     let Err(error) = Session::of_bundle(&bundle, "box.zip", Options::default(), &mut |_| ()) else {
         panic!("opened")
     };
     assert_eq!(error.exit_code(), 2);
-    assert!(
-        error.to_string().starts_with("box.zip: the ticks of the bundle contradict each other"),
-        "{error}"
-    );
+    let error = error.to_string();
+    assert!(error.starts_with("box.zip: the ticks of the bundle contradict each other"), "{error}");
 }

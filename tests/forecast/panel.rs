@@ -132,17 +132,12 @@ fn the_panel_is_drawn() {
 fn no_shipped_scene_is_unstable_but_those_that_show_it() {
     let mut said = Vec::new();
     for shipped in scene::shipped() {
-        let mut session = Session::new(scene::load(shipped.name).unwrap(), sandbox::Options::default());
-        said.extend(
-            session.forecast_start(1.0 / 60.0).iter().map(|row| format!("{}: {}", shipped.name, row.line())),
-        );
+        let mut session = Session::new(shipped.load().unwrap(), sandbox::Options::default());
+        let rows = session.forecast_start(1.0 / 60.0);
+        said.extend(rows.iter().map(|row| format!("{}: {}", shipped.name, row.line())));
     }
     // It shows what explicit Euler makes of an orbit.
     let [race] = &said[..] else { panic!("{said:#?}") };
-    assert!(
-        race.starts_with(
-            "orbits_race: wells at explicit_euler: w h = 0.06899, explicit_euler is never stable here"
-        ),
-        "{race}"
-    );
+    let expected = "orbits_race: wells at explicit_euler: w h = 0.06899, explicit_euler is never stable here";
+    assert!(race.starts_with(expected), "{race}");
 }
