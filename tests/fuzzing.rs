@@ -195,7 +195,7 @@ fn a_fault_is_found_again_where_the_first_energy_is_no_number() {
 fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
     let run = |asks: bool| {
         let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
-        lab.run(5).push(bodies[0], DVec3::splat(f64::NAN)).run(1);
+        lab.run(5).push(bodies[0], DVec3::NAN).run(1);
         if asks {
             lab.ask(Request::SetInverseMass(bodies[0], 3.0));
             lab.ask(Request::SetPosition(bodies[0], DVec3::ZERO));
@@ -208,7 +208,7 @@ fn a_mass_for_a_frozen_body_is_noticed_by_nobody() {
 /// A refused position does not restart the other bodies of a group of position Verlet.
 #[test]
 fn a_place_that_is_refused_is_noticed_by_nobody() {
-    for refused in [DVec3::X * f64::INFINITY, DVec3::splat(f64::NAN)] {
+    for refused in [DVec3::X * f64::INFINITY, DVec3::NAN] {
         let run = |request: fn(Entity, DVec3) -> Request| {
             let (mut lab, bodies) = falling_pair([DVec3::X, DVec3::Z], 1.5);
             lab.run(5).ask(request(bodies[0], refused));
@@ -312,7 +312,7 @@ fn the_smallest_velocities_are_the_same_in_every_kernel() {
                 }
                 if joined {
                     lab.spring([0, 1], elastic(1.0, 0.0));
-                    lab.push(1, DVec3::splat(f64::NAN));
+                    lab.push(1, DVec3::NAN);
                 }
                 lab.recompile();
                 lab.run(1).bits(0)

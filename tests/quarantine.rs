@@ -87,7 +87,7 @@ fn an_experiment_may_ask_for_nonsense_and_gets_a_quarantine() {
         let mut lab = crowd(2);
         lab.run(3);
         let before = lab.state(0);
-        lab.ask(request(lab.bodies[0], Vector::splat(f64::NAN))).run(3);
+        lab.ask(request(lab.bodies[0], Vector::NAN)).run(3);
         assert_eq!(lab.state(0), before);
         let record = lab.records()[0];
         assert_eq!((record.body, record.cause.fault, record.tick), (lab.bodies[0], Fault::Request, 4));
@@ -102,8 +102,8 @@ fn an_experiment_that_is_refused_is_told_by_what_it_asked_for() {
         lab.records()[0].cause.what()
     };
     let says = |part: &str| format!("an experiment asked for a state that cannot be, in its {part}");
-    assert_eq!(asked(|body| Request::SetVelocity(body, Vector::splat(f64::NAN))), says("velocity"));
-    assert_eq!(asked(|body| Request::SetPosition(body, Vector::splat(f64::NAN))), says("position"));
+    assert_eq!(asked(|body| Request::SetVelocity(body, Vector::NAN)), says("velocity"));
+    assert_eq!(asked(|body| Request::SetPosition(body, Vector::NAN)), says("position"));
     for request in
         [|body| Request::SetInverseMass(body, -1.0), |body| Request::SetInverseMass(body, f64::NAN)]
     {

@@ -43,7 +43,7 @@ fn interventions_are_booked_as_such() {
             assert_eq!(interventions(&kept), 0.0, "{name}");
             match deed {
                 Some(request) => kept.ask(request.rename(|name| Some(kept.body(name))).unwrap()),
-                None => kept.push("b", DVec3::splat(f64::NAN)),
+                None => kept.push("b", DVec3::NAN),
             }
             .tick();
             let size = kept.ledger.since_opening().energy.interventions.abs();

@@ -21,7 +21,7 @@ fn act(run: &mut Simulation, tick: u64) {
         9 => vec![Request::SetInverseMass(body("ball"), 0.25), Request::Switch(Effect::Thrusts, false)],
         11 => vec![Request::Switch(Effect::Emitters, true), Request::SetGravity(DVec3::new(0.0, -3.0, 1.0))],
         13 => vec![Request::SetBodyMethod(body("dust"), Some(Method::VelocityVerlet))],
-        15 => vec![Request::SetVelocity(body("dust"), DVec3::splat(f64::NAN))],
+        15 => vec![Request::SetVelocity(body("dust"), DVec3::NAN)],
         17 => vec![
             Request::SetDamping(Damping { model: DampingModel::Exact, rate: 0.3 }),
             Request::Switch(Effect::Wells, false),

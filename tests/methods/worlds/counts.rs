@@ -165,7 +165,7 @@ fn a_body_in_quarantine_counts_no_more() {
                 let mut lab = crowd(&scene, method);
                 lab.run(5);
                 for victim in victims {
-                    lab.have(Request::SetVelocity(lab.bodies[*victim], DVec3::splat(f64::NAN)));
+                    lab.have(Request::SetVelocity(lab.bodies[*victim], DVec3::NAN));
                 }
                 let before = counts(&lab).0;
                 lab.run(5);
