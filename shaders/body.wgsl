@@ -25,7 +25,7 @@ struct Surface {
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
-    @location(3) color: vec3f,
+    @location(3) @interpolate(flat) albedo: vec3f,
     @location(4) @interpolate(flat) surface: u32,
 }
 
@@ -51,7 +51,7 @@ fn vs_surface(vertex: Vertex, body: Body) -> Surface {
     out.position = position;
     out.normal = turned_normal(vertex, body);
     out.uv = vertex.uv;
-    out.color = body.color.rgb;
+    out.albedo = albedo_of(body.color.rgb);
     out.surface = body.surface;
     return out;
 }
@@ -69,9 +69,9 @@ fn checker(uv: vec2f) -> f32 {
 @fragment
 fn fs_surface(in: Surface) -> @location(0) vec4f {
     // Derivatives need uniform control flow, so the board is computed before it is known to be wanted.
-    let board = checker(in.uv);
-    let color = in.color * select(1.0, board, (in.surface & CHECKER) != 0u);
-    return vec4f(stored(shaded(in.position, normalize(in.normal), color)), 1.0);
+    let board = pow(checker(in.uv), 2.2);
+    let albedo = in.albedo * select(1.0, board, (in.surface & CHECKER) != 0u);
+    return vec4f(stored(shaded(in.position, normalize(in.normal), albedo)), 1.0);
 }
 
 @vertex

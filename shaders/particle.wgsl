@@ -10,7 +10,8 @@ struct Disc {
     @builtin(position) clip: vec4f,
     @location(0) place: vec2f, // on the disc, radius 1
     @location(1) position: vec3f,
-    @location(2) color: vec4f,
+    // Linear.
+    @location(2) albedo: vec4f,
 }
 
 @vertex
@@ -24,7 +25,7 @@ fn vs_particle(@builtin(vertex_index) index: u32, particle: Particle) -> Disc {
     out.position = particle.position + offset * radius;
     out.clip = globals.view_projection * vec4f(out.position, 1.0);
     out.place = place;
-    out.color = particle.color;
+    out.albedo = vec4f(albedo_of(particle.color.rgb), particle.color.a);
     return out;
 }
 
@@ -40,5 +41,5 @@ fn fs_particle(in: Disc) -> @location(0) vec4f {
     let normal = normalize(globals.camera_right.xyz * in.place.x
         + globals.camera_up.xyz * in.place.y
         - globals.camera_forward.xyz * max(bulge, 0.05));
-    return vec4f(stored(shaded(in.position, normal, in.color.rgb)), in.color.a * coverage);
+    return vec4f(stored(shaded(in.position, normal, in.albedo.rgb)), in.albedo.a * coverage);
 }

@@ -16,6 +16,11 @@ pub const OUTLINED: u32 = 2;
 pub struct Frame {
     /// Width and height in pixels; a zero draws nothing. Must be the size of the view that is drawn into.
     pub size_px: [u32; 2],
+    /// The part of the picture that shows the scene: left, top, width and height in pixels, inside the picture; without it,
+    /// all of it.
+    pub view_px: Option<[u32; 4]>,
+    /// Red, green and blue as displayed, 0 to 1, of what is around that part.
+    pub surround: [f32; 3],
     /// Where the camera looks, and how wide.
     pub camera: Camera,
     /// The one lamp; without it everything is lit softly from the camera.
@@ -34,6 +39,16 @@ pub struct Frame {
     pub lines: Vec<Line>,
     /// The user interface, painted last.
     pub panels: Option<Panels>,
+}
+
+impl Frame {
+    /// Left, top, width and height of the part that shows the scene, pixels; each side at least one.
+    pub fn view_px(&self) -> [u32; 4] {
+        let [width, height] = self.size_px;
+        let [left, top, wide, high] = self.view_px.unwrap_or([0, 0, width, height]);
+        let (left, top) = (left.min(width.saturating_sub(1)), top.min(height.saturating_sub(1)));
+        [left, top, wide.clamp(1, (width - left).max(1)), high.clamp(1, (height - top).max(1))]
+    }
 }
 
 /// Bodies that let through what is behind them: hidden by opaque ones that are nearer or at the same place, lit

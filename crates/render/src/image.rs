@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{self, BufReader},
+    io::{self, BufRead, BufReader, Seek},
     path::Path,
 };
 
@@ -70,9 +70,14 @@ impl Image {
         Ok(encoder)
     }
 
-    /// Reads a PNG of 8-bit gray, RGB or RGBA, or what decodes to one.
+    /// Reads a file with a PNG of 8-bit gray, RGB or RGBA, or what decodes to one.
     pub fn read_png(path: impl AsRef<Path>) -> io::Result<Self> {
-        let mut decoder = png::Decoder::new(BufReader::new(File::open(path)?));
+        Self::decode_png(BufReader::new(File::open(path)?))
+    }
+
+    /// Decodes a PNG of 8-bit gray, RGB or RGBA, or what decodes to one.
+    pub fn decode_png(file: impl BufRead + Seek) -> io::Result<Self> {
+        let mut decoder = png::Decoder::new(file);
         decoder.set_transformations(png::Transformations::normalize_to_color8());
         let mut reader = decoder.read_info()?;
         let mut bytes =

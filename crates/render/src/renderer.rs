@@ -165,7 +165,7 @@ impl Renderer {
         if light_view.is_some() {
             self.draw_shadows(&mut encoder);
         }
-        self.draw_picture(gpu, &mut encoder, frame.size_px, view, particles, lines);
+        self.draw_picture(gpu, &mut encoder, frame, view, [particles, lines]);
         let mut work = Vec::new();
         if let Some(panels) = &frame.panels {
             work = self.panels.paint(gpu, &mut encoder, view, frame.size_px, panels);
@@ -176,7 +176,7 @@ impl Renderer {
 
     fn globals_of(&self, frame: &Frame, light_view: Option<LightView>) -> Globals {
         let camera = &frame.camera;
-        let [width, height] = frame.size_px.map(|side| side as f32);
+        let [_, _, width, height] = frame.view_px().map(|side| side as f32);
         let half_up = (0.5 * camera.fov_y_rad).tan();
         let (light_position, light_color) = match &frame.light {
             Some(light) => {
@@ -224,11 +224,21 @@ impl Renderer {
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        size_px: [u32; 2],
+        frame: &Frame,
         view: &wgpu::TextureView,
-        particles: u32,
-        lines: u32,
+        [particles, lines]: [u32; 2],
     ) {
+        let size_px = frame.size_px;
+        let stored = |display: f32| {
+            let display = f64::from(display);
+            match self.destination.format.is_srgb() {
+                false => display,
+                true if display <= 0.04045 => display / 12.92,
+                true => ((display + 0.055) / 1.055).powf(2.4),
+            }
+        };
+        let [r, g, b] = frame.surround.map(stored);
+        let surround = wgpu::Color { r, g, b, a: 1.0 };
         self.attachments.take_if(|kept| kept.size_px != size_px);
         let attachments =
             self.attachments.get_or_insert_with(|| Attachments::new(&gpu.device, &self.destination, size_px));
@@ -244,12 +254,15 @@ impl Renderer {
                 view: target,
                 depth_slice: None,
                 resolve_target,
-                // The sky covers what nothing else does.
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store },
+                // Seen around the view only: within it the sky covers what nothing else does.
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(surround), store },
             })],
             depth_stencil_attachment: Some(cleared_depth(&depth, wgpu::StoreOp::Discard)),
             ..Default::default()
         });
+        let [left, top, width, height] = frame.view_px();
+        pass.set_viewport(left as f32, top as f32, width as f32, height as f32, 0.0, 1.0);
+        pass.set_scissor_rect(left, top, width, height);
         pass.set_bind_group(0, &self.globals_group, &[]);
         pass.set_bind_group(1, &self.shadow_map.bind_group, &[]);
 
