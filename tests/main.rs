@@ -7,6 +7,7 @@ mod bad_input;
 mod bare;
 mod black_box;
 mod bounds;
+mod cockpit;
 mod contract;
 mod controls;
 mod cost;

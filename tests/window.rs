@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use motion::clock::FrameClock;
 use motion::{Method, PhysicsBody};
 use render::Image;
@@ -21,6 +21,7 @@ use sandbox::{Mode, Options, Order, Session};
 use scene::{Action, MouseButton, Recording, Script};
 use tempfile::TempDir;
 
+use crate::cockpit::Cockpit;
 use crate::film::{Difference, Film, SIZE, Studio};
 use crate::harness::{json, output, program, sandbox, wait_for};
 
@@ -99,7 +100,12 @@ struct Window {
 
 impl Window {
     fn open(environment: &[(&str, &str)]) -> Self {
-        Self::open_in(tempfile::tempdir().unwrap(), &["--record", "recording.ron"], environment, USUAL)
+        Self::open_in(
+            tempfile::tempdir().unwrap(),
+            &["--bare", "--record", "recording.ron"],
+            environment,
+            USUAL,
+        )
     }
 
     fn open_in(
@@ -323,6 +329,41 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
 }
 
 #[test]
+fn a_person_with_a_mouse_alone_works_in_the_cockpit_and_the_recording_repeats_it() {
+    let size = [1280, 720];
+    let mut here = Cockpit::of("tutorial", size);
+    let arguments = ["--record", "recording.ron"];
+    let mut window = Window::open_in(tempfile::tempdir().unwrap(), &arguments, &[], [size, size]);
+    let moves = |window: &Window, at: DVec2| {
+        window.input(&["mousemove", &at.x.round().to_string(), &at.y.round().to_string()]);
+    };
+    let player = here.seen("player");
+    moves(&window, player);
+    window.input(&["mousedown", "1"]);
+    for step in 1..=5 {
+        moves(&window, player + DVec2::new(12.0, -6.0) * f64::from(step));
+    }
+    let pulled = window.screenshot();
+    while window.screenshot().tick < pulled.tick + 12 {}
+    window.input(&["mouseup", "1"]);
+    for name in ["Gravity", "Pause"] {
+        moves(&window, here.middle_of(name));
+        window.input(&["click", "1"]);
+        here.click(name);
+    }
+    let paused = window.screenshot();
+    window.quit();
+
+    let (script, recording) = window.recording();
+    let end = replay(&script, &recording, |_, _| {});
+    assert_eq!(format!("{:016x}", state_hash(&end)), paused.state_hash);
+    assert!(end.paused() && end.world().resource::<motion::Gravity>().on);
+    let player = end.body("player").unwrap();
+    let velocity = end.world().get::<PhysicsBody>(player).unwrap().velocity;
+    assert!(velocity.length() > 0.1, "{velocity}");
+}
+
+#[test]
 fn a_resized_window_goes_on_in_its_new_size_and_records_it() {
     let mut window = Window::open(&[]);
     let wanted = [500, 300];
@@ -378,7 +419,7 @@ fn a_bundle_opens_just_before_its_fault_and_meets_it_again() {
     let fault = bundle.manifest.fault.clone().unwrap();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("box"), bundle.write().unwrap()).unwrap();
-    let mut window = Window::open_in(folder, &["box"], &[], USUAL);
+    let mut window = Window::open_in(folder, &["--bare", "box"], &[], USUAL);
     let hash = |tick: u64| format!("{:016x}", hashes[tick as usize - 1]);
     let good = fault.tick - 1;
     let first = window.screenshot();
@@ -407,7 +448,7 @@ fn a_bundle_opens_just_before_its_fault_and_meets_it_again() {
 #[test]
 fn a_window_is_no_larger_than_its_screen() {
     let (folder, screen) = (tempfile::tempdir().unwrap(), [1024, 600]);
-    let mut window = Window::open_in(folder, &[], &[], [screen, [1280, 720]]);
+    let mut window = Window::open_in(folder, &["--bare"], &[], [screen, [1280, 720]]);
     assert_eq!(window.screenshot().image.size_px, screen);
     window.quit();
 }

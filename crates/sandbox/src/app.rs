@@ -1,7 +1,9 @@
 //! A session: a scene that runs, what a person or a script does to it, and its tools.
 
 pub mod actions;
+mod camera;
 mod changes;
+mod cockpit;
 mod control;
 mod held;
 mod layout;

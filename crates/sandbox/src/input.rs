@@ -16,7 +16,7 @@ pub struct Key {
 }
 
 /// Keys that are named and not typed.
-const NAMED: [&str; 17] = [
+const NAMED: [&str; 18] = [
     "Space",
     "Shift",
     "Alt",
@@ -33,6 +33,7 @@ const NAMED: [&str; 17] = [
     "Delete",
     "F1",
     "F2",
+    "F10",
     "F12",
 ];
 

@@ -15,6 +15,7 @@ mod window;
 
 pub use app::rerun::Repetition;
 pub use app::session::{Session, Simulated};
+pub use app::ui::Control;
 pub use app::{actions, player};
 pub use commands::plan;
 pub use output::{files, report};

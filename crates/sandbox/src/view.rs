@@ -1,6 +1,6 @@
 //! A simulation and how it is looked at: the camera, where things are drawn, the picture and the words in it.
 
-mod arrows;
+pub(crate) mod arrows;
 pub(crate) mod camera;
 pub(crate) mod card;
 mod forces;
@@ -11,6 +11,7 @@ pub(crate) mod notices;
 pub(crate) mod options;
 pub(crate) mod picture;
 pub(crate) mod pose;
+pub(crate) mod pull;
 mod read;
 pub(crate) mod recorded;
 mod recording;

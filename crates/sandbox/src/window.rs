@@ -9,7 +9,7 @@ mod wheel;
 
 use std::collections::HashMap;
 use std::ops;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -27,13 +27,14 @@ use self::pointer::Pointer;
 use self::recorder::Recorder;
 use self::speed::Speed;
 use self::wheel::Wheel;
-use crate::app::actions::binding;
+use crate::app::actions::{binding, key_of_word};
 use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{StepArgs, size};
 use crate::failure::Failure;
 use crate::input::{Button, Input, InputFrame, Key};
 use crate::output::bundle::{self, write_bundle};
+use crate::output::files::write;
 use crate::output::pictures::write_picture;
 use crate::output::progress::Loading;
 use crate::view::notices::Topic;
@@ -64,6 +65,9 @@ pub(crate) struct WindowArgs {
     /// Play a script
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
+    /// Show the tutorial's picture alone, without the bars and the dock around it; F10 does the same
+    #[arg(long)]
+    pub bare: bool,
     /// Size of the window, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
@@ -106,6 +110,11 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         failure: None,
     };
     shell.session.forecast_start(1.0 / DEFAULT_FPS);
+    if !args.bare && args.script.is_none() {
+        // As a key of the first frame, so that a recording has it too.
+        let key = key_of_word("toggle_cockpit").expect("the action has a key");
+        shell.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+    }
     // Also while another window has the keyboard: the wheel turns here as well.
     event_loop.listen_device_events(DeviceEvents::Always);
     event_loop.run_app(&mut shell).map_err(|error| {
@@ -375,6 +384,11 @@ impl Shell {
             match order {
                 Order::Quit => event_loop.exit(),
                 Order::Open(name) => self.open_scene(&name),
+                Order::Table(text) => {
+                    let path = free_name("graph", "csv");
+                    let written = write(&path, text.as_bytes());
+                    say_written(&mut self.session, &path, written);
+                }
                 // Written with the picture, in `draw`, if there was one.
                 Order::Screenshot(_) | Order::Bundle if drawn => {}
                 Order::Screenshot(_) | Order::Bundle => self.session.postpone(order),
@@ -459,13 +473,7 @@ impl Shell {
                     (path, written)
                 }
             };
-            self.session.notices.say(
-                Topic::File,
-                match written {
-                    Ok(()) => format!("wrote {}", path.display()),
-                    Err(failure) => failure.to_string(),
-                },
-            );
+            say_written(&mut self.session, &path, written);
         }
         Ok(true)
     }
@@ -480,6 +488,14 @@ impl Shell {
             Err(error) => self.session.notices.say(Topic::File, error.to_string()),
         }
     }
+}
+
+fn say_written(session: &mut Session, path: &Path, written: Result<(), Failure>) {
+    let words = match written {
+        Ok(()) => format!("wrote {}", path.display()),
+        Err(failure) => failure.to_string(),
+    };
+    session.notices.say(Topic::File, words);
 }
 
 fn save_picture(image: &Image, path: PathBuf, session: &Session) -> (PathBuf, Result<(), Failure>) {

@@ -107,6 +107,7 @@ const FIRST: &[Binding] = &[
         what: "held, a click selects also what cannot be moved",
         does: Does::While(Hold::SelectImmovable),
     },
+    once("frame", &["F"], "frame the selection, or everything that moves", Session::frame_view),
     once("pause", &["P"], "pause or go on", |session| session.view.paused ^= true),
     once("step", &["."], "pause and simulate one tick", |session| {
         session.view.paused = true;
@@ -137,7 +138,7 @@ const LAST: &[Binding] = &[
         session.order_bundle();
     }),
     once("velocity_arrows", &["1"], "velocity arrows", |session| session.view.velocity_arrows ^= true),
-    once("force_arrows", &["2"], "force arrows: weight violet, the rest red", |session| {
+    once("force_arrows", &["2"], "force arrows, one per cause, and their sum in white", |session| {
         session.view.force_arrows ^= true;
     }),
     once("springs", &["3"], "springs, colored by strain, in place of what they carry", |session| {
@@ -147,6 +148,12 @@ const LAST: &[Binding] = &[
         session.view.trails ^= true;
         session.seen.trails = Default::default();
     }),
+    once(
+        "toggle_cockpit",
+        &["F10"],
+        "show or hide the bars and the dock around the view",
+        Session::toggle_cockpit,
+    ),
     once("screenshot", &["F12"], "write a screenshot", |session| {
         session.orders.push(Order::Screenshot(None));
     }),
@@ -186,7 +193,13 @@ pub const MOUSE: &[(&str, When, &str)] = &[
         When::Always,
         "push the selection along the ray with the click force, if the ray meets it first",
     ),
-    ("wheel", When::Always, "change the click force, 100 N per notch; a negative force pulls"),
+    ("right drag", When::SelectionMode, "within bars and dock, beside the selection: orbit"),
+    ("middle drag", When::SelectionMode, "within bars and dock: pan"),
+    (
+        "wheel",
+        When::Always,
+        "change the click force, 100 N per notch, a negative force pulls; zoom within bars and dock while nothing is selected",
+    ),
 ];
 
 /// Input, what it does and when, for every key and for the mouse.

@@ -10,6 +10,7 @@ use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::{Damping, Method, MutualGravity, OwnMethod, Particle, PushQueue, Request, Substeps, TimeStep};
 use scene::unsolvable;
 
+use crate::app::actions::BINDINGS;
 use crate::app::session::{Session, SwitchedBy};
 use crate::input::Experiment;
 use crate::tools::tool::{Edit, Tool as _};
@@ -73,7 +74,14 @@ impl Session {
             }
             Edit::Seek(tick) => self.begin_seek(tick),
             Edit::SaveBundle => self.order_bundle(),
+            Edit::SaveTable(text) => self.orders.push(Order::Table(text)),
             Edit::Open(scene) => self.orders.push(Order::Open(scene)),
+            Edit::Act(name) => {
+                if let Some(binding) = BINDINGS.iter().find(|binding| binding.name == name) {
+                    self.act(binding.does);
+                }
+            }
+            Edit::Pace(pace) => self.set_pace(pace / self.clock.pace()),
         }
     }
 

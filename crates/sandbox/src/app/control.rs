@@ -9,7 +9,7 @@ use motion::{Gravity, Method, PhysicsBody, Push, PushQueue, Quarantined, Request
 use scene::unsolvable;
 
 use crate::app::actions::{Does, binding, takes_shift};
-use crate::app::held;
+use crate::app::held::{self, Drag};
 use crate::app::session::{Session, SwitchedBy};
 use crate::input::{Button, Input, Key};
 use crate::methods;
@@ -19,6 +19,9 @@ use crate::view::stage::{Mode, Order};
 
 /// Slowest and fastest pace that the keys reach.
 const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
+
+/// A press is a click as long as the pointer stays within so many pixels.
+const CLICK_PX: f64 = 4.0;
 
 impl Session {
     pub(crate) fn handle(&mut self, input: &Input) {
@@ -36,8 +39,17 @@ impl Session {
             Input::Mouse(x, y) => match self.view.mode {
                 Mode::Camera => self.view.camera.look(*x, *y),
                 Mode::Selection => {
-                    self.view.pointer = DVec2::new(*x, *y);
+                    let before = std::mem::replace(&mut self.view.pointer, DVec2::new(*x, *y));
                     self.ui.pointer(*x, *y);
+                    if self.hands.pressed.is_some_and(|from| from.distance(self.view.pointer) > CLICK_PX) {
+                        self.hands.pressed = None;
+                        self.view.pointer = before;
+                        self.seen.pull = self.take();
+                        self.view.pointer = DVec2::new(*x, *y);
+                    }
+                    if let Some(drag) = self.hands.drag {
+                        self.drag(drag, self.view.pointer - before);
+                    }
                 }
             },
             Input::ButtonDown(button) => self.button(*button, true),
@@ -45,13 +57,19 @@ impl Session {
             Input::Wheel(notches) => {
                 if self.view.mode == Mode::Selection && self.ui.wants_pointer() {
                     self.ui.wheel(*notches);
-                } else if notches.is_finite() {
+                } else if !notches.is_finite() {
+                } else if self.moves_camera() && self.seen.selection.is_none() {
+                    self.zoom(*notches);
+                } else {
                     self.view.click_force += notches * self.view.push.per_notch;
                 }
             }
             Input::FocusLost => {
                 self.hands.held.release_all();
                 self.hands.selecting = false;
+                self.hands.drag = None;
+                self.hands.pressed = None;
+                self.seen.pull = None;
                 self.ui.focus_lost();
             }
             Input::Resized(size) => {
@@ -74,10 +92,18 @@ impl Session {
                 self.view.camera.fly(DVec3::Y, moved_s);
             }
             match binding.does {
-                Does::Once(does) => does(self),
-                Does::Open(panel) => self.toggle(panel),
                 Does::While(hold) => self.hands.held.press(key, hold),
+                does => self.act(does),
             }
+        }
+    }
+
+    /// Does at once what a key or a button is for.
+    pub(crate) fn act(&mut self, does: Does) {
+        match does {
+            Does::Once(does) => does(self),
+            Does::Open(panel) => self.toggle(panel),
+            Does::While(_) => {}
         }
     }
 
@@ -143,9 +169,10 @@ impl Session {
             Mode::Selection => Mode::Camera,
         };
         self.hands.selecting = false;
+        self.hands.drag = None;
         // The pointer appears where the cross-hair was, and leaves the panels when it is grabbed.
-        let [width, height] = self.run.options.size_px.map(f64::from);
-        self.view.pointer = DVec2::new(width, height) / 2.0;
+        let [corner, size] = self.view_area();
+        self.view.pointer = corner + size / 2.0;
         match self.view.mode {
             Mode::Camera => self.ui.pointer_gone(),
             Mode::Selection => {
@@ -210,11 +237,25 @@ impl Session {
         }
         match (button, down) {
             (Button::Left, true) if self.view.mode == Mode::Selection => {
-                self.hands.selecting = true;
+                // The tutorial selects what the pointer is drawn over; the cockpit pulls what it was pressed on.
+                self.hands.selecting = !self.moves_camera();
+                self.hands.pressed = self.moves_camera().then_some(self.view.pointer);
                 self.select();
             }
-            (Button::Left, false) => self.hands.selecting = false,
-            (Button::Right, true) => self.push_selected(),
+            (Button::Left, false) => {
+                self.hands.selecting = false;
+                self.hands.pressed = None;
+                self.seen.pull = None;
+            }
+            (Button::Right, true) => {
+                if !self.push_selected() && self.moves_camera() {
+                    self.hands.drag = Some(Drag::Orbit(self.pivot()));
+                }
+            }
+            (Button::Middle, true) if self.moves_camera() => {
+                self.hands.drag = Some(Drag::Pan(self.pivot()));
+            }
+            (Button::Right | Button::Middle, false) => self.hands.drag = None,
             _ => {}
         }
     }
@@ -241,14 +282,15 @@ impl Session {
         }
     }
 
-    /// Pushes the selection along the ray, if the ray meets it first.
-    fn push_selected(&mut self) {
-        let (Some(selected), Some(_)) = (self.seen.selection, self.sim.scene.push) else { return };
+    /// Pushes the selection along the ray, if the ray meets it first; whether it does.
+    fn push_selected(&mut self) -> bool {
+        let (Some(selected), Some(_)) = (self.seen.selection, self.sim.scene.push) else { return false };
         let ray = self.picking_ray();
         let hit = self.cast(&ray).filter(|hit| hit.entity == selected);
         if let Some(pushed) = hit.and_then(|hit| hit.pushed) {
             let newtons = ray.direction() * self.view.click_force;
             self.sim.world.resource_mut::<PushQueue>().push_once(pushed, newtons);
         }
+        hit.is_some()
     }
 }

@@ -1,6 +1,6 @@
 //! Held keys, and what they steer.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::input::Key;
 
@@ -29,7 +29,20 @@ type HeldKey = (Key, Hold);
 pub(crate) struct Hands {
     pub held: Held,
     pub selecting: bool,
+    /// Where the left button went down on what can be pulled, until that becomes a click or a pull, pixels.
+    pub pressed: Option<DVec2>,
+    /// What the pointer moves the camera by while a button is down.
+    pub drag: Option<Drag>,
     pub steps_asked: u64,
+}
+
+/// How a drag of the pointer moves the camera about a place, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Drag {
+    /// Around it.
+    Orbit(DVec3),
+    /// Sideways and up, so that it stays under the pointer.
+    Pan(DVec3),
 }
 
 /// Keys that went down and up before what they steer could see them.

@@ -1,6 +1,6 @@
 //! The panels and words of a frame, laid out from the session.
 
-use egui::{Context, Id, LayerId, Window};
+use egui::{Id, LayerId, Rect, Window};
 use motion::clock::{FrameClock, FrameTime};
 
 use crate::app::actions;
@@ -13,30 +13,56 @@ use crate::view::stage::Stage;
 use crate::view::{hud, marks};
 
 /// Lays out all that is written over the picture; the changes that the person asks for.
-fn lay_out(ui: &mut Ui, context: &Context, stage: &mut Stage, tools: &mut Tools) -> Vec<Edit> {
+fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tools) -> Vec<Edit> {
     let (mut edits, mut windows) = (Vec::new(), Vec::new());
     let titles: Vec<_> = ui.opened().iter().map(|panel| panel.row().title).collect();
+    let opened = ui.opened().to_owned();
+    if let Some(cockpit) = &mut ui.cockpit {
+        cockpit.show(root, &opened, stage, tools, &mut edits);
+    }
+    let (context, docks) = (root.ctx().clone(), ui.cockpit.is_some());
+    ui.view = root.available_rect_before_wrap();
+    let [r, g, b, _] = root.visuals().panel_fill.to_array().map(|part| f32::from(part) / 255.0);
+    stage.run.surround = [r, g, b];
+    stage.run.view_px = docks.then(|| pixels(ui.view, context.pixels_per_point()));
     for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
+        if docks && tool.docks() {
+            continue;
+        }
         let (place, inward) = tool.anchor(&titles);
         let window = Window::new(panel.row().title).resizable(false).collapsible(false).anchor(place, inward);
-        let mut desk = Desk { stage, keys: actions::rows, edits: &mut edits, closes: false };
-        let shown = window.show(context, |ui| tool.show(ui, &mut desk));
+        let mut desk =
+            Desk { stage, dock_width: None, keys: actions::rows, edits: &mut edits, closes: false };
+        let shown = window.show(&context, |ui| tool.show(ui, &mut desk));
         windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
     }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
+    if !stage.run.options.hud {
+        return edits;
+    }
     let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
+    let painter = painter.with_clip_rect(ui.view);
     let mut taken = marks::show(&painter, &stage.visible_labels());
     taken.extend(stage.fault_mark().map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {
         let window = windows.iter().find(|(other, ..)| *other == panel).and_then(|(_, rect, _)| *rect);
         tool.write(stage, &painter, window, taken.clone());
     }
-    hud::show(&painter, stage);
-    let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
+    hud::show(&painter, stage, docks);
+    stage.write_pull(&painter);
+    let selected = stage.seen.selection.filter(|_| !docks).and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {
-        card::show(context, &selected, stage.sim.method());
+        card::show(&context, &selected, stage.sim.method());
     }
     edits
+}
+
+/// Left, top, width and height of `rect`, of which a point has `scale` pixels.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "pixels of a picture")]
+fn pixels(rect: Rect, scale: f32) -> [u32; 4] {
+    let [left, top, right, bottom] = [rect.left(), rect.top(), rect.right(), rect.bottom()]
+        .map(|edge| (edge * scale).round().max(0.0) as u32);
+    [left, top, right.saturating_sub(left).max(1), bottom.saturating_sub(top).max(1)]
 }
 
 impl Session {
@@ -45,7 +71,7 @@ impl Session {
         self.notices.expire(time.total());
         let Self { stage, tools, ui, .. } = self;
         let mut edits = Vec::new();
-        ui.run(time, |ui, context| edits.extend(lay_out(ui, context, stage, tools)));
+        ui.run(time, |ui, root| edits.extend(lay_out(ui, root, stage, tools)));
         for edit in edits {
             self.edit(edit);
         }

@@ -15,7 +15,7 @@ use scene::{Scene, StepKind};
 
 use crate::app::held::Hands;
 use crate::app::player::Player;
-use crate::app::ui::Ui;
+use crate::app::ui::{Control, Ui};
 use crate::input::InputFrame;
 pub(crate) use crate::tools::effects::SwitchedBy;
 use crate::tools::forecast::ForecastRow;
@@ -242,12 +242,15 @@ impl Session {
         if ticks > 0 {
             self.notices.retract(Topic::Place);
             self.hands.held.begin_tick();
-            self.note_pushes();
         }
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
             if tick > 1 {
                 self.play_between_ticks();
+            }
+            self.stage.pull();
+            if tick == 1 {
+                self.note_pushes();
             }
             let last = tick == ticks && self.run.options.interpolate;
             // A trail has to know of every tick where its bodies were before it.
@@ -346,6 +349,12 @@ impl Session {
     #[must_use]
     pub fn open_panels(&self) -> &[Panel] {
         self.ui.opened()
+    }
+
+    /// The controls on the screen after the last frame; the first call only begins to name them.
+    #[must_use]
+    pub fn controls(&self) -> Vec<Control> {
+        self.ui.controls()
     }
 
     /// Simulated time with the part of the next tick that has passed, s.

@@ -3,6 +3,7 @@
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::clock::FrameTime;
 
+use crate::app::cockpit::Cockpit;
 use crate::input::{Button, Key};
 use crate::tools::Panel;
 
@@ -13,6 +14,17 @@ const FAR: f64 = 1e6;
 /// the size: below that no person could read them.
 const ROOM: [f32; 2] = [960.0, 540.0];
 const SMALLEST: f32 = 0.5;
+
+/// A button, a field or words on the screen, as assistive technology names it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// What kind of control it is, by AccessKit's name.
+    pub role: String,
+    /// What it says.
+    pub name: String,
+    /// Left, top, right and bottom, pixels.
+    pub rect_px: [f64; 4],
+}
 
 /// Which panels are open, and egui.
 pub(crate) struct Ui {
@@ -27,6 +39,10 @@ pub(crate) struct Ui {
     /// Open panels in the order in which they were opened.
     opened: Vec<Panel>,
     was_open: bool,
+    /// The bars and the dock around the view, if they are shown.
+    pub cockpit: Option<Cockpit>,
+    /// What they left for the view in the last layout.
+    pub view: Rect,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
     lays_out_at: f64,
 }
@@ -35,7 +51,11 @@ impl Ui {
     pub fn new(size_px: [u32; 2]) -> Self {
         let context = egui::Context::default();
         // Pictures must not depend on how many frames ago a panel was opened.
-        context.all_styles_mut(|style| style.animation_time = 0.0);
+        context.all_styles_mut(|style| {
+            style.animation_time = 0.0;
+            // A click beside a button is one into the scene.
+            style.interaction.interact_radius = 0.0;
+        });
         let mut visuals = egui::Visuals::dark();
         // As bright as the tutorial's texts.
         visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(191);
@@ -50,6 +70,8 @@ impl Ui {
             laid_out: false,
             opened: Vec::new(),
             was_open: false,
+            cockpit: None,
+            view: Rect::EVERYTHING,
             lays_out_at: f64::INFINITY,
         }
     }
@@ -84,9 +106,9 @@ impl Ui {
         &self.opened
     }
 
-    /// Whether a panel is open.
+    /// Whether there is anything to click: an open panel or the cockpit.
     pub const fn any_open(&self) -> bool {
-        !self.opened.is_empty()
+        !self.opened.is_empty() || self.cockpit.is_some()
     }
 
     /// Whether a panel was open in the last layout: one more layout forgets it.
@@ -120,7 +142,7 @@ impl Ui {
         // Where the pointer is now, not where the last layout saw it: it may have moved in this very frame.
         let layer = self.context.layer_id_at(self.pointer);
         let over = layer.is_some_and(|layer| layer.order != egui::Order::Background);
-        self.any_open() && (over || self.context.egui_is_using_pointer())
+        self.any_open() && (over || !self.view.contains(self.pointer) || self.context.egui_is_using_pointer())
     }
 
     pub fn key(&mut self, key: &Key, pressed: bool) {
@@ -192,7 +214,7 @@ impl Ui {
     }
 
     /// Lays out a frame by `lay_out`, which is called once more where something is as large as it was not expected to be.
-    pub fn run(&mut self, time: FrameTime, mut lay_out: impl FnMut(&mut Self, &egui::Context)) {
+    pub fn run(&mut self, time: FrameTime, mut lay_out: impl FnMut(&mut Self, &mut egui::Ui)) {
         let (now, context) = (time.total(), self.context.clone());
         // The first layout only measures; a second one of the same frame stands right.
         let passes = if self.laid_out { 1 } else { 2 };
@@ -212,7 +234,7 @@ impl Ui {
             if let Some(viewport) = input.viewports.get_mut(&egui::ViewportId::ROOT) {
                 viewport.native_pixels_per_point = Some(pixels_per_point);
             }
-            let mut output = context.run_ui(input, |root| lay_out(self, root.ctx()));
+            let mut output = context.run_ui(input, |root| lay_out(self, root));
             if let Some(mut earlier) = self.output.take() {
                 // Textures that no picture has taken yet.
                 earlier.textures_delta.append(std::mem::take(&mut output.textures_delta));
@@ -226,6 +248,20 @@ impl Ui {
         }
         self.laid_out = true;
         self.was_open = self.any_open();
+    }
+
+    /// The controls of the last layout; the first call only begins to name them.
+    pub fn controls(&self) -> Vec<Control> {
+        self.context.enable_accesskit();
+        let update = self.output.as_ref().and_then(|output| output.platform_output.accesskit_update.as_ref());
+        let scale = f64::from(self.pixels_per_point());
+        let control = |(_, node): &(_, egui::accesskit::Node)| {
+            let name = node.label().or_else(|| node.value())?.to_owned();
+            let rect = node.bounds()?;
+            let rect_px = [rect.x0, rect.y0, rect.x1, rect.y1].map(|edge| edge * scale);
+            Some(Control { role: format!("{:?}", node.role()), name, rect_px })
+        };
+        update.map_or_else(Vec::new, |update| update.nodes.iter().filter_map(control).collect())
     }
 
     /// The panels of the last layout as triangles; their textures are handed out once.

@@ -3,12 +3,12 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use lab::AttractionTick;
 use motion::DampingModel;
 use motion::clock::{FrameClock, FrameTime};
 use motion::effects::Effect;
-use render::Film;
+use render::{Film, Quality};
 use scene::{Action, Scene, Script, StepKind};
 
 use crate::app::actions;
@@ -19,7 +19,7 @@ use crate::args::{StepArgs, above_0, damping, effect, positive, rate, size, whol
 use crate::failure::Failure;
 use crate::input::InputFrame;
 use crate::output::bundle::write_bundle;
-use crate::output::files::output_file;
+use crate::output::files::{output_file, write};
 use crate::output::pictures::Camera;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
@@ -102,6 +102,29 @@ pub(crate) struct RunArgs {
     /// Size of the pictures, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],
+    /// How pictures are drawn: fixed is the same on every machine, high has smooth edges, round balls and fine shadows
+    #[arg(long, value_enum, default_value_t)]
+    pub quality: PictureQuality,
+    /// Leave the words out of the pictures
+    #[arg(long)]
+    pub no_hud: bool,
+}
+
+/// How pictures are drawn.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum PictureQuality {
+    #[default]
+    Fixed,
+    High,
+}
+
+impl From<PictureQuality> for Quality {
+    fn from(quality: PictureQuality) -> Self {
+        match quality {
+            PictureQuality::Fixed => Self::FIXED,
+            PictureQuality::High => Self::HIGH,
+        }
+    }
 }
 
 /// Seconds of a run that does not say how long.
@@ -193,6 +216,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let options = Options {
         size_px,
         pictures: wants_pictures,
+        hud: !args.no_hud,
         interpolate: wants_pictures || script.is_some(),
         catch_up: match ends {
             FrameEnds::Constant { rate } => Some((1.0 / rate).max(CATCH_UP)),
@@ -220,7 +244,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
     told.iter().chain(&long).for_each(|line| loading.tell(line));
     let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
-    let mut camera = if wants_pictures { Some(Camera::new(size_px, folder)?) } else { None };
+    let mut camera =
+        if wants_pictures { Some(Camera::new(size_px, args.quality.into(), folder)?) } else { None };
     // Opened before the run: a place that cannot be written is found out now, and not after an hour.
     let state = args.state.as_deref().map(state_file).transpose()?;
     let summary_file = args.summary.as_deref().map(output_file).transpose()?;
@@ -281,6 +306,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                     let name = name.clone().unwrap_or_else(|| format!("screenshot_{frame_number:06}.png"));
                     camera.write(&name, &session)?;
                 }
+            }
+        }
+        for order in &orders {
+            if let Order::Table(text) = order {
+                let folder = args.frames.as_deref().unwrap_or(Path::new("."));
+                write(&folder.join(format!("graph_{frame_number:06}.csv")), text.as_bytes())?;
             }
         }
         if orders.contains(&Order::Bundle) {

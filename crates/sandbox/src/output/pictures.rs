@@ -20,17 +20,17 @@ pub(crate) struct Camera {
 }
 
 impl Camera {
-    pub fn new(size: [u32; 2], folder: PathBuf) -> Result<Self, Failure> {
-        let camera = Self::without_folder(size)?;
+    pub fn new(size: [u32; 2], quality: Quality, folder: PathBuf) -> Result<Self, Failure> {
+        let camera = Self::without_folder(size, quality)?;
         // Last, so that a run that cannot draw leaves no folder.
         make_folder(&folder)?;
         Ok(Self { folder, ..camera })
     }
 
     /// One that draws, and writes nothing.
-    pub fn without_folder(size: [u32; 2]) -> Result<Self, Failure> {
+    pub fn without_folder(size: [u32; 2], quality: Quality) -> Result<Self, Failure> {
         let gpu = Gpu::headless()?;
-        let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, Quality::FIXED);
+        let renderer = Renderer::new(&gpu, render::OFFSCREEN_FORMAT, quality);
         let target = Offscreen::new(&gpu, size)?;
         Ok(Self { gpu, renderer, target, folder: PathBuf::new(), pictures: 0 })
     }

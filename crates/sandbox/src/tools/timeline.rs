@@ -26,24 +26,25 @@ impl Tool for Timeline {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        ui.set_width(WIDTH);
+        let width = desk.width(WIDTH);
+        ui.set_width(width);
         mouse_hint(ui, desk.stage);
         match &desk.stage.within() {
-            Some(within) => scrubber(ui, within, desk.stage.paused(), desk.edits),
+            Some(within) => scrubber(ui, within, desk.stage.paused(), width, desk.edits),
             None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
         }
         quarantined(ui, desk.stage.quarantined_here());
     }
 }
 
-fn scrubber(ui: &mut Ui, within: &Within, paused: bool, edits: &mut Vec<Edit>) {
+fn scrubber(ui: &mut Ui, within: &Within, paused: bool, width: f32, edits: &mut Vec<Edit>) {
     let mut tick = within.at;
-    ui.spacing_mut().slider_width = WIDTH - 90.0;
+    ui.spacing_mut().slider_width = width - 90.0;
     let slider = Slider::new(&mut tick, within.range.clone()).show_value(true).prefix("tick ");
     if ui.add(slider).changed() && tick != within.at {
         edits.push(Edit::Seek(tick));
     }
-    marks(ui, within);
+    marks(ui, within, width);
     ui.horizontal(|ui| {
         let (first, last) = (*within.range.start(), *within.range.end());
         let back = [("|<", first), ("<", within.at.saturating_sub(1).max(first))];
@@ -98,8 +99,8 @@ fn quarantined(ui: &mut Ui, bodies: &[QuarantinedBody]) {
 
 /// Snapshots, the present and the fault along the slider.
 #[expect(clippy::cast_precision_loss, reason = "ticks of a minute, pixels")]
-fn marks(ui: &mut Ui, within: &Within) {
-    let (rect, _) = ui.allocate_exact_size(Vec2::new(WIDTH - 90.0, MARKS_HEIGHT), Sense::hover());
+fn marks(ui: &mut Ui, within: &Within, width: f32) {
+    let (rect, _) = ui.allocate_exact_size(Vec2::new(width - 90.0, MARKS_HEIGHT), Sense::hover());
     let (first, last) = (*within.range.start(), *within.range.end());
     let length = (last - first).max(1) as f32;
     let x = |tick: u64| rect.left() + rect.width() * (tick.saturating_sub(first) as f32 / length).min(1.0);

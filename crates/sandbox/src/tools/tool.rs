@@ -34,18 +34,33 @@ pub(crate) enum Edit {
     /// Goes to the end of that tick.
     Seek(u64),
     SaveBundle,
+    /// Saves that text as a CSV file.
+    SaveTable(String),
     Open(String),
+    /// Does the action of that name, as its key does.
+    Act(&'static str),
+    /// Simulated seconds per second.
+    Pace(f64),
 }
 
 /// What a panel is laid out with.
 pub(crate) struct Desk<'a> {
     pub stage: &'a mut Stage,
+    /// Points from side to side that the dock has; a window is as wide as its panel.
+    pub dock_width: Option<f32>,
     /// Gives input, what it does and when, for every key and for the mouse.
     pub keys: fn() -> Vec<(String, &'static str, &'static str)>,
     /// Takes the changes that the person asks for.
     pub edits: &'a mut Vec<Edit>,
     /// Set by a panel that is done.
     pub closes: bool,
+}
+
+impl Desk<'_> {
+    /// The width of a panel that is `wanted` points wide in a window.
+    pub fn width(&self, wanted: f32) -> f32 {
+        self.dock_width.unwrap_or(wanted)
+    }
 }
 
 /// Where a panel stands on the screen: a side or a corner, and points from there.
@@ -55,6 +70,11 @@ pub(crate) type Anchor = (Align2, [f32; 2]);
 pub(crate) trait Tool {
     /// Where the panel stands while those of these titles are open.
     fn anchor(&self, open: &[&str]) -> Anchor;
+
+    /// Whether the cockpit has a place for the panel in its dock; another one stands over the picture.
+    fn docks(&self) -> bool {
+        true
+    }
 
     /// Lays out the open panel.
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>);

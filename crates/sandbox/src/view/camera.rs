@@ -1,6 +1,6 @@
 //! The tutorial's camera: flies level by yaw, looks by mouse, follows the selection when locked.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use pick::Viewpoint;
 use scene::CameraSpec;
 
@@ -41,6 +41,14 @@ impl Camera {
     pub fn look(&mut self, right: f64, down: f64) {
         self.yaw = (self.yaw - right * DEGREES_A_COUNT).rem_euclid(360.0);
         self.pitch = (self.pitch - down * DEGREES_A_COUNT).clamp(-90.0, 90.0);
+    }
+
+    /// Turns around `pivot`, m, which stays where it is seen, by degrees to the right and down.
+    pub fn orbit(&mut self, pivot: DVec3, degrees: DVec2) {
+        let away = self.viewpoint().orientation.inverse() * (self.position - pivot);
+        self.yaw = (self.yaw - degrees.x).rem_euclid(360.0);
+        self.pitch = (self.pitch - degrees.y).clamp(-90.0, 90.0);
+        self.position = pivot + self.viewpoint().orientation * away;
     }
 
     /// Flies for `seconds` along held directions: right, up and forward, each -1, 0 or 1. Forward and right are

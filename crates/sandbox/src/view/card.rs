@@ -1,7 +1,7 @@
 //! The card of the selection: the tutorial's quantities with their units.
 
 use bevy_ecs::prelude::*;
-use egui::{Align2, Grid, RichText};
+use egui::{Align2, Grid, RichText, Ui};
 use glam::DVec3;
 use motion::{ForceCause, Method, PhysicsBody, Transform};
 use report::numbers::three_decimals;
@@ -109,20 +109,25 @@ pub(crate) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
         .show(context, |ui| {
             // Else the card's edge would jump with every digit.
             ui.set_min_width(WIDTH);
-            ui.label(RichText::new(&selected.name).strong());
-            Grid::new("quantities").num_columns(2).show(ui, |ui| {
-                for (quantity, value) in rows(selected, scene) {
-                    ui.label(quantity);
-                    ui.monospace(value);
-                    ui.end_row();
-                }
-            });
+            lines(ui, selected, scene);
         });
     // It stood where it fits as wide as it was last.
     let edge = context.content_rect().right() - MARGIN;
     if card.is_some_and(|card| (card.response.rect.right() - edge).abs() > 0.5) {
         context.request_discard("the card has another width");
     }
+}
+
+/// What the card says.
+pub(crate) fn lines(ui: &mut Ui, selected: &Selected, scene: Method) {
+    ui.label(RichText::new(&selected.name).strong());
+    Grid::new("quantities").num_columns(2).show(ui, |ui| {
+        for (quantity, value) in rows(selected, scene) {
+            ui.label(quantity);
+            ui.monospace(value);
+            ui.end_row();
+        }
+    });
 }
 
 /// Causes of forces that are listed.

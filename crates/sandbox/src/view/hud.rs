@@ -5,6 +5,7 @@ use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Sense, Stroke, Ui, Vec
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
 
+use crate::view::arrows::color_of;
 use crate::view::stage::{Measured, Mode, Stage};
 
 /// The light gray in which the tutorial's texts are drawn.
@@ -27,8 +28,9 @@ const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
 /// Widest line of a notice, of the width of the window.
 const NOTICE_WIDTH: f32 = 0.94;
 
-pub(crate) fn show(painter: &Painter, stage: &Stage) {
-    let screen = painter.ctx().content_rect();
+/// Writes all of it; within the cockpit, without the keys that its buttons name.
+pub(crate) fn show(painter: &Painter, stage: &Stage, cockpit: bool) {
+    let screen = painter.clip_rect();
     // The tutorial's glyphs are 1.9 % of the width apart.
     let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75);
     let at = |percent: Vec2| screen.min + screen.size() * percent / 100.0;
@@ -55,14 +57,11 @@ pub(crate) fn show(painter: &Painter, stage: &Stage) {
     if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
         tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
     }
-    text(
-        painter,
-        at(Vec2::new(99.0, 97.0)),
-        Align2::RIGHT_BOTTOM,
-        "H help   Tab settings",
-        FontId::proportional(font.size * 0.8),
-        THIN,
-    );
+    if !cockpit {
+        let font = FontId::proportional(font.size * 0.8);
+        let keys = "H help   Tab settings";
+        text(painter, at(Vec2::new(99.0, 97.0)), Align2::RIGHT_BOTTOM, keys, font, THIN);
+    }
     state(painter, at(Vec2::new(99.0, 2.0)), stage, font.size * 0.8);
     notices(painter, at(NOTICES_AT), stage.notices(), font.size * 0.8);
     if view.mode == Mode::Camera {
@@ -73,7 +72,7 @@ pub(crate) fn show(painter: &Painter, stage: &Stage) {
 /// One below the other; what is wider than the window has several lines.
 fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item = &'a str>, size: f32) {
     let font = FontId::proportional(size);
-    let most = painter.ctx().content_rect().width() * NOTICE_WIDTH;
+    let most = painter.clip_rect().width() * NOTICE_WIDTH;
     for notice in notices {
         let line = painter.layout_no_wrap(notice.to_owned(), font.clone(), WARNING);
         let lines = if line.size().x > most {
@@ -116,6 +115,11 @@ fn state(painter: &Painter, corner: Pos2, stage: &Stage, size: f32) {
     }
     if let Some(newtons) = view.force_scale {
         lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
+        lines.extend(view.force_causes.iter().map(|cause| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
+            let [r, g, b, _] = color_of(cause).map(|part| (part * 255.0).round() as u8);
+            (cause.replace('_', " "), Color32::from_rgb(r, g, b))
+        }));
     }
     let pace = stage.clock.pace();
     if pace != 1.0 {

@@ -59,20 +59,18 @@ impl Stage {
 
     /// How far a thing is, m, and its label, if its middle is in the picture.
     pub(crate) fn label(&self, thing: Entity, text: &str, reach: Reach) -> Option<(f64, Label)> {
-        let view = self.view.camera.viewpoint();
-        let size = DVec2::from_array(self.run.options.size_px.map(f64::from));
+        let view = self.viewpoint();
         let place = self.drawn_position(thing)?;
         let distance = (place - view.position).dot(view.forward());
         let drawn = (view.near_m..=view.far_m).contains(&distance);
-        let at = view.project(place, size).filter(|_| drawn)?;
-        let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
+        let (at, inside) = self.seen_at(place).filter(|_| drawn)?;
         let turned = self.sim.world.get::<Orientation>(thing).map_or(DQuat::IDENTITY, |turned| turned.0);
         let reach = self
             .sim
             .world
             .get::<Shape>(thing)
             .map_or(0.0, |shape| reach(shape, turned.inverse() * view.right()));
-        let side = view.project(place + view.right() * reach, size)?;
+        let (side, _) = self.seen_at(place + view.right() * reach)?;
         inside.then(|| (distance, Label { at, reach: side.distance(at), text: text.to_owned() }))
     }
 }

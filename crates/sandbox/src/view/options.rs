@@ -49,6 +49,8 @@ pub struct Options {
     pub size_px: [u32; 2],
     /// Whether frames are drawn; without pictures the panels are laid out only while one is open.
     pub pictures: bool,
+    /// Whether words are written over the scene.
+    pub hud: bool,
     /// Whether poses between two ticks are drawn and picked. A run without input and pictures needs none.
     pub interpolate: bool,
     /// Longest frame that is caught up with, s, if not the usual quarter of a second.
@@ -66,6 +68,7 @@ impl Default for Options {
         Self {
             size_px: [1280, 720],
             pictures: true,
+            hud: true,
             interpolate: true,
             catch_up: None,
             paused: false,

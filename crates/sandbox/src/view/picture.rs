@@ -27,9 +27,11 @@ impl Stage {
     pub(crate) fn begin_picture(&mut self, ratio: Ratio<'_>) -> Frame {
         self.update_targets();
         let eye = self.view.camera.position;
-        let view = self.view.camera.viewpoint();
+        let view = self.viewpoint();
         let mut frame = Frame {
             size_px: self.run.options.size_px,
+            view_px: self.run.view_px,
+            surround: self.run.surround,
             camera: Camera {
                 orientation: view.orientation.as_quat(),
                 #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
@@ -58,6 +60,7 @@ impl Stage {
     pub(crate) fn finish_picture(&mut self, frame: &mut Frame) {
         let eye = self.view.camera.position;
         self.add_arrows(frame, eye);
+        self.add_pull(frame, eye);
         if self.view.trails {
             self.add_trails(frame, eye);
         }

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform};
-use pick::{Chunk, Ray, Shape, SoftPoint};
+use pick::{Chunk, Ray, Shape, SoftPoint, Viewpoint};
 
 use crate::view::stage::Mode;
 use crate::view::stage::Stage;
@@ -11,11 +11,16 @@ use crate::view::stage::Stage;
 /// Width below which nothing of a soft body is drawn, and hit, pixels.
 const THINNEST_PX: f64 = 2.0;
 
+/// Half the widest vertical field of view, radians.
+const WIDEST: f64 = 1.2;
+
 /// What a ray found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Picked {
     /// The closest thing, as a whole.
     pub entity: Entity,
+    /// From the ray's origin, m.
+    pub distance: f64,
     /// The body that a push there acts on, if there is one.
     pub pushed: Option<Entity>,
 }
@@ -41,9 +46,37 @@ impl Stage {
 
     /// The ray that picks: through the pointer in selection mode, through the middle of the view otherwise.
     pub(crate) fn picking_ray(&self) -> Ray {
-        let size = DVec2::new(f64::from(self.run.options.size_px[0]), f64::from(self.run.options.size_px[1]));
-        let pixel = if self.view.mode == Mode::Selection { self.view.pointer } else { size / 2.0 };
-        self.view.camera.viewpoint().ray_through(pixel, size)
+        let [corner, size] = self.view_area();
+        let pixel = if self.view.mode == Mode::Selection { self.view.pointer - corner } else { size / 2.0 };
+        self.viewpoint().ray_through(pixel, size)
+    }
+
+    /// The camera as rays and pictures need it. Beside panels the view may be narrow: it is widened to show what is
+    /// seen from side to side without them.
+    pub fn viewpoint(&self) -> Viewpoint {
+        let mut view = self.view.camera.viewpoint();
+        let [width, height] = self.run.options.size_px.map(f64::from);
+        let DVec2 { x, y } = self.view_area()[1];
+        let narrower = (width / height.max(1.0)) / (x / y.max(1.0));
+        if narrower > 1.0 {
+            view.fov_y_rad = 2.0 * ((0.5 * view.fov_y_rad).tan() * narrower).atan().min(WIDEST);
+        }
+        view
+    }
+
+    /// The part of the picture that shows the scene: its top left corner and its size, pixels.
+    pub fn view_area(&self) -> [DVec2; 2] {
+        let [width, height] = self.run.options.size_px;
+        let [left, top, width, height] = self.run.view_px.unwrap_or([0, 0, width, height]).map(f64::from);
+        [DVec2::new(left, top), DVec2::new(width, height)]
+    }
+
+    /// Where a place is seen, pixels from the top left of the picture, and whether that is inside the view; nothing where it
+    /// is behind the camera.
+    pub(crate) fn seen_at(&self, place: DVec3) -> Option<(DVec2, bool)> {
+        let [corner, size] = self.view_area();
+        let at = self.viewpoint().project(place, size)?;
+        Some((at + corner, at.cmpge(DVec2::ZERO).all() && at.cmple(size).all()))
     }
 
     /// The closest thing on `ray` as drawn.
@@ -53,16 +86,20 @@ impl Stage {
         let soft = self.seen.soft.cast(ray, self.thinnest(), |body| self.sim.world.get(body));
         match (solid, soft) {
             (solid, Some(soft)) if solid.is_none_or(|solid| soft.distance < solid.distance) => {
-                Some(Picked { entity: soft.entity, pushed: soft.pushed })
+                Some(Picked { entity: soft.entity, distance: soft.distance, pushed: soft.pushed })
             }
-            (solid, _) => solid.map(|hit| Picked { entity: hit.entity, pushed: Some(hit.entity) }),
+            (solid, _) => solid.map(|hit| Picked {
+                entity: hit.entity,
+                distance: hit.distance,
+                pushed: Some(hit.entity),
+            }),
         }
     }
 
     /// Smallest radius with which ropes are drawn, as a share of the distance.
     pub(crate) fn thinnest(&self) -> f64 {
-        let height = f64::from(self.run.options.size_px[1].max(1));
-        THINNEST_PX * (0.5 * self.view.camera.viewpoint().fov_y_rad).tan() / height
+        let height = self.view_area()[1].y.max(1.0);
+        THINNEST_PX * (0.5 * self.viewpoint().fov_y_rad).tan() / height
     }
 
     /// Drawn poses relative to the camera, brought up to date once a frame.

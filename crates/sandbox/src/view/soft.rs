@@ -53,7 +53,7 @@ impl Stage {
     }
 
     /// Mass of the points that forces move, kg.
-    fn mass(&self, body: &SoftBody) -> f64 {
+    pub(crate) fn mass(&self, body: &SoftBody) -> f64 {
         self.movable_points(body).map(|(_, point)| point.mass()).sum()
     }
 

@@ -17,6 +17,7 @@ use scene::{PushSpec, Scene};
 use crate::view::camera::Camera;
 use crate::view::notices::Notices;
 use crate::view::options::Options;
+use crate::view::pull::Pull;
 use crate::view::recorded::Recorded;
 use crate::view::trails::Trails;
 
@@ -68,6 +69,8 @@ pub enum Order {
     Screenshot(Option<String>),
     /// Write the run into a file: a black box.
     Bundle,
+    /// Write that text as a CSV file.
+    Table(String),
     /// Load the scene of that name and go on with it.
     Open(String),
     /// Leave.
@@ -115,6 +118,8 @@ pub(crate) struct Seen {
     pub soft: SoftTargets,
     pub targets_current: bool,
     pub trails: Trails,
+    /// What the pointer pulls.
+    pub pull: Option<Pull>,
     /// Pushes of the last tick, N.
     pub acting: HashMap<Entity, DVec3>,
     /// Where between the last two ticks bodies are drawn, in [0, 1].
@@ -135,6 +140,7 @@ impl Seen {
             soft: SoftTargets::default(),
             targets_current: false,
             trails: Trails::default(),
+            pull: None,
             acting: HashMap::new(),
             alpha: 1.0,
             records_seen: sim.world.resource::<Quarantine>().records().len(),
@@ -159,6 +165,8 @@ pub(crate) struct View {
     pub trails: bool,
     /// Newtons of a force arrow of one meter, while these are drawn.
     pub force_scale: Option<f64>,
+    /// The causes of those arrows.
+    pub force_causes: Vec<&'static str>,
     /// Words beside bodies, by stable id.
     pub labels: Vec<(u32, String)>,
 }
@@ -167,6 +175,10 @@ pub(crate) struct View {
 #[derive(Default)]
 pub(crate) struct Run {
     pub options: Options,
+    /// The part of the picture that shows the scene, if panels take the rest: left, top, width and height, pixels.
+    pub view_px: Option<[u32; 4]>,
+    /// Red, green and blue of what is around it, 0 to 1.
+    pub surround: [f32; 3],
     pub measured: Option<Measured>,
     pub frames: u64,
     /// Time dropped in hitches, s.
@@ -213,6 +225,7 @@ impl Stage {
             springs: false,
             trails: scene.trails,
             force_scale: None,
+            force_causes: Vec::new(),
             labels: scene.labels.clone(),
         };
         let sim = start(scene, run.options);

@@ -31,6 +31,7 @@ pub(super) fn named(event: &KeyEvent, modifiers: ModifiersState) -> Option<Key> 
             NamedKey::Delete => "Delete",
             NamedKey::F1 => "F1",
             NamedKey::F2 => "F2",
+            NamedKey::F10 => "F10",
             NamedKey::F12 => "F12",
             _ => return None,
         },

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use motion::Totals;
 use motion::ledger::Ledger;
-use render::{Film, Image};
+use render::{Film, Image, Quality};
 use serde_json::Value;
 
 use crate::app::session::Session;
@@ -171,7 +171,7 @@ fn place(path: &Path) -> PathBuf {
 fn still(session: &mut Session, camera: Option<Camera>) -> Result<Image, Failure> {
     let mut camera = match camera {
         Some(camera) => camera,
-        None => Camera::without_folder(session.size_px())?,
+        None => Camera::without_folder(session.size_px(), Quality::FIXED)?,
     };
     session.lay_out_still();
     camera.picture(session)

@@ -32,34 +32,35 @@ const FAILED: Color32 = Color32::from_rgb(255, 90, 80);
 
 /// The panel; whether the study is to start again.
 pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool {
-    ui.set_width(WIDTH);
+    let width = desk.width(WIDTH);
+    ui.set_width(width);
     let Some(study) = cost.study() else {
         ui.label("the first run begins with the next frame");
         return false;
     };
     mouse_hint(ui, desk.stage);
-    let again = head(ui, study, cost.progress());
+    let again = head(ui, study, cost.progress(), width);
     // They stay as they are chosen when another scene is opened.
     let id = Id::unique("cost axes");
     let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     choose(ui, &mut axes);
     ui.data_mut(|data| data.insert_temp(id, axes));
-    if let Some(setting) = plot(ui, study, axes, desk.stage.setting()) {
+    if let Some(setting) = plot(ui, study, axes, desk.stage.setting(), width) {
         desk.edits.push(Edit::ApplySetting(setting));
     }
     legend(ui, study);
-    foot(ui, study, axes);
+    foot(ui, study, axes, width);
     again
 }
 
 /// How far the study is; whether it is to start again.
-fn head(ui: &mut Ui, study: &Study, progress: f64) -> bool {
+fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> bool {
     ui.horizontal(|ui| {
         if progress < 1.0 {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
             let done = progress as f32;
             let words = format!("measuring on a copy, {:.0} % of each frame", SHARE * 100.0);
-            ui.add(ProgressBar::new(done).desired_width(WIDTH - 110.0).text(words));
+            ui.add(ProgressBar::new(done).desired_width(width - 110.0).text(words));
         } else {
             let Study { simulated_s, bodies, .. } = study;
             let s = if *bodies == 1 { "y" } else { "ies" };
@@ -109,7 +110,7 @@ fn dots(study: &Study, axes: Axes, method: Method) -> Vec<Dot<'_>> {
 const LEAST: f64 = 1e-16;
 
 /// The plot; the setting whose dot was clicked.
-fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Setting> {
+fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) -> Option<Setting> {
     let all: Vec<_> = Method::ALL.into_iter().flat_map(|method| dots(study, axes, method)).collect();
     let power = |mark: egui_plot::GridMark, _: &std::ops::RangeInclusive<f64>| match mark.value.fract() {
         0.0 => format!("1e{:.0}", mark.value),
@@ -129,6 +130,7 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Sett
         Cost::Evaluations | Cost::Instructions => "evaluations per body per simulated second",
     };
     let plot = Plot::new(("cost", axes.accuracy as u8, axes.cost as u8))
+        .width(width)
         .height(HEIGHT)
         .allow_scroll(false)
         .allow_drag(false)
@@ -245,14 +247,14 @@ fn legend(ui: &mut Ui, study: &Study) {
     });
 }
 
-fn foot(ui: &mut Ui, study: &Study, axes: Axes) {
+fn foot(ui: &mut Ui, study: &Study, axes: Axes, width: f32) {
     let front = study.front(axes.accuracy, axes.cost);
     if let (Some(cheap), Some(best)) = (front.first(), front.last()) {
         let words = format!("on the front: from {} to {}", cheap.setting, best.setting);
         ui.label(words);
     }
     ui.scope(|ui| {
-        ui.set_max_width(WIDTH);
+        ui.set_max_width(width);
         for sentence in report::time_words(study) {
             ui.label(sentence);
         }

@@ -128,8 +128,7 @@ pub(super) fn show_labels(painter: &Painter, labels: &[GhostLabel], taken: Vec<R
         (words, (point(label.at, scale), size + Vec2::X * (2.0 * DOT + GAP)))
     };
     let (words, sizes): (Vec<_>, Vec<_>) = labels.iter().map(write).unzip();
-    let around =
-        Around { panel: panel.unwrap_or(Rect::NOTHING), right: painter.ctx().content_rect().right() };
+    let around = Around { panel: panel.unwrap_or(Rect::NOTHING), right: painter.clip_rect().right() };
     let places = arranged(&sizes, taken, &around);
     for (((label, words), (at, _)), place) in labels.iter().zip(words).zip(sizes).zip(places) {
         let ink = color(label.ink.srgb);

@@ -186,16 +186,15 @@ impl Ghosts {
     pub(super) fn labels(&self, stage: &Stage) -> Vec<GhostLabel> {
         let Some(twins) = &self.twins else { return Vec::new() };
         let Some(reference) = twins.reference() else { return Vec::new() };
-        let (view, focus) = (stage.view.camera.viewpoint(), focus(stage));
-        let size = DVec2::from_array(stage.run.options.size_px.map(f64::from));
+        let (view, focus) = (stage.viewpoint(), focus(stage));
         let label = |track: &Track<'_>| {
             let (id, distance) =
                 track.distances.farthest(|id| focus.contains(&id)).filter(|(_, d)| *d > 0.0)?;
             let place = |simulation: &Simulation| place(simulation.moving(id)?, stage.seen.alpha);
             let middle = (place(track.simulation)? + place(reference)?) / 2.0;
             let depth = (middle - view.position).dot(view.forward());
-            let at = view.project(middle, size).filter(|_| (view.near_m..=view.far_m).contains(&depth))?;
-            let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
+            let (at, inside) =
+                stage.seen_at(middle).filter(|_| (view.near_m..=view.far_m).contains(&depth))?;
             inside.then(|| GhostLabel { at, ink: track.ink(), distance })
         };
         let tracks = twins.tracks(stage);

@@ -1,11 +1,11 @@
 //! The panel of the ledger: where energy and momentum go, and what the method invents.
 
 use egui::{Color32, Grid, RichText, TextStyle, Ui};
-use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
 use glam::DVec3;
 use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
 use report::numbers::{four_digits, signed};
 
+use crate::tools::curves;
 use crate::tools::ledger::state::Point;
 use crate::view::stage::Stage;
 
@@ -17,17 +17,14 @@ const KINETIC: Color32 = Color32::from_rgb(130, 210, 130);
 /// Rounding errors, summed, relative to the energies.
 const ROUNDING: f64 = 1e-12;
 
-const WIDTH: f32 = 436.0;
-/// Largest value in a plot; of larger ones, and of what is not finite, its margins would be infinite.
-const LARGEST_DRAWN: f64 = 1e200;
-
+/// Points that its sentence and its tables need.
+pub(super) const WIDTH: f32 = 436.0;
 const PLOT_HEIGHT: f32 = 72.0;
 
 /// Small: a scene with everything in it has 26 lines.
 const TEXT_SIZE: f32 = 11.0;
 
 pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, points: &[Point]) {
-    ui.set_width(WIDTH);
     for style in [TextStyle::Body, TextStyle::Monospace] {
         if let Some(font) = ui.style_mut().text_styles.get_mut(&style) {
             font.size = TEXT_SIZE;
@@ -151,65 +148,19 @@ fn emphasised<const N: usize>(ui: &mut Ui, cells: [String; N]) {
 type Curve = fn(&Point) -> f64;
 
 fn plots(ui: &mut Ui, points: &[Point]) {
-    let drawn = |of: Curve| {
-        let points = points.iter().map(move |point| [point.time, of(point)]);
-        points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN))
-    };
-    let show = |ui: &mut Ui, plot: Plot<'static>, curves: &[(&str, Color32, Curve)]| {
-        // Each by itself: the others can be hidden with a click on their names.
-        let plot = curves.iter().fold(plot, |plot, (.., of)| {
-            let [times, values] = [0, 1].map(|axis| apart(drawn(*of).map(|point| point[axis])));
-            let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
-            values.into_iter().flatten().fold(plot, Plot::include_y)
-        });
-        plot.show(ui, |plot| {
-            for (name, color, of) in curves {
-                plot.line(Line::new(*name, drawn(*of).collect::<Vec<_>>()).color(*color));
-            }
-        });
+    let curve = |(name, color, of): (&'static str, Color32, Curve)| {
+        let points = points.iter().map(|point| [point.time, of(point)]);
+        curves::Curve { name, color, points: points.collect() }
     };
     let energies: [(&str, Color32, Curve); 2] =
         [("energy, J", ENERGY, |point| point.energy), ("kinetic, J", KINETIC, |point| point.kinetic)];
-    show(ui, plot("ledger energies"), &energies);
-    show(ui, plot("ledger residual"), &[("residual, J", RESIDUAL, |point| point.residual)]);
-}
-
-/// Two ends a little beyond all values, where these are nearly one: the margin of a plot around a single large number is
-/// lost to rounding.
-fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let (low, high) = values
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    let margin = 1e-6 * low.abs().max(high.abs());
-    (high - low < margin).then_some([low - margin, high + margin])
-}
-
-fn plot(name: &'static str) -> Plot<'static> {
-    // The pointer reads values off; it neither moves nor zooms what moves by itself.
-    Plot::new(name)
-        .width(WIDTH)
-        .height(PLOT_HEIGHT)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .y_axis_min_width(56.0)
-        .y_grid_spacer(|input: GridInput| marks(input.bounds))
-        .y_axis_formatter(|mark, _| four_digits(mark.value))
-        .legend(Legend::default())
-}
-
-/// Two to four round values between two bounds: a plot as low as these has no room for more.
-fn marks((low, high): (f64, f64)) -> Vec<GridMark> {
-    let least = (high - low) / 4.0;
-    if !(least > 0.0 && least.is_finite()) {
-        return Vec::new();
-    }
-    let ten = 10.0_f64.powf(least.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * ten).into_iter().find(|step| *step >= least);
-    let step_size = step.unwrap_or(10.0 * ten);
-    let first = (low / step_size).ceil() * step_size;
-    let mark = |number: u8| GridMark { value: first + f64::from(number) * step_size, step_size };
-    (0..5).map(mark).filter(|mark| mark.value <= high).collect()
+    curves::show(ui, "ledger energies", PLOT_HEIGHT, &energies.map(curve));
+    curves::show(
+        ui,
+        "ledger residual",
+        PLOT_HEIGHT,
+        &[curve(("residual, J", RESIDUAL, |point| point.residual))],
+    );
 }
 
 /// Three parts in columns, or the magnitude alone where that is too small or too large for them.
@@ -226,20 +177,6 @@ fn triple(v: DVec3) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn marks_are_round_and_few() {
-        let values = |low, high| marks((low, high)).into_iter().map(|mark| mark.value).collect::<Vec<_>>();
-        assert_eq!(values(-2.0, 48.0), [0.0, 20.0, 40.0]);
-        assert_eq!(values(-11.0, 0.5), [-10.0, -5.0, 0.0]);
-        assert!(values(3.0, 3.0).is_empty());
-        for exponent in -9..9 {
-            for size in [1.0, 1.7, 3.0, 4.4, 7.0, 9.9] {
-                let high = size * 10.0_f64.powi(exponent);
-                assert!((2..=5).contains(&values(-0.3 * high, high).len()), "{high}");
-            }
-        }
-    }
 
     #[test]
     fn momenta_are_triples_or_magnitudes() {

@@ -1,0 +1,76 @@
+//! The cockpit: everything within reach of the mouse, around the view and never over it.
+
+mod browser;
+mod dock;
+mod hints;
+mod toolbar;
+
+use egui::{Color32, Frame, Panel as Side, Ui};
+
+use self::browser::Browser;
+use crate::tools::tool::Edit;
+use crate::tools::{Panel, Tools};
+use crate::view::stage::Stage;
+
+/// The scene browser stands open from so many points of width on.
+const ROOM_FOR_BROWSER: f32 = 1200.0;
+
+/// Width of the browser, points.
+const BROWSER: f32 = 190.0;
+
+/// Least and greatest width of the dock at the start, points, and its share of the screen.
+const DOCK: [f32; 2] = [340.0, 480.0];
+const DOCK_SHARE: f32 = 0.28;
+
+/// What a person opened and typed in the cockpit.
+pub(crate) struct Cockpit {
+    browser: Browser,
+    /// Whether the browser is open; until a person says so, it is where there is room.
+    browses: Option<bool>,
+    dock: bool,
+    /// The panel that was opened last in the last layout.
+    last: Option<Panel>,
+}
+
+impl Default for Cockpit {
+    fn default() -> Self {
+        Self { browser: Browser::default(), browses: None, dock: true, last: None }
+    }
+}
+
+impl Cockpit {
+    /// Lays out the bars and the dock with the `opened` panels, in `root`; what is left of it is the view.
+    pub fn show(
+        &mut self,
+        root: &mut Ui,
+        opened: &[Panel],
+        stage: &mut Stage,
+        tools: &mut Tools,
+        edits: &mut Vec<Edit>,
+    ) {
+        let width = root.available_width();
+        // What is around the view has their color already: painting it again would take half the time of a frame in software.
+        let bare = Frame::side_top_panel(root.style()).fill(Color32::TRANSPARENT);
+        let mut browses = self.browses.unwrap_or(width >= ROOM_FOR_BROWSER);
+        let (before, mut dock) = (browses, self.dock);
+        Side::top("toolbar")
+            .frame(bare)
+            .show(root, |ui| toolbar::show(ui, stage, [&mut browses, &mut dock], edits));
+        if browses != before {
+            self.browses = Some(browses);
+        }
+        self.dock = dock;
+        Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, stage));
+        if browses {
+            let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
+            side.show(root, |ui| self.browser.show(ui, &stage.sim.scene.name, edits));
+        }
+        if dock {
+            let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
+            let side = Side::right("dock").frame(bare).default_size(usual).size_range(DOCK[0]..=0.6 * width);
+            let newest = opened.last().copied().filter(|panel| self.last != Some(*panel));
+            side.show(root, |ui| dock::show(ui, [opened, newest.as_slice()], stage, tools, edits));
+        }
+        self.last = opened.last().copied();
+    }
+}

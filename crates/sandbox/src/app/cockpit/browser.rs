@@ -1,0 +1,124 @@
+//! The scene browser at the left: every scene by its picture, in groups, and a search.
+
+use std::io::Cursor;
+use std::sync::LazyLock;
+
+use egui::{
+    Button, ColorImage, Image, RichText, ScrollArea, TextEdit, TextureHandle, TextureOptions, Ui, Vec2,
+};
+
+use crate::tools::tool::Edit;
+
+/// Makes the groups: titles, scenes and their pictures, PNG files that `scripts/pictures` draws.
+macro_rules! groups {
+    ($($title:literal: $($name:literal)*;)*) => {
+        &[$(($title, &[$(
+            ($name, include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/thumbnails/", $name, ".png"))),
+        )*])),*]
+    };
+}
+
+type Group = (&'static str, &'static [(&'static str, &'static [u8])]);
+
+/// The groups; scenes of none come under the last.
+const GROUPS: &[Group] = groups! {
+    "The tutorial": "tutorial" "tutorial_large" "frame_step" "empty";
+    "Methods": "orbits_race" "orbit" "figure_eight" "oscillator" "ship" "ship_between" "verlet_start";
+    "Forces": "projectile" "coast" "terminal_speed" "third_law" "wall" "everything";
+    "Springs and soft bodies": "rope" "bridge" "flag" "cape" "jelly";
+    "Particles": "thousand" "fountain" "sparks";
+    "Hard cases":;
+};
+
+/// Size of a picture on the screen, points.
+const PICTURE: Vec2 = Vec2::new(160.0, 90.0);
+
+/// Title and scenes of every group.
+static SCENES: LazyLock<Vec<(&str, Vec<Entry>)>> = LazyLock::new(|| {
+    let entry = |name, png| {
+        let scene = scene::embedded(name)?.load().ok()?;
+        Some(Entry { name, about: scene.description, png })
+    };
+    let grouped =
+        |name: &str| GROUPS.iter().any(|(_, scenes)| scenes.iter().any(|(other, _)| *other == name));
+    let of = |(title, scenes): &Group| {
+        let scenes = scenes.iter().filter_map(|(name, png)| entry(name, Some(*png)));
+        (*title, scenes.collect::<Vec<_>>())
+    };
+    let mut groups: Vec<_> = GROUPS.iter().map(of).collect();
+    let rest = scene::shipped().iter().chain(scene::cases()).filter(|scene| !grouped(scene.name));
+    if let Some((_, last)) = groups.last_mut() {
+        last.extend(rest.filter_map(|scene| entry(scene.name, None)));
+    }
+    groups
+});
+
+/// A scene in the browser.
+struct Entry {
+    name: &'static str,
+    about: String,
+    png: Option<&'static [u8]>,
+}
+
+/// What was typed, and the pictures that were shown so far.
+#[derive(Default)]
+pub(super) struct Browser {
+    query: String,
+    pictures: Vec<(&'static str, Option<TextureHandle>)>,
+}
+
+impl Browser {
+    pub fn show(&mut self, ui: &mut Ui, present: &str, edits: &mut Vec<Edit>) {
+        ui.add_space(4.0);
+        ui.add(TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY));
+        let query = self.query.to_lowercase();
+        let fits = |entry: &&Entry| {
+            entry.name.replace('_', " ").contains(&query)
+                || entry.name.contains(&query)
+                || entry.about.to_lowercase().contains(&query)
+        };
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for (title, entries) in SCENES.iter() {
+                let entries: Vec<_> = entries.iter().filter(fits).collect();
+                if entries.is_empty() {
+                    continue;
+                }
+                ui.add_space(6.0);
+                ui.label(RichText::new(*title).strong());
+                for entry in entries {
+                    let words = RichText::new(entry.name.replace('_', " "));
+                    let here = entry.name == present;
+                    let row = ui.vertical_centered(|ui| {
+                        let picture = self.picture(ui, entry).map(|texture| {
+                            let image = Image::from_texture((texture.id(), PICTURE));
+                            ui.add(Button::image(image).selected(here))
+                        });
+                        let name = ui.add(Button::selectable(here, words));
+                        picture.map_or(name.clone(), |picture| picture.union(name))
+                    });
+                    if row.inner.on_hover_text(&entry.about).clicked() {
+                        edits.push(Edit::Open(entry.name.to_owned()));
+                    }
+                }
+            }
+            if SCENES.iter().all(|(_, entries)| !entries.iter().any(|entry| fits(&entry))) {
+                ui.weak("no scene has this in its name or description");
+            }
+        });
+    }
+
+    /// The picture of a scene, if it has one.
+    fn picture(&mut self, ui: &Ui, Entry { name, png, .. }: &Entry) -> Option<TextureHandle> {
+        if let Some((_, picture)) = self.pictures.iter().find(|(other, _)| other == name) {
+            return picture.clone();
+        }
+        let image = png.and_then(|bytes| render::Image::decode_png(Cursor::new(bytes)).ok());
+        let picture = image.map(|image| {
+            let size = image.size_px.map(|side| side as usize);
+            let image = ColorImage::from_rgba_unmultiplied(size, &image.rgba);
+            ui.ctx().load_texture(*name, image, TextureOptions::LINEAR)
+        });
+        self.pictures.push((*name, picture.clone()));
+        picture
+    }
+}

@@ -1,0 +1,54 @@
+//! The dock at the right: the selection, and a section for every tool.
+
+use egui::style::ScrollAnimation;
+use egui::{Align, CollapsingHeader, ScrollArea, Ui};
+
+use crate::app::actions;
+use crate::tools::tool::{Desk, Edit};
+use crate::tools::{Panel, Tools};
+use crate::view::card::{self, Selected};
+use crate::view::stage::Stage;
+
+/// Lays out the sections; those of `opened` panels are open, and the `newest` one is scrolled to.
+pub(super) fn show(
+    ui: &mut Ui,
+    [opened, newest]: [&[Panel]; 2],
+    stage: &mut Stage,
+    tools: &mut Tools,
+    edits: &mut Vec<Edit>,
+) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
+        CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| match &selected {
+            Some(selected) => sideways(ui, "selection", |ui| card::lines(ui, selected, stage.sim.method())),
+            None => drop(ui.weak("Click a body to select it.")),
+        });
+        for (panel, tool) in tools.each().filter(|(_, tool)| tool.docks()) {
+            let row = panel.row();
+            let header = CollapsingHeader::new(row.title).open(Some(opened.contains(&panel)));
+            let shown = header.show(ui, |ui| {
+                sideways(ui, row.name, |ui| {
+                    let dock_width = Some(ui.max_rect().width());
+                    let mut desk = Desk { stage, dock_width, keys: actions::rows, edits, closes: false };
+                    tool.show(ui, &mut desk);
+                });
+            });
+            let header = shown.header_response.on_hover_text(format!("{} ({})", row.what, row.keys[0]));
+            if newest.contains(&panel) {
+                header.scroll_to_me_animation(Some(Align::TOP), ScrollAnimation::none());
+            }
+            if header.clicked() {
+                edits.push(Edit::Act(row.name));
+            }
+        }
+    });
+}
+
+/// Lets what is wider than the dock be scrolled; text is wrapped at its width.
+fn sideways(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui)) {
+    let width = ui.available_width();
+    ScrollArea::horizontal().id_salt(name).show(ui, |ui| {
+        ui.set_max_width(width);
+        add(ui);
+    });
+}

@@ -1,0 +1,102 @@
+//! The bar at the top: time, method, what is drawn, and the modes.
+
+use egui::{Button, ComboBox, DragValue, Ui};
+use lab::cost::Setting;
+use motion::clock::StepClock;
+use motion::{Gravity, Method, MutualGravity};
+use scene::unsolvable;
+
+use crate::app::actions::BINDINGS;
+use crate::tools::tool::Edit;
+use crate::view::stage::{Mode, Stage};
+
+/// Paces of the list, simulated seconds per second.
+const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
+/// Most substeps that the bar offers.
+const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1000;
+
+pub(super) fn show(ui: &mut Ui, stage: &Stage, [browses, dock]: [&mut bool; 2], edits: &mut Vec<Edit>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.toggle_value(browses, "Scenes").on_hover_text("every scene, with its picture");
+        ui.separator();
+        let paused = stage.view.paused;
+        act(ui, edits, "pause", if paused { "Play" } else { "Pause" }, false);
+        act(ui, edits, "step_back", "Back", false);
+        act(ui, edits, "step", "Step", false);
+        act(ui, edits, "reset_world", "Reset", false);
+        pace(ui, stage.clock.pace(), edits);
+        let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
+        ui.monospace(format!("{seconds:7.2} s"));
+        ui.separator();
+        method(ui, stage, edits);
+        ui.separator();
+        if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
+            act(ui, edits, "toggle_gravity", "Gravity", gravity.on);
+        }
+        let view = &stage.view;
+        act(ui, edits, "velocity_arrows", "v", view.velocity_arrows);
+        act(ui, edits, "force_arrows", "F", view.force_arrows);
+        act(ui, edits, "springs", "Springs", view.springs);
+        act(ui, edits, "trails", "Trails", view.trails);
+        ui.separator();
+        act(ui, edits, "frame", "Frame", false);
+        act(ui, edits, "toggle_mode", "Fly", view.mode == Mode::Camera);
+        ui.toggle_value(dock, "Tools").on_hover_text("the dock at the right");
+        act(ui, edits, "help", "Help", false);
+    });
+}
+
+/// A button for an action of the table, which says what it does and names its key.
+fn act(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, words: &str, on: bool) {
+    let Some(binding) = BINDINGS.iter().find(|binding| binding.name == action) else { return };
+    let button = ui.add(Button::selectable(on, words));
+    if button.on_hover_text(format!("{} ({})", binding.what, binding.keys[0])).clicked() {
+        edits.push(Edit::Act(action));
+    }
+}
+
+fn pace(ui: &mut Ui, pace: f64, edits: &mut Vec<Edit>) {
+    let words = |pace: f64| if pace < 1.0 { format!("1/{} x", 1.0 / pace) } else { format!("{pace} x") };
+    let mut chosen = pace;
+    ComboBox::from_id_salt("speed")
+        .width(52.0)
+        .selected_text(words(pace))
+        .show_ui(ui, |ui| {
+            for pace in PACES {
+                ui.selectable_value(&mut chosen, pace, words(pace));
+            }
+        })
+        .response
+        .on_hover_text("simulated seconds per second; the tick stays the same (- and =)");
+    if chosen != pace {
+        edits.push(Edit::Pace(chosen));
+    }
+}
+
+fn method(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
+    let setting = stage.setting();
+    let mut chosen = setting;
+    let attracts = stage.sim.world.contains_resource::<MutualGravity>();
+    ComboBox::from_id_salt("method of the scene")
+        .width(132.0)
+        .height(400.0)
+        .selected_text(setting.method.claims().title)
+        .show_ui(ui, |ui| {
+            for method in Method::ALL {
+                let why = unsolvable(method, attracts);
+                ui.add_enabled_ui(why.is_none(), |ui| {
+                    let row = ui.selectable_value(&mut chosen.method, method, method.claims().title);
+                    row.on_disabled_hover_text(why.unwrap_or_default());
+                });
+            }
+        })
+        .response
+        .on_hover_text("method of integration (I and Shift+I)");
+    let substeps = DragValue::new(&mut chosen.substeps).range(SUBSTEPS).speed(0.1).prefix("x ");
+    ui.add(substeps).on_hover_text("substeps per tick: more are more accurate and cost more time");
+    if chosen != setting {
+        edits.push(Edit::ApplySetting(Setting { ..chosen }));
+    }
+}

@@ -1,0 +1,89 @@
+//! Plots of quantities over the last seconds.
+
+use egui::{Color32, Ui};
+use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
+use report::numbers::four_digits;
+
+/// Largest value in a plot; of larger ones, and of what is not finite, its margins would be infinite.
+const LARGEST_DRAWN: f64 = 1e200;
+
+/// A quantity over time.
+pub(crate) struct Curve {
+    /// Its name, with the unit.
+    pub name: &'static str,
+    pub color: Color32,
+    /// Times, s, and values.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Lays out a plot of that height, points. The pointer reads values off; it neither moves nor zooms what moves by itself.
+pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve]) {
+    let drawn = |curve: &Curve| -> Vec<[f64; 2]> {
+        let points = curve.points.iter().copied();
+        points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN)).collect()
+    };
+    let plot = Plot::new(id)
+        .height(height)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .y_axis_min_width(56.0)
+        .y_grid_spacer(|input: GridInput| marks(input.bounds))
+        .y_axis_formatter(|mark, _| four_digits(mark.value))
+        .legend(Legend::default());
+    // Each by itself: the others can be hidden with a click on their names.
+    let plot = curves.iter().fold(plot, |plot, curve| {
+        let points = drawn(curve);
+        let [times, values] = [0, 1].map(|axis| apart(points.iter().map(|point| point[axis])));
+        let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
+        values.into_iter().flatten().fold(plot, Plot::include_y)
+    });
+    plot.show(ui, |plot| {
+        for curve in curves {
+            plot.line(Line::new(curve.name, drawn(curve)).color(curve.color));
+        }
+    });
+}
+
+/// Two ends a little beyond all values, where these are nearly one: the margin of a plot around a single large number is
+/// lost to rounding.
+fn apart(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let (low, high) = values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let margin = 1e-6 * low.abs().max(high.abs());
+    (high - low < margin).then_some([low - margin, high + margin])
+}
+
+/// Two to four round values between two bounds: a low plot has no room for more.
+fn marks((low, high): (f64, f64)) -> Vec<GridMark> {
+    let least = (high - low) / 4.0;
+    if !(least > 0.0 && least.is_finite()) {
+        return Vec::new();
+    }
+    let ten = 10.0_f64.powf(least.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * ten).into_iter().find(|step| *step >= least);
+    let step_size = step.unwrap_or(10.0 * ten);
+    let first = (low / step_size).ceil() * step_size;
+    let mark = |number: u8| GridMark { value: first + f64::from(number) * step_size, step_size };
+    (0..5).map(mark).filter(|mark| mark.value <= high).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_round_and_few() {
+        let values = |low, high| marks((low, high)).into_iter().map(|mark| mark.value).collect::<Vec<_>>();
+        assert_eq!(values(-2.0, 48.0), [0.0, 20.0, 40.0]);
+        assert_eq!(values(-11.0, 0.5), [-10.0, -5.0, 0.0]);
+        assert!(values(3.0, 3.0).is_empty());
+        for exponent in -9..9 {
+            for size in [1.0, 1.7, 3.0, 4.4, 7.0, 9.9] {
+                let high = size * 10.0_f64.powi(exponent);
+                assert!((2..=5).contains(&values(-0.3 * high, high).len()), "{high}");
+            }
+        }
+    }
+}

@@ -1,0 +1,354 @@
+//! The cockpit: bars, browser and dock around the view, and what the mouse does there.
+
+use bevy_ecs::prelude::*;
+use glam::{DVec2, DVec3};
+use motion::{Gravity, Method, PhysicsBody, Quarantine, SoftBody, Transform};
+use pick::Viewpoint;
+use sandbox::input::{Button, Input};
+use sandbox::{Control, Mode, Options, Order, Panel, Session};
+
+use crate::drive::{Drive, at, click, down, tap, up};
+use crate::harness::H;
+
+/// A session with the cockpit, whose controls have names.
+pub struct Cockpit {
+    drive: Drive,
+}
+
+impl Cockpit {
+    pub fn of(scene: &str, size_px: [u32; 2]) -> Self {
+        let options = Options { pictures: false, interpolate: true, size_px, ..Options::default() };
+        let mut drive = Drive::shipped(scene);
+        drive.session = Session::new(scene::load(scene).unwrap(), options);
+        let _ = drive.session.controls();
+        drive.press("F10").ticks(3);
+        Self { drive }
+    }
+
+    fn session(&self) -> &Session {
+        &self.drive.session
+    }
+
+    fn control(&self, name: &str) -> Control {
+        let controls = self.session().controls();
+        let found = controls.iter().find(|control| control.name == name && control.role != "Label");
+        found.unwrap_or_else(|| panic!("no {name} among {controls:#?}")).clone()
+    }
+
+    /// The middle of the control of that name, pixels.
+    pub fn middle_of(&self, name: &str) -> DVec2 {
+        let [left, top, right, bottom] = self.control(name).rect_px;
+        DVec2::new(left + right, top + bottom) / 2.0
+    }
+
+    /// Clicks the control of that name.
+    pub fn click(&mut self, name: &str) {
+        let middle = self.middle_of(name);
+        self.drive.frame(H, [at(middle)]).frame(H, click(Button::Left)).ticks(2);
+    }
+
+    /// Drags with `button` from one pixel to another, over some frames.
+    fn drag(&mut self, button: Button, from: DVec2, to: DVec2) {
+        self.drive.give([at(from), Input::ButtonDown(button)]);
+        for step in 1..=10 {
+            self.drive.give([at(from.lerp(to, f64::from(step) / 10.0))]);
+        }
+        self.drive.give([Input::ButtonUp(button)]);
+    }
+
+    /// The view's corner and size, pixels.
+    fn view(&self) -> [DVec2; 2] {
+        self.session().view_area()
+    }
+
+    /// Where a place is seen, pixels.
+    fn pixel(&self, place: DVec3) -> DVec2 {
+        let [corner, size] = self.view();
+        corner + self.viewpoint().project(place, size).unwrap()
+    }
+
+    fn viewpoint(&self) -> Viewpoint {
+        self.session().viewpoint()
+    }
+
+    /// Where a body is seen, pixels.
+    pub fn seen(&self, body: &str) -> DVec2 {
+        self.pixel(self.drive.x(body))
+    }
+}
+
+/// A place of the view where nothing is.
+fn empty_place(cockpit: &Cockpit) -> DVec2 {
+    let [corner, size] = cockpit.view();
+    corner + size * DVec2::new(0.5, 0.08)
+}
+
+#[test]
+fn the_view_is_what_bars_browser_and_dock_leave_and_nothing_overlaps() {
+    for (size, scale) in
+        [([1024, 600], 1.0), ([1280, 720], 1.0), ([1280, 720], 1.5), ([2560, 1440], 1.0), ([2560, 1440], 2.0)]
+    {
+        let mut cockpit = Cockpit::of("everything", size);
+        cockpit.drive.give([Input::Scaled(scale)]).ticks(2);
+        for key in [None, Some("Tab"), Some("E"), Some("C"), Some("T"), Some("B"), Some("V"), Some("R")] {
+            if let Some(key) = key {
+                cockpit.drive.press(key).ticks(3);
+            }
+            let [corner, area] = cockpit.view();
+            let (end, case) = (corner + area, format!("{size:?} x {scale}, {key:?}"));
+            let whole = DVec2::from_array(size.map(f64::from));
+            assert!(corner.cmpge(DVec2::ZERO).all() && end.cmple(whole).all(), "{case}: {corner} {end}");
+            assert!(area.x > 0.3 * whole.x && area.y > 0.8 * whole.y, "{case}: {area}");
+            for Control { name, rect_px: [left, top, right, bottom], .. } in cockpit.session().controls() {
+                // What a dock has scrolled away is beyond its edges; what is inside the screen stays out of the view.
+                let middle = DVec2::new(left + right, top + bottom) / 2.0;
+                let inside = middle.cmpgt(corner + 1.0).all() && middle.cmplt(end - 1.0).all();
+                assert!(!inside, "{case}: {name} at {middle} is over the view {corner} {end}");
+            }
+        }
+    }
+}
+
+#[test]
+fn f10_shows_the_cockpit_with_a_free_pointer_and_hides_it() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    assert_eq!(cockpit.session().mode(), Mode::Selection);
+    assert!(cockpit.view()[0].y > 0.0);
+    cockpit.drive.press("F10").ticks(2);
+    assert_eq!(cockpit.view(), [DVec2::ZERO, DVec2::new(1280.0, 720.0)]);
+}
+
+#[test]
+fn buttons_do_what_their_keys_do() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let gravity = |cockpit: &Cockpit| cockpit.session().world().resource::<Gravity>().on;
+    cockpit.click("Gravity");
+    assert!(gravity(&cockpit));
+    cockpit.click("Gravity");
+    assert!(!gravity(&cockpit));
+    cockpit.click("Pause");
+    assert!(cockpit.session().paused());
+    let ticks = cockpit.session().ticks();
+    cockpit.click("Step");
+    assert_eq!(cockpit.session().ticks(), ticks + 1);
+    cockpit.click("Play");
+    assert!(!cockpit.session().paused());
+    cockpit.click("Settings");
+    assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
+    cockpit.click("Settings");
+    assert_eq!(cockpit.session().open_panels(), []);
+    cockpit.click("Fly");
+    assert_eq!(cockpit.session().mode(), Mode::Camera);
+}
+
+#[test]
+fn the_browser_opens_a_scene_by_its_name_and_finds_it_by_its_description() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.click("tutorial large");
+    let opened = [Order::Open("tutorial_large".to_owned())];
+    assert_eq!(cockpit.drive.session.take_orders(), opened);
+
+    let field = cockpit.session().controls().into_iter().find(|control| control.role == "TextInput").unwrap();
+    let [left, top, right, bottom] = field.rect_px;
+    cockpit.drive.click(Button::Left, DVec2::new(left + right, top + bottom) / 2.0).ticks(2);
+    assert!(cockpit.session().takes_text());
+    cockpit.drive.give([Input::Text("gusty".to_owned())]).ticks(2);
+    let names: Vec<_> = cockpit.session().controls().into_iter().map(|control| control.name).collect();
+    assert!(names.contains(&"flag".to_owned()) && !names.contains(&"frame step".to_owned()), "{names:?}");
+}
+
+#[test]
+fn every_shipped_scene_is_in_the_browser_and_those_of_no_group_are_hard_cases() {
+    let cockpit = Cockpit::of("tutorial", [1280, 9000]);
+    let controls = cockpit.session().controls();
+    let top =
+        |name: &str| controls.iter().find(|control| control.name == name).map(|control| control.rect_px[1]);
+    let heading = top("Hard cases").unwrap();
+    let place = |name: &str| top(&name.replace('_', " "));
+    for scene in scene::shipped() {
+        assert!(place(scene.name).is_some_and(|top| top < heading), "{}", scene.name);
+    }
+    for scene in scene::cases() {
+        assert!(place(scene.name).is_some_and(|top| top > heading), "{}", scene.name);
+    }
+}
+
+#[test]
+fn a_drag_pulls_a_body_to_the_pointer_and_a_click_only_selects_it() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let from = cockpit.seen("player");
+    cockpit.drive.click(Button::Left, from).ticks(10);
+    assert_eq!(cockpit.drive.selected().as_deref(), Some("player"));
+    assert_eq!(cockpit.drive.v("player"), DVec3::ZERO);
+
+    let to = from + DVec2::new(80.0, -40.0);
+    cockpit.drive.give([at(from), Input::ButtonDown(Button::Left), at(from.lerp(to, 0.5)), at(to)]);
+    cockpit.drive.ticks(240);
+    let (seen, speed) = (cockpit.seen("player"), cockpit.drive.v("player").length());
+    // It was taken near its middle, and nothing else pulls it.
+    assert!(seen.distance(to) < 3.0 && speed < 0.05, "{seen} {to} {speed}");
+    cockpit.drive.give([Input::ButtonUp(Button::Left)]).ticks(1);
+    let still = cockpit.drive.v("player");
+    cockpit.drive.give([at(from)]).ticks(60);
+    assert!(cockpit.drive.v("player").length() <= still.length(), "let go, it is not pulled any more");
+}
+
+#[test]
+fn a_click_just_beside_a_button_belongs_to_the_view() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let below = cockpit.middle_of("Pause").with_y(cockpit.view()[0].y + 1.0);
+    cockpit.drive.click(Button::Left, below).ticks(2);
+    assert!(!cockpit.session().paused());
+}
+
+#[test]
+fn soft_bodies_bear_a_hard_pull() {
+    for scene in ["jelly", "flag", "rope", "cape"] {
+        let mut cockpit = Cockpit::of(scene, [1280, 720]);
+        let size = cockpit.view()[1];
+        let world = cockpit.drive.session.world_mut();
+        let softs: Vec<_> = world.query::<&SoftBody>().iter(world).cloned().collect();
+        let position = |point: &Entity| cockpit.session().world().get::<Transform>(*point).unwrap().position;
+        let points = softs.iter().flat_map(|soft| &soft.points);
+        let places: Vec<_> = points.map(|point| cockpit.pixel(position(point))).collect();
+        let is_soft = |cockpit: &Cockpit| {
+            let selected = cockpit.session().selection();
+            selected.is_some_and(|thing| cockpit.session().world().get::<SoftBody>(thing).is_some())
+        };
+        let found = places.into_iter().rev().find(|place| {
+            cockpit.drive.click(Button::Left, *place);
+            is_soft(&cockpit)
+        });
+        let from = found.unwrap_or_else(|| panic!("nothing soft in {scene}"));
+        cockpit.drive.give([at(from), Input::ButtonDown(Button::Left)]);
+        for tick in 0..360_u32 {
+            let around = DVec2::from_angle(f64::from(tick) * 0.05) * 0.3 * size.y;
+            cockpit.drive.frame(H, [at(from + around)]);
+        }
+        let bad = cockpit.session().simulation().world.resource::<Quarantine>();
+        assert_eq!(bad.records().len(), 0, "{scene}");
+    }
+}
+
+#[test]
+fn orbiting_keeps_what_was_under_the_pointer_and_panning_takes_it_along() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let player = cockpit.drive.x("player");
+    let from = cockpit.pixel(player);
+    let distance = cockpit.viewpoint().position.distance(player);
+    cockpit.drag(Button::Right, from, from + DVec2::new(150.0, 30.0));
+    // The pivot is on its surface.
+    assert!(cockpit.pixel(player).distance(from) < 8.0, "{} {from}", cockpit.pixel(player));
+    assert!((cockpit.viewpoint().position.distance(player) - distance).abs() < 2.0);
+
+    let from = cockpit.pixel(player);
+    let to = from + DVec2::new(-60.0, 40.0);
+    cockpit.drag(Button::Middle, from, to);
+    assert!(cockpit.pixel(player).distance(to) < 3.0, "{} {to}", cockpit.pixel(player));
+}
+
+#[test]
+fn the_wheel_zooms_while_nothing_is_selected_and_else_changes_the_force() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let player = cockpit.drive.x("player");
+    let (pixel, force) = (cockpit.pixel(player), cockpit.session().click_force());
+    let distance = cockpit.viewpoint().position.distance(player);
+    cockpit.drive.give([at(pixel), Input::Wheel(3.0)]);
+    let nearer = cockpit.viewpoint().position.distance(player);
+    assert!(nearer < 0.8 * distance && cockpit.pixel(player).distance(pixel) < 3.0, "{distance} {nearer}");
+    assert_eq!(cockpit.session().click_force(), force);
+    cockpit.drive.give(click(Button::Left)).give([Input::Wheel(1.0)]);
+    assert_eq!(cockpit.session().click_force(), force + 100.0);
+    assert_eq!(cockpit.viewpoint().position.distance(player), nearer);
+}
+
+#[test]
+fn a_right_click_at_the_selection_pushes_and_does_not_orbit() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let pixel = cockpit.seen("player");
+    let camera = *cockpit.session().camera();
+    cockpit.drive.click(Button::Left, pixel);
+    cockpit.drag(Button::Right, pixel, pixel + DVec2::new(50.0, 0.0));
+    cockpit.drive.ticks(2);
+    assert!(cockpit.drive.v("player").length() > 0.0);
+    assert_eq!(*cockpit.session().camera(), camera);
+    let empty = empty_place(&cockpit);
+    cockpit.drag(Button::Right, empty, empty + DVec2::new(50.0, 0.0));
+    assert_ne!(*cockpit.session().camera(), camera);
+}
+
+#[test]
+fn framing_shows_all_that_moves_and_then_the_selection_alone() {
+    for scene in ["tutorial", "thousand", "orbits_race", "flag", "everything"] {
+        let mut cockpit = Cockpit::of(scene, [1024, 600]);
+        cockpit.drive.press("P").press("F").ticks(1);
+        let [corner, size] = cockpit.view();
+        let bodies: Vec<_> = cockpit.session().things().collect();
+        let world = cockpit.session().world();
+        let moving = bodies
+            .into_iter()
+            .filter(|thing| world.get::<PhysicsBody>(*thing).is_some_and(|body| body.inverse_mass > 0.0));
+        for thing in moving {
+            let place = world.get::<Transform>(thing).unwrap().position;
+            let inside = cockpit.pixel(place) - corner;
+            assert!(inside.cmpge(DVec2::ZERO).all() && inside.cmple(size).all(), "{scene}: {inside} {size}");
+        }
+    }
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let (pixel, before) = (cockpit.seen("player"), cockpit.viewpoint().position);
+    cockpit.drive.click(Button::Left, pixel).press("F").ticks(1);
+    let [corner, size] = cockpit.view();
+    assert!(cockpit.seen("player").distance(corner + size / 2.0) < 1.0);
+    assert!(cockpit.viewpoint().position.distance(before) > 10.0);
+}
+
+#[test]
+fn the_toolbar_changes_method_and_substeps() {
+    let mut cockpit = Cockpit::of("orbit", [1280, 720]);
+    let before = cockpit.session().stepper().method();
+    assert_ne!(before, Method::RungeKutta4);
+    cockpit.click("method of integration (I and Shift+I)");
+    cockpit.click(Method::RungeKutta4.claims().title);
+    assert_eq!(cockpit.session().stepper().method(), Method::RungeKutta4);
+}
+
+#[test]
+fn thousands_of_random_events_over_all_tools_do_no_harm() {
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut random = move |below: u32| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        u32::try_from(state % u64::from(below)).unwrap()
+    };
+    let keys = [
+        "Tab", "E", "C", "B", "V", "R", "H", "T", "Q", "F10", "F", "P", ".", ",", "I", "G", "1", "2", "3",
+        "7", "F1", "F2", "Escape", "Ctrl+O", "=", "-", "L", "W", "Space", "Up",
+    ];
+    let buttons = [Button::Left, Button::Right, Button::Middle];
+    for scene in ["tutorial", "orbits_race", "jelly", "bridge", "everything"] {
+        let mut cockpit = Cockpit::of(scene, [1024, 600]);
+        for _ in 0..250 {
+            let events: Vec<_> = (0..8)
+                .flat_map(|_| match random(12) {
+                    0 => tap(keys[random(30) as usize]).to_vec(),
+                    1 => vec![down(keys[random(30) as usize])],
+                    2 => vec![up(keys[random(30) as usize])],
+                    3 => vec![Input::ButtonDown(buttons[random(3) as usize])],
+                    4 => vec![Input::ButtonUp(buttons[random(3) as usize])],
+                    5 => vec![Input::Wheel(f64::from(random(7)) - 3.0)],
+                    6 => click(Button::Left).to_vec(),
+                    7 if random(20) == 0 => vec![Input::FocusLost],
+                    7 if random(20) == 0 => {
+                        vec![Input::Resized([500 + random(1500), 300 + random(900)])]
+                    }
+                    _ => vec![at(DVec2::new(f64::from(random(1024)), f64::from(random(600))))],
+                })
+                .collect();
+            cockpit.drive.frame(H, events);
+            let _ = cockpit.drive.session.take_orders();
+        }
+        cockpit.drive.give([Input::FocusLost]).ticks(3);
+        assert!(cockpit.session().camera().position.is_finite(), "{scene}");
+    }
+}
