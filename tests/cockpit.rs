@@ -4,7 +4,7 @@ use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::{Gravity, Method, PhysicsBody, Quarantine, SoftBody, Transform};
 use pick::Viewpoint;
-use sandbox::input::{Button, Input};
+use sandbox::input::{Button, Experiment, Input};
 use sandbox::{Control, Mode, Options, Order, Panel, Session};
 
 use crate::drive::{Drive, at, click, down, tap, up};
@@ -310,6 +310,62 @@ fn the_toolbar_changes_method_and_substeps() {
     cockpit.click("method of integration (I and Shift+I)");
     cockpit.click(Method::RungeKutta4.claims().title);
     assert_eq!(cockpit.session().stepper().method(), Method::RungeKutta4);
+}
+
+#[test]
+fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
+    let mut cockpit = Cockpit::of("oscillator", [1280, 720]);
+    cockpit.drive.press("Y");
+    let body = cockpit.seen("ball");
+    cockpit.drive.click(Button::Left, body).ticks(12 * 120);
+    cockpit.click("Save CSV");
+    let orders = cockpit.drive.session.take_orders();
+    let [Order::Table(table)] = &orders[..] else { panic!("{orders:?}") };
+    let mut lines = table.lines();
+    let heading: Vec<_> = lines.next().unwrap().split(',').collect();
+    assert_eq!(
+        (heading[0], heading[1], heading[12], heading[13]),
+        ("time_s", "position_x_m", "force_z_n", "kinetic_energy_j")
+    );
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect();
+    assert!(rows.iter().all(|row| row.len() == 14) && rows.windows(2).all(|pair| pair[0][0] < pair[1][0]));
+    let length = rows.last().unwrap()[0] - rows[0][0];
+    assert!(length > 9.9 && length <= 10.0, "{length} s");
+    let body = cockpit.drive.entity("ball");
+    let mass = cockpit.session().world().get::<PhysicsBody>(body).unwrap().mass();
+    for row in rows {
+        let speed = DVec3::new(row[4], row[5], row[6]).length();
+        assert!((row[13] - 0.5 * mass * speed * speed).abs() < 1e-9);
+        assert!((row[10] - mass * row[7]).abs() < 1e-9, "force is mass times acceleration");
+    }
+}
+
+#[test]
+fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
+    let mut cockpit = Cockpit::of("stiff_spring", [1280, 720]);
+    cockpit.drive.session.keep_timeline();
+    cockpit.drive.give([Input::Experiment(Experiment::Method(Method::ExplicitEuler))]);
+    while !cockpit.session().paused() {
+        cockpit.drive.ticks(10);
+    }
+    cockpit.drive.ticks(3);
+    let fault = cockpit.session().fault().expect("explicit Euler cannot").tick;
+    assert_eq!(cockpit.session().ticks(), fault - 1);
+    cockpit.drive.ticks(1000);
+    cockpit.click("implicit Euler");
+    assert_eq!(cockpit.session().stepper().method(), Method::ImplicitEuler);
+    cockpit.click("Play");
+    cockpit.drive.ticks(600);
+    assert!(!cockpit.session().paused() && cockpit.session().fault().is_none(), "cured");
+
+    cockpit.drive.give([Input::Experiment(Experiment::Method(Method::ExplicitEuler))]);
+    while !cockpit.session().paused() {
+        cockpit.drive.ticks(10);
+    }
+    cockpit.drive.ticks(3);
+    cockpit.click("Dismiss");
+    assert!(cockpit.session().controls().iter().all(|control| control.name != "Dismiss"));
 }
 
 #[test]

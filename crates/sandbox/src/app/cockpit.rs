@@ -2,12 +2,14 @@
 
 mod browser;
 mod dock;
+mod fault;
 mod hints;
 mod toolbar;
 
 use egui::{Color32, Frame, Panel as Side, Ui};
 
 use self::browser::Browser;
+use self::fault::FaultBar;
 use crate::tools::tool::Edit;
 use crate::tools::{Panel, Tools};
 use crate::view::stage::Stage;
@@ -28,13 +30,20 @@ pub(crate) struct Cockpit {
     /// Whether the browser is open; until a person says so, it is where there is room.
     browses: Option<bool>,
     dock: bool,
+    fault: FaultBar,
     /// The panel that was opened last in the last layout.
     last: Option<Panel>,
 }
 
 impl Default for Cockpit {
     fn default() -> Self {
-        Self { browser: Browser::default(), browses: None, dock: true, last: None }
+        Self {
+            browser: Browser::default(),
+            browses: None,
+            dock: true,
+            fault: FaultBar::default(),
+            last: None,
+        }
     }
 }
 
@@ -61,6 +70,7 @@ impl Cockpit {
         }
         self.dock = dock;
         Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, stage));
+        self.fault.show(root, stage, edits);
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
             side.show(root, |ui| self.browser.show(ui, &stage.sim.scene.name, edits));
