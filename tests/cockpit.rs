@@ -313,6 +313,33 @@ fn the_toolbar_changes_method_and_substeps() {
 }
 
 #[test]
+fn a_double_click_frames_what_it_selects_and_two_slow_clicks_do_not() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let (pixel, start) = (cockpit.seen("player"), *cockpit.session().camera());
+    cockpit.drive.click(Button::Left, pixel).ticks(60).click(Button::Left, pixel).ticks(60);
+    assert_eq!(*cockpit.session().camera(), start);
+    cockpit.drive.click(Button::Left, pixel).ticks(12).click(Button::Left, pixel);
+    let [corner, size] = cockpit.view();
+    assert!(cockpit.seen("player").distance(corner + size / 2.0) < 1.0);
+}
+
+#[test]
+fn what_a_click_would_select_is_outlined() {
+    let outlined = |cockpit: &mut Cockpit| {
+        let frame = cockpit.drive.session.picture();
+        frame.cuboids.iter().chain(&frame.spheres).filter(|body| body.surface & render::OUTLINED != 0).count()
+    };
+    let mut cockpit = Cockpit::of("thousand", [1280, 720]);
+    let (body, empty) = (cockpit.seen("layer9.x9.z0"), empty_place(&cockpit));
+    cockpit.drive.give([at(empty)]);
+    assert_eq!(outlined(&mut cockpit), 0);
+    cockpit.drive.give([at(body)]);
+    assert_eq!(outlined(&mut cockpit), 1);
+    cockpit.drive.press("F10").give([at(body)]);
+    assert_eq!(outlined(&mut cockpit), 0, "the tutorial's window outlines the selection alone");
+}
+
+#[test]
 fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
     let mut cockpit = Cockpit::of("oscillator", [1280, 720]);
     cockpit.drive.press("Y");

@@ -264,6 +264,13 @@ impl ApplicationHandler for Shell {
             WindowEvent::MouseWheel { delta, .. } => {
                 self.events.extend(self.wheel.notches(delta).map(Input::Wheel));
             }
+            WindowEvent::DroppedFile(path) => match &self.recorder {
+                None => self.open_scene(&path.to_string_lossy()),
+                Some(_) => {
+                    let what = "a recording keeps its scene; drop files on a window that does not record";
+                    self.session.notices.say(Topic::File, what.to_owned());
+                }
+            },
             WindowEvent::Occluded(occluded) => self.occluded = occluded,
             WindowEvent::RedrawRequested => self.frame(event_loop),
             _ => {}

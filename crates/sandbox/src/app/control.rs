@@ -2,10 +2,9 @@
 //!
 //! Nothing here writes the state of a body: a click becomes a queued push, an edit a queued request.
 
-use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::effects::Effect;
-use motion::{Gravity, Method, PhysicsBody, Push, PushQueue, Quarantined, Request, SoftBody};
+use motion::{Gravity, Method, Push, PushQueue, Request};
 use scene::unsolvable;
 
 use crate::app::actions::{Does, binding, takes_shift};
@@ -19,6 +18,9 @@ use crate::view::stage::{Mode, Order};
 
 /// Slowest and fastest pace that the keys reach.
 const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
+
+/// Longest time between the two clicks of a double click, s.
+const DOUBLE_CLICK_S: f64 = 0.4;
 
 /// A press is a click as long as the pointer stays within so many pixels.
 const CLICK_PX: f64 = 4.0;
@@ -241,6 +243,9 @@ impl Session {
                 self.hands.selecting = !self.moves_camera();
                 self.hands.pressed = self.moves_camera().then_some(self.view.pointer);
                 self.select();
+                if self.moves_camera() {
+                    self.frame_at_double_click();
+                }
             }
             (Button::Left, false) => {
                 self.hands.selecting = false;
@@ -260,6 +265,21 @@ impl Session {
         }
     }
 
+    /// Frames the selection at the second of two clicks at one place.
+    fn frame_at_double_click(&mut self) {
+        let (now, at) = (self.clock.now(), self.view.pointer);
+        let double = self
+            .hands
+            .clicked
+            .take()
+            .is_some_and(|(then, place)| now - then <= DOUBLE_CLICK_S && place.distance(at) <= CLICK_PX);
+        if !double {
+            self.hands.clicked = Some((now, at));
+        } else if self.seen.selection.is_some() {
+            self.frame_view();
+        }
+    }
+
     /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is
     /// wanted.
     fn select(&mut self) {
@@ -267,19 +287,6 @@ impl Session {
         let wanted = self.hands.held.selects_immovable() || self.sim.scene.select_immovable;
         let hit = self.cast(&ray).map(|hit| hit.entity);
         self.seen.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
-    }
-
-    /// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
-    fn is_movable(&self, thing: Entity) -> bool {
-        let moves = |body: Entity| {
-            let state = self.sim.world.get::<PhysicsBody>(body);
-            state.is_some_and(|state| state.inverse_mass > 0.0)
-                || self.sim.world.get::<Quarantined>(body).is_some()
-        };
-        match self.sim.world.get::<SoftBody>(thing) {
-            Some(soft) => soft.points.iter().any(|point| moves(*point)),
-            None => moves(thing),
-        }
     }
 
     /// Pushes the selection along the ray, if the ray meets it first; whether it does.

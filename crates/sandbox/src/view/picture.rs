@@ -49,8 +49,9 @@ impl Stage {
             }),
             ..Default::default()
         };
-        self.add_shapes(&mut frame);
-        self.add_soft_bodies(&mut frame, ratio);
+        let hovered = self.hovered();
+        self.add_shapes(&mut frame, hovered);
+        self.add_soft_bodies(&mut frame, ratio, hovered);
         self.add_springs(&mut frame, ratio);
         self.add_particles(&mut frame, eye);
         frame
@@ -66,7 +67,7 @@ impl Stage {
         }
     }
 
-    fn add_shapes(&mut self, frame: &mut Frame) {
+    fn add_shapes(&mut self, frame: &mut Frame, hovered: Option<Entity>) {
         let mut looks = self.sim.world.query::<&Appearance>();
         let targets = &self.seen.targets;
         let (xs, ys, zs) = targets.positions();
@@ -75,7 +76,7 @@ impl Stage {
             let selected = self.seen.selection == Some(*entity);
             let [r, g, b] = look.color;
             let mut surface = if look.checker { render::CHECKER } else { 0 };
-            if selected {
+            if selected || hovered == Some(*entity) {
                 surface |= render::OUTLINED;
             }
             let shape = targets.shape(i);

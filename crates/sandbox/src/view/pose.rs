@@ -96,6 +96,32 @@ impl Stage {
         }
     }
 
+    /// Whether forces move a thing, or did until it was quarantined; of a soft body, any of its points.
+    pub(crate) fn is_movable(&self, thing: Entity) -> bool {
+        let moves = |body: Entity| {
+            let state = self.sim.world.get::<PhysicsBody>(body);
+            state.is_some_and(|state| state.inverse_mass > 0.0)
+                || self.sim.world.get::<Quarantined>(body).is_some()
+        };
+        match self.sim.world.get::<SoftBody>(thing) {
+            Some(soft) => soft.points.iter().any(|point| moves(*point)),
+            None => moves(thing),
+        }
+    }
+
+    /// What a click would select, within the cockpit.
+    pub(crate) fn hovered(&mut self) -> Option<Entity> {
+        let [corner, size] = self.view_area();
+        let at = self.view.pointer - corner;
+        let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
+        if self.run.view_px.is_none() || self.view.mode == Mode::Camera || self.seen.pull.is_some() || !inside
+        {
+            return None;
+        }
+        let ray = self.picking_ray();
+        self.cast(&ray).map(|hit| hit.entity).filter(|thing| self.is_movable(*thing))
+    }
+
     /// Smallest radius with which ropes are drawn, as a share of the distance.
     pub(crate) fn thinnest(&self) -> f64 {
         let height = self.view_area()[1].y.max(1.0);

@@ -72,7 +72,7 @@ pub(crate) fn margin_color(ratio: f64) -> [f32; 4] {
 struct Drawing<'a> {
     pose: &'a SoftPose,
     color: [f32; 4],
-    selected: bool,
+    outlined: bool,
     /// Smallest radius over distance that is drawn as a body.
     thinnest: f32,
 }
@@ -116,7 +116,7 @@ impl Drawing<'_> {
                 ..Instance::default()
             });
         } else {
-            if self.selected {
+            if self.outlined {
                 frame.lines.push(Line::new(from, to, OUTLINE_COLOR, OUTLINE_WIDTH_PX));
             }
             let [r, g, b, a] = self.color;
@@ -126,7 +126,7 @@ impl Drawing<'_> {
     }
 
     fn outline(&self) -> u32 {
-        if self.selected { render::OUTLINED } else { 0 }
+        if self.outlined { render::OUTLINED } else { 0 }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
@@ -153,11 +153,11 @@ impl Drawing<'_> {
             frame.lines.append(&mut thin);
         } else {
             let triangles = body.triangles.iter().copied();
-            frame.surfaces.push(Surface::smooth(pose.points(), triangles, self.color, self.selected));
+            frame.surfaces.push(Surface::smooth(pose.points(), triangles, self.color, self.outlined));
         }
         // On the line of a thin rope points would be dark beads; where springs are drawn they show the selection.
         let shown = |point: Vec3| match (springs_alone, body.triangles.is_empty()) {
-            (true, _) => self.selected,
+            (true, _) => self.outlined,
             (false, rope) => rope && (body.springs.is_empty() || self.shows_body(point, link_radius)),
         };
         // A surface has an outline of its own.
@@ -195,7 +195,7 @@ impl SoftPoints {
 }
 
 impl Stage {
-    pub(crate) fn add_soft_bodies(&mut self, frame: &mut Frame, ratio: Ratio<'_>) {
+    pub(crate) fn add_soft_bodies(&mut self, frame: &mut Frame, ratio: Ratio<'_>, hovered: Option<Entity>) {
         let mut looks = self.sim.world.query::<(&SoftBody, Option<&Appearance>)>();
         #[expect(clippy::cast_possible_truncation, reason = "pixels are f32")]
         let thinnest = self.thinnest() as f32;
@@ -203,9 +203,10 @@ impl Stage {
             let Ok((body, look)) = looks.get(&self.sim.world, pose.entity()) else { continue };
             let selected = self.seen.selection == Some(pose.entity());
             let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
+            let outlined = selected || hovered == Some(pose.entity());
             let color = if selected { SELECTED } else { [r, g, b, 1.0] };
             let alone = self.view.springs || ratio.is_some();
-            Drawing { pose, color, selected, thinnest }.add(frame, body, alone, ratio);
+            Drawing { pose, color, outlined, thinnest }.add(frame, body, alone, ratio);
         }
     }
 
