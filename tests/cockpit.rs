@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use motion::{Gravity, Method, PhysicsBody, Quarantine, SoftBody, Transform};
 use pick::Viewpoint;
 use sandbox::input::{Button, Experiment, Input};
-use sandbox::{Control, Mode, Options, Order, Panel, Session};
+use sandbox::{Control, Mode, Options, Order, Overrides, Panel, Session};
 
 use crate::drive::{Drive, at, click, down, tap, up};
 use crate::harness::H;
@@ -17,7 +17,12 @@ pub struct Cockpit {
 
 impl Cockpit {
     pub fn of(scene: &str, size_px: [u32; 2]) -> Self {
-        let options = Options { pictures: false, interpolate: true, size_px, ..Options::default() };
+        Self::with(scene, size_px, Overrides::default())
+    }
+
+    fn with(scene: &str, size_px: [u32; 2], overrides: Overrides) -> Self {
+        let options =
+            Options { pictures: false, interpolate: true, size_px, overrides, ..Options::default() };
         let mut drive = Drive::shipped(scene);
         drive.session = Session::new(scene::load(scene).unwrap(), options);
         let _ = drive.session.controls();
@@ -370,9 +375,9 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
 
 #[test]
 fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
-    let mut cockpit = Cockpit::of("stiff_spring", [1280, 720]);
+    let overrides = Overrides { method: Some(Method::ExplicitEuler), ..Overrides::default() };
+    let mut cockpit = Cockpit::with("stiff_spring", [1280, 720], overrides);
     cockpit.drive.session.keep_timeline();
-    cockpit.drive.give([Input::Experiment(Experiment::Method(Method::ExplicitEuler))]);
     while !cockpit.session().paused() {
         cockpit.drive.ticks(10);
     }

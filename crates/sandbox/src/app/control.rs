@@ -252,11 +252,7 @@ impl Session {
                 self.hands.pressed = None;
                 self.seen.pull = None;
             }
-            (Button::Right, true) => {
-                if !self.push_selected() && self.moves_camera() {
-                    self.hands.drag = Some(Drag::Orbit(self.pivot()));
-                }
-            }
+            (Button::Right, true) => self.push_or_orbit(),
             (Button::Middle, true) if self.moves_camera() => {
                 self.hands.drag = Some(Drag::Pan(self.pivot()));
             }
@@ -287,6 +283,13 @@ impl Session {
         let wanted = self.hands.held.selects_immovable() || self.sim.scene.select_immovable;
         let hit = self.cast(&ray).map(|hit| hit.entity);
         self.seen.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
+    }
+
+    /// Pushes the selection if it is under the pointer; beside it, a drag orbits.
+    fn push_or_orbit(&mut self) {
+        if !self.push_selected() && self.moves_camera() {
+            self.hands.drag = Some(Drag::Orbit(self.pivot()));
+        }
     }
 
     /// Pushes the selection along the ray, if the ray meets it first; whether it does.

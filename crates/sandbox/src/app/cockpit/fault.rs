@@ -16,8 +16,8 @@ pub(super) struct FaultBar {
     /// The tick that went wrong.
     tick: u64,
     dismissed: bool,
-    /// Settings that the forecast calls stable.
-    cures: Vec<Setting>,
+    /// Settings that the forecast calls stable, in words.
+    cures: Vec<(String, Setting)>,
 }
 
 impl FaultBar {
@@ -28,6 +28,10 @@ impl FaultBar {
             return;
         };
         if self.tick != fault.tick {
+            // The forecast is of where the run stands: at the last good tick.
+            if !stage.arrived() {
+                return;
+            }
             *self = Self { tick: fault.tick, dismissed: false, cures: cures(stage) };
         }
         if self.dismissed {
@@ -40,13 +44,8 @@ impl FaultBar {
                 if stage.ticks() != good && ui.button("Last good tick").clicked() {
                     edits.push(Edit::Seek(good));
                 }
-                for cure in &self.cures {
-                    let present = stage.setting();
-                    let words = match (cure.method == present.method, cure.substeps) {
-                        (true, substeps) => format!("{substeps} substeps"),
-                        (false, _) => cure.method.claims().title.to_owned(),
-                    };
-                    let button = ui.add_enabled(*cure != present, egui::Button::new(words));
+                for (words, cure) in &self.cures {
+                    let button = ui.add_enabled(*cure != stage.setting(), egui::Button::new(words));
                     if button.on_hover_text("stable by the forecast; Play goes on with it").clicked() {
                         edits.push(Edit::ApplySetting(*cure));
                     }
@@ -61,20 +60,18 @@ impl FaultBar {
     }
 }
 
-/// What the forecast proposes for the worst of what is unstable now.
-fn cures(stage: &mut Stage) -> Vec<Setting> {
+/// What the forecast proposes for the worst of what is unstable now. What it does not know may still be too fast for the step.
+fn cures(stage: &mut Stage) -> Vec<(String, Setting)> {
     let present = stage.setting();
-    let attracts = stage.sim.world.contains_resource::<MutualGravity>();
-    let solves = |method: &Method| unsolvable(*method, attracts).is_none();
     let rows = forecast::rows(stage);
-    let Some(worst) = rows.iter().find(|row| row.margin.is_unstable) else {
-        // What the forecast does not know may still be too fast for the step.
-        let finer = Setting { substeps: present.substeps.saturating_mul(4), ..present };
-        let implicit = Some(Method::ImplicitEuler).filter(solves);
-        return [finer].into_iter().chain(implicit.map(|method| Setting { method, ..present })).collect();
+    let known = rows.iter().find(|row| row.margin.is_unstable).map(|row| row.margin.cure);
+    let (substeps, method) = match known {
+        Some(cure) => (cure.substeps, cure.method),
+        None => (Some(present.substeps.saturating_mul(4)), Some(Method::ImplicitEuler)),
     };
-    let cure = &worst.margin.cure;
-    let substeps = cure.substeps.map(|substeps| Setting { substeps, ..present });
-    let method = cure.method.filter(solves).map(|method| Setting { method, ..present });
-    substeps.into_iter().chain(method).collect()
+    let attracts = stage.sim.world.contains_resource::<MutualGravity>();
+    let method = method.filter(|method| *method != present.method && unsolvable(*method, attracts).is_none());
+    let finer = substeps.map(|substeps| (format!("{substeps} substeps"), Setting { substeps, ..present }));
+    let other = method.map(|method| (method.claims().title.to_owned(), Setting { method, ..present }));
+    finer.into_iter().chain(other).collect()
 }
