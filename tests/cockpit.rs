@@ -182,7 +182,7 @@ fn every_shipped_scene_is_in_the_browser_and_those_of_no_group_are_hard_cases() 
 fn a_drag_pulls_a_body_to_the_pointer_and_a_click_only_selects_it() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     let from = cockpit.seen("player");
-    cockpit.drive.click(Button::Left, from).ticks(10);
+    cockpit.drive.click(Button::Left, from).ticks(60);
     assert_eq!(cockpit.drive.selected().as_deref(), Some("player"));
     assert_eq!(cockpit.drive.v("player"), DVec3::ZERO);
 
@@ -318,6 +318,81 @@ fn the_toolbar_changes_method_and_substeps() {
 }
 
 #[test]
+fn a_body_that_moves_is_pulled_where_it_was_pressed() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.drive.press("G").ticks(30);
+    let from = cockpit.seen("player");
+    cockpit.drive.give([at(from), Input::ButtonDown(Button::Left)]).ticks(60);
+    let speed = cockpit.drive.v("player").y;
+    cockpit.drive.frame(H, [at(from + DVec2::new(0.0, -60.0))]).ticks(60);
+    assert!(cockpit.drive.v("player").y > speed, "it is pulled up, though it fell on");
+}
+
+#[test]
+fn q_f10_and_a_lost_focus_let_go_of_what_is_pulled() {
+    for lets_go in [tap("Q").to_vec(), tap("F10").to_vec(), vec![Input::FocusLost]] {
+        let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+        let from = cockpit.seen("player");
+        cockpit.drive.give([at(from), Input::ButtonDown(Button::Left), at(from + 30.0)]).ticks(10);
+        assert!(cockpit.drive.v("player").length() > 0.0);
+        cockpit.drive.give(lets_go).ticks(1);
+        let speed = cockpit.drive.v("player").length();
+        cockpit.drive.ticks(30);
+        // Damping alone acts on it.
+        assert!(cockpit.drive.v("player").length() < speed);
+    }
+}
+
+#[test]
+fn the_dock_is_resized_at_its_edge_and_nothing_is_selected_or_pulled_there() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let pixel = cockpit.seen("player");
+    cockpit.drive.click(Button::Left, pixel).ticks(60);
+    let [corner, size] = cockpit.view();
+    let edge = corner + size * DVec2::new(1.0, 0.5) - DVec2::X;
+    cockpit.drive.frame(H, [at(edge)]).frame(H, [Input::ButtonDown(Button::Left)]);
+    cockpit.drive.frame(H, [at(edge - 60.0 * DVec2::X)]).frame(H, [Input::ButtonUp(Button::Left)]).ticks(2);
+    assert!((cockpit.view()[1].x - (size.x - 60.0)).abs() < 3.0, "{} {}", cockpit.view()[1], size);
+    assert_eq!(cockpit.drive.selected().as_deref(), Some("player"));
+}
+
+#[test]
+fn showing_the_cockpit_changes_no_setting_and_no_bit() {
+    let hash = |cockpit: bool| {
+        let overrides = Overrides { substeps: Some(5000), ..Overrides::default() };
+        let options = Options { pictures: false, interpolate: true, overrides, ..Options::default() };
+        let mut drive = Drive::shipped("oscillator");
+        drive.session = Session::new(scene::load("oscillator").unwrap(), options);
+        if cockpit {
+            drive.press("F10");
+        }
+        let hash = drive.ticks(20).hash();
+        assert_eq!(drive.session.setting().substeps, 5000);
+        hash
+    };
+    assert_eq!(hash(true), hash(false));
+}
+
+#[test]
+fn a_graph_of_a_soft_body_claims_no_acceleration() {
+    let mut cockpit = Cockpit::of("jelly", [1280, 720]);
+    cockpit.drive.press("Y");
+    let [corner, size] = cockpit.view();
+    let found = (1..40).any(|i| {
+        cockpit.drive.click(Button::Left, corner + size * f64::from(i) / 40.0).ticks(60);
+        cockpit.drive.selected().as_deref() == Some("jelly")
+    });
+    assert!(found);
+    cockpit.drive.ticks(10);
+    cockpit.click("Save CSV");
+    let orders = cockpit.drive.session.take_orders();
+    let [Order::Table(table)] = &orders[..] else { panic!("{orders:?}") };
+    let row: Vec<_> = table.lines().last().unwrap().split(',').collect();
+    assert_eq!(row.len(), 14);
+    assert!(row[7..13].iter().all(|cell| cell.is_empty()) && row[..7].iter().all(|cell| !cell.is_empty()));
+}
+
+#[test]
 fn a_double_click_frames_what_it_selects_and_two_slow_clicks_do_not() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     let (pixel, start) = (cockpit.seen("player"), *cockpit.session().camera());
@@ -373,14 +448,22 @@ fn graphs_keep_the_last_ten_seconds_and_save_them_as_a_table() {
     }
 }
 
+/// Runs until a fault pauses the run.
+fn run_to_fault(cockpit: &mut Cockpit) {
+    for _ in 0..200 {
+        if cockpit.drive.ticks(10).session.paused() {
+            return;
+        }
+    }
+    panic!("no fault");
+}
+
 #[test]
 fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     let overrides = Overrides { method: Some(Method::ExplicitEuler), ..Overrides::default() };
     let mut cockpit = Cockpit::with("stiff_spring", [1280, 720], overrides);
     cockpit.drive.session.keep_timeline();
-    while !cockpit.session().paused() {
-        cockpit.drive.ticks(10);
-    }
+    run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
     let fault = cockpit.session().fault().expect("explicit Euler cannot").tick;
     assert_eq!(cockpit.session().ticks(), fault - 1);
@@ -392,9 +475,7 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     assert!(!cockpit.session().paused() && cockpit.session().fault().is_none(), "cured");
 
     cockpit.drive.give([Input::Experiment(Experiment::Method(Method::ExplicitEuler))]);
-    while !cockpit.session().paused() {
-        cockpit.drive.ticks(10);
-    }
+    run_to_fault(&mut cockpit);
     cockpit.drive.ticks(3);
     cockpit.click("Dismiss");
     assert!(cockpit.session().controls().iter().all(|control| control.name != "Dismiss"));

@@ -12,7 +12,7 @@ use crate::harness::{folder, json, root, sandbox, summarized};
 
 #[track_caller]
 fn run(line: &str) -> String {
-    sandbox(&TempDir::new().unwrap(), line).fine()
+    sandbox(TempDir::new().unwrap(), line).fine()
 }
 
 /// The state hash of `sandbox run line`, read from its summary file.

@@ -163,8 +163,7 @@ fn settings_are_written_into_every_shipped_scene() {
 }
 
 fn folder() -> tempfile::TempDir {
-    let folder = harness::folder([("groups.ron", GROUPS)]);
-    folder
+    harness::folder([("groups.ron", GROUPS)])
 }
 
 /// The pick of each part in a JSON report, checked against the part's own study: (name, method, substeps, price).

@@ -65,7 +65,7 @@ pub(crate) struct WindowArgs {
     /// Play a script
     #[arg(long, value_name = "FILE")]
     pub script: Option<PathBuf>,
-    /// Show the tutorial's picture alone, without the bars and the dock around it; F10 does the same
+    /// Show the tutorial's picture alone, in camera mode; F10 shows the bars and the dock around it
     #[arg(long)]
     pub bare: bool,
     /// Size of the window, pixels

@@ -186,19 +186,20 @@ pub const MOUSE: &[(&str, When, &str)] = &[
     (
         "left button",
         When::SelectionMode,
-        "select what is under the pointer and can be moved; held, select continuously",
+        "select what is under the pointer and can be moved; held, without the bars around the view, select continuously",
     ),
+    ("left drag", When::SelectionMode, "with the bars around the view: pull the body by a damped spring"),
     (
         "right button",
         When::Always,
         "push the selection along the ray with the click force, if the ray meets it first",
     ),
-    ("right drag", When::SelectionMode, "within bars and dock, beside the selection: orbit"),
-    ("middle drag", When::SelectionMode, "within bars and dock: pan"),
+    ("right drag", When::SelectionMode, "with the bars around the view, beside the selection: orbit"),
+    ("middle drag", When::SelectionMode, "with the bars around the view: pan"),
     (
         "wheel",
         When::Always,
-        "change the click force, 100 N per notch, a negative force pulls; zoom within bars and dock while nothing is selected",
+        "change the click force, 100 N per notch, a negative force pulls; with the bars around the view and nothing to push, zoom",
     ),
 ];
 
@@ -212,6 +213,11 @@ pub(crate) fn rows() -> Vec<(String, &'static str, &'static str)> {
 fn row(key: &Key) -> Option<&'static Binding> {
     let name = key.to_string();
     BINDINGS.iter().find(|binding| binding.keys.contains(&name.as_str()))
+}
+
+/// The row of the action of that name, if there is one.
+pub(crate) fn named(name: &str) -> Option<&'static Binding> {
+    BINDINGS.iter().find(|binding| binding.name == name)
 }
 
 /// The row of the key, if it has one.
@@ -237,7 +243,7 @@ pub(crate) fn takes_shift(key: &Key) -> bool {
 /// # Errors
 /// A word that is neither.
 pub fn key_of_word(word: &str) -> Result<Key, UnknownKey> {
-    match BINDINGS.iter().find(|binding| binding.name == word) {
+    match named(word) {
         Some(binding) => binding.keys[0].parse(),
         None => word.parse(),
     }

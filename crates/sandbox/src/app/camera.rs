@@ -4,13 +4,12 @@ use glam::{DVec2, DVec3};
 use motion::{PhysicsBody, SoftBody};
 use pick::Shape;
 
-use crate::app::cockpit::Cockpit;
 use crate::app::held::Drag;
 use crate::app::session::Session;
 use crate::view::stage::Mode;
 
-/// Degrees per pixel of a drag around a place.
-const DEGREES_PER_PIXEL: f64 = 0.3;
+/// Degrees per point of a drag around a place.
+const DEGREES_PER_POINT: f64 = 0.3;
 
 /// What is left of the distance after a notch of the wheel.
 const CLOSER: f64 = 0.9;
@@ -24,19 +23,21 @@ const SMALLEST: f64 = 0.5;
 impl Session {
     /// Shows the bars and the dock, with a free pointer, or hides them.
     pub(crate) fn toggle_cockpit(&mut self) {
-        self.hands.drag = None;
-        if self.ui.cockpit.take().is_some() {
-            return;
-        }
-        self.ui.cockpit = Some(Cockpit::default());
-        if self.view.mode == Mode::Camera {
+        self.let_go();
+        if self.ui.toggle_cockpit() && self.view.mode == Mode::Camera {
             self.toggle_mode();
         }
     }
 
     /// Whether drags and the wheel move the camera.
     pub(crate) fn moves_camera(&self) -> bool {
-        self.ui.cockpit.is_some() && self.view.mode == Mode::Selection
+        self.ui.cockpit.shown && self.view.mode == Mode::Selection
+    }
+
+    /// Whether the wheel zooms: it changes the force of a click while there is something to push.
+    pub(crate) fn zooms(&self) -> bool {
+        let pushes = self.sim.scene.push.is_some() && self.seen.selection.is_some();
+        self.moves_camera() && !pushes
     }
 
     /// What the camera moves about: what is under the pointer, else the selection, else the middle of all that moves.
@@ -54,7 +55,10 @@ impl Session {
         self.seen.locked = None;
         let view = self.viewpoint();
         match drag {
-            Drag::Orbit(pivot) => self.view.camera.orbit(pivot, by * DEGREES_PER_PIXEL),
+            Drag::Orbit(pivot) => {
+                let points = by / f64::from(self.ui.pixels_per_point());
+                self.view.camera.orbit(pivot, points * DEGREES_PER_POINT);
+            }
             Drag::Pan(pivot) => {
                 let meters = 2.0 * (0.5 * view.fov_y_rad).tan() * (pivot - view.position).dot(view.forward())
                     / self.view_area()[1].y;
@@ -68,7 +72,11 @@ impl Session {
         self.seen.locked = None;
         let pivot = self.pivot();
         let away = self.view.camera.position - pivot;
-        self.view.camera.position = pivot + away * CLOSER.powf(notches.clamp(-20.0, 20.0));
+        let (view, distance) = (self.viewpoint(), away.length());
+        let wanted = distance * CLOSER.powf(notches.clamp(-20.0, 20.0));
+        // Never through the pivot, and not where nothing is drawn any more.
+        let wanted = wanted.clamp((2.0 * view.near_m).min(distance), view.far_m.max(distance));
+        self.view.camera.position = pivot + away.normalize_or_zero() * wanted;
     }
 
     /// Puts the selection, or all that moves, into the middle of the view; the camera looks where it looked.

@@ -10,7 +10,7 @@ use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::{Damping, Method, MutualGravity, OwnMethod, Particle, PushQueue, Request, Substeps, TimeStep};
 use scene::unsolvable;
 
-use crate::app::actions::BINDINGS;
+use crate::app::actions;
 use crate::app::session::{Session, SwitchedBy};
 use crate::input::Experiment;
 use crate::tools::tool::{Edit, Tool as _};
@@ -77,7 +77,7 @@ impl Session {
             Edit::SaveTable(text) => self.orders.push(Order::Table(text)),
             Edit::Open(scene) => self.orders.push(Order::Open(scene)),
             Edit::Act(name) => {
-                if let Some(binding) = BINDINGS.iter().find(|binding| binding.name == name) {
+                if let Some(binding) = actions::named(name) {
                     self.act(binding.does);
                 }
             }

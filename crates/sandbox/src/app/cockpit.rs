@@ -26,23 +26,25 @@ const DOCK_SHARE: f32 = 0.28;
 
 /// What a person opened and typed in the cockpit.
 pub(crate) struct Cockpit {
+    pub shown: bool,
     browser: Browser,
     /// Whether the browser is open; until a person says so, it is where there is room.
     browses: Option<bool>,
     dock: bool,
     fault: FaultBar,
-    /// The panel that was opened last in the last layout.
-    last: Option<Panel>,
+    /// The panels that were open in the last layout.
+    opened: Vec<Panel>,
 }
 
 impl Default for Cockpit {
     fn default() -> Self {
         Self {
+            shown: false,
             browser: Browser::default(),
             browses: None,
             dock: true,
             fault: FaultBar::default(),
-            last: None,
+            opened: Vec::new(),
         }
     }
 }
@@ -78,9 +80,9 @@ impl Cockpit {
         if dock {
             let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
             let side = Side::right("dock").frame(bare).default_size(usual).size_range(DOCK[0]..=0.6 * width);
-            let newest = opened.last().copied().filter(|panel| self.last != Some(*panel));
-            side.show(root, |ui| dock::show(ui, [opened, newest.as_slice()], stage, tools, edits));
+            let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
+            side.show(root, |ui| dock::show(ui, (opened, newest), stage, tools, edits));
         }
-        self.last = opened.last().copied();
+        self.opened = opened.to_owned();
     }
 }

@@ -22,8 +22,8 @@ const PACES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=16.0;
 /// Longest time between the two clicks of a double click, s.
 const DOUBLE_CLICK_S: f64 = 0.4;
 
-/// A press is a click as long as the pointer stays within so many pixels.
-const CLICK_PX: f64 = 4.0;
+/// A press is a click as long as the pointer stays within so many points.
+const CLICK_POINTS: f64 = 4.0;
 
 impl Session {
     pub(crate) fn handle(&mut self, input: &Input) {
@@ -43,11 +43,12 @@ impl Session {
                 Mode::Selection => {
                     let before = std::mem::replace(&mut self.view.pointer, DVec2::new(*x, *y));
                     self.ui.pointer(*x, *y);
-                    if self.hands.pressed.is_some_and(|from| from.distance(self.view.pointer) > CLICK_PX) {
-                        self.hands.pressed = None;
-                        self.view.pointer = before;
-                        self.seen.pull = self.take();
-                        self.view.pointer = DVec2::new(*x, *y);
+                    let click = CLICK_POINTS * f64::from(self.ui.pixels_per_point());
+                    let pointer = self.view.pointer;
+                    if let Some((_, pull)) =
+                        self.seen.pressed.take_if(|(from, _)| from.distance(pointer) > click)
+                    {
+                        self.seen.pull = Some(pull);
                     }
                     if let Some(drag) = self.hands.drag {
                         self.drag(drag, self.view.pointer - before);
@@ -60,7 +61,8 @@ impl Session {
                 if self.view.mode == Mode::Selection && self.ui.wants_pointer() {
                     self.ui.wheel(*notches);
                 } else if !notches.is_finite() {
-                } else if self.moves_camera() && self.seen.selection.is_none() {
+                    // No wheel turns so far.
+                } else if self.zooms() {
                     self.zoom(*notches);
                 } else {
                     self.view.click_force += notches * self.view.push.per_notch;
@@ -68,10 +70,7 @@ impl Session {
             }
             Input::FocusLost => {
                 self.hands.held.release_all();
-                self.hands.selecting = false;
-                self.hands.drag = None;
-                self.hands.pressed = None;
-                self.seen.pull = None;
+                self.let_go();
                 self.ui.focus_lost();
             }
             Input::Resized(size) => {
@@ -109,6 +108,13 @@ impl Session {
         }
     }
 
+    /// Lets go of what the buttons of the mouse hold.
+    pub(crate) fn let_go(&mut self) {
+        self.hands.selecting = false;
+        self.hands.drag = None;
+        (self.seen.pressed, self.seen.pull) = (None, None);
+    }
+
     /// Opens or closes a panel.
     fn toggle(&mut self, panel: Panel) {
         // A tool that follows the world begins where nothing waits to be done.
@@ -117,6 +123,9 @@ impl Session {
         let Some((_, tool)) = self.tools.each().find(|(other, _)| *other == panel) else { return };
         if tool.toggle(&mut self.stage, open) {
             self.ui.open(panel);
+            if self.ui.cockpit.shown && self.view.mode == Mode::Camera {
+                self.toggle_mode();
+            }
         } else {
             self.ui.close(panel);
         }
@@ -170,8 +179,7 @@ impl Session {
             Mode::Camera => Mode::Selection,
             Mode::Selection => Mode::Camera,
         };
-        self.hands.selecting = false;
-        self.hands.drag = None;
+        self.let_go();
         // The pointer appears where the cross-hair was, and leaves the panels when it is grabbed.
         let [corner, size] = self.view_area();
         self.view.pointer = corner + size / 2.0;
@@ -231,7 +239,8 @@ impl Session {
 
     fn button(&mut self, button: Button, down: bool) {
         let over_panel = self.view.mode == Mode::Selection && self.ui.wants_pointer();
-        if self.view.mode == Mode::Selection {
+        // What went down in one mode may come up in the other.
+        if self.view.mode == Mode::Selection || !down {
             self.ui.button(button, down);
         }
         if down && over_panel {
@@ -241,16 +250,17 @@ impl Session {
             (Button::Left, true) if self.view.mode == Mode::Selection => {
                 // The tutorial selects what the pointer is drawn over; the cockpit pulls what it was pressed on.
                 self.hands.selecting = !self.moves_camera();
-                self.hands.pressed = self.moves_camera().then_some(self.view.pointer);
                 self.select();
                 if self.moves_camera() {
-                    self.frame_at_double_click();
+                    self.seen.pressed = self.take().map(|pull| (self.view.pointer, pull));
                 }
             }
             (Button::Left, false) => {
+                if self.moves_camera() && self.seen.pull.is_none() && !over_panel {
+                    self.frame_at_double_click();
+                }
                 self.hands.selecting = false;
-                self.hands.pressed = None;
-                self.seen.pull = None;
+                (self.seen.pressed, self.seen.pull) = (None, None);
             }
             (Button::Right, true) => self.push_or_orbit(),
             (Button::Middle, true) if self.moves_camera() => {
@@ -264,11 +274,10 @@ impl Session {
     /// Frames the selection at the second of two clicks at one place.
     fn frame_at_double_click(&mut self) {
         let (now, at) = (self.clock.now(), self.view.pointer);
-        let double = self
-            .hands
-            .clicked
-            .take()
-            .is_some_and(|(then, place)| now - then <= DOUBLE_CLICK_S && place.distance(at) <= CLICK_PX);
+        let double = self.hands.clicked.take().is_some_and(|(then, place)| {
+            now - then <= DOUBLE_CLICK_S
+                && place.distance(at) <= CLICK_POINTS * f64::from(self.ui.pixels_per_point())
+        });
         if !double {
             self.hands.clicked = Some((now, at));
         } else if self.seen.selection.is_some() {

@@ -29,8 +29,6 @@ type HeldKey = (Key, Hold);
 pub(crate) struct Hands {
     pub held: Held,
     pub selecting: bool,
-    /// Where the left button went down on what can be pulled, until that becomes a click or a pull, pixels.
-    pub pressed: Option<DVec2>,
     /// When and where the last click was, s and pixels: another one soon frames what is there.
     pub clicked: Option<(f64, DVec2)>,
     /// What the pointer moves the camera by while a button is down.

@@ -17,10 +17,10 @@ fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tool
     let (mut edits, mut windows) = (Vec::new(), Vec::new());
     let titles: Vec<_> = ui.opened().iter().map(|panel| panel.row().title).collect();
     let opened = ui.opened().to_owned();
-    if let Some(cockpit) = &mut ui.cockpit {
-        cockpit.show(root, &opened, stage, tools, &mut edits);
+    let (context, docks) = (root.ctx().clone(), ui.cockpit.shown);
+    if docks {
+        ui.cockpit.show(root, &opened, stage, tools, &mut edits);
     }
-    let (context, docks) = (root.ctx().clone(), ui.cockpit.is_some());
     ui.view = root.available_rect_before_wrap();
     let [r, g, b, _] = root.visuals().panel_fill.to_array().map(|part| f32::from(part) / 255.0);
     stage.run.surround = [r, g, b];

@@ -234,6 +234,10 @@ impl Session {
             ticks = ticks.min(*left);
             *left -= ticks;
         }
+        if ticks > 0 {
+            // What is pulled leaves a run that would be repeated.
+            self.stage.pull();
+        }
         if let Some(length) = step.filter(|length| *length > 0.0)
             && !self.repeats()
         {
@@ -242,15 +246,16 @@ impl Session {
         if ticks > 0 {
             self.notices.retract(Topic::Place);
             self.hands.held.begin_tick();
+            self.note_pushes();
         }
         let (mut undone, mut late) = (0, false);
         for tick in 1..=ticks {
             if tick > 1 {
                 self.play_between_ticks();
-            }
-            self.stage.pull();
-            if tick == 1 {
-                self.note_pushes();
+                if self.seen.pull.is_some() {
+                    self.stage.pull();
+                    self.note_pushes();
+                }
             }
             let last = tick == ticks && self.run.options.interpolate;
             // A trail has to know of every tick where its bodies were before it.

@@ -40,7 +40,7 @@ pub(crate) struct Ui {
     opened: Vec<Panel>,
     was_open: bool,
     /// The bars and the dock around the view, if they are shown.
-    pub cockpit: Option<Cockpit>,
+    pub cockpit: Cockpit,
     /// What they left for the view in the last layout.
     pub view: Rect,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
@@ -70,7 +70,7 @@ impl Ui {
             laid_out: false,
             opened: Vec::new(),
             was_open: false,
-            cockpit: None,
+            cockpit: Cockpit::default(),
             view: Rect::EVERYTHING,
             lays_out_at: f64::INFINITY,
         }
@@ -108,7 +108,7 @@ impl Ui {
 
     /// Whether there is anything to click: an open panel or the cockpit.
     pub const fn any_open(&self) -> bool {
-        !self.opened.is_empty() || self.cockpit.is_some()
+        !self.opened.is_empty() || self.cockpit.shown
     }
 
     /// Whether a panel was open in the last layout: one more layout forgets it.
@@ -142,7 +142,8 @@ impl Ui {
         // Where the pointer is now, not where the last layout saw it: it may have moved in this very frame.
         let layer = self.context.layer_id_at(self.pointer);
         let over = layer.is_some_and(|layer| layer.order != egui::Order::Background);
-        self.any_open() && (over || !self.view.contains(self.pointer) || self.context.egui_is_using_pointer())
+        self.any_open()
+            && (over || !self.scene_area().contains(self.pointer) || self.context.egui_is_using_pointer())
     }
 
     pub fn key(&mut self, key: &Key, pressed: bool) {
@@ -201,7 +202,27 @@ impl Ui {
     }
 
     pub fn focus_lost(&mut self) {
+        for button in [Button::Left, Button::Right, Button::Middle] {
+            self.button(button, false);
+        }
         self.events.push(Event::PointerGone);
+    }
+
+    /// Shows or hides the bars and the dock around the view; whether they are shown now.
+    pub fn toggle_cockpit(&mut self) -> bool {
+        self.cockpit.shown ^= true;
+        // They have to be measured, as at the first layout.
+        self.laid_out = false;
+        self.cockpit.shown
+    }
+
+    /// Where a click is one into the scene: in the view, but not at the edge by which the dock is dragged.
+    fn scene_area(&self) -> Rect {
+        let mut area = self.view;
+        if self.cockpit.shown {
+            area.max.x -= self.context.global_style().interaction.resize_grab_radius_side;
+        }
+        area
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "a scale between 1 and 4")]
@@ -275,7 +296,7 @@ impl Ui {
     }
 
     #[expect(clippy::cast_precision_loss, reason = "pixels")]
-    fn pixels_per_point(&self) -> f32 {
+    pub fn pixels_per_point(&self) -> f32 {
         let fits = |axis: usize| self.size_px[axis] as f32 / (ROOM[axis] * self.scale);
         self.scale * fits(0).min(fits(1)).clamp(SMALLEST, 1.0)
     }

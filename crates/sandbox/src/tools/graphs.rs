@@ -52,8 +52,8 @@ impl Quantity {
 /// The selection at one time.
 struct Sample {
     time: f64,
-    /// Position, velocity, acceleration and force.
-    vectors: [DVec3; 4],
+    /// Position, velocity, acceleration and force; of a soft body, which pins may hold, only the first two are known.
+    vectors: [Option<DVec3>; 4],
     kinetic: f64,
 }
 
@@ -73,11 +73,16 @@ impl Graphs {
         else {
             return;
         };
-        let force: DVec3 = forces.iter().map(|(_, newtons)| *newtons).sum();
+        let force: Option<DVec3> = soft.is_none().then(|| forces.iter().map(|(_, newtons)| *newtons).sum());
         self.name = name;
         self.samples.push_back(Sample {
             time: stage.sim.world.resource::<StepClock>().scene_seconds(),
-            vectors: [position, body.velocity, force * body.inverse_mass, force],
+            vectors: [
+                Some(position),
+                Some(body.velocity),
+                force.map(|force| force * body.inverse_mass),
+                force,
+            ],
             kinetic: soft.map_or_else(|| body.kinetic_energy(), |soft| soft.kinetic_energy),
         });
     }
@@ -85,22 +90,21 @@ impl Graphs {
     /// Every sample as CSV.
     fn csv(&self) -> String {
         let mut text = "time_s".to_owned();
-        for what in ["position", "velocity", "acceleration", "force"] {
-            let unit = match what {
-                "position" => "m",
-                "velocity" => "m_s",
-                "acceleration" => "m_s2",
-                _ => "n",
-            };
+        for (what, unit) in [("position", "m"), ("velocity", "m_s"), ("acceleration", "m_s2"), ("force", "n")]
+        {
             ["x", "y", "z"].iter().for_each(|axis| text += &format!(",{what}_{axis}_{unit}"));
         }
         text += ",kinetic_energy_j\n";
         for Sample { time, vectors, kinetic } in &self.samples {
-            let _ = write!(text, "{time}");
-            for value in vectors.iter().flat_map(|vector| vector.to_array()).chain([*kinetic]) {
-                let _ = write!(text, ",{value}");
+            text += &time.to_string();
+            for vector in vectors {
+                match vector {
+                    Some(DVec3 { x, y, z }) => write!(text, ",{x},{y},{z}"),
+                    None => write!(text, ",,,"),
+                }
+                .expect("a string takes what is written");
             }
-            text.push('\n');
+            text += &format!(",{kinetic}\n");
         }
         text
     }
@@ -130,22 +134,31 @@ impl Tool for Graphs {
             return;
         }
         ui.label(&self.name);
-        let over_time = |of: &dyn Fn(&Sample) -> f64| {
-            self.samples.iter().map(|sample| [sample.time, of(sample)]).collect::<Vec<_>>()
+        let over_time = |of: &dyn Fn(&Sample) -> Option<f64>| {
+            let points = self.samples.iter().filter_map(|sample| Some([sample.time, of(sample)?]));
+            points.collect::<Vec<_>>()
         };
         let curves: Vec<_> = match self.quantity {
             Quantity::KineticEnergy => {
-                vec![Curve { name: "kinetic", color: COLORS[1], points: over_time(&|sample| sample.kinetic) }]
+                vec![Curve {
+                    name: "kinetic",
+                    color: COLORS[1],
+                    points: over_time(&|sample| Some(sample.kinetic)),
+                }]
             }
             quantity => (0..3)
                 .map(|axis| Curve {
                     name: ["x", "y", "z"][axis],
                     color: COLORS[axis],
-                    points: over_time(&|sample| sample.vectors[quantity as usize][axis]),
+                    points: over_time(&|sample| Some(sample.vectors[quantity as usize]?[axis])),
                 })
                 .collect(),
         };
-        curves::show(ui, "graph", HEIGHT, &curves);
+        if curves.iter().all(|curve| curve.points.is_empty()) {
+            ui.weak("Not computed for a soft body: pins hold it with forces that only its springs know.");
+        } else {
+            curves::show(ui, "graph", HEIGHT, &curves);
+        }
     }
 
     /// Samples the selection after the ticks of a frame.

@@ -187,12 +187,12 @@ pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     rows
 }
 
-/// What the points have together. No acceleration: pins hold a soft body with forces that only its springs know.
 /// Three components with a unit.
 fn vector(v: DVec3, unit: &str) -> String {
     format!("({}, {}, {}) {unit}", three_decimals(v.x), three_decimals(v.y), three_decimals(v.z))
 }
 
+/// What the points have together. No acceleration: pins hold a soft body with forces that only its springs know.
 fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
     let SoftSum { body, points, pinned, quarantined, springs, .. } = soft;
     let mut counted = points.to_string();

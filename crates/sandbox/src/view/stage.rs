@@ -118,6 +118,8 @@ pub(crate) struct Seen {
     pub soft: SoftTargets,
     pub targets_current: bool,
     pub trails: Trails,
+    /// What the left button went down on, and where, pixels, until that becomes a click or a pull.
+    pub pressed: Option<(DVec2, Pull)>,
     /// What the pointer pulls.
     pub pull: Option<Pull>,
     /// Pushes of the last tick, N.
@@ -140,6 +142,7 @@ impl Seen {
             soft: SoftTargets::default(),
             targets_current: false,
             trails: Trails::default(),
+            pressed: None,
             pull: None,
             acting: HashMap::new(),
             alpha: 1.0,

@@ -12,7 +12,7 @@ use crate::view::stage::Stage;
 /// Lays out the sections; those of `opened` panels are open, and the `newest` one is scrolled to.
 pub(super) fn show(
     ui: &mut Ui,
-    [opened, newest]: [&[Panel]; 2],
+    (opened, newest): (&[Panel], Option<Panel>),
     stage: &mut Stage,
     tools: &mut Tools,
     edits: &mut Vec<Edit>,
@@ -23,7 +23,10 @@ pub(super) fn show(
             Some(selected) => sideways(ui, "selection", |ui| card::lines(ui, selected, stage.sim.method())),
             None => drop(ui.weak("Click a body to select it.")),
         });
-        for (panel, tool) in tools.each().filter(|(_, tool)| tool.docks()) {
+        let mut sections: Vec<_> = tools.each().filter(|(_, tool)| tool.docks()).collect();
+        // How high it is depends on the time that measuring took: below it nothing would stand where a recording clicked.
+        sections.sort_by_key(|(panel, _)| *panel == Panel::Cost);
+        for (panel, tool) in sections {
             let row = panel.row();
             let header = CollapsingHeader::new(row.title).open(Some(opened.contains(&panel)));
             let shown = header.show(ui, |ui| {
@@ -34,7 +37,7 @@ pub(super) fn show(
                 });
             });
             let header = shown.header_response.on_hover_text(format!("{} ({})", row.what, row.keys[0]));
-            if newest.contains(&panel) {
+            if newest == Some(panel) {
                 header.scroll_to_me_animation(Some(Align::TOP), ScrollAnimation::none());
             }
             if header.clicked() {

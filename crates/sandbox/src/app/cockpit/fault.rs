@@ -2,7 +2,8 @@
 
 use egui::{Panel as Side, RichText, Ui};
 use lab::cost::Setting;
-use motion::{Method, MutualGravity};
+use motion::forecast::Margin;
+use motion::{Method, MutualGravity, Substeps};
 use scene::unsolvable;
 
 use crate::tools::forecast;
@@ -10,14 +11,20 @@ use crate::tools::tool::Edit;
 use crate::view::marks::FAULT;
 use crate::view::stage::Stage;
 
-/// What is known of the fault that is shown.
+/// The fault that the bar shows.
 #[derive(Default)]
 pub(super) struct FaultBar {
-    /// The tick that went wrong.
-    tick: u64,
+    /// The tick that went wrong, and what happened.
+    of: Option<(u64, String)>,
     dismissed: bool,
-    /// Settings that the forecast calls stable, in words.
-    cures: Vec<(String, Setting)>,
+    cures: Vec<Cure>,
+}
+
+/// A setting that may help.
+struct Cure {
+    setting: Setting,
+    words: String,
+    why: &'static str,
 }
 
 impl FaultBar {
@@ -27,12 +34,13 @@ impl FaultBar {
             *self = Self::default();
             return;
         };
-        if self.tick != fault.tick {
+        let of = Some((fault.tick, fault.what.clone()));
+        if self.of != of {
             // The forecast is of where the run stands: at the last good tick.
             if !stage.arrived() {
                 return;
             }
-            *self = Self { tick: fault.tick, dismissed: false, cures: cures(stage) };
+            *self = Self { of, dismissed: false, cures: cures(stage) };
         }
         if self.dismissed {
             return;
@@ -44,10 +52,10 @@ impl FaultBar {
                 if stage.ticks() != good && ui.button("Last good tick").clicked() {
                     edits.push(Edit::Seek(good));
                 }
-                for (words, cure) in &self.cures {
-                    let button = ui.add_enabled(*cure != stage.setting(), egui::Button::new(words));
-                    if button.on_hover_text("stable by the forecast; Play goes on with it").clicked() {
-                        edits.push(Edit::ApplySetting(*cure));
+                for Cure { setting, words, why } in &self.cures {
+                    let button = ui.add_enabled(*setting != stage.setting(), egui::Button::new(words));
+                    if button.on_hover_text(*why).clicked() {
+                        edits.push(Edit::ApplySetting(*setting));
                     }
                 }
                 if ui.button("Save bundle").on_hover_text("one file that repeats the run (Ctrl+S)").clicked()
@@ -60,18 +68,31 @@ impl FaultBar {
     }
 }
 
-/// What the forecast proposes for the worst of what is unstable now. What it does not know may still be too fast for the step.
-fn cures(stage: &mut Stage) -> Vec<(String, Setting)> {
+/// What the forecast proposes for the scene's setting or, where that is stable to its knowledge, what may help anyway.
+fn cures(stage: &mut Stage) -> Vec<Cure> {
     let present = stage.setting();
+    let of_scene = |margin: &Margin| (margin.method, margin.substeps) == (present.method, present.substeps);
     let rows = forecast::rows(stage);
-    let known = rows.iter().find(|row| row.margin.is_unstable).map(|row| row.margin.cure);
-    let (substeps, method) = match known {
-        Some(cure) => (cure.substeps, cure.method),
-        None => (Some(present.substeps.saturating_mul(4)), Some(Method::ImplicitEuler)),
+    let worst = rows.iter().map(|row| &row.margin).find(|margin| margin.is_unstable);
+    let (substeps, method, why) = match worst {
+        Some(margin) if of_scene(margin) => {
+            (margin.cure.substeps, margin.cure.method, "Stable by the forecast. Play goes on with it.")
+        }
+        // Of a body with its own method: no setting of the scene helps it.
+        Some(_) => return Vec::new(),
+        None => {
+            let finer = present.substeps.saturating_mul(4).min(Substeps::MOST);
+            (
+                Some(finer),
+                Some(Method::ImplicitEuler),
+                "Worth a try: the forecast does not know what went wrong.",
+            )
+        }
     };
     let attracts = stage.sim.world.contains_resource::<MutualGravity>();
     let method = method.filter(|method| *method != present.method && unsolvable(*method, attracts).is_none());
+    let substeps = substeps.filter(|substeps| *substeps != present.substeps);
     let finer = substeps.map(|substeps| (format!("{substeps} substeps"), Setting { substeps, ..present }));
     let other = method.map(|method| (method.claims().title.to_owned(), Setting { method, ..present }));
-    finer.into_iter().chain(other).collect()
+    finer.into_iter().chain(other).map(|(words, setting)| Cure { setting, words, why }).collect()
 }

@@ -1,6 +1,7 @@
 //! The line at the bottom: what the mouse does now.
 
 use egui::{RichText, Ui};
+use report::numbers::digits;
 
 use crate::view::stage::{Mode, Stage};
 
@@ -10,24 +11,29 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage) {
 
 fn words(stage: &Stage) -> String {
     let view = &stage.view;
-    let pushes = |push: &str| {
-        let (force, notch) = (view.click_force, view.push.per_notch);
-        format!("{push} pushes {force} N; the wheel changes that by {notch} N.")
+    let click = || {
+        let (verb, force) =
+            if view.click_force < 0.0 { ("pulls", -view.click_force) } else { ("pushes", view.click_force) };
+        format!(
+            "a right click {verb} it with {} N, the wheel changes that by {} N",
+            digits(force),
+            digits(view.push.per_notch)
+        )
     };
-    let selected = stage.seen.selection.filter(|_| stage.sim.scene.push.is_some());
-    match (view.mode, selected) {
-        (Mode::Camera, None) => {
-            "The mouse looks around; W A S D fly, Space and Shift rise and sink. Q frees the pointer.".to_owned()
+    let pushes = stage.sim.scene.push.is_some();
+    match (view.mode, stage.seen.selection) {
+        (Mode::Camera, selected) => {
+            let aim = selected.filter(|_| pushes).map_or(String::new(), |_| format!(" At the selection, {}.", click()));
+            format!("The mouse looks around; W A S D fly, Space and Shift rise and sink. Q frees the pointer.{aim}")
         }
-        (Mode::Camera, Some(_)) => format!("{} Q frees the pointer.", pushes("Right click at the selection")),
         (Mode::Selection, None) => {
-            "Left click selects. Right drag orbits, middle drag pans, the wheel zooms. F frames the scene, Q flies."
-                .to_owned()
+            "Click a body to select it, drag it to pull it. Right drag orbits, middle drag pans, the wheel zooms. F frames the scene.".to_owned()
         }
-        (Mode::Selection, Some(thing)) => format!(
-            "{} {} Right drag beside it orbits. F frames it, Escape lets it go.",
-            stage.name(thing),
-            pushes("is selected: right click on it")
-        ),
+        (Mode::Selection, Some(thing)) if pushes => {
+            format!("{}: drag pulls it, {}. F frames it. A click beside it deselects.", stage.name(thing), click())
+        }
+        (Mode::Selection, Some(thing)) => {
+            format!("{}: drag pulls it, the wheel zooms. F frames it. A click beside it deselects.", stage.name(thing))
+        }
     }
 }

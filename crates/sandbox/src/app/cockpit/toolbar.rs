@@ -1,20 +1,17 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
 use egui::{Button, ComboBox, DragValue, Ui};
-use lab::cost::Setting;
 use motion::clock::StepClock;
-use motion::{Gravity, Method, MutualGravity};
+use motion::{Gravity, Method, MutualGravity, Substeps};
 use scene::unsolvable;
 
-use crate::app::actions::BINDINGS;
+use crate::app::actions;
+use crate::input::Experiment;
 use crate::tools::tool::Edit;
 use crate::view::stage::{Mode, Stage};
 
 /// Paces of the list, simulated seconds per second.
 const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-
-/// Most substeps that the bar offers.
-const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1000;
 
 pub(super) fn show(ui: &mut Ui, stage: &Stage, [browses, dock]: [&mut bool; 2], edits: &mut Vec<Edit>) {
     ui.horizontal_wrapped(|ui| {
@@ -50,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, [browses, dock]: [&mut bool; 2], 
 
 /// A button for an action of the table, which says what it does and names its key.
 fn act(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, words: &str, on: bool) {
-    let Some(binding) = BINDINGS.iter().find(|binding| binding.name == action) else { return };
+    let Some(binding) = actions::named(action) else { return };
     let button = ui.add(Button::selectable(on, words));
     if button.on_hover_text(format!("{} ({})", binding.what, binding.keys[0])).clicked() {
         edits.push(Edit::Act(action));
@@ -94,9 +91,11 @@ fn method(ui: &mut Ui, stage: &Stage, edits: &mut Vec<Edit>) {
         })
         .response
         .on_hover_text("method of integration (I and Shift+I)");
-    let substeps = DragValue::new(&mut chosen.substeps).range(SUBSTEPS).speed(0.1).prefix("x ");
+    let substeps = DragValue::new(&mut chosen.substeps).range(1..=Substeps::MOST).speed(0.1).prefix("x ");
     ui.add(substeps).on_hover_text("substeps per tick: more are more accurate and cost more time");
-    if chosen != setting {
-        edits.push(Edit::ApplySetting(Setting { ..chosen }));
+    if chosen.substeps != setting.substeps {
+        edits.push(Edit::ApplySetting(chosen));
+    } else if chosen.method != setting.method {
+        edits.push(Edit::Try(Experiment::Method(chosen.method)));
     }
 }
