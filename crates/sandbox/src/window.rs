@@ -376,7 +376,9 @@ impl Shell {
         self.last_frame = Some(now);
         self.mode_changes = false;
         if let Some(screen) = &self.screen {
-            self.pointer.follow(&screen.window, self.focused && self.session.grabs_pointer());
+            let holds = self.focused && self.session.grabs_pointer();
+            let [corner, size] = self.session.view_area();
+            self.pointer.follow(&screen.window, holds, corner + size / 2.0);
         }
         let hidden = self.is_hidden();
         let drawn = !hidden

@@ -1,5 +1,6 @@
 //! The pointer: free in selection mode, hidden and held in camera mode, where only its motion counts.
 
+use glam::DVec2;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::window::{CursorGrabMode, Window};
 
@@ -32,8 +33,8 @@ impl Pointer {
         self.hold != Hold::Free
     }
 
-    /// Holds it, or lets it go.
-    pub fn follow(&mut self, window: &Window, hold: bool) {
+    /// Holds it, or lets it go, in a view around the pixel `middle`.
+    pub fn follow(&mut self, window: &Window, hold: bool, middle: DVec2) {
         if self.hold == Hold::Centered && hold && !self.confined {
             // A window that is not on the screen yet cannot hold the pointer.
             self.confined = window.set_cursor_grab(CursorGrabMode::Confined).is_ok();
@@ -54,7 +55,8 @@ impl Pointer {
         } else {
             let _ = window.set_cursor_grab(CursorGrabMode::None);
             if self.hold == Hold::Centered {
-                self.center(window);
+                // Where this is not supported it appears where it was hidden.
+                let _ = window.set_cursor_position(PhysicalPosition::new(middle.x, middle.y));
             }
             self.hold = Hold::Free;
         }
