@@ -28,15 +28,19 @@ impl Tool for Ghosts {
         panel::show(ui, self, desk.stage);
     }
 
-    /// Makes the ghosts, or removes them. Their list can be closed without them.
+    /// Makes the ghosts, or removes them with their list. Escape closes the list alone; after that it comes back.
     fn toggle(&mut self, stage: &mut Stage, open: bool) -> bool {
         stage.notices.retract(Topic::Ghosts);
-        if self.twins.take().is_some() {
+        if open {
+            self.twins = None;
             return false;
+        }
+        if self.twins.is_some() {
+            return true;
         }
         if stage.sim.bodies.len() > MOST_BODIES {
             stage.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
-            return open;
+            return false;
         }
         self.twins = Some(Twins::new(&mut stage.sim, BTreeSet::new()));
         true
