@@ -23,8 +23,7 @@ impl Cockpit {
     fn with(scene: &str, size_px: [u32; 2], overrides: Overrides) -> Self {
         let options =
             Options { pictures: false, interpolate: true, size_px, overrides, ..Options::default() };
-        let mut drive = Drive::shipped(scene);
-        drive.session = Session::new(scene::load(scene).unwrap(), options);
+        let mut drive = Drive::with(scene::load(scene).unwrap(), options);
         let _ = drive.session.controls();
         drive.press("F10").ticks(3);
         Self { drive }
@@ -361,8 +360,7 @@ fn showing_the_cockpit_changes_no_setting_and_no_bit() {
     let hash = |cockpit: bool| {
         let overrides = Overrides { substeps: Some(5000), ..Overrides::default() };
         let options = Options { pictures: false, interpolate: true, overrides, ..Options::default() };
-        let mut drive = Drive::shipped("oscillator");
-        drive.session = Session::new(scene::load("oscillator").unwrap(), options);
+        let mut drive = Drive::with(scene::load("oscillator").unwrap(), options);
         if cockpit {
             drive.press("F10");
         }

@@ -514,6 +514,6 @@ fn without_a_display_the_program_ends_with_5_and_one_line_that_names_the_run_wit
         let said = output(command.envs(display.map(|name| ("DISPLAY", name))));
         said.fails(5, "sandbox run");
         assert_eq!(said.err.lines().count(), 1, "{}", said.err);
-        assert!(!said.err.contains(".rs:"), "nobody needs a path into a library: {}", said.err);
+        assert!(!said.err.contains(".rs:"), "it names a path into a library: {}", said.err);
     }
 }

@@ -147,8 +147,9 @@ fn two_masses_and_a_spring() {
         let state = |part: f64| (across * t + axis * (part * x), across + axis * (part * v));
         vec![state(-0.75), state(0.25)]
     };
-    let [a, b] = exact(0.0)[..] else { unreachable!() };
-    let net = Net::pair(Start::of(1.0, a.0, a.1), Start::of(3.0, b.0, b.1), elastic(50.0, 1.0));
+    let starts = exact(0.0);
+    let of = |mass: f64, (x, v): (DVec3, DVec3)| Start::of(mass, x, v);
+    let net = Net::pair(of(1.0, starts[0]), of(3.0, starts[1]), elastic(50.0, 1.0));
     Problem::new("two masses", 1.0, net, exact).check_all();
 }
 

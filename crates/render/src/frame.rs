@@ -19,8 +19,8 @@ pub struct Frame {
     /// The part of the picture that shows the scene: left, top, width and height in pixels, inside the picture; without it,
     /// all of it.
     pub view_px: Option<[u32; 4]>,
-    /// Red, green and blue as displayed, 0 to 1, of what is around that part.
-    pub surround: [f32; 3],
+    /// Red, green and blue, as displayed, of what is around that part.
+    pub surround: [u8; 3],
     /// Where the camera looks, and how wide.
     pub camera: Camera,
     /// The one lamp; without it everything is lit softly from the camera.

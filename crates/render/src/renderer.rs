@@ -1,6 +1,7 @@
 //! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, translucent bodies, lines, panels.
 
 use bytemuck::{Pod, Zeroable};
+use egui::ecolor::linear_f32_from_gamma_u8;
 use glam::{Mat4, Vec3, Vec4};
 
 use crate::{
@@ -229,13 +230,9 @@ impl Renderer {
         [particles, lines]: [u32; 2],
     ) {
         let size_px = frame.size_px;
-        let stored = |display: f32| {
-            let display = f64::from(display);
-            match self.destination.format.is_srgb() {
-                false => display,
-                true if display <= 0.04045 => display / 12.92,
-                true => ((display + 0.055) / 1.055).powf(2.4),
-            }
+        let stored = |part: u8| match self.destination.format.is_srgb() {
+            true => f64::from(linear_f32_from_gamma_u8(part)),
+            false => f64::from(part) / 255.0,
         };
         let [r, g, b] = frame.surround.map(stored);
         let surround = wgpu::Color { r, g, b, a: 1.0 };

@@ -39,7 +39,7 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// How far the measured one is from the closed form, relative to it; 0 where both are none or infinite.
+    /// How far the measured one is from the closed form, relative to it; 0 where they are equal, infinite ones too.
     pub fn relative_difference(&self) -> f64 {
         if self.measured == self.theory { 0.0 } else { self.measured / self.theory - 1.0 }
     }

@@ -43,7 +43,7 @@ impl Session {
                 Mode::Selection => {
                     let before = std::mem::replace(&mut self.view.pointer, DVec2::new(*x, *y));
                     self.ui.pointer(*x, *y);
-                    let click = CLICK_POINTS * f64::from(self.ui.pixels_per_point());
+                    let click = self.click_px();
                     let pointer = self.view.pointer;
                     if let Some((_, pull)) =
                         self.seen.pressed.take_if(|(from, _)| from.distance(pointer) > click)
@@ -60,12 +60,11 @@ impl Session {
             Input::Wheel(notches) => {
                 if self.view.mode == Mode::Selection && self.ui.wants_pointer() {
                     self.ui.wheel(*notches);
-                } else if !notches.is_finite() {
-                    // No wheel turns so far.
-                } else if self.zooms() {
-                    self.zoom(*notches);
-                } else {
-                    self.view.click_force += notches * self.view.push.per_notch;
+                } else if notches.is_finite() {
+                    match self.zooms() {
+                        true => self.zoom(*notches),
+                        false => self.view.click_force += notches * self.view.push.per_notch,
+                    }
                 }
             }
             Input::FocusLost => {
@@ -106,6 +105,11 @@ impl Session {
             Does::Open(panel) => self.toggle(panel),
             Does::While(_) => {}
         }
+    }
+
+    /// How far the pointer moves in a click at most, pixels.
+    fn click_px(&self) -> f64 {
+        CLICK_POINTS * f64::from(self.ui.pixels_per_point())
     }
 
     /// Lets go of what the buttons of the mouse hold.
@@ -274,9 +278,9 @@ impl Session {
     /// Frames the selection at the second of two clicks at one place.
     fn frame_at_double_click(&mut self) {
         let (now, at) = (self.clock.now(), self.view.pointer);
-        let double = self.hands.clicked.take().is_some_and(|(then, place)| {
-            now - then <= DOUBLE_CLICK_S
-                && place.distance(at) <= CLICK_POINTS * f64::from(self.ui.pixels_per_point())
+        let clicked = self.hands.clicked.take();
+        let double = clicked.is_some_and(|(then, place)| {
+            now - then <= DOUBLE_CLICK_S && place.distance(at) <= self.click_px()
         });
         if !double {
             self.hands.clicked = Some((now, at));

@@ -22,7 +22,7 @@ fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tool
         ui.cockpit.show(root, &opened, stage, tools, &mut edits);
     }
     ui.view = root.available_rect_before_wrap();
-    let [r, g, b, _] = root.visuals().panel_fill.to_array().map(|part| f32::from(part) / 255.0);
+    let [r, g, b, _] = root.visuals().panel_fill.to_array();
     stage.run.surround = [r, g, b];
     stage.run.view_px = docks.then(|| pixels(ui.view, context.pixels_per_point()));
     for (panel, tool) in tools.each().filter(|(panel, _)| ui.shows(*panel)) {
@@ -48,7 +48,7 @@ fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tool
         let window = windows.iter().find(|(other, ..)| *other == panel).and_then(|(_, rect, _)| *rect);
         tool.write(stage, &painter, window, taken.clone());
     }
-    hud::show(&painter, stage, docks);
+    hud::show(&painter, stage);
     stage.write_pull(&painter);
     let selected = stage.seen.selection.filter(|_| !docks).and_then(|thing| Selected::of(stage, thing));
     if let Some(selected) = selected {

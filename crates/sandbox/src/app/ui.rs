@@ -39,7 +39,7 @@ pub(crate) struct Ui {
     /// Open panels in the order in which they were opened.
     opened: Vec<Panel>,
     was_open: bool,
-    /// The bars and the dock around the view, if they are shown.
+    /// The bars and the dock around the view.
     pub cockpit: Cockpit,
     /// What they left for the view in the last layout.
     pub view: Rect,

@@ -243,9 +243,12 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let told = forecast_start(args, &mut session, longest_frame)?;
     let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
     told.iter().chain(&long).for_each(|line| loading.tell(line));
-    let folder = args.frames.clone().unwrap_or_else(|| PathBuf::from("."));
-    let mut camera =
-        if wants_pictures { Some(Camera::new(size_px, args.quality.into(), folder)?) } else { None };
+    let folder = args.frames.as_deref().unwrap_or(Path::new("."));
+    let mut camera = if wants_pictures {
+        Some(Camera::new(size_px, args.quality.into(), folder.to_owned())?)
+    } else {
+        None
+    };
     // Opened before the run: a place that cannot be written is found out now, and not after an hour.
     let state = args.state.as_deref().map(state_file).transpose()?;
     let summary_file = args.summary.as_deref().map(output_file).transpose()?;
@@ -310,12 +313,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         }
         for order in &orders {
             if let Order::Table(text) = order {
-                let folder = args.frames.as_deref().unwrap_or(Path::new("."));
                 write(&folder.join(format!("graph_{frame_number:06}.csv")), text.as_bytes())?;
             }
         }
         if orders.contains(&Order::Bundle) {
-            let folder = args.frames.as_deref().unwrap_or(Path::new("."));
             let image = match &mut camera {
                 Some(camera) => Some(camera.picture(&mut session)?),
                 None => None,

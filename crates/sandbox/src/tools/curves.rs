@@ -18,10 +18,9 @@ pub(crate) struct Curve {
 
 /// Lays out a plot of that height, points. The pointer reads values off; it neither moves nor zooms what moves by itself.
 pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve]) {
-    let drawn = |curve: &Curve| -> Vec<[f64; 2]> {
-        let points = curve.points.iter().copied();
-        points.filter(|point| point.iter().all(|value| value.abs() <= LARGEST_DRAWN)).collect()
-    };
+    let can_be_drawn = |point: &[f64; 2]| point.iter().all(|value| value.abs() <= LARGEST_DRAWN);
+    let drawn = |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();
+    let curves: Vec<_> = curves.iter().map(|curve| (curve, drawn(curve))).collect();
     let plot = Plot::new(id)
         .height(height)
         .allow_drag(false)
@@ -33,15 +32,14 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve])
         .y_axis_formatter(|mark, _| four_digits(mark.value))
         .legend(Legend::default());
     // Each by itself: the others can be hidden with a click on their names.
-    let plot = curves.iter().fold(plot, |plot, curve| {
-        let points = drawn(curve);
+    let plot = curves.iter().fold(plot, |plot, (_, points)| {
         let [times, values] = [0, 1].map(|axis| apart(points.iter().map(|point| point[axis])));
         let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
         values.into_iter().flatten().fold(plot, Plot::include_y)
     });
     plot.show(ui, |plot| {
-        for curve in curves {
-            plot.line(Line::new(curve.name, drawn(curve)).color(curve.color));
+        for (curve, points) in curves {
+            plot.line(Line::new(curve.name, points).color(curve.color));
         }
     });
 }

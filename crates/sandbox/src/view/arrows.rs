@@ -5,6 +5,7 @@ use glam::DVec3;
 use motion::{Dormant, PhysicsBody, Transform};
 use render::{Frame, Line};
 
+use crate::view::forces::add_to;
 use crate::view::stage::Stage;
 
 const VELOCITY_COLOR: [f32; 4] = [0.3, 0.75, 1.0, 1.0];
@@ -65,11 +66,7 @@ impl Stage {
         let entities: Vec<_> = bodies.iter().map(|(entity, ..)| *entity).collect();
         let mut by_cause = vec![Vec::<(&'static str, DVec3)>::new(); bodies.len()];
         self.each_force(&entities, |place, cause, newtons| {
-            let forces = &mut by_cause[place];
-            match forces.iter_mut().find(|(name, _)| *name == cause.name()) {
-                Some((_, sum)) => *sum += newtons,
-                None => forces.push((cause.name(), newtons)),
-            }
+            add_to(&mut by_cause[place], cause.name(), newtons);
         });
         for forces in &mut by_cause {
             forces.retain(|(_, newtons)| *newtons != DVec3::ZERO);

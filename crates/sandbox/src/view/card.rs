@@ -6,6 +6,7 @@ use glam::DVec3;
 use motion::{ForceCause, Method, PhysicsBody, Transform};
 use report::numbers::three_decimals;
 
+use crate::view::forces::add_to;
 use crate::view::soft::SoftSum;
 use crate::view::stage::Stage;
 
@@ -90,10 +91,7 @@ impl Selected {
                 ForceCause::Spring(_) => format!("by {springs} springs"),
                 cause => format!("by {}", cause.name().replace('_', " ")),
             };
-            match named.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, sum)) => *sum += *newtons,
-                None => named.push((name, *newtons)),
-            }
+            add_to(&mut named, name, *newtons);
         }
         named
     }

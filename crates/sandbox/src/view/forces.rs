@@ -73,6 +73,14 @@ impl Stage {
     }
 }
 
+/// Adds to the sum of that name, or begins it.
+pub(crate) fn add_to<N: PartialEq>(sums: &mut Vec<(N, DVec3)>, name: N, newtons: DVec3) {
+    match sums.iter_mut().find(|(known, _)| *known == name) {
+        Some((_, sum)) => *sum += newtons,
+        None => sums.push((name, newtons)),
+    }
+}
+
 /// Whether a method asks for it as a law. All of a push, and of damping that is no law, is in a velocity already.
 fn is_of_laws(cause: ForceCause, damping: Option<DampingModel>) -> bool {
     match cause {

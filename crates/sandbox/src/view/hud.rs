@@ -29,7 +29,7 @@ const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
 const NOTICE_WIDTH: f32 = 0.94;
 
 /// Writes all of it; within the cockpit, without the keys that its buttons name.
-pub(crate) fn show(painter: &Painter, stage: &Stage, cockpit: bool) {
+pub(crate) fn show(painter: &Painter, stage: &Stage) {
     let screen = painter.clip_rect();
     // The tutorial's glyphs are 1.9 % of the width apart.
     let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75);
@@ -57,7 +57,7 @@ pub(crate) fn show(painter: &Painter, stage: &Stage, cockpit: bool) {
     if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
         tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
     }
-    if !cockpit {
+    if stage.run.view_px.is_none() {
         let font = FontId::proportional(font.size * 0.8);
         let keys = "H help   Tab settings";
         text(painter, at(Vec2::new(99.0, 97.0)), Align2::RIGHT_BOTTOM, keys, font, THIN);
@@ -115,11 +115,9 @@ fn state(painter: &Painter, corner: Pos2, stage: &Stage, size: f32) {
     }
     if let Some(newtons) = view.force_scale {
         lines.push((format!("force arrows: 1 m is {newtons} N"), THIN));
-        lines.extend(view.force_causes.iter().map(|cause| {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-            let [r, g, b, _] = color_of(cause).map(|part| (part * 255.0).round() as u8);
-            (cause.replace('_', " "), Color32::from_rgb(r, g, b))
-        }));
+        lines.extend(
+            view.force_causes.iter().map(|cause| (cause.replace('_', " "), as_in_picture(color_of(cause)))),
+        );
     }
     let pace = stage.clock.pace();
     if pace != 1.0 {
@@ -170,6 +168,13 @@ pub(crate) fn text(painter: &Painter, at: Pos2, anchor: Align2, words: &str, fon
         painter.text(at + corner, anchor, words, font.clone(), Color32::from_black_alpha(200));
     }
     painter.text(at, anchor, words, font, color);
+}
+
+/// The color of a picture, red, green, blue and alpha from 0 to 1, in panels.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
+pub(crate) fn as_in_picture(color: [f32; 4]) -> Color32 {
+    let [red, green, blue, _] = color.map(|part| (part * 255.0).round() as u8);
+    Color32::from_rgb(red, green, blue)
 }
 
 /// A small square of that color.

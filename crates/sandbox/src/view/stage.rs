@@ -180,8 +180,8 @@ pub(crate) struct Run {
     pub options: Options,
     /// The part of the picture that shows the scene, if panels take the rest: left, top, width and height, pixels.
     pub view_px: Option<[u32; 4]>,
-    /// Red, green and blue of what is around it, 0 to 1.
-    pub surround: [f32; 3],
+    /// Red, green and blue of what is around it.
+    pub surround: [u8; 3],
     pub measured: Option<Measured>,
     pub frames: u64,
     /// Time dropped in hitches, s.

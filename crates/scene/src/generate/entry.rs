@@ -90,7 +90,7 @@ impl Section {
     }
 }
 
-/// A number of bodies, at least 1; 0 where there is none.
+/// A number of bodies, at least 1; 0 if it is missing or invalid.
 pub(super) fn count(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faults) -> u32 {
     const CURE: &str = "give a whole number from 1 up";
     faults.require(value.is_some(), (scope, key), CURE);

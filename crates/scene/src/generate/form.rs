@@ -124,7 +124,7 @@ pub(super) fn pinned(
     places
 }
 
-/// A number of points along a line, at least 2; 0 where there is none.
+/// A number of points along a line, at least 2; 0 if it is missing or invalid.
 pub(super) fn points(value: Option<u32>, (scope, key): Key<'_>, faults: &mut Faults) -> u32 {
     const CURE: &str = "give a whole number from 2 up";
     match value {

@@ -18,10 +18,13 @@ pub(super) fn show(
     edits: &mut Vec<Edit>,
 ) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
-        CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| match &selected {
-            Some(selected) => sideways(ui, "selection", |ui| card::lines(ui, selected, stage.sim.method())),
-            None => drop(ui.weak("Click a body to select it.")),
+        CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| {
+            let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
+            if let Some(selected) = selected {
+                sideways(ui, "selection", |ui| card::lines(ui, &selected, stage.sim.method()));
+            } else {
+                ui.weak("Click a body to select it.");
+            }
         });
         let mut sections: Vec<_> = tools.each().filter(|(_, tool)| tool.docks()).collect();
         // How high it is depends on the time that measuring took: below it nothing would stand where a recording clicked.

@@ -4,6 +4,7 @@ use egui::{Color32, Grid, Rect, RichText, Sense, Ui, Vec2};
 use report::numbers::digits;
 
 use crate::tools::forecast::ForecastRow;
+use crate::view::hud::as_in_picture;
 use crate::view::springs::margin_color;
 
 /// Rows that are listed.
@@ -78,8 +79,7 @@ fn bar(ui: &mut Ui, ratio: f64) {
     let painter = ui.painter();
     painter.rect_filled(place, 2.0, Color32::from_gray(60));
     let at = |ratio: f64| place.left() + (ratio / FULL).clamp(0.0, 1.0) as f32 * place.width();
-    let [red, green, blue, _] = margin_color(ratio).map(|part| (part * 255.0).round() as u8);
     let taken = Rect::from_min_max(place.min, egui::pos2(at(ratio), place.bottom()));
-    painter.rect_filled(taken, 2.0, Color32::from_rgb(red, green, blue));
+    painter.rect_filled(taken, 2.0, as_in_picture(margin_color(ratio)));
     painter.vline(at(1.0), place.y_range(), (1.5, LIMIT));
 }
