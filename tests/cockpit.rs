@@ -493,8 +493,42 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         u32::try_from(state % u64::from(below)).unwrap()
     };
     let keys = [
-        "Tab", "E", "C", "B", "V", "R", "H", "T", "Q", "F10", "F", "P", ".", ",", "I", "G", "1", "2", "3",
-        "7", "F1", "F2", "Escape", "Ctrl+O", "=", "-", "L", "W", "Space", "Up",
+        "Tab",
+        "E",
+        "C",
+        "B",
+        "V",
+        "R",
+        "H",
+        "T",
+        "Q",
+        "F10",
+        "F",
+        "P",
+        ".",
+        ",",
+        "I",
+        "G",
+        "1",
+        "2",
+        "3",
+        "7",
+        "F1",
+        "F2",
+        "Escape",
+        "Ctrl+O",
+        "=",
+        "-",
+        "L",
+        "W",
+        "Space",
+        "Up",
+        "F6",
+        "Shift+Tab",
+        "Enter",
+        "Down",
+        "F8",
+        "F9",
     ];
     let buttons = [Button::Left, Button::Right, Button::Middle];
     for scene in ["tutorial", "orbits_race", "jelly", "bridge", "everything"] {
@@ -502,9 +536,9 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         for _ in 0..250 {
             let events: Vec<_> = (0..8)
                 .flat_map(|_| match random(12) {
-                    0 => tap(keys[random(30) as usize]).to_vec(),
-                    1 => vec![down(keys[random(30) as usize])],
-                    2 => vec![up(keys[random(30) as usize])],
+                    0 => tap(keys[random(36) as usize]).to_vec(),
+                    1 => vec![down(keys[random(36) as usize])],
+                    2 => vec![up(keys[random(36) as usize])],
                     3 => vec![Input::ButtonDown(buttons[random(3) as usize])],
                     4 => vec![Input::ButtonUp(buttons[random(3) as usize])],
                     5 => vec![Input::Wheel(f64::from(random(7)) - 3.0)],
@@ -521,5 +555,123 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         }
         cockpit.drive.give([Input::FocusLost]).ticks(3);
         assert!(cockpit.session().camera().position.is_finite(), "{scene}");
+    }
+}
+
+impl Cockpit {
+    /// The control that has the keyboard.
+    fn focused(&self) -> Option<Control> {
+        self.session().controls().into_iter().find(|control| control.focused)
+    }
+
+    fn press(&mut self, key: &str) -> &mut Self {
+        self.drive.press(key).ticks(3);
+        self
+    }
+
+    /// Goes on with `key` until the control of that name has the keyboard.
+    fn go_to(&mut self, name: &str, key: &str) -> &mut Self {
+        let arrives = (0..300).any(|_| {
+            self.press(key);
+            self.focused().is_some_and(|control| control.name == name)
+        });
+        assert!(arrives, "{key} never comes to {name}");
+        self
+    }
+}
+
+#[test]
+fn a_scene_a_method_and_a_tool_are_reached_by_keys_alone() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.press("F6").press("F6");
+    assert_eq!(cockpit.focused().unwrap().role, "TextInput");
+    cockpit.drive.give([Input::Text("orbit".to_owned())]).ticks(1);
+    cockpit.go_to("orbit", "Tab").press("Enter");
+    assert_eq!(cockpit.drive.session.take_orders(), [Order::Open("orbit".to_owned())]);
+
+    cockpit.press("F6");
+    assert_eq!(cockpit.focused().unwrap().name, "Selection");
+    cockpit.go_to("Settings", "Down").press("Enter");
+    assert_eq!(cockpit.session().open_panels(), [Panel::Settings]);
+    cockpit.go_to("Moon", "Tab").press("Space");
+    assert_eq!(cockpit.session().world().resource::<Gravity>().acceleration.y, -1.62);
+
+    // Past the last part is the scene, and after that the first part.
+    cockpit.press("F6");
+    assert_eq!(cockpit.focused(), None);
+    cockpit.press("F6").go_to("method of integration (I and Shift+I)", "Tab");
+    cockpit.press("Enter").go_to(Method::RungeKutta4.claims().title, "Down").press("Enter");
+    assert_eq!(cockpit.session().stepper().method(), Method::RungeKutta4);
+    assert_eq!(
+        cockpit.focused().unwrap().name,
+        "method of integration (I and Shift+I)",
+        "the list is closed"
+    );
+    cockpit.press("Shift+Tab").press("Tab");
+    assert_eq!(cockpit.focused().unwrap().name, "method of integration (I and Shift+I)");
+}
+
+#[test]
+fn a_control_with_the_keyboard_takes_the_keys_that_move_on_and_press_and_no_other() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let settings = |cockpit: &Cockpit| cockpit.session().open_panels().contains(&Panel::Settings);
+    cockpit.press("F6").go_to("Pause", "Tab");
+    assert!(!settings(&cockpit) && !cockpit.session().takes_text());
+    cockpit.press("Space");
+    assert!(cockpit.session().paused());
+    cockpit.press("P");
+    assert!(!cockpit.session().paused());
+    cockpit.press("Escape");
+    assert_eq!(cockpit.focused(), None);
+    cockpit.press("Tab");
+    assert!(settings(&cockpit), "nothing has the keyboard: Tab opens the settings");
+
+    // A click elsewhere takes the keyboard back, too.
+    cockpit.press("F6");
+    assert!(cockpit.focused().is_some());
+    let empty = empty_place(&cockpit);
+    cockpit.drive.click(Button::Left, empty).ticks(2);
+    assert_eq!(cockpit.focused(), None);
+}
+
+#[test]
+fn tab_passes_every_control_in_sight_of_all_tools_and_frames_it() {
+    let mut cockpit = Cockpit::of("tutorial", [1024, 600]);
+    cockpit.press("F8").press("Tab").press("E").press("Y").press("R").press("P");
+    let mut passed: Vec<Control> = Vec::new();
+    let first = cockpit.press("F6").focused().unwrap();
+    loop {
+        let control = cockpit.focused().unwrap_or_else(|| panic!("lost after {:#?}", passed.last()));
+        let [left, top, right, bottom] = control.rect_px;
+        let middle = DVec2::new(left + right, top + bottom) / 2.0;
+        let inside = middle.cmpge(DVec2::ZERO).all() && middle.cmple(DVec2::new(1024.0, 600.0)).all();
+        assert!(inside, "{control:#?} is out of sight");
+        passed.push(control);
+        cockpit.press("Tab");
+        if cockpit.focused().is_some_and(|control| control.name == first.name) {
+            break;
+        }
+        assert!(passed.len() < 400, "{passed:#?}");
+    }
+    for name in ["Step", "Help", "tutorial", "coincident points", "Selection", "Settings", "Moon", "measure"]
+    {
+        assert!(passed.iter().any(|control| control.name == name), "{name} is not passed");
+    }
+}
+
+#[test]
+fn f8_and_f9_hide_and_show_the_scenes_and_the_dock() {
+    for size in [[1024, 600], [1280, 720]] {
+        let mut cockpit = Cockpit::of("tutorial", size);
+        let has = |cockpit: &Cockpit, name: &str| {
+            cockpit.session().controls().iter().any(|control| control.role != "Label" && control.name == name)
+        };
+        let parts = |cockpit: &Cockpit| [has(cockpit, "frame step"), has(cockpit, "Selection")];
+        let wide = size[0] == 1280;
+        assert_eq!(parts(&cockpit), [wide, true]);
+        cockpit.press("F8").press("F9");
+        assert_eq!(parts(&cockpit), [!wide, false]);
+        cockpit.press("F8").press("F9");
+        assert_eq!(parts(&cockpit), [wide, true]);
     }
 }

@@ -16,7 +16,7 @@ pub struct Key {
 }
 
 /// Keys that are named and not typed.
-const NAMED: [&str; 18] = [
+const NAMED: [&str; 22] = [
     "Space",
     "Shift",
     "Alt",
@@ -33,6 +33,10 @@ const NAMED: [&str; 18] = [
     "Delete",
     "F1",
     "F2",
+    "F6",
+    "F7",
+    "F8",
+    "F9",
     "F10",
     "F12",
 ];
@@ -50,12 +54,12 @@ impl Key {
         Self { ctrl, ..self }
     }
 
-    /// The same key with the shift key held, if it is a letter: elsewhere shift makes another character, which
-    /// is a key of its own.
+    /// The same key with the shift key held, if it is a letter or Tab: elsewhere shift makes another character,
+    /// which is a key of its own.
     #[must_use]
     pub fn with_shift(self, shift: bool) -> Self {
         let letter = self.name.chars().count() == 1 && self.name.chars().all(char::is_alphabetic);
-        Self { shift: shift && letter, ..self }
+        Self { shift: shift && (letter || self.name == "Tab"), ..self }
     }
 
     /// The name without the control and the shift key.
@@ -70,7 +74,7 @@ impl Key {
         self.ctrl
     }
 
-    /// Whether it is a letter with the shift key.
+    /// Whether it is a letter or Tab with the shift key.
     #[must_use]
     pub const fn shift(&self) -> bool {
         self.shift

@@ -149,6 +149,16 @@ const LAST: &[Binding] = &[
         session.seen.trails = Default::default();
     }),
     once(
+        "focus_panels",
+        &["F6"],
+        "give the keyboard to the next part of the window: bar, scenes, dock, scene; Tab and the arrows go on, Enter presses",
+        Session::focus_panels,
+    ),
+    once("toggle_browser", &["F8"], "show or hide the scenes at the left", Session::toggle_browser),
+    once("toggle_dock", &["F9"], "show or hide the tools at the right", |session| {
+        session.ui.cockpit.dock ^= true;
+    }),
+    once(
         "toggle_cockpit",
         &["F10"],
         "show or hide the bars and the dock around the view",

@@ -6,7 +6,7 @@ mod fault;
 mod hints;
 mod toolbar;
 
-use egui::{Color32, Frame, Panel as Side, Ui};
+use egui::{Color32, Frame, Panel as Side, Pos2, Rect, Response, Ui};
 
 use self::browser::Browser;
 use self::fault::FaultBar;
@@ -24,13 +24,25 @@ const BROWSER: f32 = 190.0;
 const DOCK: [f32; 2] = [340.0, 480.0];
 const DOCK_SHARE: f32 = 0.28;
 
+/// A part of the cockpit, to which the keyboard can go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Toolbar,
+    Scenes,
+    Dock,
+}
+
 /// What a person opened and typed in the cockpit.
 pub(crate) struct Cockpit {
     pub shown: bool,
     browser: Browser,
     /// Whether the browser is open; until a person says so, it is where there is room.
     browses: Option<bool>,
-    dock: bool,
+    pub dock: bool,
+    /// The part to which the keyboard is to go.
+    pub focuses: Option<Part>,
+    /// Where each part is in the last layout.
+    parts: Vec<(Part, Rect)>,
     fault: FaultBar,
     /// The panels that were open in the last layout.
     opened: Vec<Panel>,
@@ -43,6 +55,8 @@ impl Default for Cockpit {
             browser: Browser::default(),
             browses: None,
             dock: true,
+            focuses: None,
+            parts: Vec::new(),
             fault: FaultBar::default(),
             opened: Vec::new(),
         }
@@ -50,6 +64,37 @@ impl Default for Cockpit {
 }
 
 impl Cockpit {
+    /// The part at that place.
+    pub fn part_at(&self, place: Pos2) -> Option<Part> {
+        self.parts.iter().find(|(_, rect)| rect.contains(place)).map(|(part, _)| *part)
+    }
+
+    /// The part that follows `part`, or the first one.
+    pub fn part_after(&self, part: Option<Part>) -> Option<Part> {
+        let mut parts = self.parts.iter().map(|(part, _)| *part);
+        if part.is_some() {
+            parts.find(|other| Some(*other) == part);
+        }
+        parts.next()
+    }
+
+    /// Shows or hides the scenes, on a screen of that width in points.
+    pub fn toggle_browser(&mut self, width: f32) {
+        self.browses = Some(!self.browses(width));
+    }
+
+    fn browses(&self, width: f32) -> bool {
+        self.browses.unwrap_or(width >= ROOM_FOR_BROWSER)
+    }
+
+    /// Remembers where `part` is, and gives the keyboard to its `first` control if it is to have it.
+    fn lay_out_part(&mut self, part: Part, rect: Rect, first: &Response) {
+        self.parts.push((part, rect));
+        if self.focuses.take_if(|focuses| *focuses == part).is_some() {
+            first.request_focus();
+        }
+    }
+
     /// Lays out the bars and the dock with the `opened` panels, in `root`; what is left of it is the view.
     pub fn show(
         &mut self,
@@ -62,11 +107,12 @@ impl Cockpit {
         let width = root.available_width();
         // What is around the view has their color already: painting it again would take half the time of a frame in software.
         let bare = Frame::side_top_panel(root.style()).fill(Color32::TRANSPARENT);
-        let mut browses = self.browses.unwrap_or(width >= ROOM_FOR_BROWSER);
+        let mut browses = self.browses(width);
         let (before, mut dock) = (browses, self.dock);
-        Side::top("toolbar")
-            .frame(bare)
-            .show(root, |ui| toolbar::show(ui, stage, [&mut browses, &mut dock], edits));
+        self.parts.clear();
+        let bar = Side::top("toolbar").frame(bare);
+        let bar = bar.show(root, |ui| toolbar::show(ui, stage, [&mut browses, &mut dock], edits));
+        self.lay_out_part(Part::Toolbar, bar.response.rect, &bar.inner);
         if browses != before {
             self.browses = Some(browses);
         }
@@ -75,13 +121,15 @@ impl Cockpit {
         self.fault.show(root, stage, edits);
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
-            side.show(root, |ui| self.browser.show(ui, &stage.sim.scene.name, edits));
+            let side = side.show(root, |ui| self.browser.show(ui, &stage.sim.scene.name, edits));
+            self.lay_out_part(Part::Scenes, side.response.rect, &side.inner);
         }
         if dock {
             let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
             let side = Side::right("dock").frame(bare).default_size(usual).size_range(DOCK[0]..=0.6 * width);
             let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
-            side.show(root, |ui| dock::show(ui, (opened, newest), stage, tools, edits));
+            let side = side.show(root, |ui| dock::show(ui, (opened, newest), stage, tools, edits));
+            self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
         }
         self.opened = opened.to_owned();
     }

@@ -34,7 +34,7 @@ impl Session {
                 self.ui.key(key, false);
             }
             Input::Text(text) => {
-                if self.ui.takes_keys() {
+                if self.ui.takes_text() {
                     self.ui.text(text);
                 }
             }
@@ -83,8 +83,8 @@ impl Session {
 
     fn key_down(&mut self, key: &Key) {
         let binding = binding(key);
-        let leaves = binding.is_some_and(|row| ["cancel", "quit"].contains(&row.name));
-        if self.ui.takes_keys() && !leaves {
+        let leaves = binding.is_some_and(|row| ["cancel", "quit", "focus_panels"].contains(&row.name));
+        if self.ui.takes_key(key) && !leaves {
             self.ui.key(key, true);
         } else if let Some(binding) = binding {
             if takes_shift(key) {

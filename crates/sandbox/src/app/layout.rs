@@ -5,7 +5,7 @@ use motion::clock::{FrameClock, FrameTime};
 
 use crate::app::actions;
 use crate::app::session::Session;
-use crate::app::ui::Ui;
+use crate::app::ui::{Ui, show_focus};
 use crate::tools::Tools;
 use crate::tools::tool::{Desk, Edit};
 use crate::view::card::{self, Selected};
@@ -37,6 +37,7 @@ fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tool
         windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
     }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
+    show_focus(&context);
     if !stage.run.options.hud {
         return edits;
     }

@@ -334,7 +334,7 @@ impl Session {
     /// Whether a text field takes what is typed.
     #[must_use]
     pub fn takes_text(&self) -> bool {
-        self.ui.takes_keys()
+        self.ui.takes_text()
     }
 
     /// Seconds after the last frame until something changes without input; infinite where nothing does.

@@ -1,8 +1,11 @@
 //! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
 
+mod focus;
+
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::clock::FrameTime;
 
+pub(super) use self::focus::{reveal as reveal_focus, show as show_focus};
 use crate::app::cockpit::Cockpit;
 use crate::input::{Button, Key};
 use crate::tools::Panel;
@@ -24,6 +27,8 @@ pub struct Control {
     pub name: String,
     /// Left, top, right and bottom, pixels.
     pub rect_px: [f64; 4],
+    /// Whether it has the keyboard.
+    pub focused: bool,
 }
 
 /// Which panels are open, and egui.
@@ -45,6 +50,7 @@ pub(crate) struct Ui {
     pub view: Rect,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
     lays_out_at: f64,
+    focus: focus::Focus,
 }
 
 impl Ui {
@@ -73,6 +79,7 @@ impl Ui {
             cockpit: Cockpit::default(),
             view: Rect::EVERYTHING,
             lays_out_at: f64::INFINITY,
+            focus: focus::Focus::default(),
         }
     }
 
@@ -116,7 +123,7 @@ impl Ui {
         self.was_open
     }
 
-    /// Closes what was opened last: a list, a text field that is being edited, else a panel. `false` if nothing is open.
+    /// Closes what was opened last: a list, takes the keyboard from a control, else closes a panel. `false` if nothing is open.
     pub fn close_top(&mut self) -> bool {
         // The finder's field has the keyboard as long as it is open.
         if self.opened.last() != Some(&Panel::Finder) {
@@ -124,17 +131,11 @@ impl Ui {
                 egui::Popup::close_all(&self.context);
                 return true;
             }
-            if let Some(field) = self.context.memory(egui::Memory::focused).filter(|_| self.any_open()) {
-                self.context.memory_mut(|memory| memory.surrender_focus(field));
+            if self.release_focus() {
                 return true;
             }
         }
         self.opened.pop().is_some()
-    }
-
-    /// Whether a text field has the keyboard.
-    pub fn takes_keys(&self) -> bool {
-        self.shows(Panel::Finder) || (self.any_open() && self.context.egui_wants_keyboard_input())
     }
 
     /// Whether the pointer is over a panel or drags something of it.
@@ -266,6 +267,7 @@ impl Ui {
             let delay = delay.filter(|delay| *delay < std::time::Duration::MAX);
             self.lays_out_at = now + delay.map_or(f64::INFINITY, |delay| delay.as_secs_f64());
             self.output = Some(output);
+            self.follow_focus();
         }
         self.laid_out = true;
         self.was_open = self.any_open();
@@ -276,13 +278,19 @@ impl Ui {
         self.context.enable_accesskit();
         let update = self.output.as_ref().and_then(|output| output.platform_output.accesskit_update.as_ref());
         let scale = f64::from(self.pixels_per_point());
-        let control = |(_, node): &(_, egui::accesskit::Node)| {
+        let control = |(id, node): &(_, egui::accesskit::Node)| {
             let name = node.label().or_else(|| node.value())?.to_owned();
             let rect = node.bounds()?;
             let rect_px = [rect.x0, rect.y0, rect.x1, rect.y1].map(|edge| edge * scale);
-            Some(Control { role: format!("{:?}", node.role()), name, rect_px })
+            Some(Control { role: format!("{:?}", node.role()), name, rect_px, focused: update?.focus == *id })
         };
         update.map_or_else(Vec::new, |update| update.nodes.iter().filter_map(control).collect())
+    }
+
+    /// Width of the screen, points.
+    #[expect(clippy::cast_precision_loss, reason = "pixels")]
+    fn width(&self) -> f32 {
+        self.size_px[0] as f32 / self.pixels_per_point()
     }
 
     /// The panels of the last layout as triangles; their textures are handed out once.

@@ -31,11 +31,16 @@ pub(super) fn named(event: &KeyEvent, modifiers: ModifiersState) -> Option<Key> 
             NamedKey::Delete => "Delete",
             NamedKey::F1 => "F1",
             NamedKey::F2 => "F2",
+            NamedKey::F6 => "F6",
+            NamedKey::F7 => "F7",
+            NamedKey::F8 => "F8",
+            NamedKey::F9 => "F9",
             NamedKey::F10 => "F10",
             NamedKey::F12 => "F12",
             _ => return None,
         },
         _ => return None,
     };
-    name.parse().ok()
+    let key: Key = name.parse().ok()?;
+    Some(key.with_shift(modifiers.shift_key()))
 }

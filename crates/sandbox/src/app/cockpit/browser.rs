@@ -4,9 +4,11 @@ use std::io::Cursor;
 use std::sync::LazyLock;
 
 use egui::{
-    Button, ColorImage, Image, RichText, ScrollArea, TextEdit, TextureHandle, TextureOptions, Ui, Vec2,
+    Button, ColorImage, Image, Response, RichText, ScrollArea, Sense, TextEdit, TextureHandle,
+    TextureOptions, Ui, Vec2,
 };
 
+use crate::app::ui::reveal_focus;
 use crate::tools::tool::Edit;
 
 /// Makes the groups: titles, scenes and their pictures, PNG files that `scripts/pictures` draws.
@@ -68,9 +70,11 @@ pub(super) struct Browser {
 }
 
 impl Browser {
-    pub fn show(&mut self, ui: &mut Ui, present: &str, edits: &mut Vec<Edit>) {
+    /// Lays out the search and the scenes; the field of the search.
+    pub fn show(&mut self, ui: &mut Ui, present: &str, edits: &mut Vec<Edit>) -> Response {
         ui.add_space(4.0);
-        ui.add(TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY));
+        let search = TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY);
+        let search = ui.add(search);
         let query = self.query.to_lowercase();
         let fits = |entry: &&Entry| {
             entry.name.replace('_', " ").contains(&query)
@@ -91,7 +95,8 @@ impl Browser {
                     let row = ui.vertical_centered(|ui| {
                         let picture = self.picture(ui, entry).map(|texture| {
                             let image = Image::from_texture((texture.id(), PICTURE));
-                            ui.add(Button::image(image).selected(here))
+                            // The keyboard goes from name to name.
+                            ui.add(Button::image(image).selected(here).sense(Sense::CLICK))
                         });
                         let name = ui.add(Button::selectable(here, words));
                         picture.map_or(name.clone(), |picture| picture.union(name))
@@ -104,7 +109,9 @@ impl Browser {
             if SCENES.iter().all(|(_, entries)| !entries.iter().any(|entry| fits(&entry))) {
                 ui.weak("no scene has this in its name or description");
             }
+            reveal_focus(ui);
         });
+        search
     }
 
     /// The picture of a scene, if it has one.

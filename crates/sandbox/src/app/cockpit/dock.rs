@@ -1,24 +1,26 @@
 //! The dock at the right: the selection, and a section for every tool.
 
 use egui::style::ScrollAnimation;
-use egui::{Align, CollapsingHeader, ScrollArea, Ui};
+use egui::{Align, CollapsingHeader, Response, ScrollArea, Ui};
 
 use crate::app::actions;
+use crate::app::ui::reveal_focus;
 use crate::tools::tool::{Desk, Edit};
 use crate::tools::{Panel, Tools};
 use crate::view::card::{self, Selected};
 use crate::view::stage::Stage;
 
-/// Lays out the sections; those of `opened` panels are open, and the `newest` one is scrolled to.
+/// Lays out the sections; those of `opened` panels are open, and the `newest` one is scrolled to. Returns the first header.
 pub(super) fn show(
     ui: &mut Ui,
     (opened, newest): (&[Panel], Option<Panel>),
     stage: &mut Stage,
     tools: &mut Tools,
     edits: &mut Vec<Edit>,
-) {
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| {
+) -> Response {
+    let area = ScrollArea::vertical().auto_shrink(false);
+    let shown = area.show(ui, |ui| {
+        let selection = CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| {
             let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
             if let Some(selected) = selected {
                 sideways(ui, "selection", |ui| card::lines(ui, &selected, stage.sim.method()));
@@ -47,7 +49,10 @@ pub(super) fn show(
                 edits.push(Edit::Act(row.name));
             }
         }
+        reveal_focus(ui);
+        selection.header_response
     });
+    shown.inner
 }
 
 /// Lets what is wider than the dock be scrolled; text is wrapped at its width.
@@ -56,5 +61,6 @@ fn sideways(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui)) {
     ScrollArea::horizontal().id_salt(name).show(ui, |ui| {
         ui.set_max_width(width);
         add(ui);
+        reveal_focus(ui);
     });
 }

@@ -1,6 +1,6 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
-use egui::{Button, ComboBox, DragValue, Ui};
+use egui::{Button, ComboBox, DragValue, Response, Ui};
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps};
 use scene::unsolvable;
@@ -13,10 +13,16 @@ use crate::view::stage::{Mode, Stage};
 /// Paces of the list, simulated seconds per second.
 const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
-pub(super) fn show(ui: &mut Ui, stage: &Stage, [browses, dock]: [&mut bool; 2], edits: &mut Vec<Edit>) {
-    ui.horizontal_wrapped(|ui| {
+/// Lays out the bar; its first control.
+pub(super) fn show(
+    ui: &mut Ui,
+    stage: &Stage,
+    [browses, dock]: [&mut bool; 2],
+    edits: &mut Vec<Edit>,
+) -> Response {
+    let shown = ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
-        ui.toggle_value(browses, "Scenes").on_hover_text("every scene, with its picture");
+        let scenes = ui.toggle_value(browses, "Scenes").on_hover_text("every scene, with its picture (F8)");
         ui.separator();
         let paused = stage.view.paused;
         act(ui, edits, "pause", if paused { "Play" } else { "Pause" }, false);
@@ -40,9 +46,11 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, [browses, dock]: [&mut bool; 2], 
         ui.separator();
         act(ui, edits, "frame", "Frame", false);
         act(ui, edits, "toggle_mode", "Fly", view.mode == Mode::Camera);
-        ui.toggle_value(dock, "Tools").on_hover_text("the dock at the right");
+        ui.toggle_value(dock, "Tools").on_hover_text("the dock at the right (F9)");
         act(ui, edits, "help", "Help", false);
+        scenes
     });
+    shown.inner
 }
 
 /// A button for an action of the table, which says what it does and names its key.

@@ -1,0 +1,128 @@
+//! The keyboard in the panels: which control has it, and how it moves on.
+
+use egui::style::ScrollAnimation;
+use egui::{Context, Id, LayerId, Order, Popup, Rect, Stroke, StrokeKind};
+
+use crate::app::session::Session;
+use crate::app::ui::Ui;
+use crate::input::Key;
+
+/// Keys that move from control to control and press them.
+const NAVIGATION: [&str; 7] = ["Tab", "Up", "Down", "Left", "Right", "Enter", "Space"];
+
+/// Width of the frame around the control that has the keyboard, points.
+const FRAME: f32 = 2.0;
+
+/// What the last layout left of the keyboard's way.
+#[derive(Default)]
+pub(super) struct Focus {
+    /// The control that had it.
+    last: Option<Id>,
+    /// Whether a list was open.
+    list: bool,
+    /// The control that opened it.
+    opener: Option<Id>,
+}
+
+impl Ui {
+    /// The control that has the keyboard.
+    fn focused(&self) -> Option<Id> {
+        self.context.memory(egui::Memory::focused).filter(|_| self.any_open())
+    }
+
+    /// Whether a text field has the keyboard.
+    pub fn takes_text(&self) -> bool {
+        self.shows(crate::tools::Panel::Finder) || (self.any_open() && self.context.text_edit_focused())
+    }
+
+    /// Whether `key` is for the control that has the keyboard: any key for a text field, else those that move on and press.
+    pub fn takes_key(&self, key: &Key) -> bool {
+        self.takes_text() || (self.focused().is_some() && !key.ctrl() && NAVIGATION.contains(&key.name()))
+    }
+
+    /// Takes the keyboard from the control that has it; whether there was one.
+    pub fn release_focus(&mut self) -> bool {
+        let focused = self.focused();
+        focused.inspect(|id| self.context.memory_mut(|memory| memory.surrender_focus(*id))).is_some()
+    }
+
+    /// Gives the keyboard to the next part of the cockpit, after the last one to the scene. Windows alone are one part.
+    fn focus_next_part(&mut self) {
+        Popup::close_all(&self.context);
+        let place = self.focused().and_then(|id| self.context.read_response(id)).map(|control| control.rect);
+        let had = self.release_focus();
+        if self.cockpit.shown {
+            let here = place.and_then(|place| self.cockpit.part_at(place.center()));
+            self.cockpit.focuses = if had && here.is_none() { None } else { self.cockpit.part_after(here) };
+        } else if !had {
+            self.key(&"Tab".parse().expect("a key"), true);
+        }
+    }
+
+    /// Follows the keyboard after a layout.
+    pub(super) fn follow_focus(&mut self) {
+        let (context, Focus { last, list: was_list, opener }) = (&self.context, &mut self.focus);
+        let mut list = Popup::is_any_open(context);
+        let mut focused = context.memory(egui::Memory::focused);
+        let (clicked, chosen) = context.input(|input| {
+            (
+                input.pointer.any_pressed(),
+                [egui::Key::Enter, egui::Key::Space].iter().any(|key| input.key_pressed(*key)),
+            )
+        });
+        if *was_list && list && chosen && focused != *opener {
+            // egui closes a list for a click alone.
+            Popup::close_all(context);
+            (list, focused) = (false, None);
+        }
+        if *was_list && !list && focused.is_none() && last.is_some() && !clicked {
+            // The line of a list that was chosen went with the list.
+            focused = opener.inspect(|opener| context.memory_mut(|memory| memory.request_focus(*opener)));
+        }
+        if !list {
+            *opener = focused;
+        }
+        *was_list = list;
+        context.data_mut(|data| data.insert_temp(before(), *last));
+        *last = focused;
+    }
+}
+
+/// Where egui keeps which control had the keyboard before the last layout.
+fn before() -> Id {
+    Id::unique("focus before the last layout")
+}
+
+/// Scrolls what `ui` is in to the control that has the keyboard, if it is in `ui` and has it since the last layout.
+pub(in crate::app) fn reveal(ui: &egui::Ui) {
+    let focused = ui.memory(egui::Memory::focused);
+    if focused == ui.data(|data| data.get_temp(before())).flatten() {
+        return;
+    }
+    let control = focused.and_then(|id| ui.ctx().read_response(id));
+    if let Some(control) = control.filter(|control| ui.min_rect().contains(control.rect.center())) {
+        ui.scroll_to_rect_animation(control.rect, None, ScrollAnimation::none());
+    }
+}
+
+/// Frames the control that has the keyboard.
+pub(in crate::app) fn show(context: &Context) {
+    let focused = context.memory(egui::Memory::focused).and_then(|id| context.read_response(id));
+    let Some(place) = focused.map(|control| control.interact_rect).filter(Rect::is_positive) else { return };
+    let painter = context.layer_painter(LayerId::new(Order::Tooltip, Id::unique("focus")));
+    let color = context.global_style().visuals.selection.stroke.color;
+    painter.rect_stroke(place, 3.0, Stroke::new(FRAME, color), StrokeKind::Outside);
+}
+
+impl Session {
+    /// Gives the keyboard to the next part of the window.
+    pub(crate) fn focus_panels(&mut self) {
+        self.ui.focus_next_part();
+    }
+
+    /// Shows or hides the scenes at the left.
+    pub(crate) fn toggle_browser(&mut self) {
+        let width = self.ui.width();
+        self.ui.cockpit.toggle_browser(width);
+    }
+}
