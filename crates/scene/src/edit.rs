@@ -1,9 +1,11 @@
 //! Methods and substeps written into the text of a scene, which keeps its comments and layout.
 
-mod group;
+mod bracket;
+mod entries;
+mod fields;
+mod rewrite;
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 use motion::Method;
@@ -13,8 +15,11 @@ use crate::parts::Part;
 use crate::resolve::springs::unsolvable;
 use crate::scene::Scene;
 use crate::text::faults::{Faults, SceneError};
+pub use crate::text::kinds::Kind;
 use crate::text::locate;
-use group::Group;
+use bracket::{Bracket, Piece};
+pub use fields::{Field, Value};
+pub use rewrite::{TextEdit, rewrite};
 
 /// A method and substeps for a scene, or for one entry of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -54,6 +59,9 @@ pub fn changes(scene: &Scene, settings: &[(&Part, (Method, u32))]) -> Vec<Change
     changes
 }
 
+/// Keys of a scene behind the last of which its method stands, in the order of the format.
+const BEFORE_METHOD: [&str; 5] = ["version", "name", "description", "step_hz", "step"];
+
 /// Writes methods and substeps into the text of a scene; `name` is what messages call it.
 ///
 /// A key that would say what holds without it is not written.
@@ -85,10 +93,10 @@ pub fn edit(name: &str, text: &str, changes: &[Change]) -> Result<String, SceneE
     let inherited = root.map_or((before.method, before.substeps), |root| (root.method, root.substeps));
     let mut edits = Vec::new();
     for (change, path) in changes.iter().zip(paths) {
-        let group = written.get(path).and_then(|offset| Group::at(text, *offset));
+        let group = written.get(path).and_then(|offset| Bracket::at(text, *offset));
         let group = group.ok_or_else(|| missing(name, path))?;
         let default = if change.path.is_none() { (Method::default(), 1) } else { inherited };
-        group.set(text, change, default, &mut edits);
+        set(text, &group, change, default, &mut edits);
     }
     let edited = apply(text, edits);
     check(name, before, Scene::parse(name, &edited)?, changes, &entries)?;
@@ -112,14 +120,37 @@ fn missing(name: &str, path: &str) -> SceneError {
     faults.into_error(name, "", "")
 }
 
-/// Replaces pieces of the text that do not overlap.
-fn apply(text: &str, mut edits: Vec<(Range<usize>, String)>) -> String {
+/// Adds the pieces that give the group the method and substeps of `change`; `inherited` holds without them.
+fn set(text: &str, group: &Bracket, change: &Change, inherited: (Method, u32), pieces: &mut Vec<Piece>) {
+    let (method, substeps) = (change.method.name().to_owned(), change.substeps.to_string());
+    let values = [
+        ("method", method, change.method == inherited.0),
+        ("substeps", substeps, change.substeps == inherited.1),
+    ];
+    let mut absent = Vec::new();
+    for (name, value, holds_anyway) in values {
+        match group.key(name) {
+            Some(key) => pieces.push((key.value.clone(), value)),
+            None if holds_anyway => {}
+            None => absent.push(format!("{name}: {value}")),
+        }
+    }
+    if !absent.is_empty() {
+        let before: &[&str] = if change.path.is_none() { &BEFORE_METHOD } else { &[] };
+        // Method and substeps stand side by side.
+        let after = [before, &["substeps", "method"]].concat();
+        pieces.extend(group.insert(text, &absent, &after));
+    }
+}
+
+/// Replaces pieces of the text that do not overlap, but for what is taken out.
+fn apply(text: &str, mut edits: Vec<Piece>) -> String {
     edits.sort_by_key(|(range, _)| range.start);
     let (mut edited, mut done) = (String::with_capacity(text.len()), 0);
     for (range, new) in edits {
-        edited.push_str(&text[done..range.start]);
+        edited.push_str(&text[done..range.start.max(done)]);
         edited.push_str(&new);
-        done = range.end;
+        done = range.end.max(done);
     }
     edited.push_str(&text[done..]);
     edited

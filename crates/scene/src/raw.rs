@@ -8,7 +8,8 @@ mod survival;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use crate::text::syntax::{Triple, Word, Worded, keys_of};
+use crate::text::kinds::{Kind, kinds_of};
+use crate::text::syntax::{Triple, Word, Worded};
 pub(crate) use coupled::{Emitter, KINDS, SoftBody, SoftKeys, Spring};
 pub(crate) use survival::{Step, Steps, Survival};
 
@@ -31,10 +32,10 @@ macro_rules! scene {
         }
 
         /// The keys that are known in a section, or in each entry of a list.
-        fn keys_in(section: &str) -> &'static [&'static str] {
+        fn kinds_in(section: &str) -> Vec<(&'static str, Kind)> {
             match section {
-                $(stringify!($key) => <$Value>::keys(),)*
-                _ => &[],
+                $(stringify!($key) => <$Value>::kinds(),)*
+                _ => Vec::new(),
             }
         }
     };
@@ -73,16 +74,16 @@ scene! {
 
 /// A value in the file: a section, a list of entries, or a single value.
 trait Value {
-    /// The keys that are known in it, or in each of its entries.
-    fn keys() -> &'static [&'static str];
+    /// The keys that are known in it, or in each of its entries, and what they take.
+    fn kinds() -> Vec<(&'static str, Kind)>;
 
     /// Its path below `key`, if it is there.
     fn path(&self, key: &str) -> Option<String>;
 }
 
 impl<T: DeserializeOwned> Value for Option<T> {
-    fn keys() -> &'static [&'static str] {
-        keys_of::<T>()
+    fn kinds() -> Vec<(&'static str, Kind)> {
+        kinds_of::<T>()
     }
 
     fn path(&self, key: &str) -> Option<String> {
@@ -91,8 +92,8 @@ impl<T: DeserializeOwned> Value for Option<T> {
 }
 
 impl<T: DeserializeOwned> Value for Vec<T> {
-    fn keys() -> &'static [&'static str] {
-        keys_of::<T>()
+    fn kinds() -> Vec<(&'static str, Kind)> {
+        kinds_of::<T>()
     }
 
     fn path(&self, key: &str) -> Option<String> {
@@ -262,27 +263,33 @@ pub(crate) enum Curve {
 }
 
 /// The keys of a sine.
-const SINE: &[&str] = &["amplitude_n", "angular_frequency_rad_s", "phase_rad"];
+const SINE: [(&str, Kind); 3] = [
+    ("amplitude_n", Kind::Numbers(3)),
+    ("angular_frequency_rad_s", Kind::Number),
+    ("phase_rad", Kind::Number),
+];
 
-/// The keys that are known at the path of a group, if the path leads to one. Those of a soft body are those of its
-/// kind, which stands in `raw`.
-pub(crate) fn keys_at(raw: &Scene, path: &str) -> Option<Vec<&'static str>> {
+/// The keys that are known at the path of a group, and what they take; none if the path leads to no group. Those of a soft
+/// body are those of its kind, which stands in `raw`.
+pub(crate) fn kinds_at(raw: &Scene, path: &str) -> Vec<(&'static str, Kind)> {
     let item = path.split_once('[').and_then(|(list, rest)| {
         let (index, key) = rest.split_once(']')?;
         Some((list, index.parse().ok(), key))
     });
     let (list, index, key) = item.unwrap_or((path, None::<usize>, ""));
-    let keys = match (list, key) {
-        ("", "") => keys_of::<Scene>(),
-        ("thrusts", ".curve") => SINE,
-        ("expect.survival" | "expect.survival.rows", "") => keys_of::<Survival>(),
-        ("expect.survival.script", "") => keys_of::<Step>(),
-        ("bodies", ".shape") => keys_of::<Sizes>(),
-        ("soft_bodies", "") => return Some(raw.soft_bodies.get(index?)?.known_keys()),
-        (section, "") => keys_in(section),
-        _ => &[],
-    };
-    (!keys.is_empty()).then(|| keys.to_vec())
+    match (list, key) {
+        ("", "") => kinds_of::<Scene>(),
+        ("thrusts", ".curve") => SINE.to_vec(),
+        ("expect.survival" | "expect.survival.rows", "") => kinds_of::<Survival>(),
+        ("expect.survival.script", "") => kinds_of::<Step>(),
+        ("bodies", ".shape") => kinds_of::<Sizes>(),
+        ("soft_bodies", "") => {
+            let soft = index.and_then(|index: usize| raw.soft_bodies.get(index));
+            soft.map_or_else(Vec::new, SoftBody::known_keys)
+        }
+        (section, "") => kinds_in(section),
+        _ => Vec::new(),
+    }
 }
 
 #[cfg(test)]
@@ -293,13 +300,23 @@ mod tests {
     fn the_known_keys_are_those_of_the_structs() {
         let (raw, _) =
             crate::text::syntax::read::<Scene>("(soft_bodies: [chain(points: 2), cloth()])", "").unwrap();
-        let keys = |path| keys_at(&raw, path);
-        assert_eq!(keys("damping"), Some(vec!["model", "rate_per_s"]));
-        assert_eq!(keys("bodies[12].shape"), Some(vec!["half_extents_m", "radius_m"]));
-        assert_eq!(keys("clouds[0]").map(|keys| keys.len()), Some(9));
-        assert_eq!(keys("nothing"), None);
-        let of_chain = keys("soft_bodies[0]").unwrap();
-        assert!(of_chain.contains(&"points") && of_chain.contains(&"mass_kg") && !of_chain.contains(&"rows"));
-        assert!(keys("soft_bodies[1]").unwrap().contains(&"shear") && keys("soft_bodies[2]").is_none());
+        let keys = |path| kinds_at(&raw, path);
+        assert_eq!(keys("damping"), [("model", Kind::Word), ("rate_per_s", Kind::Number)]);
+        assert_eq!(
+            keys("bodies[12].shape"),
+            [("half_extents_m", Kind::Numbers(3)), ("radius_m", Kind::Number)],
+        );
+        assert_eq!(keys("clouds[0]").len(), 9);
+        assert_eq!(keys("nothing"), []);
+        let of_chain = keys("soft_bodies[0]");
+        assert!(of_chain.contains(&("points", Kind::Count)) && of_chain.contains(&("mass_kg", Kind::Number)));
+        assert!(!of_chain.iter().any(|(key, _)| *key == "rows"));
+        assert!(keys("soft_bodies[1]").contains(&("shear", Kind::Flag)) && keys("soft_bodies[2]").is_empty());
+        let of_scene = keys("");
+        for known in
+            [("name", Kind::Text), ("gravity", Kind::Group), ("method", Kind::Word), ("bodies", Kind::Other)]
+        {
+            assert!(of_scene.contains(&known), "{known:?}");
+        }
     }
 }

@@ -50,6 +50,15 @@ impl Scene {
     pub fn parse(name: &str, text: &str) -> Result<Self, SceneError> {
         parse_as(name, text, Source::Text)
     }
+
+    /// Reads another text of this scene: it has its name where it says none, and its source.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::parse`].
+    pub fn reread(&self, text: &str) -> Result<Self, SceneError> {
+        parse_as(&self.name, text, self.source.clone())
+    }
 }
 
 /// Reads a scene that came from `source`.
@@ -85,7 +94,8 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
 
 fn unknown_key(raw: &raw::Scene, faults: &mut Faults, path: &str) {
     let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
-    let cure = raw::keys_at(raw, group).map_or_else(|| "remove it".to_owned(), |keys| suggest(key, &keys));
+    let known: Vec<_> = raw::kinds_at(raw, group).into_iter().map(|(key, _)| key).collect();
+    let cure = if known.is_empty() { "remove it".to_owned() } else { suggest(key, &known) };
     faults.add(path, format!("unknown key `{key}`"), cure);
 }
 

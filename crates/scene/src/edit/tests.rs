@@ -1,5 +1,7 @@
 //! Keys put into texts of every style.
 
+use glam::DVec3;
+
 use super::*;
 
 fn set(path: Option<&str>, method: Method, substeps: u32) -> Change {
@@ -138,4 +140,190 @@ fn free_bodies_get_the_scenes_own_keys_unless_mutual_gravity_forbids_it() {
     assert_eq!(changes, expected);
     let edited = Scene::parse("t", &edit("t", text, &changes).unwrap()).unwrap();
     assert_eq!(edited.bodies[1].method, Some(Method::ImplicitEuler));
+}
+
+#[track_caller]
+fn rewritten(text: &str, edits: &[TextEdit], expected: &str) {
+    let edited = rewrite("t", text, edits).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(edited, expected);
+}
+
+fn remove(list: &str, index: usize) -> TextEdit {
+    TextEdit::Remove { list: list.to_owned(), index }
+}
+
+#[test]
+fn entries_come_and_go_with_their_lines() {
+    let text = "(\n    version: 1,\n    bodies: [\n        // One.\n        (name: \"a\"), // first\n        (name: \"b\",\n         mass_kg: 2),\n        (name: \"c\")\n    ],\n)";
+    rewritten(
+        text,
+        &[remove("bodies", 1), TextEdit::add("bodies", "(name: \"d\")")],
+        "(\n    version: 1,\n    bodies: [\n        // One.\n        (name: \"a\"), // first\n        (name: \"c\"),\n        (name: \"d\"),\n    ],\n)",
+    );
+    rewritten(
+        text,
+        &[remove("bodies", 0), remove("bodies", 2)],
+        "(\n    version: 1,\n    bodies: [\n        // One.\n        (name: \"b\",\n         mass_kg: 2),\n    ],\n)",
+    );
+    rewritten(
+        text,
+        &[TextEdit::add("springs", "(x: 1)"), TextEdit::add("springs", "(x: 2)")],
+        &text.replace("    ],\n)", "    ],\n    springs: [\n        (x: 1),\n        (x: 2),\n    ],\n)"),
+    );
+    let row = "(version: 1, bodies: [(), (mass_kg: 1), ()])";
+    rewritten(row, &[remove("bodies", 0)], "(version: 1, bodies: [(mass_kg: 1), ()])");
+    rewritten(row, &[remove("bodies", 2)], "(version: 1, bodies: [(), (mass_kg: 1)])");
+    rewritten(
+        row,
+        &[remove("bodies", 0), remove("bodies", 1), remove("bodies", 2)],
+        "(version: 1, bodies: [])",
+    );
+    rewritten(
+        row,
+        &[TextEdit::add("grids", "()")],
+        "(version: 1, bodies: [(), (mass_kg: 1), ()], grids: [()])",
+    );
+    rewritten(
+        "(version: 1, bodies: [])",
+        &[TextEdit::add("bodies", "()")],
+        "(version: 1, bodies: [\n    (),\n])",
+    );
+    rewritten(
+        "(version: 1, bodies: [ // none yet\n])",
+        &[TextEdit::add("bodies", "()")],
+        "(version: 1, bodies: [ // none yet\n    (),\n])",
+    );
+}
+
+#[test]
+fn keys_come_and_go() {
+    let text = "(version: 1, bodies: [(shape: sphere(radius_m: 1), mass_kg: 2), ()])";
+    rewritten(
+        text,
+        &[
+            TextEdit::set("bodies[0].shape", "radius_m", "3.0"),
+            TextEdit::Set { group: "bodies[0]".to_owned(), key: "mass_kg".to_owned(), value: None },
+            TextEdit::set("bodies[1]", "name", "\"b\""),
+            TextEdit::set("bodies[1]", "mass_kg", "4.0"),
+            TextEdit::set("", "seed", "3"),
+        ],
+        "(version: 1, bodies: [(shape: sphere(radius_m: 3.0)), (name: \"b\", mass_kg: 4.0)], seed: 3)",
+    );
+    let gone = TextEdit::Set { group: "bodies[1]".to_owned(), key: "mass_kg".to_owned(), value: None };
+    for (edit, path) in [
+        (gone, "bodies[1].mass_kg"),
+        (TextEdit::set("bodies[2]", "mass_kg", "1"), "bodies[2]"),
+        (TextEdit::set("gravity", "on_at_start", "true"), "gravity"),
+        (remove("bodies", 2), "bodies[2]"),
+        (remove("springs", 0), "springs[0]"),
+    ] {
+        let error = rewrite("t", text, &[edit]).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("t: {path}: there is no such")), "{error}");
+    }
+}
+
+fn scene(text: &str) -> Scene {
+    Scene::parse("t", text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn after(scene: &Scene, edits: &[TextEdit]) -> Scene {
+    let text = rewrite("t", &scene.text, edits).unwrap_or_else(|error| panic!("{error}"));
+    Scene::parse("t", &text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+#[test]
+fn names_that_count_entries_follow_when_an_entry_goes() {
+    let whole = scene(
+        "(version: 1, bodies: [(), (), (position_m: (1, 0, 0))],
+        grids: [(rows: 1, columns: 1), (rows: 1, columns: 2)],
+        soft_bodies: [chain(points: 2, to_m: (0, 1, 0), stiffness_n_m: 1), cloth(rows: 2, columns: 2, along_m: (1, 0, 0),
+            down_m: (0, -1, 0), stiffness_n_m: 1), chain(points: 2, to_m: (0, 1, 0), stiffness_n_m: 1)],
+        springs: [(between: (\"body.0\", \"body.2\"), stiffness_n_m: 1), (between: (\"body.2\", \"grid2.x1.z0\"), stiffness_n_m: 2),
+            (between: (\"chain.0\", \"chain2.1\"), stiffness_n_m: 3)],
+        thrusts: [(body: \"body.0\", curve: polynomial([(1, 0, 0)]))],
+        wells: [(strength_m3_s2: 1, softening_m: 1, bodies: [\"body.0\", \"body.1\"]), (strength_m3_s2: 1, softening_m: 1, bodies: [\"body.0\"])])",
+    );
+    let ends = |scene: &Scene| -> Vec<_> {
+        scene
+            .springs
+            .iter()
+            .map(|spring| spring.ends.map(|end| scene.names.get(end).unwrap().into_owned()))
+            .collect()
+    };
+    let without = after(&whole, &whole.without("bodies[0]"));
+    assert_eq!(ends(&without), [["body.1", "grid2.x1.z0"], ["chain.0", "chain2.1"]]);
+    assert_eq!(without.own_laws.keys().copied().collect::<Vec<_>>(), [0], "the well of the second body");
+    assert!(without.own_laws[&0].thrusts.is_empty());
+    let without = after(&whole, &whole.without("grids[0]"));
+    assert_eq!(ends(&without)[1], ["body.2", "grid.x1.z0"]);
+    let without = after(&whole, &whole.without("soft_bodies[1]"));
+    assert_eq!(ends(&without)[2], ["chain.0", "chain2.1"], "a cloth counts no chains");
+    let without = after(&whole, &whole.without("soft_bodies[0]"));
+    assert_eq!(ends(&without), ends(&whole)[..2]);
+    let named = after(&whole, &whole.named("bodies[0]", "hook"));
+    assert_eq!(ends(&named)[0], ["hook", "body.2"]);
+    assert_eq!(
+        ends(&after(&named, &named.without("bodies[0]"))),
+        ends(&after(&whole, &whole.without("bodies[0]")))
+    );
+    let named = after(&whole, &whole.named("grids[1]", "row"));
+    assert_eq!(ends(&named)[1], ["body.2", "row.x1.z0"]);
+    let named = after(&whole, &whole.named("bodies[2]", "ball"));
+    assert_eq!(ends(&named)[..2], [["body.0", "ball"], ["ball", "grid2.x1.z0"]]);
+}
+
+#[test]
+fn a_copy_stands_beside_and_has_its_own_name() {
+    let whole = scene(
+        "(version: 1, bodies: [(name: \"ball\", position_m: (1, 2, 3), mass_kg: 2)],
+        soft_bodies: [chain(name: \"rope\", points: 2, to_m: (0, 1, 0), stiffness_n_m: 1)])",
+    );
+    let copied = after(&whole, &whole.copied("bodies[0]", DVec3::X));
+    assert_eq!(copied.bodies[1].position, DVec3::new(2.0, 2.0, 3.0));
+    assert_eq!((copied.names.get(1).unwrap(), copied.bodies[1].inverse_mass), ("ball2".into(), Some(0.5)));
+    let copied = after(&whole, &whole.copied("soft_bodies[0]", DVec3::Z));
+    assert_eq!(copied.names.get(3).unwrap(), "rope2.0");
+    assert_eq!((copied.bodies[3].position, copied.bodies[4].position), (DVec3::Z, DVec3::new(0.0, 1.0, 1.0)));
+    let shifted = after(&whole, &whole.shifted("bodies[0]", DVec3::NEG_Y));
+    assert_eq!(shifted.bodies[0].position, DVec3::new(1.0, 1.0, 3.0));
+}
+
+#[test]
+fn a_grid_and_a_cloud_taken_apart_are_the_same_bodies() {
+    let whole = scene(
+        "(version: 1, seed: 3, bodies: [()], clouds: [(count: 5, half_extents_m: (1, 2, 3), speed_m_s: 3, mass_kg: 0.3, color: (0.1, 0.7, 0.2))],
+        grids: [(kind: mixed, rows: 2, columns: 3, method: yoshida_4, substeps: 2)],
+        springs: [(between: (\"cloud.1\", \"cloud.2\"), stiffness_n_m: 1)])",
+    );
+    let cloud = after(&whole, &whole.apart("clouds[0]"));
+    assert_eq!(cloud.bodies[1..6], whole.bodies[7..]);
+    assert_eq!(cloud.names.get(2).unwrap(), "cloud-1");
+    assert_eq!(cloud.springs[0].ends, [2, 3]);
+    let grid = after(&whole, &whole.apart("grids[0]"));
+    assert_eq!(grid.bodies[1..7], whole.bodies[1..7]);
+    assert!(whole.apart("bodies[0]").is_empty());
+}
+
+#[test]
+fn fields_are_the_keys_with_what_is_written() {
+    let whole = scene(
+        "(version: 1, gravity: (), bodies: [(name: \"ab\", shape: sphere(radius_m: 1.5), mass_kg: 2, position_m: (1, -2, 3e2))])",
+    );
+    let field = |path: &str, key: &str| {
+        whole.fields(path).into_iter().find(|field| field.key == key).and_then(|field| field.value)
+    };
+    assert_eq!(field("bodies[0]", "name"), Some(Value::Text("ab".to_owned())));
+    assert_eq!(field("bodies[0]", "mass_kg"), Some(Value::Number(2.0)));
+    assert_eq!(field("bodies[0]", "position_m"), Some(Value::Numbers(vec![1.0, -2.0, 300.0])));
+    assert_eq!(field("bodies[0]", "shape"), Some(Value::Written("sphere(radius_m: 1.5)".to_owned())));
+    assert_eq!(field("bodies[0].shape", "radius_m"), Some(Value::Number(1.5)));
+    assert_eq!(field("bodies[0]", "immovable"), None);
+    assert_eq!(field("", "version"), Some(Value::Count(1)));
+    assert_eq!(whole.fields("gravity").len(), 2);
+    assert!(whole.fields("damping").is_empty());
+    assert_eq!((whole.count("bodies"), whole.count("springs")), (1, 0));
+    for text in ["plain", "a \"b\" \\ c", "two\nlines"] {
+        let value = Value::Text(text.to_owned());
+        assert_eq!(Value::read(Kind::Text, &value.to_string()), value);
+    }
 }

@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use crate::text::syntax::{Triple, Word, Worded, keys_of};
+use crate::text::kinds::{Kind, kinds_of};
+use crate::text::syntax::{Triple, Word, Worded};
 
 #[derive(Deserialize)]
 pub(crate) struct Emitter {
@@ -89,9 +90,9 @@ impl SoftBody {
         !known || owner.is_none_or(|(kind, _)| *kind == self.word)
     }
 
-    /// The keys of this kind.
-    pub fn known_keys(&self) -> Vec<&'static str> {
-        keys_of::<SoftKeys>().iter().copied().filter(|key| self.has(key)).collect()
+    /// The keys of this kind, and what they take.
+    pub fn known_keys(&self) -> Vec<(&'static str, Kind)> {
+        kinds_of::<SoftKeys>().into_iter().filter(|(key, _)| self.has(key)).collect()
     }
 
     /// The keys that are given and are another kind's.

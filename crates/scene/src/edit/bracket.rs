@@ -1,0 +1,144 @@
+//! What stands in one pair of brackets of a RON text, and where something can be put in or taken out.
+
+use std::ops::Range;
+
+use crate::text::locate::{Token, Tokens};
+
+/// A piece of a text, by byte offsets, and what replaces it.
+pub(super) type Piece = (Range<usize>, String);
+
+/// A group `(key: value, ...)` or a list `[value, ...]`; places are byte offsets in the text.
+pub(super) struct Bracket {
+    /// From behind the opening bracket to before the closing one.
+    inside: Range<usize>,
+    pub items: Vec<Item>,
+}
+
+/// A value in brackets, with its key if it has one.
+pub(super) struct Item {
+    name: Option<String>,
+    start: usize,
+    pub value: Range<usize>,
+    /// Behind its own comma.
+    comma: Option<usize>,
+}
+
+impl Bracket {
+    /// The group or list that begins at `offset`, with the name of a struct or variant or without.
+    pub fn at(text: &str, offset: usize) -> Option<Self> {
+        let tokens = Tokens::new(&text[offset..]);
+        let mut tokens =
+            tokens.map(|(token, range)| (token, range.start + offset..range.end + offset)).peekable();
+        tokens.next_if(|(token, _)| *token == Token::Word);
+        let (_, open) = tokens.next_if(|(token, _)| *token == Token::Open)?;
+        let (mut items, mut depth) = (Vec::<Item>::new(), 1_usize);
+        let mut present = false;
+        while let Some((token, range)) = tokens.next() {
+            match token {
+                Token::Open => depth += 1,
+                Token::Close if depth == 1 => return Some(Self { inside: open.end..range.start, items }),
+                Token::Close => depth -= 1,
+                Token::Comma if depth == 1 => {
+                    if let Some(item) = items.last_mut() {
+                        item.comma = Some(range.end);
+                    }
+                    present = false;
+                    continue;
+                }
+                Token::Word if !present && tokens.next_if(|(token, _)| *token == Token::Colon).is_some() => {
+                    let name = &text[range.clone()];
+                    let name = Some(name.strip_prefix("r#").unwrap_or(name).to_owned());
+                    items.push(Item { name, start: range.start, value: range.end..range.end, comma: None });
+                    present = true;
+                    continue;
+                }
+                _ => {}
+            }
+            match items.last_mut().filter(|_| present) {
+                Some(Item { value, .. }) => {
+                    *value = if value.start == value.end { range } else { value.start..range.end };
+                }
+                None => items.push(Item { name: None, start: range.start, value: range, comma: None }),
+            }
+            present = true;
+        }
+        None
+    }
+
+    /// The place of a key among the items.
+    pub fn index(&self, key: &str) -> Option<usize> {
+        self.items.iter().position(|item| item.name.as_deref() == Some(key))
+    }
+
+    pub fn key(&self, key: &str) -> Option<&Item> {
+        self.index(key).map(|index| &self.items[index])
+    }
+
+    /// Puts `entries` behind the last of the keys `after` that there is, or behind the last of all.
+    pub fn insert(&self, text: &str, entries: &[String], after: &[&str]) -> Vec<Piece> {
+        let anchor = after.iter().rev().find_map(|name| self.key(name)).or(self.items.last());
+        let Some(anchor) = anchor else { return vec![self.insert_first(text, entries)] };
+        let end = anchor.value.end;
+        let Some((at, line_break, indent)) = anchor.own_line(text) else {
+            return vec![(end..end, entries.iter().map(|entry| format!(", {entry}")).collect())];
+        };
+        let lines = entries.iter().map(|entry| format!("{line_break}{indent}{entry},")).collect();
+        let comma = anchor.comma.is_none().then(|| (end..end, ",".to_owned()));
+        comma.into_iter().chain([(at..at, lines)]).collect()
+    }
+
+    /// Puts `entries` where nothing but comments stands: on lines of their own in a list, side by side in a group.
+    fn insert_first(&self, text: &str, entries: &[String]) -> Piece {
+        let inside = &text[self.inside.clone()];
+        let filled = self.inside.start + inside.trim_end().len();
+        if text[..self.inside.start].ends_with('(') && inside.trim().is_empty() {
+            return (self.inside.clone(), entries.join(", "));
+        }
+        let line_break = line_break(text);
+        let indent = indent_at(text, self.inside.start);
+        let lines: String = entries.iter().map(|entry| format!("{line_break}{indent}    {entry},")).collect();
+        (filled..self.inside.end, format!("{lines}{line_break}{indent}"))
+    }
+
+    /// Takes item `index` out, with its comma and, where it stands alone there, its lines.
+    pub fn remove(&self, text: &str, index: usize) -> Range<usize> {
+        let item = &self.items[index];
+        if let Some((end, line_break, indent)) = item.own_line(text) {
+            return item.start - indent.len()..end + line_break.len();
+        }
+        if let Some(comma) = item.comma {
+            let behind = &text[comma..self.inside.end];
+            return item.start..comma + (behind.len() - behind.trim_start_matches(' ').len());
+        }
+        // The comma before it goes, unless a comment stands between.
+        let before = index.checked_sub(1).map(|before| self.items[before].value.end);
+        let start = before.filter(|end| text[*end..item.start].trim_matches([' ', ',']).is_empty());
+        start.unwrap_or(item.start)..item.value.end
+    }
+}
+
+impl Item {
+    /// Where the item stands alone on its lines: the end of the last, the characters that break it, and its indent.
+    pub fn own_line<'a>(&self, text: &'a str) -> Option<(usize, &'a str, &'a str)> {
+        let line = text[..self.start].rfind('\n')? + 1;
+        let indent = &text[line..self.start];
+        let end = self.comma.unwrap_or(self.value.end);
+        let rest = text[end..].split_inclusive('\n').next()?;
+        let content = rest.trim_end_matches(['\r', '\n']);
+        let line_break = &rest[content.len()..];
+        let behind = content.trim_start();
+        let alone = indent.trim().is_empty() && (behind.is_empty() || behind.starts_with("//"));
+        (alone && !line_break.is_empty()).then_some((end + content.len(), line_break, indent))
+    }
+}
+
+/// What breaks the lines of a text.
+pub(super) fn line_break(text: &str) -> &'static str {
+    if text.contains("\r\n") { "\r\n" } else { "\n" }
+}
+
+/// The white space at the start of the line of that place.
+pub(super) fn indent_at(text: &str, at: usize) -> &str {
+    let line = &text[text[..at].rfind('\n').map_or(0, |end| end + 1)..at];
+    &line[..line.len() - line.trim_start().len()]
+}

@@ -1,0 +1,285 @@
+//! Entries of a scene taken out, copied, moved, named and taken apart, with all that names their bodies.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use pick::Shape;
+
+use super::fields::{Field, Value};
+use super::rewrite::{TextEdit, rewrite};
+use crate::entries::Entry;
+use crate::raw;
+use crate::scene::{BodySpec, Scene};
+use crate::text::{locate, syntax};
+
+/// Keys that say where an entry is, m.
+const PLACES: [&str; 6] = ["position_m", "origin_m", "center_m", "corner_m", "from_m", "to_m"];
+
+/// A key that moves along where it is written.
+const PREVIOUS: &str = "verlet_previous_position_m";
+
+/// Most bodies that an entry is taken apart into.
+const MOST_APART: usize = 1000;
+
+impl Scene {
+    /// The entry that made the body with that stable id.
+    #[must_use]
+    pub fn entry_of(&self, id: u32) -> Option<Entry> {
+        self.entries().into_iter().find(|entry| entry.bodies.contains(&id))
+    }
+
+    /// Takes the entry at `path` out, as in `bodies[3]`, with every spring and thrust that names a body of it; wells and other
+    /// springs name what stays as it is called then.
+    #[must_use]
+    pub fn without(&self, path: &str) -> Vec<TextEdit> {
+        let Some((list, index)) = entry(path) else { return Vec::new() };
+        let mut edits = vec![TextEdit::Remove { list: list.to_owned(), index }];
+        if let Some(raw) = self.raw().filter(|_| makes_bodies(list)) {
+            edits.extend(self.renamed(&raw, |name| self.name_without(&raw, (list, index), name)));
+        }
+        edits
+    }
+
+    /// What the body `name` is called once entry `index` of `list` is gone, if it is still there: names that are not written
+    /// count the entries.
+    fn name_without<'a>(
+        &self,
+        raw: &raw::Scene,
+        (list, index): (&str, usize),
+        name: &'a str,
+    ) -> Option<Cow<'a, str>> {
+        let Some(entry) = self.names.find(name).and_then(|id| self.entry_of(id)) else {
+            return Some(Cow::Borrowed(name));
+        };
+        if (entry.list, entry.index) == (list, index) {
+            return None;
+        }
+        let counts = entry.list == list && entry.index > index;
+        if !counts || written_name(raw, list, entry.index).is_some() {
+            return Some(Cow::Borrowed(name));
+        }
+        let prefix = |index| match list {
+            "bodies" => format!("body.{index}"),
+            _ => unwritten_prefix(raw, list, index),
+        };
+        let before = prefix(entry.index);
+        let same_kind = list == "bodies" || kind(raw, list, entry.index) == kind(raw, list, index);
+        let after = match (list, same_kind) {
+            ("bodies", _) => prefix(entry.index - 1),
+            (_, true) => numbered(kind(raw, list, entry.index), number(raw, list, entry.index) - 1),
+            (_, false) => before.clone(),
+        };
+        Some(Cow::Owned(name.replacen(&before, &after, 1)))
+    }
+
+    /// Adds a copy of the entry at `path`, moved by so many meters, under a name of its own.
+    #[must_use]
+    pub fn copied(&self, path: &str, by: DVec3) -> Vec<TextEdit> {
+        let (Some((list, _)), Some(text)) = (entry(path), self.written(path)) else { return Vec::new() };
+        let fields = self.fields(path);
+        let mut keys = moved(&fields, by);
+        if let Some(Field { value: Some(Value::Text(name)), .. }) =
+            fields.iter().find(|field| field.key == "name")
+        {
+            keys.push(("name", Value::Text(self.fresh_name(name))));
+        }
+        let edits: Vec<_> =
+            keys.into_iter().map(|(key, value)| TextEdit::set("", key, value.to_string())).collect();
+        rewrite(&self.name, text, &edits).map_or_else(|_| Vec::new(), |copy| vec![TextEdit::add(list, copy)])
+    }
+
+    /// Moves the entry at `path` by so many meters.
+    #[must_use]
+    pub fn shifted(&self, path: &str, by: DVec3) -> Vec<TextEdit> {
+        let keys = moved(&self.fields(path), by).into_iter();
+        keys.map(|(key, value)| TextEdit::set(path, key, value.to_string())).collect()
+    }
+
+    /// Gives the entry at `path` a name, also where springs, wells and thrusts name its bodies.
+    #[must_use]
+    pub fn named(&self, path: &str, name: &str) -> Vec<TextEdit> {
+        let mut edits = vec![TextEdit::set(path, "name", Value::Text(name.to_owned()).to_string())];
+        let present = self.entries().into_iter().find(|entry| entry.path() == path);
+        if let Some((raw, present)) = self.raw().zip(present) {
+            let before = match written_name(&raw, present.list, present.index) {
+                Some(before) => before.to_owned(),
+                None if present.list == "bodies" => format!("body.{}", present.index),
+                None => unwritten_prefix(&raw, present.list, present.index),
+            };
+            edits.extend(self.renamed(&raw, |other| {
+                let of_it = self.names.find(other).is_some_and(|id| present.bodies.contains(&id));
+                Some(if of_it { Cow::Owned(other.replacen(&before, name, 1)) } else { Cow::Borrowed(other) })
+            }));
+        }
+        edits
+    }
+
+    /// Takes a grid or a cloud apart into single bodies that stand where its bodies stand; nothing for other entries and for
+    /// those of more than 1000 bodies.
+    #[must_use]
+    pub fn apart(&self, path: &str) -> Vec<TextEdit> {
+        let present = self.entries().into_iter().find(|entry| entry.path() == path);
+        let Some((Entry { list, index, bodies }, raw)) = present.zip(self.raw()) else { return Vec::new() };
+        if !matches!(list, "grids" | "clouds") || bodies.len() > MOST_APART {
+            return Vec::new();
+        }
+        let name = |id| self.names.get(id).unwrap_or_default().replace('.', "-");
+        let mut edits = vec![TextEdit::Remove { list: list.to_owned(), index }];
+        edits.extend(
+            bodies
+                .clone()
+                .map(|id| TextEdit::add("bodies", written_body(&name(id), &self.bodies[id as usize]))),
+        );
+        edits.extend(self.renamed(&raw, |other| match self.names.find(other) {
+            Some(id) if bodies.contains(&id) => Some(Cow::Owned(name(id))),
+            _ => self.name_without(&raw, (list, index), other),
+        }));
+        edits
+    }
+
+    /// `wanted`, or that with a number, so that no entry has the name.
+    #[must_use]
+    pub fn fresh_name(&self, wanted: &str) -> String {
+        let base = wanted.trim_end_matches(|c: char| c.is_ascii_digit());
+        let raw = self.raw();
+        let taken = |name: &str| {
+            let of_entry = |entry: &Entry| {
+                raw.as_ref().is_some_and(|raw| match written_name(raw, entry.list, entry.index) {
+                    Some(written) => written == name,
+                    None => entry.list != "bodies" && unwritten_prefix(raw, entry.list, entry.index) == name,
+                })
+            };
+            self.names.find(name).is_some() || self.entries().iter().any(of_entry)
+        };
+        let numbered = (2_u32..).map(|number| format!("{base}{number}"));
+        let mut names = std::iter::once(wanted.to_owned()).chain(numbered);
+        names.find(|name| !taken(name)).unwrap_or_default()
+    }
+
+    /// The scene as its file has it.
+    fn raw(&self) -> Option<raw::Scene> {
+        syntax::read(&locate::spell_nan(&self.text), "").ok().map(|(raw, _)| raw)
+    }
+
+    /// Writes the new name of every body where the old one stands; what names one without a new name goes.
+    fn renamed<'a>(
+        &self,
+        raw: &'a raw::Scene,
+        new: impl Fn(&'a str) -> Option<Cow<'a, str>>,
+    ) -> Vec<TextEdit> {
+        let mut edits = Vec::new();
+        let mut change = |list: &str, index: usize, key: &str, names: &'a [String], least: usize| {
+            let renamed: Vec<_> = names.iter().filter_map(|name| new(name)).collect();
+            if renamed.len() < least {
+                edits.push(TextEdit::Remove { list: list.to_owned(), index });
+            } else if renamed != names {
+                let quoted: Vec<_> = renamed.iter().map(|name| format!("{name:?}")).collect();
+                let value = match key {
+                    "between" => format!("({})", quoted.join(", ")),
+                    "body" => quoted.concat(),
+                    _ => format!("[{}]", quoted.join(", ")),
+                };
+                edits.push(TextEdit::set(format!("{list}[{index}]"), key, value));
+            }
+        };
+        for (i, spring) in raw.springs.iter().enumerate() {
+            spring.between.iter().for_each(|between| change("springs", i, "between", between, 2));
+        }
+        for (i, thrust) in raw.thrusts.iter().enumerate() {
+            thrust.body.iter().for_each(|body| change("thrusts", i, "body", std::slice::from_ref(body), 1));
+        }
+        for (i, well) in raw.wells.iter().enumerate() {
+            well.bodies.iter().for_each(|bodies| change("wells", i, "bodies", bodies, 1));
+        }
+        edits
+    }
+}
+
+/// The list and the place in it of an entry's path.
+fn entry(path: &str) -> Option<(&str, usize)> {
+    let (list, index) = path.strip_suffix(']')?.split_once('[')?;
+    Some((list, index.parse().ok()?))
+}
+
+fn makes_bodies(list: &str) -> bool {
+    matches!(list, "bodies" | "grids" | "clouds" | "emitters" | "soft_bodies")
+}
+
+fn written_name<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> Option<&'a str> {
+    let name = match list {
+        "bodies" => &raw.bodies.get(index)?.name,
+        "grids" => &raw.grids.get(index)?.name,
+        "clouds" => &raw.clouds.get(index)?.name,
+        "emitters" => &raw.emitters.get(index)?.name,
+        "soft_bodies" => &raw.soft_bodies.get(index)?.keys.name,
+        _ => return None,
+    };
+    name.as_deref()
+}
+
+/// What bodies of an entry are called that has no name.
+fn kind<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> &'a str {
+    match list {
+        "grids" => "grid",
+        "clouds" => "cloud",
+        "emitters" => "emitter",
+        _ => raw.soft_bodies.get(index).map_or("", |soft| &soft.word),
+    }
+}
+
+/// Which of its kind an entry is, from 1.
+fn number(raw: &raw::Scene, list: &str, index: usize) -> usize {
+    (0..=index).filter(|other| kind(raw, list, *other) == kind(raw, list, index)).count()
+}
+
+fn numbered(kind: &str, number: usize) -> String {
+    if number == 1 { kind.to_owned() } else { format!("{kind}{number}") }
+}
+
+fn unwritten_prefix(raw: &raw::Scene, list: &str, index: usize) -> String {
+    numbered(kind(raw, list, index), number(raw, list, index))
+}
+
+/// The keys of `fields` that say where the entry is, moved by so many meters.
+fn moved(fields: &[Field], by: DVec3) -> Vec<(&'static str, Value)> {
+    let place = |field: &Field| {
+        let at = match &field.value {
+            Some(Value::Numbers(at)) => DVec3::from_slice(at),
+            None if field.key != PREVIOUS => DVec3::ZERO,
+            _ => return None,
+        };
+        Some((field.key, Value::Numbers((at + by).to_array().to_vec())))
+    };
+    let places = fields.iter().filter(|field| PLACES.contains(&field.key) || field.key == PREVIOUS);
+    places.filter_map(place).collect()
+}
+
+/// A body as a person writes it.
+fn written_body(name: &str, body: &BodySpec) -> String {
+    let triple = |v: DVec3| Value::Numbers(v.to_array().to_vec()).to_string();
+    let shape = body.shape.map(|shape| match shape {
+        Shape::Cuboid { half_extents } => format!("cuboid(half_extents_m: {})", triple(half_extents)),
+        Shape::Sphere { radius } => format!("sphere(radius_m: {radius:?})"),
+    });
+    let color = body.color.map(|part| format!("{part:?}")).join(", ");
+    let keys = [
+        ("name", Some(format!("{name:?}"))),
+        ("shape", shape),
+        ("position_m", Some(triple(body.position))),
+        ("velocity_m_s", (body.velocity != DVec3::ZERO).then(|| triple(body.velocity))),
+        ("mass_kg", body.inverse_mass.map(|inverse| format!("{:?}", mass(inverse)))),
+        ("color", (body.color != BodySpec::DEFAULT.color).then(|| format!("({color})"))),
+        ("texture", body.checker.then(|| "checker".to_owned())),
+        ("method", body.method.map(|method| method.name().to_owned())),
+        ("substeps", body.substeps.map(|substeps| substeps.to_string())),
+    ];
+    let keys = keys.into_iter().filter_map(|(key, value)| Some(format!("{key}: {}", value?)));
+    format!("({})", keys.collect::<Vec<_>>().join(", "))
+}
+
+/// A mass whose reciprocal is exactly that one, if there is one.
+fn mass(inverse: f64) -> f64 {
+    let near = 1.0 / inverse;
+    let candidates = [near, near.next_up(), near.next_down()];
+    candidates.into_iter().find(|mass| (1.0 / mass).to_bits() == inverse.to_bits()).unwrap_or(near)
+}

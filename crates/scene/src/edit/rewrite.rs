@@ -1,0 +1,175 @@
+//! Any key and any entry written into the text of a scene.
+
+use std::collections::BTreeMap;
+
+use super::bracket::{Bracket, indent_at};
+use super::{Piece, apply};
+use crate::text::faults::{Faults, SceneError};
+use crate::text::locate;
+
+/// A change of the text of a scene. Values are RON, as a person writes them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TextEdit {
+    /// Gives a key of a group another value, or takes the key away.
+    Set {
+        /// Key path of the group, as in `bodies[0].shape`; empty for the scene itself.
+        group: String,
+        /// The key.
+        key: String,
+        /// Its value, if it stays.
+        value: Option<String>,
+    },
+    /// Adds an entry at the end of a list of the scene.
+    Add {
+        /// The list, as in `bodies`.
+        list: String,
+        /// The entry.
+        entry: String,
+    },
+    /// Takes an entry out of a list of the scene.
+    Remove {
+        /// The list, as in `bodies`.
+        list: String,
+        /// Its place in the list, from 0.
+        index: usize,
+    },
+}
+
+impl TextEdit {
+    /// Gives `key` of `group` that value.
+    pub fn set(group: impl Into<String>, key: impl Into<String>, value: impl Into<String>) -> Self {
+        Self::Set { group: group.into(), key: key.into(), value: Some(value.into()) }
+    }
+
+    /// Adds `entry` to `list`.
+    pub fn add(list: impl Into<String>, entry: impl Into<String>) -> Self {
+        Self::Add { list: list.into(), entry: entry.into() }
+    }
+}
+
+/// Makes changes in the text of a scene, which keeps its comments and layout; `name` is what messages call it. All places
+/// are those of `text`. Whether the result is a scene is for [`crate::Scene::parse`] to say.
+///
+/// ```
+/// use scene::{TextEdit, rewrite};
+///
+/// let text = "(version: 1, // the first\n bodies: [(mass_kg: 2)])";
+/// let edits = [TextEdit::set("bodies[0]", "mass_kg", "3.0"), TextEdit::add("bodies", "()")];
+/// assert_eq!(
+///     rewrite("ball.ron", text, &edits).expect("there is such a body"),
+///     "(version: 1, // the first\n bodies: [(mass_kg: 3.0), ()])",
+/// );
+/// ```
+///
+/// # Errors
+///
+/// If a group, a key or an entry is not in the text.
+pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, SceneError> {
+    let mut groups: BTreeMap<&str, Vec<(&str, Option<&str>)>> = BTreeMap::new();
+    let mut lists: BTreeMap<&str, (Vec<&str>, Vec<usize>)> = BTreeMap::new();
+    for edit in edits {
+        match edit {
+            TextEdit::Set { group, key, value } => {
+                groups.entry(group).or_default().push((key, value.as_deref()));
+            }
+            TextEdit::Add { list, entry } => lists.entry(list).or_default().0.push(entry),
+            TextEdit::Remove { list, index } => lists.entry(list).or_default().1.push(*index),
+        }
+    }
+    let paths: Vec<&str> = groups.keys().copied().collect();
+    let written = locate::written(text, "", paths);
+    let mut pieces = Vec::new();
+    for (path, keys) in groups {
+        let group = written.get(path).and_then(|offset| value_at(text, *offset));
+        let group = group.ok_or_else(|| missing(name, path, "there is no such group"))?;
+        set(name, text, (path, &group), &keys, &mut pieces)?;
+    }
+    let root = Bracket::at(text, 0).ok_or_else(|| missing(name, "", "the text is no group"))?;
+    for (list, (added, removed)) in lists {
+        change_list(name, text, &root, (list, &added, removed), &mut pieces)?;
+    }
+    Ok(apply(text, pieces))
+}
+
+/// The group at `offset`, where it stands itself or the key whose value it is.
+pub(super) fn value_at(text: &str, offset: usize) -> Option<Bracket> {
+    let mut tokens = locate::Tokens::new(&text[offset..]);
+    let (first, second) = (tokens.next()?, tokens.next());
+    let value = match (first.0, second) {
+        (locate::Token::Word, Some((locate::Token::Colon, colon))) => offset + colon.end,
+        _ => offset,
+    };
+    Bracket::at(text, value)
+}
+
+fn set(
+    name: &str,
+    text: &str,
+    (path, group): (&str, &Bracket),
+    keys: &[(&str, Option<&str>)],
+    pieces: &mut Vec<Piece>,
+) -> Result<(), SceneError> {
+    let mut absent = Vec::new();
+    for (key, value) in keys {
+        let index = group.index(key);
+        match (index, value) {
+            (Some(index), Some(value)) => {
+                pieces.push((group.items[index].value.clone(), (*value).to_owned()));
+            }
+            (Some(index), None) => pieces.push((group.remove(text, index), String::new())),
+            (None, Some(value)) => absent.push(format!("{key}: {value}")),
+            (None, None) => {
+                let path = if path.is_empty() { (*key).to_owned() } else { format!("{path}.{key}") };
+                return Err(missing(name, &path, "there is no such key"));
+            }
+        }
+    }
+    if !absent.is_empty() {
+        pieces.extend(group.insert(text, &absent, &[]));
+    }
+    Ok(())
+}
+
+fn change_list(
+    name: &str,
+    text: &str,
+    root: &Bracket,
+    (list, added, mut removed): (&str, &[&str], Vec<usize>),
+    pieces: &mut Vec<Piece>,
+) -> Result<(), SceneError> {
+    removed.sort_unstable();
+    removed.dedup();
+    let item = root.index(list).map(|index| &root.items[index]);
+    let written = item.and_then(|item| Bracket::at(text, item.value.start));
+    for index in removed {
+        let there = written.as_ref().filter(|written| index < written.items.len());
+        let there =
+            there.ok_or_else(|| missing(name, &format!("{list}[{index}]"), "there is no such entry"))?;
+        pieces.push((there.remove(text, index), String::new()));
+    }
+    if added.is_empty() {
+        return Ok(());
+    }
+    let added: Vec<String> = added.iter().map(|entry| (*entry).to_owned()).collect();
+    if let Some(written) = written {
+        pieces.extend(written.insert(text, &added, &[]));
+        return Ok(());
+    }
+    let lined = root.items.last().filter(|last| last.own_line(text).is_some());
+    let value = match lined {
+        Some(last) => {
+            let (break_, indent) = (super::bracket::line_break(text), indent_at(text, last.value.start));
+            let lines: String = added.iter().map(|entry| format!("{break_}{indent}    {entry},")).collect();
+            format!("[{lines}{break_}{indent}]")
+        }
+        None => format!("[{}]", added.join(", ")),
+    };
+    pieces.extend(root.insert(text, &[format!("{list}: {value}")], &[]));
+    Ok(())
+}
+
+fn missing(name: &str, path: &str, what: &str) -> SceneError {
+    let mut faults = Faults::default();
+    faults.add(path, what, "give the path of one that is written in the text");
+    faults.into_error(name, "", "")
+}
