@@ -12,7 +12,7 @@ use crate::harness::H;
 
 /// A session with the cockpit, whose controls have names.
 pub struct Cockpit {
-    drive: Drive,
+    pub drive: Drive,
 }
 
 impl Cockpit {
@@ -52,7 +52,7 @@ impl Cockpit {
     }
 
     /// Drags with `button` from one pixel to another, over some frames.
-    fn drag(&mut self, button: Button, from: DVec2, to: DVec2) {
+    pub fn drag(&mut self, button: Button, from: DVec2, to: DVec2) {
         self.drive.give([at(from), Input::ButtonDown(button)]);
         for step in 1..=10 {
             self.drive.give([at(from.lerp(to, f64::from(step) / 10.0))]);
@@ -66,7 +66,7 @@ impl Cockpit {
     }
 
     /// Where a place is seen, pixels.
-    fn pixel(&self, place: DVec3) -> DVec2 {
+    pub fn pixel(&self, place: DVec3) -> DVec2 {
         let [corner, size] = self.view();
         corner + self.viewpoint().project(place, size).unwrap()
     }

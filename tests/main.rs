@@ -17,6 +17,7 @@ mod determinism;
 mod dice;
 mod documents;
 mod drive;
+mod editor;
 mod effects;
 mod embed;
 mod environment;

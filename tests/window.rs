@@ -123,6 +123,7 @@ impl Window {
             .env_remove("WAYLAND_SOCKET")
             .env("DISPLAY", &display.name)
             .env("WINIT_X11_SCALE_FACTOR", "1")
+            .env("XDG_STATE_HOME", folder.path())
             .envs(environment.iter().copied())
             .stdin(Stdio::null())
             .stdout(Stdio::null())

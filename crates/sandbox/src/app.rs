@@ -5,6 +5,7 @@ mod camera;
 mod changes;
 mod cockpit;
 mod control;
+mod editing;
 mod held;
 mod layout;
 mod past;

@@ -6,6 +6,7 @@ pub mod files;
 pub(crate) mod pictures;
 pub(crate) mod progress;
 pub mod report;
+pub(crate) mod scenes;
 
 use std::io::Write as _;
 use std::path::Path;

@@ -2,6 +2,7 @@
 
 pub(crate) mod cost;
 mod curves;
+pub(crate) mod editor;
 pub(crate) mod effects;
 mod finder;
 pub(crate) mod forecast;
@@ -45,6 +46,7 @@ macro_rules! tools {
 }
 
 tools! {
+    Editor in editor: "toggle_editor", ["M"], "Editor", "editor: add, move, join and remove bodies, change every value, undo, save as a scene file";
     Settings in settings: "settings", ["Tab"], "Settings", "settings: gravity, damping, tick rate, methods, the selection's mass and velocity";
     Effects in effects: "toggle_effects_panel", ["E"], "Effects", "effects: what acts, why, on how many bodies, at what cost; on and off";
     Cost in cost: "toggle_cost_panel", ["C"], "Accuracy and cost", "accuracy and cost: one dot per method and step, measured on a copy of the scene; click one to use it";

@@ -1,6 +1,7 @@
 //! The window shell: winit events in, the wall clock, a swap chain out. Everything between is the session's.
 
 mod display;
+mod drafts;
 mod keys;
 mod pointer;
 mod recorder;
@@ -16,6 +17,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use motion::clock::FrameClock;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
+use scene::Scene;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, WindowEvent};
@@ -23,6 +25,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, DeviceEvents};
 use winit::keyboard::{ModifiersState, PhysicalKey};
 use winit::window::{Window, WindowId};
 
+use self::drafts::Draft;
 use self::pointer::Pointer;
 use self::recorder::Recorder;
 use self::speed::Speed;
@@ -37,6 +40,7 @@ use crate::output::bundle::{self, write_bundle};
 use crate::output::files::write;
 use crate::output::pictures::write_picture;
 use crate::output::progress::Loading;
+use crate::output::scenes::save_scene;
 use crate::view::notices::Topic;
 use crate::view::options::{Options, Overrides};
 use crate::view::stage::Order;
@@ -93,6 +97,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         session,
         recorder,
         screen: None,
+        draft: Draft::begin(),
         pointer: Pointer::default(),
         events: Vec::new(),
         down: HashMap::new(),
@@ -112,8 +117,12 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     shell.session.forecast_start(1.0 / DEFAULT_FPS);
     if !args.bare && args.script.is_none() {
         // As a key of the first frame, so that a recording has it too.
-        let key = key_of_word("toggle_cockpit").expect("the action has a key");
-        shell.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+        shell.press("toggle_cockpit");
+        let left = shell.draft.as_ref().and_then(|draft| draft.left_behind().into_iter().next());
+        // A recording keeps its scene.
+        if let Some(draft) = left.filter(|_| shell.recorder.is_none()) {
+            shell.session.offer(draft);
+        }
     }
     // Also while another window has the keyboard: the wheel turns here as well.
     event_loop.listen_device_events(DeviceEvents::Always);
@@ -123,6 +132,9 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
             display::without_place(&error.to_string())
         ))
     })?;
+    if let Some(draft) = shell.draft.take() {
+        draft.end();
+    }
     if let Some(recorder) = shell.recorder.take() {
         recorder.finish()?;
     }
@@ -186,6 +198,7 @@ struct Shell {
     session: Session,
     recorder: Option<Recorder>,
     screen: Option<Screen>,
+    draft: Option<Draft>,
     pointer: Pointer,
     events: Vec<Input>,
     /// What each key meant when it went down: shift may be let go before it.
@@ -229,7 +242,8 @@ impl ApplicationHandler for Shell {
             self.unsettled = SETTLING_FRAMES;
         }
         match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
+            // As its key, so that a recording has it and unsaved changes are asked about.
+            WindowEvent::CloseRequested => self.press("quit"),
             WindowEvent::Resized(size) => {
                 if let Some(screen) = &mut self.screen {
                     screen.target.resize(&screen.gpu, [size.width, size.height]);
@@ -265,7 +279,7 @@ impl ApplicationHandler for Shell {
                 self.events.extend(self.wheel.notches(delta).map(Input::Wheel));
             }
             WindowEvent::DroppedFile(path) => match &self.recorder {
-                None => self.open_scene(&path.to_string_lossy()),
+                None => self.session.leave(Order::Open(path.to_string_lossy().into_owned())),
                 Some(_) => {
                     let what = "a recording keeps its scene; drop files on a window that does not record";
                     self.session.notices.say(Topic::File, what.to_owned());
@@ -320,6 +334,12 @@ impl Shell {
     fn fail(&mut self, event_loop: &ActiveEventLoop, failure: Failure) {
         self.failure = Some(failure);
         event_loop.exit();
+    }
+
+    /// Does an action as its key does, in the coming frame.
+    fn press(&mut self, action: &str) {
+        let key = key_of_word(action).expect("the action has a key");
+        self.events.extend([Input::KeyDown(key.clone()), Input::KeyUp(key)]);
     }
 
     fn focus(&mut self, focused: bool) {
@@ -389,10 +409,21 @@ impl Shell {
         if !drawn && !hidden {
             self.unsettled = self.unsettled.max(1);
         }
+        self.keep_draft();
+        let mut unsaved = false;
         for order in self.session.take_orders() {
             match order {
+                // A scene that could not be saved is not left.
+                Order::Quit | Order::Open(_) if unsaved => {}
                 Order::Quit => event_loop.exit(),
+                Order::Restore(draft) => self.restore(&draft),
+                Order::Forget(draft) => drafts::delete(&draft),
                 Order::Open(name) => self.open_scene(&name),
+                Order::Scene { path, text, replaces } => {
+                    let written = save_scene(&mut self.session, &path, &text, replaces.as_deref());
+                    unsaved = written.is_err();
+                    say_written(&mut self.session, &path, written);
+                }
                 Order::Table(text) => {
                     let path = free_name("graph", "csv");
                     let written = write(&path, text.as_bytes());
@@ -485,6 +516,26 @@ impl Shell {
             say_written(&mut self.session, &path, written);
         }
         Ok(true)
+    }
+
+    /// Goes on with unsaved changes that another window left behind.
+    fn restore(&mut self, path: &Path) {
+        let read = scene::read_text(path).and_then(|text| Scene::parse("restored", &text));
+        match read {
+            Ok(scene) => {
+                self.session.open_unsaved(scene);
+                self.keep_draft();
+                drafts::delete(path);
+            }
+            Err(error) => self.session.notices.say(Topic::File, error.to_string()),
+        }
+    }
+
+    fn keep_draft(&mut self) {
+        let unsaved = self.session.has_unsaved_changes().then_some(&self.session.scene().text);
+        if let Some(draft) = &mut self.draft {
+            draft.keep(unsaved);
+        }
     }
 
     fn open_scene(&mut self, name: &str) {

@@ -134,9 +134,29 @@ const LAST: &[Binding] = &[
         "the next method becomes the solid one among ghosts",
         Session::next_solid,
     ),
-    once("save_bundle", &["Ctrl+S"], "save the last minute as a bundle, for `sandbox replay`", |session| {
-        session.order_bundle();
-    }),
+    once(
+        "save_bundle",
+        &["Ctrl+S"],
+        "save: the scene if it has unsaved changes, else the last minute as a bundle, for `sandbox replay`",
+        Session::save,
+    ),
+    once(
+        "save_scene",
+        &["Ctrl+Shift+S"],
+        "save the scene as a file, under the name in the editor",
+        |session| {
+            session.save_scene();
+        },
+    ),
+    once("undo", &["Ctrl+Z"], "undo the last change of the scene in the editor", Session::undo),
+    once("redo", &["Ctrl+Shift+Z", "Ctrl+Y"], "redo what was undone", Session::redo),
+    once(
+        "duplicate",
+        &["Ctrl+D"],
+        "with the editor open: a copy of the selection beside it",
+        Session::duplicate,
+    ),
+    once("delete", &["Delete"], "with the editor open: remove the selection", Session::delete),
     once("velocity_arrows", &["1"], "velocity arrows", |session| session.view.velocity_arrows ^= true),
     once("force_arrows", &["2"], "force arrows, one per cause, and their sum in white", |session| {
         session.view.force_arrows ^= true;
@@ -174,7 +194,7 @@ const LAST: &[Binding] = &[
         Session::cancel,
     ),
     once("quit", &["Ctrl+Q"], "quit, as the window's close button does", |session| {
-        session.orders.push(Order::Quit);
+        session.leave(Order::Quit);
     }),
 ];
 

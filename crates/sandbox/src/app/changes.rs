@@ -75,7 +75,9 @@ impl Session {
             Edit::Seek(tick) => self.begin_seek(tick),
             Edit::SaveBundle => self.order_bundle(),
             Edit::SaveTable(text) => self.orders.push(Order::Table(text)),
-            Edit::Open(scene) => self.orders.push(Order::Open(scene)),
+            Edit::Open(scene) => self.leave(Order::Open(scene)),
+            Edit::Rewrite(changes, select) => self.rewrite(&changes, select.as_deref()),
+            Edit::Answer(answer) => self.answer(answer),
             Edit::Act(name) => {
                 if let Some(binding) = actions::named(name) {
                     self.act(binding.does);

@@ -121,7 +121,8 @@ impl Cockpit {
         self.fault.show(root, stage, edits);
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);
-            let side = side.show(root, |ui| self.browser.show(ui, &stage.sim.scene.name, edits));
+            let here = (&*stage.sim.scene.name, &*stage.run.files);
+            let side = side.show(root, |ui| self.browser.show(ui, here, edits));
             self.lay_out_part(Part::Scenes, side.response.rect, &side.inner);
         }
         if dock {

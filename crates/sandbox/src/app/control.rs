@@ -53,6 +53,9 @@ impl Session {
                     if let Some(drag) = self.hands.drag {
                         self.drag(drag, self.view.pointer - before);
                     }
+                    if let Some(handle) = &mut self.tools.editor.handle {
+                        handle.follow(&self.stage);
+                    }
                 }
             },
             Input::ButtonDown(button) => self.button(*button, true),
@@ -117,6 +120,7 @@ impl Session {
         self.hands.selecting = false;
         self.hands.drag = None;
         (self.seen.pressed, self.seen.pull) = (None, None);
+        self.tools.editor.handle = None;
     }
 
     /// Opens or closes a panel.
@@ -163,7 +167,7 @@ impl Session {
     }
 
     pub(crate) fn cancel(&mut self) {
-        if !self.ui.close_top() && self.seen.selection.take().is_none() {
+        if self.ui.question.take().is_none() && !self.ui.close_top() && self.seen.selection.take().is_none() {
             self.notice("Ctrl+Q quits");
         }
     }
@@ -238,7 +242,7 @@ impl Session {
             }
             None => 0,
         };
-        self.orders.push(Order::Open(shipped[next].name.to_owned()));
+        self.leave(Order::Open(shipped[next].name.to_owned()));
     }
 
     fn button(&mut self, button: Button, down: bool) {
@@ -251,6 +255,7 @@ impl Session {
             return;
         }
         match (button, down) {
+            (Button::Left, true) if self.picks_for_editor() => {}
             (Button::Left, true) if self.view.mode == Mode::Selection => {
                 // The tutorial selects what the pointer is drawn over; the cockpit pulls what it was pressed on.
                 self.hands.selecting = !self.moves_camera();
@@ -265,6 +270,7 @@ impl Session {
                 }
                 self.hands.selecting = false;
                 (self.seen.pressed, self.seen.pull) = (None, None);
+                self.drop_handle();
             }
             (Button::Right, true) => self.push_or_orbit(),
             (Button::Middle, true) if self.moves_camera() => {

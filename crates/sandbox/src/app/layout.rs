@@ -5,9 +5,10 @@ use motion::clock::{FrameClock, FrameTime};
 
 use crate::app::actions;
 use crate::app::session::Session;
+use crate::app::ui::Question;
 use crate::app::ui::{Ui, show_focus};
 use crate::tools::Tools;
-use crate::tools::tool::{Desk, Edit};
+use crate::tools::tool::{Answer, Desk, Edit};
 use crate::view::card::{self, Selected};
 use crate::view::stage::Stage;
 use crate::view::{hud, marks};
@@ -36,6 +37,10 @@ fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tool
         let shown = window.show(&context, |ui| tool.show(ui, &mut desk));
         windows.push((panel, shown.map(|shown| shown.response.rect), desk.closes));
     }
+    if let Some(question) = &ui.question {
+        let scene = &stage.sim.scene;
+        edits.extend(ask(&context, question, &scene.name, &tools.editor.file(scene)));
+    }
     windows.iter().filter(|(.., closes)| *closes).for_each(|(panel, ..)| ui.close(*panel));
     show_focus(&context);
     if !stage.run.options.hud {
@@ -56,6 +61,44 @@ fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tool
         card::show(&context, &selected, stage.sim.method());
     }
     edits
+}
+
+/// Asks a question.
+fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) -> Option<Edit> {
+    let (words, answers) = match question {
+        Question::Leaving(_) => (
+            format!("The changes of {scene} are not saved."),
+            [
+                (format!("Save as {file}"), Answer::Save),
+                ("Discard them".to_owned(), Answer::Discard),
+                ("Stay".to_owned(), Answer::Cancel),
+            ],
+        ),
+        Question::LeftBehind(_) => (
+            "A window was closed before its changes were saved.".to_owned(),
+            [
+                ("Open them".to_owned(), Answer::Open),
+                ("Delete them".to_owned(), Answer::Discard),
+                ("Ask again next time".to_owned(), Answer::Cancel),
+            ],
+        ),
+    };
+    let asked = egui::Modal::new(Id::unique("question")).show(context, |ui| {
+        ui.label(words);
+        ui.add_space(8.0);
+        let row = ui.horizontal(|ui| {
+            answers.into_iter().fold(None, |answered, (words, answer)| {
+                let button = ui.button(words);
+                // The keyboard answers, too.
+                if ui.memory(|memory| memory.focused().is_none()) {
+                    button.request_focus();
+                }
+                if button.clicked() { Some(answer) } else { answered }
+            })
+        });
+        row.inner
+    });
+    asked.inner.map(Edit::Answer)
 }
 
 /// Left, top, width and height of `rect`, of which a point has `scale` pixels.

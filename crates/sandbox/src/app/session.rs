@@ -11,19 +11,20 @@ use lab::cost::Study;
 use motion::clock::FrameTime;
 use motion::ledger::Ledger;
 use motion::{TimeStep, remember_positions};
-use scene::{Scene, StepKind};
+use scene::{Scene, Source, StepKind};
 
 use crate::app::held::Hands;
 use crate::app::player::Player;
 use crate::app::ui::{Control, Ui};
 use crate::input::InputFrame;
+use crate::tools::editor::Editor;
 pub(crate) use crate::tools::effects::SwitchedBy;
 use crate::tools::forecast::ForecastRow;
 use crate::tools::ghosts::GhostRow;
 use crate::tools::{Panel, Tools, forecast};
 use crate::view::notices::Topic;
 use crate::view::options::Options;
-use crate::view::stage::{Measured, Order, Run, Stage, hand_over, start};
+use crate::view::stage::{Measured, Order, Run, Stage, View, hand_over, start};
 
 /// Frames per second of a run that does not say.
 pub(crate) const DEFAULT_FPS: f64 = 60.0;
@@ -109,6 +110,16 @@ impl Session {
 
     /// Goes on with another scene; window size and panels stay.
     pub fn open(&mut self, scene: Scene) {
+        self.go_on_with(scene, Editor::default(), |view, before| {
+            (view.mode, view.pointer) = (before.mode, before.pointer);
+        });
+        if let Source::File(path) = &self.stage.sim.scene.source {
+            self.stage.run.note_file(path);
+        }
+    }
+
+    /// Goes on with another scene, or another text of it; `keep` keeps of the view before what stays.
+    pub(crate) fn go_on_with(&mut self, scene: Scene, editor: Editor, keep: impl FnOnce(&mut View, View)) {
         self.forget_ahead();
         let mut run = std::mem::take(&mut self.stage.run);
         run.options.paused = false;
@@ -116,11 +127,12 @@ impl Session {
         let mut next = Stage::new(scene, run);
         self.stage.hand_over(&mut next);
         next.clock.start_at(self.clock.now());
-        (next.view.mode, next.view.pointer) = (self.view.mode, self.view.pointer);
         next.notices = std::mem::take(&mut self.stage.notices);
         next.notices.retract_run();
-        self.stage = next;
-        self.tools = Tools::default();
+        next.orders = std::mem::take(&mut self.stage.orders);
+        let before = std::mem::replace(&mut self.stage, next);
+        keep(&mut self.stage.view, before.view);
+        self.tools = Tools { editor, ..Tools::default() };
         self.hands = Hands::default();
         self.ui.close(Panel::Ghosts);
         self.restart_tools();

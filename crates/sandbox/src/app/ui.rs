@@ -2,6 +2,8 @@
 
 mod focus;
 
+use std::path::PathBuf;
+
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::clock::FrameTime;
 
@@ -9,6 +11,7 @@ pub(super) use self::focus::{reveal as reveal_focus, show as show_focus};
 use crate::app::cockpit::Cockpit;
 use crate::input::{Button, Key};
 use crate::tools::Panel;
+use crate::view::stage::Order;
 
 /// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
 const FAR: f64 = 1e6;
@@ -31,6 +34,15 @@ pub struct Control {
     pub focused: bool,
 }
 
+/// What a person is asked before anything else.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Question {
+    /// What is to become of unsaved changes that this would lose.
+    Leaving(Order),
+    /// What is to become of unsaved changes that were left in this file.
+    LeftBehind(PathBuf),
+}
+
 /// Which panels are open, and egui.
 pub(crate) struct Ui {
     context: egui::Context,
@@ -48,6 +60,8 @@ pub(crate) struct Ui {
     pub cockpit: Cockpit,
     /// What they left for the view in the last layout.
     pub view: Rect,
+    /// What the person is asked.
+    pub question: Option<Question>,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
     lays_out_at: f64,
     focus: focus::Focus,
@@ -78,6 +92,7 @@ impl Ui {
             was_open: false,
             cockpit: Cockpit::default(),
             view: Rect::EVERYTHING,
+            question: None,
             lays_out_at: f64::INFINITY,
             focus: focus::Focus::default(),
         }
@@ -113,9 +128,9 @@ impl Ui {
         &self.opened
     }
 
-    /// Whether there is anything to click: an open panel or the cockpit.
+    /// Whether there is anything to click: an open panel, the cockpit or a question.
     pub const fn any_open(&self) -> bool {
-        !self.opened.is_empty() || self.cockpit.shown
+        !self.opened.is_empty() || self.cockpit.shown || self.question.is_some()
     }
 
     /// Whether a panel was open in the last layout: one more layout forgets it.

@@ -23,6 +23,7 @@ use crate::output::files::{output_file, write};
 use crate::output::pictures::Camera;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
+use crate::output::scenes::save_scene;
 use crate::tools::forecast::ForecastRow;
 use crate::view::options::{Options, Overrides};
 use crate::view::stage::{CATCH_UP, Order};
@@ -312,8 +313,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             }
         }
         for order in &orders {
-            if let Order::Table(text) = order {
-                write(&folder.join(format!("graph_{frame_number:06}.csv")), text.as_bytes())?;
+            match order {
+                Order::Table(text) => {
+                    write(&folder.join(format!("graph_{frame_number:06}.csv")), text.as_bytes())?;
+                }
+                Order::Scene { path, text, replaces } => {
+                    save_scene(&mut session, path, text, replaces.as_deref())?;
+                }
+                _ => {}
             }
         }
         if orders.contains(&Order::Bundle) {

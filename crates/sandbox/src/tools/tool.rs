@@ -6,6 +6,7 @@ use motion::Request;
 use motion::clock::FrameTime;
 use motion::effects::Effect;
 use render::Frame;
+use scene::TextEdit;
 
 use crate::input::Experiment;
 use crate::view::stage::Stage;
@@ -23,6 +24,15 @@ pub struct ToolRow {
     pub what: &'static str,
 }
 
+/// What a person says of changes that would be lost, or were left behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    Save,
+    Open,
+    Discard,
+    Cancel,
+}
+
 /// A change that a panel asks for.
 #[derive(Clone, Debug)]
 pub(crate) enum Edit {
@@ -37,6 +47,10 @@ pub(crate) enum Edit {
     /// Saves that text as a CSV file.
     SaveTable(String),
     Open(String),
+    /// Changes the scene's text, and restarts it with the entry of that path selected.
+    Rewrite(Vec<TextEdit>, Option<String>),
+    /// What is to become of unsaved changes.
+    Answer(Answer),
     /// Does the action of that name, as its key does.
     Act(&'static str),
     /// Simulated seconds per second.

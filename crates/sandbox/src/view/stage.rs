@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::num::NonZero;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
@@ -71,8 +72,21 @@ pub enum Order {
     Bundle,
     /// Write that text as a CSV file.
     Table(String),
+    /// Write the text of a scene into a file. It is new, or has the text that it `replaces`.
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// What it gets.
+        text: Arc<str>,
+        /// What it has.
+        replaces: Option<Arc<str>>,
+    },
     /// Load the scene of that name and go on with it.
     Open(String),
+    /// Go on with the unsaved changes in that file.
+    Restore(PathBuf),
+    /// Delete those unsaved changes.
+    Forget(PathBuf),
     /// Leave.
     Quit,
 }
@@ -184,6 +198,8 @@ pub(crate) struct Run {
     pub surround: [u8; 3],
     pub measured: Option<Measured>,
     pub frames: u64,
+    /// Scene files that were opened or saved, the newest last.
+    pub files: Vec<PathBuf>,
     /// Time dropped in hitches, s.
     pub dropped: f64,
     /// That of the last frame, s.
@@ -191,6 +207,14 @@ pub(crate) struct Run {
     pub quarantined: Vec<QuarantinedBody>,
     /// How many of them are of other worlds.
     pub quarantined_before: usize,
+}
+
+impl Run {
+    /// Remembers a scene file.
+    pub fn note_file(&mut self, path: &Path) {
+        self.files.retain(|other| other != path);
+        self.files.push(path.to_owned());
+    }
 }
 
 /// A simulation and how it is looked at.

@@ -1,6 +1,7 @@
 //! The scene browser at the left: every scene by its picture, in groups, and a search.
 
 use std::io::Cursor;
+use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use egui::{
@@ -71,7 +72,12 @@ pub(super) struct Browser {
 
 impl Browser {
     /// Lays out the search and the scenes; the field of the search.
-    pub fn show(&mut self, ui: &mut Ui, present: &str, edits: &mut Vec<Edit>) -> Response {
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        (present, files): (&str, &[PathBuf]),
+        edits: &mut Vec<Edit>,
+    ) -> Response {
         ui.add_space(4.0);
         let search = TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY);
         let search = ui.add(search);
@@ -82,6 +88,17 @@ impl Browser {
                 || entry.about.to_lowercase().contains(&query)
         };
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let files = files.iter().rev().map(|path| path.display().to_string());
+            let files: Vec<_> = files.filter(|path| path.to_lowercase().contains(&query)).collect();
+            if !files.is_empty() {
+                ui.add_space(6.0);
+                ui.label(RichText::new("Your files").strong());
+            }
+            for path in files {
+                if ui.button(&path).clicked() {
+                    edits.push(Edit::Open(path));
+                }
+            }
             for (title, entries) in SCENES.iter() {
                 let entries: Vec<_> = entries.iter().filter(fits).collect();
                 if entries.is_empty() {

@@ -1,0 +1,311 @@
+//! Changes of the scene's text: each restarts the scene with what the text says then. Undo, redo, saving, and the question
+//! before unsaved changes are left.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+use motion::{Damping, Gravity, Method, SoftBody, Substeps, TimeStep};
+use scene::{FileIndex, Scene, StepKind, TextEdit};
+
+use crate::app::session::{DEFAULT_FPS, Session};
+use crate::app::ui::Question;
+use crate::tools::Panel;
+use crate::tools::editor::{Editor, Handle, NEAR_POINTS, selected_entry};
+use crate::tools::tool::Answer;
+use crate::view::options::Overrides;
+use crate::view::stage::{Mode, Order, Stage, View};
+
+/// How far beside its original a copy stands, as a share of the distance from the camera.
+const BESIDE: f64 = 0.04;
+
+impl Session {
+    /// Makes changes in the text of the scene and restarts with it, paused; the entry at the path `select` is selected then.
+    /// Changes that make no scene are told in the editor, and nothing happens.
+    pub(crate) fn rewrite(&mut self, changes: &[TextEdit], select: Option<&str>) {
+        let before = self.present_text();
+        let name = self.sim.scene.name.clone();
+        let after = scene::rewrite(&name, &before, changes).and_then(|text| self.sim.scene.reread(&text));
+        match after {
+            Ok(scene) => {
+                let original = Arc::clone(&self.stage.sim.scene);
+                self.tools.editor.document(&original).changed(before);
+                self.restart_with(scene, select);
+            }
+            Err(error) => {
+                self.tools.editor.finish();
+                self.tools.editor.error = Some(error.to_string());
+            }
+        }
+    }
+
+    pub(crate) fn undo(&mut self) {
+        self.go_to_text("nothing to undo; , goes back in time", |editor, present| {
+            editor.document.as_mut()?.undo(present)
+        });
+    }
+
+    pub(crate) fn redo(&mut self) {
+        self.go_to_text("nothing to redo", |editor, present| editor.document.as_mut()?.redo(present));
+    }
+
+    fn go_to_text(&mut self, none: &str, other: fn(&mut Editor, Arc<str>) -> Option<Arc<str>>) {
+        let present = self.present_text();
+        let Some(text) = other(&mut self.tools.editor, present) else {
+            self.notice(none.to_owned());
+            return;
+        };
+        // Every text of the document was read before.
+        if let Ok(scene) = self.sim.scene.reread(&text) {
+            let selected = selected_entry(&self.stage).map(|(entry, _)| entry.path());
+            self.restart_with(scene, selected.as_deref());
+        }
+    }
+
+    /// The text of the scene with the method, step, gravity and damping that it has now.
+    pub(crate) fn present_text(&self) -> Arc<str> {
+        let text = &self.sim.scene.text;
+        let Ok(written) = self.sim.scene.reread(text) else { return Arc::clone(text) };
+        let settings = settings(&self.stage, &written);
+        if settings.is_empty() {
+            return Arc::clone(text);
+        }
+        let adopted = scene::rewrite(&written.name, text, &settings).ok();
+        // What makes no scene together with its other keys stays a setting of the run.
+        let adopted = adopted.filter(|adopted| written.reread(adopted).is_ok());
+        adopted.map_or_else(|| Arc::clone(text), Arc::from)
+    }
+
+    /// Begins `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
+    fn restart_with(&mut self, scene: Scene, select: Option<&str>) {
+        let same_camera = scene.camera == self.sim.scene.camera;
+        let offset = self.offset_in_entry(select);
+        let mut editor = std::mem::take(&mut self.tools.editor);
+        editor.finish();
+        // The text says it now.
+        self.run.options.overrides = Overrides::default();
+        self.go_on_with(scene, editor, |view, before| {
+            let camera = if same_camera { before.camera } else { view.camera };
+            let (labels, push) = (std::mem::take(&mut view.labels), view.push);
+            *view = View { camera, labels, push, paused: true, ..before };
+        });
+        self.forecast_start(1.0 / DEFAULT_FPS);
+        self.seen.selection = select.and_then(|path| self.entity_at(path, offset));
+    }
+
+    /// Which body of the entry at `path` is selected, from 0.
+    fn offset_in_entry(&self, path: Option<&str>) -> u32 {
+        let offset = || {
+            let (entry, _) = selected_entry(&self.stage).filter(|(entry, _)| Some(&*entry.path()) == path)?;
+            Some(self.seen.ids.get(&self.seen.selection?)? - entry.bodies.start)
+        };
+        offset().unwrap_or(0)
+    }
+
+    /// A body of the entry at `path`, or the soft body that it makes.
+    fn entity_at(&mut self, path: &str, offset: u32) -> Option<Entity> {
+        let entry = self.sim.scene.entries().into_iter().find(|entry| entry.path() == path)?;
+        if entry.list == "soft_bodies" {
+            let mut softs = self.sim.world.query_filtered::<(Entity, &FileIndex), With<SoftBody>>();
+            let found = softs.iter(&self.sim.world).find(|(_, index)| index.0 as usize == entry.index);
+            return found.map(|(soft, _)| soft);
+        }
+        self.sim.body((entry.bodies.start + offset).min(entry.bodies.end - 1))
+    }
+
+    /// Adds a copy of the selection beside it.
+    pub(crate) fn duplicate(&mut self) {
+        let Some((entry, _)) = self.edited_entry() else { return };
+        let Some(at) = self.seen.selection.and_then(|thing| self.drawn_position(thing)) else { return };
+        let view = self.viewpoint();
+        let wanted = BESIDE * at.distance(view.position) * view.right();
+        // Along one axis, as a person would put it there.
+        let (axis, along) = [DVec3::X, DVec3::Y, DVec3::Z]
+            .map(|axis| (axis, axis.dot(wanted)))
+            .into_iter()
+            .fold((DVec3::X, 0.0_f64), |most, next| if next.1.abs() > most.1.abs() { next } else { most });
+        let by = axis * ((along * 10.0).round() / 10.0);
+        let copy = self.sim.scene.copied(&entry.path(), by);
+        let path = format!("{}[{}]", entry.list, self.sim.scene.count(entry.list));
+        self.rewrite(&copy, Some(&path));
+    }
+
+    /// Removes the selection from the scene.
+    pub(crate) fn delete(&mut self) {
+        if let Some((entry, _)) = self.edited_entry() {
+            let without = self.sim.scene.without(&entry.path());
+            self.rewrite(&without, None);
+        }
+    }
+
+    /// The entry of the selection, while the editor is open.
+    fn edited_entry(&mut self) -> Option<(scene::Entry, String)> {
+        if !self.ui.shows(Panel::Editor) {
+            self.notice("M opens the editor, which can do that".to_owned());
+            return None;
+        }
+        let entry = selected_entry(&self.stage);
+        if entry.is_none() {
+            self.notice("nothing is selected".to_owned());
+        }
+        entry
+    }
+
+    /// Takes a press of the left button for the editor: an end of a spring, or a handle. Whether it was one.
+    pub(crate) fn picks_for_editor(&mut self) -> bool {
+        if self.view.mode != Mode::Selection || !self.ui.shows(Panel::Editor) {
+            return false;
+        }
+        if self.tools.editor.joins.is_some() {
+            let ray = self.picking_ray();
+            let hit = self.cast(&ray).and_then(|hit| hit.pushed);
+            if let Some(name) = hit.map(|body| self.stage.name(body))
+                && let Some(edit) = self.tools.editor.join(&self.stage, name)
+            {
+                self.edit(edit);
+            }
+            return true;
+        }
+        let near_px = NEAR_POINTS * f64::from(self.ui.pixels_per_point());
+        if self.tools.editor.has_handles {
+            self.tools.editor.handle = Handle::under_pointer(&self.stage, near_px);
+        }
+        self.tools.editor.handle.is_some()
+    }
+
+    /// Moves the selection as far as its handle was dragged.
+    pub(crate) fn drop_handle(&mut self) {
+        let Some(handle) = self.tools.editor.handle.take() else { return };
+        let Some((entry, _)) = selected_entry(&self.stage).filter(|_| handle.by != DVec3::ZERO) else {
+            return;
+        };
+        let path = entry.path();
+        let shifted = self.sim.scene.shifted(&path, handle.by);
+        self.rewrite(&shifted, Some(&path));
+    }
+
+    /// Saves the scene if it has unsaved changes, else the last minute.
+    pub(crate) fn save(&mut self) {
+        match self.has_unsaved_changes() {
+            true => self.save_scene(),
+            false => self.order_bundle(),
+        }
+    }
+
+    /// Orders the scene to be written into the file that the editor names.
+    pub(crate) fn save_scene(&mut self) {
+        let text = self.present_text();
+        let original = Arc::clone(&self.stage.sim.scene);
+        let editor = &mut self.tools.editor;
+        let mut path = PathBuf::from(editor.file(&original));
+        if path.extension().is_none() {
+            path.set_extension("ron");
+        }
+        let file = editor.document(&original).file.clone();
+        let replaces = file.filter(|(file, _)| *file == path).map(|(_, text)| text);
+        self.orders.push(Order::Scene { path, text, replaces });
+    }
+
+    /// Notes that the file has that text of the scene now.
+    pub fn saved_scene(&mut self, path: &Path, text: &Arc<str>) {
+        let scene = Arc::clone(&self.stage.sim.scene);
+        let document = self.tools.editor.document(&scene);
+        document.file = Some((path.to_owned(), Arc::clone(text)));
+        // The file may differ from it by what was set without the editor.
+        document.saved = Some(Arc::clone(&scene.text));
+        self.run.note_file(path);
+    }
+
+    /// Whether the scene has changes that no file has.
+    #[must_use]
+    pub fn has_unsaved_changes(&self) -> bool {
+        self.tools.editor.is_unsaved(&self.sim.scene)
+    }
+
+    /// Does what leaves the scene; unsaved changes are asked about before.
+    pub fn leave(&mut self, order: Order) {
+        if !self.has_unsaved_changes() {
+            self.orders.push(order);
+            return;
+        }
+        if self.view.mode == Mode::Camera {
+            self.toggle_mode();
+        }
+        self.let_go();
+        self.ui.question = Some(Question::Leaving(order));
+    }
+
+    /// Asks whether to go on with the unsaved changes in the file `draft`.
+    pub fn offer(&mut self, draft: PathBuf) {
+        self.ui.question = Some(Question::LeftBehind(draft));
+    }
+
+    /// Goes on with a scene that no file has.
+    pub fn open_unsaved(&mut self, scene: Scene) {
+        self.open(scene);
+        let scene = Arc::clone(&self.stage.sim.scene);
+        self.tools.editor.document(&scene).saved = None;
+    }
+
+    /// Does what a question was answered with.
+    pub(crate) fn answer(&mut self, answer: Answer) {
+        match (self.ui.question.take(), answer) {
+            (None, _) | (_, Answer::Cancel) => {}
+            (Some(Question::Leaving(order)), Answer::Discard) => {
+                self.tools.editor = Editor::default();
+                self.orders.push(order);
+            }
+            (Some(Question::Leaving(order)), _) => {
+                self.save_scene();
+                self.orders.push(order);
+            }
+            (Some(Question::LeftBehind(draft)), Answer::Discard) => self.orders.push(Order::Forget(draft)),
+            (Some(Question::LeftBehind(draft)), _) => self.orders.push(Order::Restore(draft)),
+        }
+    }
+}
+
+/// What of `written` is set otherwise in the run of `stage`, as changes of its text.
+fn settings(stage: &Stage, written: &Scene) -> Vec<TextEdit> {
+    let world = &stage.sim.world;
+    let mut changes = Vec::new();
+    let mut set = |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
+    let (method, substeps) = (stage.sim.method(), world.resource::<Substeps>().0);
+    if method != written.method {
+        set("", "method", Method::name(method).to_owned());
+    }
+    if substeps != written.substeps {
+        set("", "substeps", substeps.to_string());
+    }
+    let rate = stage.clock.rate();
+    if written.step == StepKind::Fixed && rate != written.step_hz && world.contains_resource::<TimeStep>() {
+        set("", "step_hz", format!("{rate:?}"));
+    }
+    let triple = |v: DVec3| format!("({:?}, {:?}, {:?})", v.x, v.y, v.z);
+    if let Some(now) = world.get_resource::<Gravity>().filter(|now| Some(**now) != written.gravity) {
+        let (acceleration, on) = (triple(now.acceleration), now.on.to_string());
+        match written.gravity {
+            None => set("", "gravity", format!("(acceleration_m_s2: {acceleration}, on_at_start: {on})")),
+            Some(before) => {
+                if before.acceleration != now.acceleration {
+                    set("gravity", "acceleration_m_s2", acceleration);
+                }
+                if before.on != now.on {
+                    set("gravity", "on_at_start", on);
+                }
+            }
+        }
+    }
+    if let Some(now) = world.get_resource::<Damping>().filter(|now| Some(**now) != written.damping) {
+        let (model, rate) = (now.model.name(), now.rate);
+        match written.written("damping") {
+            None => set("", "damping", format!("(model: {model}, rate_per_s: {rate:?})")),
+            Some(_) => {
+                set("damping", "model", model.to_owned());
+                set("damping", "rate_per_s", format!("{rate:?}"));
+            }
+        }
+    }
+    changes
+}

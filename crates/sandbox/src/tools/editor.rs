@@ -1,0 +1,387 @@
+//! The editor: adds, copies, moves, joins and removes what the scene's file has, and changes every value of it.
+//!
+//! The scene's text is what is edited, and the scene restarts with each change of it: what a file says is how a scene starts.
+
+mod document;
+mod form;
+mod handles;
+mod parts;
+
+use egui::{Align2, CollapsingHeader, RichText, TextEdit, Ui};
+use glam::DVec3;
+use motion::clock::FrameTime;
+use motion::{PhysicsBody, SoftBody, Substeps, TimeStep};
+use render::Frame;
+use scene::{Entry, FileIndex, Scene, TextEdit as Change};
+
+pub(crate) use self::document::Document;
+use self::form::Form;
+pub(crate) use self::handles::{Handle, NEAR_POINTS};
+use self::parts::PARTS;
+use crate::tools::tool::{Anchor, Desk, Edit, Tool};
+use crate::view::marks::FAULT;
+use crate::view::stage::{Mode, Stage};
+
+/// Lists whose entries have no body to be selected by.
+const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
+
+/// So many entries of a list are shown.
+const SHOWN: usize = 50;
+
+/// How large what is added is, as a share of its distance.
+const SIZE: f64 = 0.015;
+
+/// Distance at which something is added where the view shows nothing, m.
+const AWAY: f64 = 20.0;
+
+/// The editor of a scene.
+#[derive(Default)]
+pub(crate) struct Editor {
+    /// The texts of the scene, from the first change on.
+    pub document: Option<Document>,
+    /// What is wrong with the change that was tried last.
+    pub error: Option<String>,
+    /// The ends of a spring that is being added, by name, while their bodies are picked.
+    pub joins: Option<Vec<String>>,
+    /// Whether the selection has handles.
+    pub has_handles: bool,
+    /// The handle that is dragged.
+    pub handle: Option<Handle>,
+    form: Form,
+    /// What the person calls the file.
+    file: Option<String>,
+}
+
+/// Where and how large something is added.
+pub(crate) struct Place {
+    /// m.
+    pub at: DVec3,
+    /// Radius of a sphere, m.
+    pub size: f64,
+    /// Length of a substep, s.
+    pub substep: f64,
+}
+
+impl Editor {
+    /// The texts of `scene`, which begin with the present one.
+    pub fn document(&mut self, scene: &Scene) -> &mut Document {
+        self.document.get_or_insert_with(|| Document::of(scene))
+    }
+
+    /// Whether the scene has changes that no file has.
+    pub fn is_unsaved(&self, scene: &Scene) -> bool {
+        self.document.as_ref().is_some_and(|document| document.is_unsaved(&scene.text))
+    }
+
+    /// Forgets what was being done to the scene before a change.
+    pub fn finish(&mut self) {
+        (self.error, self.joins, self.handle) = (None, None, None);
+        self.form.forget();
+    }
+
+    /// The name of the file that saving writes.
+    pub fn file(&self, scene: &Scene) -> String {
+        let file = self.document.as_ref().and_then(|document| document.file.as_ref());
+        let own =
+            || file.map_or_else(|| format!("{}.ron", scene.name), |(path, _)| path.display().to_string());
+        self.file.clone().unwrap_or_else(own)
+    }
+
+    /// Takes a body as an end of the spring that is being added; the spring, once it has both.
+    pub fn join(&mut self, stage: &Stage, name: String) -> Option<Edit> {
+        let mut ends = self.joins.take()?;
+        if !ends.contains(&name) {
+            ends.push(name);
+        }
+        let [from, to] = &ends[..] else {
+            self.joins = Some(ends);
+            return None;
+        };
+        let inverse = |name: &str| {
+            let body = stage.body(name).and_then(|body| stage.sim.world.get::<PhysicsBody>(body));
+            body.map_or(0.0, |body| body.inverse_mass)
+        };
+        let inverse = inverse(from) + inverse(to);
+        let reduced = if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
+        let spring = parts::spring([from, to], reduced, substep(stage));
+        Some(Edit::Rewrite(vec![Change::add("springs", spring)], selected_path(stage)))
+    }
+
+    fn file_row(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        let scene = &desk.stage.sim.scene;
+        let unsaved = self.is_unsaved(scene);
+        let [can_undo, can_redo] =
+            self.document.as_ref().map_or([false; 2], |document| [document.can_undo(), document.can_redo()]);
+        ui.horizontal_wrapped(|ui| {
+            for (words, action, can, key) in
+                [("Undo", "undo", can_undo, "Ctrl+Z"), ("Redo", "redo", can_redo, "Ctrl+Shift+Z")]
+            {
+                if ui.add_enabled(can, egui::Button::new(words)).on_hover_text(key).clicked() {
+                    desk.edits.push(Edit::Act(action));
+                }
+            }
+            let mut file = self.file(scene);
+            let field = ui.add(TextEdit::singleline(&mut file).desired_width(150.0));
+            if field.on_hover_text("file, in the working directory unless it has folders").changed() {
+                self.file = Some(file.clone());
+            }
+            if ui.button("Save scene").on_hover_text("Ctrl+Shift+S").clicked() {
+                desk.edits.push(Edit::Act("save_scene"));
+            }
+            if unsaved {
+                ui.weak("not saved");
+            }
+        });
+    }
+
+    fn add_row(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        ui.horizontal_wrapped(|ui| {
+            ui.label("Add");
+            for (words, list, text) in PARTS {
+                if ui.button(words).clicked() {
+                    let place = place(desk.stage);
+                    let scene = &desk.stage.sim.scene;
+                    let name = scene.fresh_name(&words.to_lowercase());
+                    let index = scene.count(list);
+                    let entry = text(&name, &place, parts::color(index + scene.count("bodies")));
+                    let added = vec![Change::add(list, entry)];
+                    desk.edits.push(Edit::Rewrite(added, Some(format!("{list}[{index}]"))));
+                }
+            }
+            let mut joins = self.joins.is_some();
+            let spring = ui.toggle_value(&mut joins, "Spring");
+            if spring
+                .on_hover_text("between two bodies, or points of soft bodies, that are clicked next")
+                .changed()
+            {
+                self.joins = joins.then(Vec::new);
+            }
+            let text = "(position_m: (0.0, 0.0, 0.0), strength_m3_s2: 100.0, softening_m: 1.0)";
+            if ui.button("Well").on_hover_text("attracts every body, as 1/r²").clicked() {
+                desk.edits.push(Edit::Rewrite(vec![Change::add("wells", text)], selected_path(desk.stage)));
+            }
+        });
+        if let Some(ends) = &self.joins {
+            ui.strong(match ends.first() {
+                None => "Click the first end of the spring.".to_owned(),
+                Some(first) => format!("From {first}: click the other end."),
+            });
+        }
+    }
+
+    /// The entry of the selection.
+    fn selection(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        let Some((entry, name)) = selected_entry(desk.stage) else {
+            ui.weak("Click a body to change it; Alt+click selects also what cannot be moved.");
+            return;
+        };
+        let (path, scene) = (entry.path(), &desk.stage.sim.scene);
+        ui.horizontal_wrapped(|ui| {
+            ui.strong(if entry.bodies.len() > 1 && entry.list != "soft_bodies" {
+                format!("{name}: one of {} of {path}", entry.bodies.len())
+            } else {
+                name
+            });
+        });
+        ui.horizontal_wrapped(|ui| {
+            if ui.button("Duplicate").on_hover_text("Ctrl+D").clicked() {
+                desk.edits.push(Edit::Act("duplicate"));
+            }
+            if ui
+                .button("Delete")
+                .on_hover_text("with the springs and thrusts that hold it (Delete)")
+                .clicked()
+            {
+                desk.edits.push(Edit::Act("delete"));
+            }
+            let apart = matches!(entry.list, "grids" | "clouds");
+            let separate = "makes single bodies of it, each with its own values; at most 1000";
+            if apart && ui.button("Take apart").on_hover_text(separate).clicked() {
+                let apart = scene.apart(&path);
+                match apart.is_empty() {
+                    true => self.error = Some(format!("{path} has more than 1000 bodies")),
+                    false => desk.edits.push(Edit::Rewrite(apart, None)),
+                }
+            }
+            if entry.list == "bodies" && ui.button("Add thrust").on_hover_text("a force over time").clicked()
+            {
+                let body = scene.names.get(entry.bodies.start).unwrap_or_default();
+                let thrust = format!("(body: {body:?}, curve: polynomial([(10.0, 0.0, 0.0)]))");
+                desk.edits.push(Edit::Rewrite(vec![Change::add("thrusts", thrust)], Some(path.clone())));
+            }
+        });
+        let mut changes = Vec::new();
+        self.form.group(ui, scene, &path, |_| true, &mut changes);
+        if let Some(name) = changes.iter().find_map(name_of) {
+            changes = scene.named(&path, &name);
+        }
+        if !changes.is_empty() {
+            desk.edits.push(Edit::Rewrite(changes, Some(path)));
+        }
+    }
+
+    /// Everything of the scene that is no body.
+    fn of_scene(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        let mut changes = Vec::new();
+        let scene = &desk.stage.sim.scene;
+        CollapsingHeader::new("The scene").show(ui, |ui| {
+            let own = |field: &scene::Field| {
+                let elsewhere = [scene::Kind::Group, scene::Kind::Other].contains(&field.kind);
+                field.key != "version"
+                    && !(elsewhere && field.value.is_some())
+                    && field.kind != scene::Kind::Other
+            };
+            self.form.group(ui, scene, "", own, &mut changes);
+        });
+        for field in scene.fields("") {
+            if field.kind != scene::Kind::Group || field.value.is_none() || field.key == "expect" {
+                continue;
+            }
+            CollapsingHeader::new(form::label(field.key).0).id_salt(("group", field.key)).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    if ui.button("Remove").clicked() {
+                        changes.push(Change::Set {
+                            group: String::new(),
+                            key: field.key.to_owned(),
+                            value: None,
+                        });
+                    }
+                    if field.key == "camera" && ui.button("Use the present view").clicked() {
+                        let camera = &desk.stage.view.camera;
+                        changes.extend([
+                            Change::set("camera", "position_m", parts::triple(camera.position)),
+                            Change::set("camera", "pitch_deg", format!("{:?}", camera.pitch)),
+                            Change::set("camera", "yaw_deg", format!("{:?}", camera.yaw)),
+                        ]);
+                    }
+                });
+                self.form.group(ui, scene, field.key, |_| true, &mut changes);
+            });
+        }
+        let selected = selected_path(desk.stage);
+        for list in LISTS {
+            let count = scene.count(list);
+            if count == 0 {
+                continue;
+            }
+            let title = format!("{list}: {count}");
+            CollapsingHeader::new(title).id_salt(("list", list)).show(ui, |ui| {
+                for index in 0..count.min(SHOWN) {
+                    let path = format!("{list}[{index}]");
+                    let title = entry_title(scene, &path);
+                    CollapsingHeader::new(title).id_salt(&path).show(ui, |ui| {
+                        if ui.button("Remove").clicked() {
+                            changes.extend(scene.without(&path));
+                        }
+                        self.form.group(ui, scene, &path, |_| true, &mut changes);
+                    });
+                }
+                if count > SHOWN {
+                    ui.weak(format!("and {} more, in the file", count - SHOWN));
+                }
+            });
+        }
+        if !changes.is_empty() {
+            desk.edits.push(Edit::Rewrite(changes, selected));
+        }
+    }
+}
+
+impl Tool for Editor {
+    fn anchor(&self, _: &[&str]) -> Anchor {
+        (Align2::LEFT_CENTER, [8.0, 0.0])
+    }
+
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        self.file_row(ui, desk);
+        self.add_row(ui, desk);
+        if let Some(error) = &self.error {
+            ui.label(RichText::new(error).color(FAULT));
+        }
+        ui.separator();
+        self.selection(ui, desk);
+        ui.separator();
+        self.of_scene(ui, desk);
+        ui.weak("A change restarts the scene, paused: the file says how it starts.");
+    }
+
+    fn toggle(&mut self, _: &mut Stage, open: bool) -> bool {
+        (self.joins, self.handle) = (None, None);
+        !open
+    }
+
+    fn after_ticks(&mut self, stage: &mut Stage, open: bool, _: FrameTime) {
+        self.has_handles = open && stage.view.mode == Mode::Selection && stage.run.view_px.is_some();
+    }
+
+    fn draw(&self, stage: &Stage, frame: &mut Frame) {
+        if self.has_handles {
+            handles::add_handles(stage, frame);
+        }
+        if let Some(handle) = &self.handle {
+            handle.draw(stage, frame);
+        }
+    }
+}
+
+/// The name that a change gives an entry.
+fn name_of(change: &Change) -> Option<String> {
+    let Change::Set { group, key, value: Some(value) } = change else { return None };
+    match scene::Value::read(scene::Kind::Text, value) {
+        scene::Value::Text(name) if key == "name" && !group.is_empty() => Some(name),
+        _ => None,
+    }
+}
+
+/// What an entry of a list without bodies is called.
+fn entry_title(scene: &Scene, path: &str) -> String {
+    let fields = scene.fields(path);
+    let of =
+        |key: &str| fields.iter().find(|field| field.key == key)?.value.as_ref().map(ToString::to_string);
+    let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
+    what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
+}
+
+/// Length of a substep, s.
+fn substep(stage: &Stage) -> f64 {
+    let substeps = stage.sim.world.resource::<Substeps>().0;
+    stage.sim.world.resource::<TimeStep>().0 / f64::from(substeps)
+}
+
+/// In the middle of the view, on what is seen there.
+fn place(stage: &mut Stage) -> Place {
+    let [_, size_px] = stage.view_area();
+    let ray = stage.viewpoint().ray_through(size_px / 2.0, size_px);
+    let hit = stage.cast(&ray).map(|hit| hit.distance);
+    let distance = hit.unwrap_or(AWAY);
+    let size = round(SIZE * distance);
+    let at = ray.at(distance) + if hit.is_some() { DVec3::Y * size } else { DVec3::ZERO };
+    let step = 0.1 * size;
+    Place { at: (at / step).round() * step, size, substep: substep(stage) }
+}
+
+/// 1, 2 or 5 times a power of ten that is near.
+fn round(number: f64) -> f64 {
+    let power = 10.0_f64.powf(number.log10().floor());
+    let mantissa = [1.0, 2.0, 5.0, 10.0].into_iter().find(|mantissa| number < mantissa * 1.4 * power);
+    parts::two_digits(mantissa.unwrap_or(10.0) * power)
+}
+
+/// The entry of the selection, and what the selection is called.
+pub(crate) fn selected_entry(stage: &Stage) -> Option<(Entry, String)> {
+    let thing = stage.seen.selection?;
+    let scene = &stage.sim.scene;
+    let entry = match (stage.seen.ids.get(&thing), stage.sim.world.get::<SoftBody>(thing)) {
+        (Some(id), _) => scene.entry_of(*id)?,
+        (None, Some(_)) => {
+            let index = stage.sim.world.get::<FileIndex>(thing)?.0 as usize;
+            scene.entries().into_iter().find(|entry| entry.list == "soft_bodies" && entry.index == index)?
+        }
+        _ => return None,
+    };
+    Some((entry, stage.name(thing)))
+}
+
+fn selected_path(stage: &Stage) -> Option<String> {
+    selected_entry(stage).map(|(entry, _)| entry.path())
+}

@@ -1,0 +1,276 @@
+//! The keys of a group of the scene's text as rows with a field each.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use egui::{ComboBox, DragValue, Grid, Response, TextEdit, Ui};
+use motion::{DampingModel, Method};
+use scene::{Field, Kind, Scene, TextEdit as Change, Value};
+
+/// How keys end that have a unit, longer ends first, and the unit.
+const UNITS: [(&str, &str); 16] = [
+    ("_m3_kg_s2", "m³/(kg s²)"),
+    ("_m3_s2", "m³/s²"),
+    ("_m_s2", "m/s²"),
+    ("_n_s_m", "N s/m"),
+    ("_m_s", "m/s"),
+    ("_n_m", "N/m"),
+    ("_rad_s", "rad/s"),
+    ("_per_s", "1/s"),
+    ("_per_m", "1/m"),
+    ("_deg", "°"),
+    ("_rad", "rad"),
+    ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_m", "m"),
+    ("_s", "s"),
+    ("_n", "N"),
+];
+
+/// What a key begins with when it is added, where its kind does not say.
+const BEGINNINGS: [(&str, &str); 20] = [
+    ("color", "(1.0, 1.0, 1.0)"),
+    ("shape", "sphere(radius_m: 1.0)"),
+    ("half_extents_m", "(1.0, 1.0, 1.0)"),
+    ("size_m", "(1.0, 1.0, 1.0)"),
+    ("spacing_m", "(3.5, 3.5)"),
+    ("curve", "polynomial([(0.0, 10.0, 0.0)])"),
+    ("locked_axes", "[y]"),
+    ("pinned", "[]"),
+    ("bodies", "[]"),
+    ("gravity", "(acceleration_m_s2: (0.0, -9.8, 0.0))"),
+    ("damping", "(model: exact, rate_per_s: 0.4)"),
+    ("drag", "(linear_per_s: 0.1)"),
+    ("wind", "(velocity_m_s: (5.0, 0.0, 0.0))"),
+    ("mutual_gravity", "(constant_m3_kg_s2: 1.0)"),
+    ("range", "(position_m: 1000.0)"),
+    ("push", "(start_n: 10.0, newtons_per_notch: 100.0)"),
+    ("light", "(position_m: (-60.0, 80.0, 100.0), color: (1.0, 1.0, 0.9), shadows: true)"),
+    ("camera", "(position_m: (-60.0, 40.0, 60.0), pitch_deg: -15.0, yaw_deg: 315.0)"),
+    ("expect", "(finite: true)"),
+    ("direction", "(0.0, 1.0, 0.0)"),
+];
+
+/// The words that a key takes, if they are few.
+fn words(key: &str) -> Vec<&'static str> {
+    match key {
+        "method" => Method::ALL.iter().map(|method| method.name()).collect(),
+        "model" => DampingModel::ALL.iter().map(|model| model.name()).collect(),
+        "texture" => vec!["checker", "none"],
+        "kind" => vec!["mixed", "cubes", "spheres"],
+        "step" => vec!["fixed", "frame"],
+        _ => Vec::new(),
+    }
+}
+
+/// What is read of the text of a scene, and what is being changed of it.
+#[derive(Default)]
+pub(super) struct Form {
+    text: Arc<str>,
+    groups: HashMap<String, Vec<Row>>,
+}
+
+struct Row {
+    field: Field,
+    /// What the person has made of it so far.
+    edited: Option<Value>,
+}
+
+impl Form {
+    /// Forgets what was changed and not taken.
+    pub fn forget(&mut self) {
+        self.groups.clear();
+    }
+
+    /// Lays out the keys of the group at `path` that `shown` lets through; pushes what the person changed.
+    pub fn group(
+        &mut self,
+        ui: &mut Ui,
+        scene: &Scene,
+        path: &str,
+        shown: fn(&Field) -> bool,
+        changes: &mut Vec<Change>,
+    ) {
+        if !Arc::ptr_eq(&self.text, &scene.text) {
+            (self.text, self.groups) = (Arc::clone(&scene.text), HashMap::new());
+        }
+        self.rows(ui, scene, path, shown, changes);
+        if scene.written(&format!("{path}.shape")).is_some() {
+            self.rows(ui, scene, &format!("{path}.shape"), |field| field.value.is_some(), changes);
+        }
+        let rows = self.groups.get(path).into_iter().flatten();
+        let absent: Vec<_> = rows.filter(|row| row.field.value.is_none()).collect();
+        if !absent.is_empty() {
+            ui.menu_button("Add a value", |ui| {
+                for Row { field, .. } in absent {
+                    let (words, unit) = label(field.key);
+                    let words = if unit.is_empty() { words } else { format!("{words}, {unit}") };
+                    if ui.button(words).clicked() {
+                        changes.push(Change::set(path, field.key, beginning(field, scene)));
+                    }
+                }
+            });
+        }
+    }
+
+    /// Lays out the keys that are written.
+    fn rows(
+        &mut self,
+        ui: &mut Ui,
+        scene: &Scene,
+        path: &str,
+        shown: fn(&Field) -> bool,
+        changes: &mut Vec<Change>,
+    ) {
+        let rows = self.groups.entry(path.to_owned()).or_insert_with(|| {
+            let row = |field: Field| Row { edited: field.value.clone(), field };
+            scene.fields(path).into_iter().filter(shown).map(row).collect()
+        });
+        Grid::new(("form", path)).num_columns(3).show(ui, |ui| {
+            for Row { field, edited } in rows.iter_mut() {
+                let (Some(value), Some(edited)) = (&field.value, edited) else { continue };
+                let (words, unit) = label(field.key);
+                ui.label(words).on_hover_text(field.key);
+                let name = format!("{path} {}", field.key);
+                if widget(ui, &name, field.key, unit, edited) && edited != value {
+                    changes.push(Change::set(path, field.key, edited.to_string()));
+                }
+                let removes = ui.small_button("x").on_hover_text("what holds without the key");
+                if removes.clicked() {
+                    changes.push(Change::Set {
+                        group: path.to_owned(),
+                        key: field.key.to_owned(),
+                        value: None,
+                    });
+                }
+                ui.end_row();
+            }
+        });
+    }
+}
+
+/// A key without its unit, in words, and the unit.
+pub(super) fn label(key: &str) -> (String, &'static str) {
+    let unit = UNITS.iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, *unit)));
+    let (words, unit) = unit.filter(|(words, _)| !words.is_empty()).unwrap_or((key, ""));
+    (words.replace('_', " "), unit)
+}
+
+fn beginning(field: &Field, scene: &Scene) -> String {
+    let known = BEGINNINGS.iter().find(|(key, _)| *key == field.key);
+    match field.kind {
+        _ if field.key == "method" => scene.method.name().to_owned(),
+        _ if known.is_some() => known.map_or_else(String::new, |(_, text)| (*text).to_owned()),
+        Kind::Flag => "true".to_owned(),
+        Kind::Count => "1".to_owned(),
+        Kind::Number => "1.0".to_owned(),
+        Kind::Numbers(count) => Value::Numbers(vec![0.0; count]).to_string(),
+        Kind::Text => Value::Text(field.key.to_owned()).to_string(),
+        Kind::Word => words(field.key).first().map_or_else(String::new, |word| (*word).to_owned()),
+        Kind::Group => "()".to_owned(),
+        Kind::Other => "[]".to_owned(),
+    }
+}
+
+/// A widget for a value; whether the person is done with changing it.
+fn widget(ui: &mut Ui, name: &str, key: &str, unit: &str, value: &mut Value) -> bool {
+    let done = |response: Response| response.drag_stopped() || response.lost_focus();
+    match value {
+        Value::Flag(flag) => ui.checkbox(flag, "").changed(),
+        Value::Count(count) => done(ui.add(DragValue::new(count).speed(0.1))),
+        Value::Number(number) => done(ui.add(drag(number).suffix(format!(" {unit}")))),
+        Value::Numbers(numbers) => {
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 2.0;
+                // All of them are laid out, whichever is done.
+                let done = numbers.iter_mut().fold(false, |any, number| done(ui.add(drag(number))) | any);
+                ui.label(unit);
+                done
+            })
+            .inner
+        }
+        Value::Text(text) => done(ui.add(TextEdit::singleline(text).desired_width(140.0))),
+        Value::Written(written) if key == "shape" => shape(ui, name, written),
+        Value::Written(written) => {
+            let words = words(key);
+            if words.is_empty() {
+                return done(ui.add(TextEdit::singleline(written).code_editor().desired_width(180.0)));
+            }
+            let before = written.clone();
+            ComboBox::from_id_salt(name).selected_text(written.replace('_', " ")).height(400.0).show_ui(
+                ui,
+                |ui| {
+                    for word in words {
+                        ui.selectable_value(written, word.to_owned(), word.replace('_', " "));
+                    }
+                },
+            );
+            before != *written
+        }
+    }
+}
+
+/// The kind of a shape: another kind has its size. Sizes are rows of their own.
+fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
+    let size =
+        written.split(|c: char| !matches!(c, '0'..='9' | '.' | 'e' | '-')).find_map(|word| word.parse().ok());
+    let size: f64 = size.unwrap_or(1.0);
+    let shapes = [
+        ("sphere", format!("sphere(radius_m: {size:?})")),
+        ("cuboid", format!("cuboid(half_extents_m: ({size:?}, {size:?}, {size:?}))")),
+    ];
+    let is = |kind: &str| written.starts_with(kind);
+    let present = shapes.iter().map(|(kind, _)| *kind).find(|kind| is(kind)).unwrap_or_default();
+    let mut chosen = present;
+    ComboBox::from_id_salt(name).selected_text(present).show_ui(ui, |ui| {
+        for (kind, _) in &shapes {
+            ui.selectable_value(&mut chosen, *kind, *kind);
+        }
+    });
+    let other = shapes.iter().find(|(kind, _)| *kind == chosen && chosen != present);
+    other.inspect(|(_, text)| text.clone_into(written)).is_some()
+}
+
+/// A number that is dragged as fast as it is large.
+fn drag(number: &mut f64) -> DragValue<'_> {
+    let speed = 0.01 * number.abs().max(0.1);
+    DragValue::new(number).speed(speed).max_decimals(6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_words_with_units() {
+        for (key, words, unit) in [
+            ("position_m", "position", "m"),
+            ("velocity_m_s", "velocity", "m/s"),
+            ("constant_m3_kg_s2", "constant", "m³/(kg s²)"),
+            ("damping_n_s_m", "damping", "N s/m"),
+            ("verlet_previous_position_m", "verlet previous position", "m"),
+            ("substeps", "substeps", ""),
+        ] {
+            assert_eq!(label(key), (words.to_owned(), unit));
+        }
+    }
+
+    #[test]
+    fn every_value_that_can_be_added_to_a_body_or_the_scene_makes_a_scene_or_an_error_that_names_it() {
+        let text = "(version: 1, bodies: [(position_m: (1.0, 2.0, 3.0))])";
+        let scene = Scene::parse("t", text).unwrap();
+        let mut taken = 0;
+        for path in ["", "bodies[0]"] {
+            for field in scene.fields(path).iter().filter(|field| field.value.is_none()) {
+                let change = Change::set(path, field.key, beginning(field, &scene));
+                let after = scene::rewrite("t", text, &[change]).unwrap();
+                match Scene::parse("t", &after) {
+                    Ok(_) => taken += 1,
+                    Err(error) => assert!(error.to_string().contains(field.key), "{}: {error}", field.key),
+                }
+            }
+        }
+        // The others need more than themselves: position Verlet, a shape, an entry.
+        assert!(taken > 30, "{taken}");
+    }
+}

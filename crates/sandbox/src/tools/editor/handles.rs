@@ -1,0 +1,132 @@
+//! Handles at the selection: arrows along the axes that move its entry when they are dragged.
+
+use glam::{DQuat, DVec3};
+use motion::{Orientation, SoftBody};
+use pick::Shape;
+use render::{Frame, Instance, Line, Particle};
+use scene::Appearance;
+
+use super::selected_entry;
+use crate::view::picture::PLAIN;
+use crate::view::stage::Stage;
+
+/// The axes and the colors of their arrows.
+const AXES: [(DVec3, [f32; 4]); 3] =
+    [(DVec3::X, [1.0, 0.35, 0.3, 1.0]), (DVec3::Y, [0.45, 0.9, 0.4, 1.0]), (DVec3::Z, [0.4, 0.6, 1.0, 1.0])];
+
+/// Length of an arrow beyond what it moves, as a share of its distance.
+const LENGTH: f64 = 0.1;
+
+/// Farthest from an arrow that a press takes it, points.
+pub(crate) const NEAR_POINTS: f64 = 8.0;
+
+/// Bodies that are shown where a drag would put them.
+const SHOWN: usize = 2000;
+
+/// The arrow that is dragged, and how far.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Handle {
+    axis: DVec3,
+    /// Where the arrows began when it was pressed, m.
+    from: DVec3,
+    /// Where on its axis it was pressed, m from there.
+    pressed: f64,
+    /// How far it was dragged, m.
+    pub by: DVec3,
+}
+
+/// Where the arrows of the selection begin, and how long they are, m.
+fn arrows(stage: &Stage) -> Option<(DVec3, f64)> {
+    let thing = stage.seen.selection?;
+    selected_entry(stage)?;
+    let at = stage.drawn_position(thing)?;
+    let world = &stage.sim.world;
+    let radius = match world.get::<SoftBody>(thing) {
+        Some(soft) => {
+            let points = soft.points.iter().filter_map(|point| stage.drawn_position(*point));
+            points.map(|point| point.distance(at)).fold(0.0, f64::max)
+        }
+        None => world.get::<Shape>(thing).map_or(0.0, Shape::bounding_radius),
+    };
+    let distance = at.distance(stage.view.camera.position);
+    Some((at, radius.min(2.0 * LENGTH * distance) + LENGTH * distance)).filter(|(at, _)| at.is_finite())
+}
+
+impl Handle {
+    /// The arrow within so many pixels of the pointer.
+    pub fn under_pointer(stage: &Stage, near_px: f64) -> Option<Self> {
+        let (from, length) = arrows(stage)?;
+        let pointer = stage.view.pointer;
+        let distance = |axis: DVec3| {
+            let [(tail, _), (tip, _)] = [stage.seen_at(from)?, stage.seen_at(from + axis * length)?];
+            let along = tip - tail;
+            let part = ((pointer - tail).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            // The middle belongs to the body: it is clicked and pulled there.
+            let near = (tail + along * part).distance(pointer);
+            (part > 0.25 && along.length() > near_px && near.is_finite()).then_some(near)
+        };
+        let near = AXES.iter().filter_map(|(axis, _)| Some((distance(*axis)?, *axis)));
+        let (_, axis) = near.filter(|(near, _)| *near <= near_px).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let pressed = along(stage, from, axis)?;
+        Some(Self { axis, from, pressed, by: DVec3::ZERO })
+    }
+
+    /// Follows the pointer.
+    pub fn follow(&mut self, stage: &Stage) {
+        if let Some(now) = along(stage, self.from, self.axis) {
+            let step = step(self.from.distance(stage.view.camera.position));
+            self.by = self.axis * ((now - self.pressed) / step).round() * step;
+        }
+    }
+
+    /// Draws what is dragged at the place where it would be put.
+    pub fn draw(&self, stage: &Stage, frame: &mut Frame) {
+        let Some((entry, _)) = selected_entry(stage) else { return };
+        let eye = stage.view.camera.position;
+        for id in entry.bodies.take(SHOWN) {
+            let Some(body) = stage.sim.body(id) else { continue };
+            let Some(at) = stage.drawn_position(body) else { continue };
+            let world = &stage.sim.world;
+            let position = (at + self.by - eye).as_vec3().to_array();
+            let [r, g, b] = world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color;
+            let color = [r, g, b, 0.6];
+            let Some(shape) = world.get::<Shape>(body) else {
+                frame.translucent.particles.push(Particle { position, radius_m: 0.05, color });
+                continue;
+            };
+            let half_extents = shape.half_extents().as_vec3().to_array();
+            let turned = world.get::<Orientation>(body).map_or(DQuat::IDENTITY, |turned| turned.0);
+            let orientation = turned.as_quat().to_array();
+            let instance = Instance { position, half_extents, orientation, color, ..Default::default() };
+            match shape {
+                Shape::Cuboid { .. } => frame.translucent.cuboids.push(instance),
+                Shape::Sphere { .. } => frame.translucent.spheres.push(instance),
+            }
+        }
+    }
+}
+
+/// Draws the arrows of the selection.
+pub(crate) fn add_handles(stage: &Stage, frame: &mut Frame) {
+    let Some((from, length)) = arrows(stage) else { return };
+    let eye = stage.view.camera.position;
+    for (axis, color) in AXES {
+        let [tail, tip] = [from, from + axis * length].map(|place| (place - eye).as_vec3());
+        Line::arrow(&mut frame.lines, tail, tip, color, 3.0);
+    }
+}
+
+/// Where on the axis through `from` the pointer's ray comes nearest to it, m from there.
+fn along(stage: &Stage, from: DVec3, axis: DVec3) -> Option<f64> {
+    let ray = stage.picking_ray();
+    let (direction, between) = (ray.direction(), from - ray.origin());
+    let cosine = axis.dot(direction);
+    let sine_squared = 1.0 - cosine * cosine;
+    // Seen along the axis, every pixel is far away.
+    (sine_squared > 1e-4).then(|| (cosine * direction.dot(between) - axis.dot(between)) / sine_squared)
+}
+
+/// The grid that a drag keeps to, m: a thousandth of the distance, rounded to a power of ten.
+fn step(distance: f64) -> f64 {
+    10.0_f64.powf((0.002 * distance).log10().floor())
+}

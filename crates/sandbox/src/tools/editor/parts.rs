@@ -1,0 +1,103 @@
+//! What can be added to a scene, as text with values that make it stand and be seen.
+
+use glam::DVec3;
+
+use super::Place;
+
+/// Colors of what is added, in turn.
+const COLORS: [&str; 5] =
+    ["(0.9, 0.35, 0.2)", "(0.3, 0.5, 0.9)", "(0.95, 0.75, 0.2)", "(0.3, 0.7, 0.4)", "(0.7, 0.4, 0.8)"];
+
+/// The phase that the fastest spring goes through in a substep, radians; semi-implicit Euler is stable below 2.
+const PHASE: f64 = 0.5;
+
+/// Something to add: its name, its list, and its text by name, place and color.
+pub(super) type Part = (&'static str, &'static str, fn(&str, &Place, &str) -> String);
+
+/// Everything that can be added by a click.
+pub(super) const PARTS: [Part; 8] = [
+    ("Sphere", "bodies", |name, place, color| {
+        let Place { at, size, .. } = place;
+        format!(
+            "(name: {name:?}, shape: sphere(radius_m: {size:?}), position_m: {}, mass_kg: 1.0, color: {color})",
+            triple(*at)
+        )
+    }),
+    ("Box", "bodies", |name, place, color| {
+        let half = triple(DVec3::splat(place.size));
+        format!(
+            "(name: {name:?}, shape: cuboid(half_extents_m: {half}), position_m: {}, mass_kg: 1.0, color: {color})",
+            triple(place.at)
+        )
+    }),
+    ("Post", "bodies", |name, place, _| {
+        let half = triple(DVec3::splat(0.5 * place.size));
+        format!(
+            "(name: {name:?}, shape: cuboid(half_extents_m: {half}), position_m: {}, immovable: true)",
+            triple(place.at)
+        )
+    }),
+    ("Particle", "bodies", |name, place, color| {
+        format!("(name: {name:?}, position_m: {}, mass_kg: 1.0, color: {color})", triple(place.at))
+    }),
+    ("Rope", "soft_bodies", |name, place, color| {
+        let to = triple(place.at + 10.0 * place.size * DVec3::X);
+        let springs = springs(place, 1.0 / 11.0, 4.0);
+        let from = triple(place.at);
+        format!(
+            "chain(name: {name:?}, points: 11, from_m: {from}, to_m: {to}, mass_kg: 1.0, {springs}, pinned: [first], color: {color})"
+        )
+    }),
+    ("Cloth", "soft_bodies", |name, place, color| {
+        let (along, down) = (triple(8.0 * place.size * DVec3::X), triple(-6.0 * place.size * DVec3::Y));
+        let springs = springs(place, 1.0 / 63.0, 24.0);
+        let corner = triple(place.at);
+        format!(
+            "cloth(name: {name:?}, rows: 7, columns: 9, corner_m: {corner}, along_m: {along}, down_m: {down}, shear: true, mass_kg: 1.0, {springs}, pinned: [top_left, top_right], color: {color})"
+        )
+    }),
+    ("Jelly", "soft_bodies", |name, place, color| {
+        let size = triple(DVec3::splat(3.0 * place.size));
+        let springs = springs(place, 1.0 / 64.0, 52.0);
+        format!(
+            "lattice(name: {name:?}, cells: (3, 3, 3), center_m: {}, size_m: {size}, mass_kg: 1.0, {springs}, color: {color})",
+            triple(place.at)
+        )
+    }),
+    ("Emitter", "emitters", |name, place, color| {
+        // So fast that particles rise ten sizes against gravity.
+        let speed = two_digits((2.0 * 9.8 * 10.0 * place.size).sqrt());
+        format!(
+            "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, mass_kg: 0.01, color: {color})",
+            triple(place.at)
+        )
+    }),
+];
+
+/// The color of what is added next, where so many entries are there.
+pub(super) const fn color(entries: usize) -> &'static str {
+    COLORS[entries % COLORS.len()]
+}
+
+/// A spring between two bodies of those names and that reduced mass, kg.
+pub(super) fn spring(between: [&str; 2], reduced_mass: f64, substep: f64) -> String {
+    let place = Place { at: DVec3::ZERO, size: 1.0, substep };
+    format!("(between: ({:?}, {:?}), {})", between[0], between[1], springs(&place, reduced_mass, 1.0))
+}
+
+/// Stiffness and damping for points of so many kilograms: as stiff as a substep stands where the fastest mode has `factor` times
+/// k / m, with a tenth of critical damping.
+fn springs(place: &Place, mass: f64, factor: f64) -> String {
+    let stiffness = two_digits(mass * (PHASE / place.substep).powi(2) / factor);
+    let damping = two_digits(0.2 * (stiffness * mass).sqrt());
+    format!("stiffness_n_m: {stiffness:?}, damping_n_s_m: {damping:?}")
+}
+
+pub(super) fn triple(v: DVec3) -> String {
+    format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
+}
+
+/// A number as a person would choose it.
+pub(super) fn two_digits(number: f64) -> f64 {
+    format!("{number:.1e}").parse().unwrap_or(number)
+}

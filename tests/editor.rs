@@ -1,0 +1,305 @@
+//! The editor: what it adds, changes and removes, undo and redo, saving, and the question before changes are lost.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use motion::clock::StepClock;
+use motion::{Gravity, Method};
+use sandbox::input::{Button, Input};
+use sandbox::{Order, Overrides, Panel};
+use scene::Scene;
+
+use crate::cockpit::Cockpit;
+use crate::dice::Dice;
+use crate::drive::{Drive, at};
+
+/// A paused scene with the editor open.
+fn editor(scene: &str) -> Cockpit {
+    let mut cockpit = Cockpit::of(scene, [1600, 1200]);
+    cockpit.drive.press("P").press("M").ticks(2);
+    assert_eq!(cockpit.drive.session.open_panels(), [Panel::Editor]);
+    cockpit
+}
+
+fn scene(cockpit: &Cockpit) -> &Scene {
+    cockpit.drive.session.scene()
+}
+
+/// The text that saving orders to be written.
+fn saved(cockpit: &mut Cockpit) -> Arc<str> {
+    cockpit.drive.press("Ctrl+Shift+S");
+    let orders = cockpit.drive.session.take_orders();
+    let [Order::Scene { text, .. }] = &orders[..] else { panic!("{orders:?}") };
+    Arc::clone(text)
+}
+
+/// The state two seconds later.
+fn later(mut drive: Drive) -> u64 {
+    drive.session.limit_ticks(240);
+    if drive.session.paused() {
+        drive.press("P");
+    }
+    drive.ticks(240).hash()
+}
+
+#[test]
+fn everything_that_can_be_added_stands_selected_and_stays_finite() {
+    let mut cockpit = editor("empty");
+    for (button, bodies) in [
+        ("Sphere", 1),
+        ("Box", 1),
+        ("Post", 1),
+        ("Particle", 1),
+        ("Rope", 11),
+        ("Cloth", 63),
+        ("Jelly", 64),
+        ("Emitter", 180),
+    ] {
+        let before = scene(&cockpit).bodies.len();
+        cockpit.click(button);
+        assert_eq!(scene(&cockpit).bodies.len(), before + bodies, "{button}");
+        assert!(cockpit.drive.session.selection().is_some(), "{button}");
+        let clock = cockpit.drive.session.world().resource::<StepClock>();
+        assert!(cockpit.drive.session.paused() && clock.scene_seconds() == 0.0, "{button}");
+    }
+    assert_eq!(cockpit.drive.session.forecast().iter().filter(|row| row.margin.is_unstable).count(), 0);
+    cockpit.drive.press("P").ticks(600);
+    assert_eq!(cockpit.drive.session.all_quarantined(), []);
+}
+
+#[test]
+fn a_handle_moves_the_selection_along_its_axis() {
+    let mut cockpit = editor("tutorial");
+    let player = cockpit.seen("player");
+    cockpit.drive.click(Button::Left, player).ticks(1);
+    let before = cockpit.drive.x("player");
+    let (from, to) = (cockpit.pixel(before + DVec3::Y * 8.0), cockpit.pixel(before + DVec3::Y * 15.0));
+    cockpit.drag(Button::Left, from, to);
+    cockpit.drive.ticks(1);
+    let moved = cockpit.drive.x("player") - before;
+    assert!((moved - DVec3::Y * 7.0).length() < 0.2, "{moved}");
+    assert_eq!(cockpit.drive.selected().as_deref(), Some("player"));
+    cockpit.drive.press("Ctrl+Z").ticks(1);
+    assert_eq!(cockpit.drive.x("player"), before);
+    // A drag that ends where it began is no change, and Escape leaves the body where it is.
+    let changes = scene(&cockpit).text.clone();
+    cockpit.drag(Button::Left, from, from);
+    assert_eq!(scene(&cockpit).text, changes);
+}
+
+#[test]
+fn two_clicks_join_two_bodies_and_a_point_of_a_soft_body_by_a_spring() {
+    let mut cockpit = editor("tutorial");
+    cockpit.click("Spring");
+    for body in ["player", "enemy"] {
+        let pixel = cockpit.seen(body);
+        cockpit.drive.click(Button::Left, pixel).ticks(1);
+    }
+    let [spring] = &scene(&cockpit).springs[..] else { panic!("one spring") };
+    assert_eq!(
+        spring.ends.map(|end| scene(&cockpit).names.get(end).unwrap().into_owned()),
+        ["player", "enemy"]
+    );
+    assert_eq!(spring.elastic.rest_length, 5.0);
+    // Deleted with one of its ends.
+    let player = cockpit.seen("player");
+    cockpit.drive.click(Button::Left, player).press("Delete").ticks(1);
+    assert!(scene(&cockpit).springs.is_empty() && cockpit.drive.session.body("player").is_none());
+
+    let mut cockpit = editor("rope");
+    cockpit.click("Spring");
+    for body in ["rope.10", "weight"] {
+        let pixel = cockpit.seen(body);
+        cockpit.drive.click(Button::Left, pixel).ticks(1);
+    }
+    let spring = scene(&cockpit).springs.last().unwrap();
+    assert_eq!(scene(&cockpit).names.get(spring.ends[0]).unwrap(), "rope.10");
+}
+
+#[test]
+fn a_grid_taken_apart_runs_as_before() {
+    let mut cockpit = editor("tutorial");
+    let pixel = cockpit.seen("grid.x4.z4");
+    cockpit.drive.click(Button::Left, pixel).ticks(1);
+    let before: Vec<_> = scene(&cockpit).bodies.clone();
+    cockpit.click("Take apart");
+    assert_eq!(scene(&cockpit).bodies, before);
+    assert!(cockpit.drive.session.body("grid-x4-z4").is_some());
+}
+
+#[test]
+fn what_was_set_without_the_editor_is_saved_and_survives_a_change() {
+    let mut cockpit = editor("tutorial");
+    cockpit.drive.press("G").press("I").ticks(1);
+    let method = cockpit.drive.session.stepper().method();
+    assert_ne!(method, Method::default());
+    cockpit.click("Sphere");
+    assert_eq!(cockpit.drive.session.stepper().method(), method);
+    assert!(cockpit.drive.session.world().resource::<Gravity>().on);
+    let text = saved(&mut cockpit);
+    assert!(text.contains(method.name()) && text.contains("on_at_start: true"), "{text}");
+    assert!(text.contains("// Inverse mass 0: no force moves it"), "comments stay");
+    cockpit.drive.press("Ctrl+Z").ticks(1);
+    assert_eq!(
+        cockpit.drive.session.stepper().method(),
+        method,
+        "undo takes the sphere back, not the method"
+    );
+    assert_eq!(scene(&cockpit).bodies.len(), 29);
+}
+
+#[test]
+fn a_change_that_makes_no_scene_says_why_and_changes_nothing() {
+    let mut cockpit = editor("tutorial");
+    let player = cockpit.seen("player");
+    cockpit.drive.click(Button::Left, player).ticks(2);
+    let before = Arc::clone(&scene(&cockpit).text);
+    let fields = cockpit.drive.session.controls().into_iter();
+    let field = fields
+        .filter(|control| control.role == "TextInput")
+        .find(|control| control.name == "player")
+        .unwrap();
+    let [left, top, right, bottom] = field.rect_px;
+    cockpit.drive.click(Button::Left, DVec2::new(left + right, top + bottom) / 2.0).ticks(2);
+    assert!(cockpit.drive.session.takes_text());
+    cockpit.drive.give([Input::Text(" one".to_owned())]).press("Enter").ticks(2);
+    assert_eq!(scene(&cockpit).text, before);
+    let controls = cockpit.drive.session.controls();
+    assert!(
+        controls.iter().any(|control| control.name.contains("\"player one\" cannot be a name")),
+        "{controls:#?}"
+    );
+}
+
+#[test]
+fn unsaved_changes_are_asked_about_before_they_are_left() {
+    let mut cockpit = editor("tutorial");
+    cockpit.drive.press("]");
+    assert_eq!(cockpit.drive.session.take_orders(), [Order::Open("tutorial_large".to_owned())]);
+    cockpit.click("Sphere");
+    assert!(cockpit.drive.session.has_unsaved_changes());
+    let asked = |cockpit: &mut Cockpit, answer: &str| {
+        cockpit.drive.press("Ctrl+Q").ticks(2);
+        assert_eq!(cockpit.drive.session.take_orders(), []);
+        match answer {
+            "Escape" => cockpit.drive.press("Escape").ticks(2).session.take_orders(),
+            answer => {
+                cockpit.click(answer);
+                cockpit.drive.session.take_orders()
+            }
+        }
+    };
+    assert_eq!(asked(&mut cockpit, "Stay"), []);
+    assert_eq!(asked(&mut cockpit, "Escape"), []);
+    let orders = asked(&mut cockpit, "Save as tutorial.ron");
+    assert!(matches!(&orders[..], [Order::Scene { .. }, Order::Quit]), "{orders:?}");
+    assert_eq!(asked(&mut cockpit, "Discard them"), [Order::Quit]);
+    cockpit.drive.press("Ctrl+Q").ticks(2);
+    assert_eq!(cockpit.drive.session.take_orders(), [Order::Quit], "asked once");
+}
+
+/// One thing that a person does in the editor.
+#[derive(Clone, Copy, Debug)]
+enum Deed {
+    Add(&'static str),
+    Duplicate(usize),
+    Delete(usize),
+    Move(usize, f64),
+}
+
+impl Deed {
+    fn by_chance(dice: &mut Dice) -> Self {
+        let body = dice.below(1000);
+        match dice.below(6) {
+            0..3 => Self::Add(["Sphere", "Box", "Particle", "Rope", "Jelly"][dice.below(5)]),
+            3 => Self::Duplicate(body),
+            4 => Self::Delete(body),
+            _ => Self::Move(body, 60.0 * dice.number()),
+        }
+    }
+
+    fn done(self, cockpit: &mut Cockpit) {
+        let select = |cockpit: &mut Cockpit, body: usize| {
+            let session = &cockpit.drive.session;
+            let things: Vec<_> = session.things().collect();
+            let name = session.name(things[body % things.len()]);
+            let pixel = cockpit.seen(&name);
+            cockpit.drive.click(Button::Left, pixel).ticks(1);
+            pixel
+        };
+        match self {
+            Self::Add(button) => cockpit.click(button),
+            Self::Duplicate(body) => {
+                select(cockpit, body);
+                cockpit.drive.press("Ctrl+D").ticks(1);
+            }
+            Self::Delete(body) => {
+                select(cockpit, body);
+                cockpit.drive.press("Delete").ticks(1);
+            }
+            Self::Move(body, by) => {
+                let pixel = select(cockpit, body);
+                let up = pixel - DVec2::new(0.0, 60.0);
+                cockpit.drag(Button::Left, up, up - DVec2::new(0.0, by));
+            }
+        }
+        cockpit.drive.ticks(1);
+    }
+}
+
+#[test]
+fn changes_undone_and_redone_are_the_changes_that_are_left_and_saved_they_are_the_same_scene() {
+    for (seed, name) in [(1, "tutorial"), (2, "third_law"), (3, "rope"), (4, "tutorial"), (5, "bridge")] {
+        let mut dice = Dice(seed);
+        let mut cockpit = editor(name);
+        let (mut done, mut undone): (Vec<Deed>, Vec<Deed>) = (Vec::new(), Vec::new());
+        for _ in 0..25 {
+            match dice.below(6) {
+                0 => {
+                    cockpit.drive.press("Ctrl+Z").ticks(1);
+                    undone.extend(done.pop());
+                }
+                1 => {
+                    cockpit.drive.press("Ctrl+Y").ticks(1);
+                    done.extend(undone.pop());
+                }
+                _ => {
+                    let deed = Deed::by_chance(&mut dice);
+                    let before = Arc::clone(&scene(&cockpit).text);
+                    deed.done(&mut cockpit);
+                    if scene(&cockpit).text != before {
+                        done.push(deed);
+                        undone.clear();
+                    }
+                }
+            }
+        }
+        assert!(done.len() > 3, "{name}: {done:?}");
+        let mut fresh = editor(name);
+        for deed in &done {
+            deed.done(&mut fresh);
+        }
+        assert_eq!(scene(&cockpit).text, scene(&fresh).text, "{name}: {done:?}");
+
+        let text = saved(&mut cockpit);
+        let loaded = scene(&cockpit).reread(&text).unwrap();
+        assert_eq!(
+            sandbox::plan::text(loaded.clone(), Overrides::default()),
+            sandbox::plan::text(scene(&fresh).clone(), Overrides::default())
+        );
+        let hashes = [cockpit.drive, fresh.drive, Drive::of(loaded)].map(later);
+        assert!(hashes[0] == hashes[1] && hashes[0] == hashes[2], "{name}: {hashes:x?}");
+    }
+}
+
+#[test]
+fn undo_follows_the_pointer_into_every_mode() {
+    let mut cockpit = editor("tutorial");
+    cockpit.click("Sphere");
+    // Also with the bars hidden and the camera flying.
+    cockpit.drive.press("F10").press("Q").press("Ctrl+Z").ticks(1);
+    assert_eq!(scene(&cockpit).bodies.len(), 29);
+    cockpit.drive.press("Ctrl+Shift+Z").ticks(1);
+    assert_eq!(scene(&cockpit).bodies.len(), 30);
+    cockpit.drive.give([at(DVec2::ZERO)]);
+}
