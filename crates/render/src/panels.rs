@@ -1,49 +1,148 @@
 //! Paints egui's triangles over a finished picture.
 
-use crate::{Gpu, Panels};
+use std::collections::HashMap;
 
-/// egui's own renderer, set so that equal panels give equal bytes.
+use egui::epaint::{ImageData, ImageDelta, Primitive, Vertex};
+use egui::{ClippedPrimitive, TextureFilter, TextureId, TextureOptions, TextureWrapMode};
+use wgpu::{BindGroup, BindGroupLayout, Device, VertexBufferLayout};
+
+use crate::buffers::InstanceBuffer;
+use crate::pipelines::{Destination, Drawing, GLOBALS, layout, module};
+use crate::{Frame, Gpu, Panels};
+
+const PANEL: &str = include_str!("../../../shaders/panel.wgsl");
+
+const ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
+    array_stride: size_of::<Vertex>() as u64,
+    step_mode: wgpu::VertexStepMode::Vertex,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x2, 1 => Float32x2, 2 => Unorm8x4],
+})];
+
+/// Both as egui has them: the picture below is covered by what alpha says, colors are added.
+const PREMULTIPLIED: wgpu::BlendState = wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING;
+
+/// Draws panels. egui's own painter filters images by hand so that machines agree to the last bit; in software, that took
+/// longer than the bodies of a picture.
 pub(crate) struct PanelPainter {
-    egui: egui_wgpu::Renderer,
+    pipeline: wgpu::RenderPipeline,
+    image_layout: BindGroupLayout,
+    images: HashMap<TextureId, Loaded>,
+    vertices: InstanceBuffer,
+    indices: InstanceBuffer,
+    gathered_vertices: Vec<Vertex>,
+    gathered_indices: Vec<u32>,
+}
+
+/// An image of egui's on the adapter.
+struct Loaded {
+    texture: wgpu::Texture,
+    group: BindGroup,
 }
 
 impl PanelPainter {
-    pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
-        let egui = egui_wgpu::Renderer::new(device, format, egui_wgpu::RendererOptions::PREDICTABLE);
-        Self { egui }
+    pub fn new(device: &Device, globals: &BindGroupLayout, to: &Destination) -> Self {
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty,
+            count: None,
+        };
+        let image_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("image of panels"),
+            entries: &[
+                entry(
+                    0,
+                    wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                        view_dimension: wgpu::TextureViewDimension::D2,
+                        multisampled: false,
+                    },
+                ),
+                entry(1, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            ],
+        });
+        let to = Destination { format: to.format, samples: 1 };
+        let pipeline = Drawing {
+            label: "panels",
+            shader: &module(device, "panels", &[GLOBALS, PANEL]),
+            vertex: "vs_panel",
+            fragment: Some("fs_panel"),
+            rows: &ROWS,
+            constants: &[to.srgb()],
+            topology: wgpu::PrimitiveTopology::TriangleList,
+            cull: None,
+            writes_depth: false,
+            depth_compare: None,
+            depth_bias: wgpu::DepthBiasState::default(),
+            blend: Some(PREMULTIPLIED),
+        };
+        Self {
+            pipeline: pipeline.pipeline(
+                device,
+                &layout(device, "panels", &[Some(globals), Some(&image_layout)]),
+                &to,
+            ),
+            image_layout,
+            images: HashMap::new(),
+            vertices: InstanceBuffer::new(device, "vertices of panels"),
+            indices: InstanceBuffer::of_indices(device, "indices of panels"),
+            gathered_vertices: Vec::new(),
+            gathered_indices: Vec::new(),
+        }
     }
 
     /// Must run for every frame, drawn or not: egui sends each change of a texture once.
     pub fn update_textures(&mut self, gpu: &Gpu, panels: &Panels) {
         for (id, deltas) in &panels.textures_delta.set {
             for delta in deltas {
-                self.egui.update_texture(&gpu.device, &gpu.queue, *id, delta);
+                self.update_texture(gpu, *id, delta);
             }
         }
+    }
+
+    fn update_texture(&mut self, gpu: &Gpu, id: TextureId, delta: &ImageDelta) {
+        let ImageData::Color(image) = &delta.image;
+        let [width, height] = image.size.map(|side| side as u32);
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        if delta.pos.is_none() {
+            self.images.insert(id, Loaded::new(&gpu.device, &self.image_layout, size, delta.options));
+        }
+        // A change of an image that never came has nowhere to go.
+        let Some(Loaded { texture, .. }) = self.images.get(&id) else { return };
+        let [x, y] = delta.pos.unwrap_or_default().map(|side| side as u32);
+        gpu.queue.write_texture(
+            wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() },
+            bytemuck::cast_slice(&image.pixels),
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(4 * width),
+                rows_per_image: Some(height),
+            },
+            size,
+        );
     }
 
     /// Drops textures that this frame was the last to use.
     pub fn free_textures(&mut self, panels: &Panels) {
         for id in &panels.textures_delta.free {
-            self.egui.free_texture(id);
+            self.images.remove(id);
         }
     }
 
-    /// Records the panels over what `view` holds; the returned commands go to the queue first.
+    /// Records the panels of `frame` over what `view` holds.
     pub fn paint(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         view: &wgpu::TextureView,
-        size_px: [u32; 2],
-        panels: &Panels,
-    ) -> Vec<wgpu::CommandBuffer> {
-        let screen = egui_wgpu::ScreenDescriptor {
-            size_in_pixels: size_px,
-            pixels_per_point: if panels.pixels_per_point > 0.0 { panels.pixels_per_point } else { 1.0 },
-        };
-        let first = self.egui.update_buffers(&gpu.device, &gpu.queue, encoder, &panels.primitives, &screen);
-        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        globals: &BindGroup,
+        frame: &Frame,
+    ) {
+        let Some(panels) = &frame.panels else { return };
+        if !self.upload(gpu, &panels.primitives) {
+            return;
+        }
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("panels"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view,
@@ -53,7 +152,90 @@ impl PanelPainter {
             })],
             ..Default::default()
         });
-        self.egui.render(&mut pass.forget_lifetime(), &panels.primitives, &screen);
-        first
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, globals, &[]);
+        pass.set_vertex_buffer(0, self.vertices.buffer().slice(..));
+        pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint32);
+        let (mut first, mut base) = (0, 0);
+        for ClippedPrimitive { clip_rect, primitive } in &panels.primitives {
+            let Primitive::Mesh(mesh) = primitive else { continue };
+            let indices = first..first + mesh.indices.len() as u32;
+            let image = self.images.get(&mesh.texture_id);
+            if let (Some(image), Some([left, top, width, height])) =
+                (image, clip(clip_rect, frame.pixels_per_point(), frame.size_px))
+            {
+                pass.set_scissor_rect(left, top, width, height);
+                pass.set_bind_group(1, &image.group, &[]);
+                pass.draw_indexed(indices.clone(), base, 0..1);
+            }
+            first = indices.end;
+            base += mesh.vertices.len() as i32;
+        }
     }
+
+    /// Whether there is something to draw, and room for it.
+    fn upload(&mut self, gpu: &Gpu, primitives: &[ClippedPrimitive]) -> bool {
+        self.gathered_vertices.clear();
+        self.gathered_indices.clear();
+        for ClippedPrimitive { primitive, .. } in primitives {
+            if let Primitive::Mesh(mesh) = primitive {
+                self.gathered_vertices.extend_from_slice(&mesh.vertices);
+                self.gathered_indices.extend_from_slice(&mesh.indices);
+            }
+        }
+        let vertices = self.vertices.upload(gpu, &self.gathered_vertices) as usize;
+        let indices = self.indices.upload(gpu, &self.gathered_indices) as usize;
+        indices > 0 && vertices == self.gathered_vertices.len() && indices == self.gathered_indices.len()
+    }
+}
+
+impl Loaded {
+    fn new(device: &Device, layout: &BindGroupLayout, size: wgpu::Extent3d, options: TextureOptions) -> Self {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("image of panels"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let filter = |filter| match filter {
+            TextureFilter::Nearest => wgpu::FilterMode::Nearest,
+            TextureFilter::Linear => wgpu::FilterMode::Linear,
+        };
+        let wrap = match options.wrap_mode {
+            TextureWrapMode::ClampToEdge => wgpu::AddressMode::ClampToEdge,
+            TextureWrapMode::Repeat => wgpu::AddressMode::Repeat,
+            TextureWrapMode::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
+        };
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("image of panels"),
+            mag_filter: filter(options.magnification),
+            min_filter: filter(options.minification),
+            address_mode_u: wrap,
+            address_mode_v: wrap,
+            ..Default::default()
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("image of panels"),
+            layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
+            ],
+        });
+        Self { texture, group }
+    }
+}
+
+/// Left, top, width and height in pixels of what shows of `rect`, points; none where nothing does.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "rounded; casts saturate")]
+fn clip(rect: &egui::Rect, scale: f32, size_px: [u32; 2]) -> Option<[u32; 4]> {
+    let edge = |points: f32, most: u32| ((points * scale).round() as u32).min(most);
+    let [left, right] = [rect.min.x, rect.max.x].map(|x| edge(x, size_px[0]));
+    let [top, bottom] = [rect.min.y, rect.max.y].map(|y| edge(y, size_px[1]));
+    (left < right && top < bottom).then(|| [left, top, right - left, bottom - top])
 }

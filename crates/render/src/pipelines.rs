@@ -92,7 +92,8 @@ pub(crate) struct Drawing<'a> {
     pub topology: wgpu::PrimitiveTopology,
     pub cull: Option<Face>,
     pub writes_depth: bool,
-    pub depth_compare: CompareFunction,
+    /// None for passes without depth.
+    pub depth_compare: Option<CompareFunction>,
     pub depth_bias: wgpu::DepthBiasState,
     pub blend: Option<wgpu::BlendState>,
 }
@@ -145,7 +146,7 @@ impl Pipelines {
             topology: wgpu::PrimitiveTopology::TriangleList,
             cull: Some(Face::Back),
             writes_depth: true,
-            depth_compare: CompareFunction::Less,
+            depth_compare: Some(CompareFunction::Less),
             depth_bias: wgpu::DepthBiasState::default(),
             blend: None,
         };
@@ -164,7 +165,7 @@ impl Pipelines {
         let overlay = Drawing {
             topology: wgpu::PrimitiveTopology::TriangleStrip,
             cull: None,
-            depth_compare: CompareFunction::LessEqual,
+            depth_compare: Some(CompareFunction::LessEqual),
             blend: Some(wgpu::BlendState::ALPHA_BLENDING),
             ..bodies
         };
@@ -190,7 +191,7 @@ impl Pipelines {
                 cull: None,
                 writes_depth: false,
                 // The sky is exactly on the far plane, which the depth is cleared to.
-                depth_compare: CompareFunction::LessEqual,
+                depth_compare: Some(CompareFunction::LessEqual),
                 ..bodies
             }
             .pipeline(device, &picture, to),
@@ -245,10 +246,10 @@ impl Drawing<'_> {
                 cull_mode: self.cull,
                 ..Default::default()
             },
-            depth_stencil: Some(wgpu::DepthStencilState {
+            depth_stencil: self.depth_compare.map(|compare| wgpu::DepthStencilState {
                 format: if self.fragment.is_none() { SHADOW_FORMAT } else { DEPTH_FORMAT },
                 depth_write_enabled: Some(self.writes_depth),
-                depth_compare: Some(self.depth_compare),
+                depth_compare: Some(compare),
                 stencil: wgpu::StencilState::default(),
                 bias: self.depth_bias,
             }),

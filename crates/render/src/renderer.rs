@@ -28,6 +28,7 @@ struct Globals {
     light_position: Vec4,
     light_color: Vec4,
     shadow_map: Vec4,
+    picture: Vec4,
 }
 
 /// The textures that have the size of the picture.
@@ -97,6 +98,7 @@ impl Renderer {
         });
         let shadow_map = ShadowMap::none(device);
         let shadow_map_px = quality.shadow_map_px.clamp(1, ShadowMap::largest(device));
+        let panels = PanelPainter::new(device, &globals_layout, &destination);
         Self {
             quality: Quality { shadow_map_px, msaa: samples, ..quality },
             pipelines: Pipelines::new(device, &globals_layout, &shadow_map.layout, &destination),
@@ -113,7 +115,7 @@ impl Renderer {
             translucent: None,
             particles: InstanceBuffer::new(device, "particles"),
             lines: InstanceBuffer::new(device, "lines"),
-            panels: PanelPainter::new(device, target_format),
+            panels,
             attachments: None,
         }
     }
@@ -167,12 +169,8 @@ impl Renderer {
             self.draw_shadows(&mut encoder);
         }
         self.draw_picture(gpu, &mut encoder, frame, view, [particles, lines]);
-        let mut work = Vec::new();
-        if let Some(panels) = &frame.panels {
-            work = self.panels.paint(gpu, &mut encoder, view, frame.size_px, panels);
-        }
-        work.push(encoder.finish());
-        gpu.queue.submit(work);
+        self.panels.paint(gpu, &mut encoder, view, &self.globals_group, frame);
+        gpu.queue.submit([encoder.finish()]);
     }
 
     fn globals_of(&self, frame: &Frame, light_view: Option<LightView>) -> Globals {
@@ -189,6 +187,7 @@ impl Renderer {
         let (light_projection, span_m) =
             light_view.map_or((Mat4::IDENTITY, 0.0), |view| (view.projection, view.span_m));
         let texels = self.shadow_map.side_px as f32;
+        let (picture, scale) = (frame.size_px.map(|side| side as f32), frame.pixels_per_point());
         Globals {
             view_projection: camera.view_projection(width / height),
             light_projection,
@@ -204,6 +203,7 @@ impl Renderer {
             light_position,
             light_color,
             shadow_map: Vec4::new(1.0 / texels, span_m / texels, 0.0, 0.0),
+            picture: Vec4::new(picture[0] / scale, picture[1] / scale, 0.0, 0.0),
         }
     }
 

@@ -62,7 +62,7 @@ impl Surfaces {
             topology: wgpu::PrimitiveTopology::TriangleList,
             cull: None,
             writes_depth: true,
-            depth_compare: CompareFunction::Less,
+            depth_compare: Some(CompareFunction::Less),
             depth_bias: wgpu::DepthBiasState::default(),
             blend: None,
         };

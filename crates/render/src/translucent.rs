@@ -60,7 +60,7 @@ impl TranslucentBodies {
             cull: Some(Face::Back),
             // What is behind has to stay visible, whatever is drawn first.
             writes_depth: false,
-            depth_compare: CompareFunction::Less,
+            depth_compare: Some(CompareFunction::Less),
             depth_bias: wgpu::DepthBiasState::default(),
             blend: Some(BlendState::ALPHA_BLENDING),
         };
