@@ -5,6 +5,7 @@ pub(crate) mod camera;
 pub(crate) mod card;
 mod forces;
 pub(crate) mod hud;
+pub(crate) mod inks;
 pub(crate) mod labels;
 pub(crate) mod marks;
 pub(crate) mod notices;

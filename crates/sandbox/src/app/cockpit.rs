@@ -78,12 +78,23 @@ impl Cockpit {
         parts.next()
     }
 
+    /// Where the dock begins, if it is open.
+    pub fn dock_left(&self) -> Option<f32> {
+        self.parts.iter().find(|(part, _)| *part == Part::Dock).map(|(_, rect)| rect.left())
+    }
+
     /// Shows or hides the scenes, on a screen of that width in points.
     pub fn toggle_browser(&mut self, width: f32) {
         self.browses = Some(!self.browses(width));
     }
 
-    fn browses(&self, width: f32) -> bool {
+    /// Whether a person said that the scenes are shown or not.
+    pub fn has_chosen_browser(&self) -> bool {
+        self.browses.is_some()
+    }
+
+    /// Whether the scenes are shown, on a screen of that width in points.
+    pub fn browses(&self, width: f32) -> bool {
         self.browses.unwrap_or(width >= ROOM_FOR_BROWSER)
     }
 

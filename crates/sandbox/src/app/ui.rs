@@ -1,6 +1,7 @@
 //! The panels' side of a session: one egui context fed from the same input as everything else, without a window.
 
 mod focus;
+mod style;
 
 use std::path::PathBuf;
 
@@ -15,11 +16,6 @@ use crate::view::stage::Order;
 
 /// Pixels and notches beyond every screen: of larger ones egui's speeds are no numbers.
 const FAR: f64 = 1e6;
-
-/// Points that the panels need, the help being the widest. A smaller picture has smaller points, down to half
-/// the size: below that no person could read them.
-const ROOM: [f32; 2] = [960.0, 540.0];
-const SMALLEST: f32 = 0.5;
 
 /// A button, a field or words on the screen, as assistive technology names it.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +46,8 @@ pub(crate) struct Ui {
     output: Option<egui::FullOutput>,
     /// Pixels a point, as the display has it.
     scale: f32,
+    /// The size of everything in the panels, a place in their list.
+    zoom: usize,
     size_px: [u32; 2],
     pointer: Pos2,
     laid_out: bool,
@@ -70,21 +68,13 @@ pub(crate) struct Ui {
 impl Ui {
     pub fn new(size_px: [u32; 2]) -> Self {
         let context = egui::Context::default();
-        // Pictures must not depend on how many frames ago a panel was opened.
-        context.all_styles_mut(|style| {
-            style.animation_time = 0.0;
-            // A click beside a button is one into the scene.
-            style.interaction.interact_radius = 0.0;
-        });
-        let mut visuals = egui::Visuals::dark();
-        // As bright as the tutorial's texts.
-        visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(191);
-        context.set_visuals(visuals);
+        style::install(&context);
         Self {
             context,
             events: Vec::new(),
             output: None,
             scale: 1.0,
+            zoom: style::USUAL,
             size_px,
             pointer: Pos2::ZERO,
             laid_out: false,
@@ -163,6 +153,10 @@ impl Ui {
     }
 
     pub fn key(&mut self, key: &Key, pressed: bool) {
+        if let Some(moves) = self.move_dock_edge(key) {
+            self.events.extend(pressed.then_some(moves));
+            return;
+        }
         let name = match key.name() {
             "Up" | "Down" | "Left" | "Right" => format!("Arrow{}", key.name()),
             name => name.to_owned(),
@@ -304,7 +298,7 @@ impl Ui {
 
     /// Width of the screen, points.
     #[expect(clippy::cast_precision_loss, reason = "pixels")]
-    fn width(&self) -> f32 {
+    pub fn width(&self) -> f32 {
         self.size_px[0] as f32 / self.pixels_per_point()
     }
 
@@ -318,10 +312,8 @@ impl Ui {
         Some(render::Panels { primitives, textures_delta, pixels_per_point })
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "pixels")]
     pub fn pixels_per_point(&self) -> f32 {
-        let fits = |axis: usize| self.size_px[axis] as f32 / (ROOM[axis] * self.scale);
-        self.scale * fits(0).min(fits(1)).clamp(SMALLEST, 1.0)
+        style::pixels_per_point(self.size_px, self.scale, self.zoom)
     }
 }
 

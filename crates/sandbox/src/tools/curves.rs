@@ -4,6 +4,8 @@ use egui::{Color32, Ui};
 use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
 use report::numbers::four_digits;
 
+use crate::view::inks;
+
 /// Largest value in a plot; of larger ones, and of what is not finite, its margins would be infinite.
 const LARGEST_DRAWN: f64 = 1e200;
 
@@ -37,9 +39,10 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve])
         let plot = times.into_iter().flatten().fold(plot, Plot::include_x);
         values.into_iter().flatten().fold(plot, Plot::include_y)
     });
+    let visuals = ui.visuals().clone();
     plot.show(ui, |plot| {
         for (curve, points) in curves {
-            plot.line(Line::new(curve.name, points).color(curve.color));
+            plot.line(Line::new(curve.name, points).color(inks::marks(&visuals, curve.color)));
         }
     });
 }

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Grid, RichText, ScrollArea, Ui, Vec2};
 
-use crate::tools::tool::{Anchor, Desk, Tool};
+use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 
 /// Points of the window's frame and title, and some around it.
 const MARGINS: Vec2 = Vec2::new(32.0, 64.0);
@@ -24,7 +24,16 @@ impl Tool for Help {
         let keys = (desk.keys)();
         let most = ui.ctx().content_rect().size() - MARGINS;
         ui.set_max_size(most);
-        ScrollArea::both().max_width(most.x).max_height(most.y).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            for (words, action) in
+                [("Larger", "larger"), ("Smaller", "smaller"), ("Light or dark", "toggle_theme")]
+            {
+                if ui.button(words).clicked() {
+                    desk.edits.push(Edit::Act(action));
+                }
+            }
+        });
+        ScrollArea::both().max_width(most.x).max_height(ui.available_height()).show(ui, |ui| {
             ui.horizontal_top(|ui| {
                 ui.spacing_mut().item_spacing.x = 24.0;
                 // Two columns: one would be higher than a small window.

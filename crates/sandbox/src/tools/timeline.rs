@@ -4,6 +4,7 @@ use egui::{Align2, Color32, Pos2, Rect, Sense, Slider, Stroke, Ui, Vec2};
 
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::hud::mouse_hint;
+use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::recorded::Within;
 use crate::view::stage::QuarantinedBody;
@@ -63,7 +64,8 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, width: f32, edits: &mut 
         }
     });
     if let Some(fault) = &within.fault {
-        ui.colored_label(FAULT, format!("tick {} goes wrong: {}", fault.tick, fault.what));
+        let color = inks::words(ui.visuals(), FAULT);
+        ui.colored_label(color, format!("tick {} goes wrong: {}", fault.tick, fault.what));
     }
     if within.left > 0 {
         ui.label(format!("seeking: {} ticks left to simulate again", within.left));
@@ -106,10 +108,11 @@ fn marks(ui: &mut Ui, within: &Within, width: f32) {
     let x = |tick: u64| rect.left() + rect.width() * (tick.saturating_sub(first) as f32 / length).min(1.0);
     let line = |tick: u64, color: Color32, width: f32| {
         let ends = [Pos2::new(x(tick), rect.top()), Pos2::new(x(tick), rect.bottom())];
-        ui.painter().line_segment(ends, Stroke::new(width, color));
+        ui.painter().line_segment(ends, Stroke::new(width, inks::marks(ui.visuals(), color)));
     };
     let axis = Rect::from_min_max(rect.left_center(), rect.right_center());
-    ui.painter().line_segment([axis.min, axis.max], Stroke::new(1.0, KEYFRAME));
+    let gray = inks::marks(ui.visuals(), KEYFRAME);
+    ui.painter().line_segment([axis.min, axis.max], Stroke::new(1.0, gray));
     within.keyframes.iter().for_each(|tick| line(*tick, KEYFRAME, 1.0));
     line(within.at, NOW, 2.0);
     if let Some(fault) = &within.fault {

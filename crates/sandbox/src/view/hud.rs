@@ -31,8 +31,9 @@ const NOTICE_WIDTH: f32 = 0.94;
 /// Writes all of it; within the cockpit, without the keys that its buttons name.
 pub(crate) fn show(painter: &Painter, stage: &Stage) {
     let screen = painter.clip_rect();
-    // The tutorial's glyphs are 1.9 % of the width apart.
-    let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(10.0, 40.0) * 0.75);
+    // The tutorial's glyphs are 1.9 % of the width apart; of a narrow view within the cockpit they could not be read.
+    let least = if stage.run.view_px.is_some() { 16.0 } else { 10.0 };
+    let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(least, 40.0) * 0.75);
     let at = |percent: Vec2| screen.min + screen.size() * percent / 100.0;
     let tutorial = |at: Vec2, words: &str| {
         let at = screen.min + screen.size() * at / 100.0;

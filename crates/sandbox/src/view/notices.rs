@@ -15,6 +15,8 @@ pub(crate) enum Topic {
     Method,
     /// Where in the last minute the run stands.
     Place,
+    /// Of the panels.
+    Size,
     Speed,
     Unconverged,
     Other,

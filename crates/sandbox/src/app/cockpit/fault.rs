@@ -8,6 +8,7 @@ use scene::unsolvable;
 
 use crate::tools::forecast;
 use crate::tools::tool::Edit;
+use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::stage::Stage;
 
@@ -48,7 +49,8 @@ impl FaultBar {
         let good = fault.tick.saturating_sub(1);
         Side::bottom("fault").show(root, |ui| {
             ui.horizontal_wrapped(|ui| {
-                ui.label(RichText::new(format!("Tick {}: {}.", fault.tick, fault.what)).color(FAULT));
+                let color = inks::words(ui.visuals(), FAULT);
+                ui.label(RichText::new(format!("Tick {}: {}.", fault.tick, fault.what)).color(color));
                 if stage.ticks() != good && ui.button("Last good tick").clicked() {
                     edits.push(Edit::Seek(good));
                 }

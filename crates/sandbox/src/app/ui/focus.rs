@@ -1,7 +1,8 @@
 //! The keyboard in the panels: which control has it, and how it moves on.
 
+use egui::accesskit::{Action, ActionRequest, TreeId};
 use egui::style::ScrollAnimation;
-use egui::{Context, Id, LayerId, Order, Popup, Rect, Stroke, StrokeKind};
+use egui::{Context, Event, Id, LayerId, Order, Popup, Rect, Stroke, StrokeKind};
 
 use crate::app::session::Session;
 use crate::app::ui::Ui;
@@ -57,6 +58,20 @@ impl Ui {
         } else if !had {
             self.key(&"Tab".parse().expect("a key"), true);
         }
+    }
+
+    /// What an arrow does to the edge of the dock, if that has the keyboard: it moves it, as assistive technology does.
+    pub(super) fn move_dock_edge(&self, key: &Key) -> Option<Event> {
+        let edge = self.focused().and_then(|id| self.context.read_response(id))?;
+        let is_edge = self.cockpit.dock_left().is_some_and(|left| edge.rect.x_range().contains(left));
+        let action = match key.name() {
+            "Left" => Action::Increment,
+            "Right" => Action::Decrement,
+            _ => return None,
+        };
+        let (target_tree, target_node) = (TreeId::ROOT, edge.id.accesskit_id());
+        let request = ActionRequest { action, target_tree, target_node, data: None };
+        is_edge.then_some(Event::AccessKitActionRequest(request))
     }
 
     /// Follows the keyboard after a layout.

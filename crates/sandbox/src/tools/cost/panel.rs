@@ -9,6 +9,7 @@ use report::ink;
 use crate::tools::cost::state::{self, SHARE};
 use crate::tools::tool::{Desk, Edit};
 use crate::view::hud::{mouse_hint, swatch};
+use crate::view::inks;
 
 /// What the axes count.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,13 +83,6 @@ fn choose(ui: &mut Ui, axes: &mut Axes) {
         ui.radio_value(&mut axes.cost, Cost::Evaluations, "evaluations per body per s");
         ui.radio_value(&mut axes.cost, Cost::RealTime, "part of real time");
     });
-}
-
-/// The color of a method, lighter than in figures on white: the darkest would not be seen.
-fn color_of(method: Method) -> Color32 {
-    let lighter = |channel: u8| channel + (255 - channel) / 3;
-    let [r, g, b] = ink(method).srgb.map(lighter);
-    Color32::from_rgb(r, g, b)
 }
 
 /// A dot: its place, in logarithms, and its cell.
@@ -168,9 +162,13 @@ fn draw(ui: &mut PlotUi<'_>, study: &Study, axes: Axes, all: &[Dot<'_>], present
         .filter_map(|cell| all.iter().find(|dot| dot.cell.setting == cell.setting))
         .map(|dot| dot.at)
         .collect();
-    ui.line(Line::new("front", PlotPoints::from(front)).color(FRONT).width(4.0).allow_hover(false));
+    let visuals = ui.ctx().global_style().visuals.clone();
+    let color_of = |method| inks::of_method(&visuals, method);
+    let emphasis = visuals.strong_text_color();
+    let gray = inks::marks(&visuals, FRONT);
+    ui.line(Line::new("front", PlotPoints::from(front)).color(gray).width(4.0).allow_hover(false));
     if axes.cost == Cost::RealTime {
-        ui.vline(VLine::new("real time", 0.0).color(Color32::WHITE).style(LineStyle::dashed_dense()));
+        ui.vline(VLine::new("real time", 0.0).color(emphasis).style(LineStyle::dashed_dense()));
     }
     for method in Method::ALL {
         let color = color_of(method);
@@ -185,7 +183,7 @@ fn draw(ui: &mut PlotUi<'_>, study: &Study, axes: Axes, all: &[Dot<'_>], present
     }
     if let Some(dot) = all.iter().find(|dot| dot.cell.setting == present) {
         let ring = PlotPoints::from(vec![dot.at]);
-        ui.points(Points::new("", ring).color(Color32::WHITE).radius(8.0).filled(false).allow_hover(false));
+        ui.points(Points::new("", ring).color(emphasis).radius(8.0).filled(false).allow_hover(false));
     }
     let top = all.iter().map(|dot| dot.at[1]).fold(f64::NEG_INFINITY, f64::max);
     let failed = study.cells.iter().filter(|cell| cell.is_run() && cell.errors().is_none());
@@ -234,10 +232,11 @@ fn legend(ui: &mut Ui, study: &Study) {
                 .iter()
                 .any(|cell| cell.setting.method == method && cell.is_run() && cell.errors().is_none());
             ui.horizontal(|ui| {
-                swatch(ui, color_of(method));
+                swatch(ui, inks::of_method(ui.visuals(), method));
                 ui.label(ink(method).short);
                 if failed {
-                    ui.label(RichText::new("×").color(FAILED)).on_hover_text("some of its runs failed");
+                    let color = inks::words(ui.visuals(), FAILED);
+                    ui.label(RichText::new("×").color(color)).on_hover_text("some of its runs failed");
                 }
             });
             if place % 5 == 4 {

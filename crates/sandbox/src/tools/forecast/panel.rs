@@ -5,6 +5,7 @@ use report::numbers::digits;
 
 use crate::tools::forecast::ForecastRow;
 use crate::view::hud::as_in_picture;
+use crate::view::inks;
 use crate::view::springs::margin_color;
 
 /// Rows that are listed.
@@ -15,8 +16,7 @@ const BAR: Vec2 = Vec2::new(150.0, 11.0);
 /// What a full bar is, as a multiple of the limit.
 const FULL: f64 = 1.25;
 
-/// The limit in a bar, and a cure.
-const LIMIT: Color32 = Color32::from_gray(235);
+/// The color of a cure.
 const CURE: Color32 = Color32::from_rgb(255, 140, 90);
 
 pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
@@ -65,7 +65,8 @@ fn line(ui: &mut Ui, row: &ForecastRow) {
     ui.end_row();
     if margin.is_unstable {
         ui.label("");
-        ui.label(RichText::new(&row.cure).color(CURE).strong());
+        let color = inks::words(ui.visuals(), CURE);
+        ui.label(RichText::new(&row.cure).color(color).strong());
         ui.weak(format!("{} x a second", digits(margin.growth_per_s)));
         ui.label("");
         ui.end_row();
@@ -77,9 +78,9 @@ fn line(ui: &mut Ui, row: &ForecastRow) {
 fn bar(ui: &mut Ui, ratio: f64) {
     let (place, _) = ui.allocate_exact_size(BAR, Sense::hover());
     let painter = ui.painter();
-    painter.rect_filled(place, 2.0, Color32::from_gray(60));
+    painter.rect_filled(place, 2.0, ui.visuals().widgets.inactive.bg_fill);
     let at = |ratio: f64| place.left() + (ratio / FULL).clamp(0.0, 1.0) as f32 * place.width();
     let taken = Rect::from_min_max(place.min, egui::pos2(at(ratio), place.bottom()));
     painter.rect_filled(taken, 2.0, as_in_picture(margin_color(ratio)));
-    painter.vline(at(1.0), place.y_range(), (1.5, LIMIT));
+    painter.vline(at(1.0), place.y_range(), (1.5, ui.visuals().strong_text_color()));
 }

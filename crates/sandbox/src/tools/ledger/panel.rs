@@ -7,6 +7,7 @@ use report::numbers::{four_digits, signed};
 
 use crate::tools::curves;
 use crate::tools::ledger::state::Point;
+use crate::view::inks;
 use crate::view::stage::Stage;
 
 /// What stands out: the residual.
@@ -31,7 +32,8 @@ pub(super) fn show(ui: &mut Ui, stage: &Stage, ledger: &Ledger, points: &[Point]
         }
     }
     let last_second = ledger.last_second();
-    ui.label(RichText::new(sentence(stage, ledger, &last_second)).color(RESIDUAL).strong());
+    let color = inks::words(ui.visuals(), RESIDUAL);
+    ui.label(RichText::new(sentence(stage, ledger, &last_second)).color(color).strong());
     energy(ui, ledger, &last_second);
     ui.separator();
     momentum(ui, ledger, &last_second);
@@ -138,8 +140,9 @@ fn row<const N: usize>(ui: &mut Ui, name: &str, cells: [String; N]) {
 }
 
 fn emphasised<const N: usize>(ui: &mut Ui, cells: [String; N]) {
+    let color = inks::words(ui.visuals(), RESIDUAL);
     for cell in cells {
-        ui.label(RichText::new(cell).monospace().color(RESIDUAL).strong());
+        ui.label(RichText::new(cell).monospace().color(color).strong());
     }
     ui.end_row();
 }

@@ -1,0 +1,66 @@
+//! How a person arranged the panels: as text, and as the keys that bring it back.
+
+use crate::app::actions::key_of_word;
+use crate::app::session::Session;
+use crate::app::ui::Ui;
+use crate::input::Key;
+use crate::tools::{Panel, TOOLS};
+
+/// The action that hides what a person never hid.
+const COCKPIT: &str = "toggle_cockpit";
+
+/// Most steps between two sizes of panels that are believed.
+const MOST_SIZES: isize = 10;
+
+impl Session {
+    /// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
+    #[must_use]
+    pub fn arrangement(&self) -> String {
+        let chosen =
+            |(name, _): &(&str, bool)| *name != "toggle_browser" || self.ui.cockpit.has_chosen_browser();
+        let switches = self.switches(self.ui.width()).into_iter().filter(chosen);
+        let mut text: String =
+            switches.map(|(name, on)| format!("{name} {}\n", if on { "on" } else { "off" })).collect();
+        match self.ui.sizes_above_usual() {
+            0 => {}
+            up @ 1.. => text += &format!("larger {up}\n"),
+            down => text += &format!("smaller {}\n", -down),
+        }
+        text
+    }
+
+    /// The keys that arrange the panels as `text` says, in a window of that size on a display of that scale. Lines that are none of
+    /// an arrangement change nothing; without one about them, the bars and the dock are shown.
+    #[must_use]
+    pub fn keys_to_arrange(&self, text: &str, size_px: [u32; 2], scale: f64) -> Vec<Key> {
+        let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
+        let state = |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
+        let presses =
+            |name: &str| state(name).and_then(|count| count.parse().ok()).unwrap_or(0).clamp(0, MOST_SIZES);
+        let sizes: isize = presses("larger") - presses("smaller");
+        let resized = (0..sizes.abs()).map(|_| if sizes > 0 { "larger" } else { "smaller" });
+        let width = Ui::width_of(size_px, scale, sizes);
+        let switched = self.switches(width).into_iter().filter(|(name, on)| match state(name) {
+            Some("on") => !on,
+            Some("off") => *on,
+            _ => *name == COCKPIT && !on,
+        });
+        let names = resized.chain(switched.map(|(name, _)| name));
+        names.filter_map(|name| key_of_word(name).ok()).collect()
+    }
+
+    /// Actions that switch something on and off, and whether it is on, on a screen of that width in points.
+    fn switches(&self, width: f32) -> Vec<(&'static str, bool)> {
+        let cockpit = &self.ui.cockpit;
+        let parts = [
+            (COCKPIT, cockpit.shown),
+            ("toggle_theme", self.ui.is_light()),
+            ("toggle_browser", cockpit.browses(width)),
+            ("toggle_dock", cockpit.dock),
+        ];
+        // Ghosts end with their scene; the others stand over it and are soon closed again.
+        let passing = [Panel::Ghosts, Panel::Help, Panel::Finder];
+        let panels = TOOLS.iter().filter(|(panel, _)| !passing.contains(panel));
+        parts.into_iter().chain(panels.map(|(panel, row)| (row.name, self.ui.shows(*panel)))).collect()
+    }
+}

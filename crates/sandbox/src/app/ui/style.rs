@@ -1,0 +1,239 @@
+//! How panels look: two themes, and the size of everything in them.
+
+use egui::{Color32, Context, Theme, Visuals};
+
+use crate::app::session::Session;
+use crate::app::ui::Ui;
+use crate::view::notices::Topic;
+
+/// Sizes that a person chooses from, as multiples of the usual one.
+const ZOOMS: [f32; 8] = [0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0];
+
+/// The usual one among them.
+pub(super) const USUAL: usize = 2;
+
+/// Points that are left at least where a person makes everything larger.
+const LEAST_ROOM: [f32; 2] = [640.0, 360.0];
+
+/// Points that the panels need, the help being the widest. A smaller picture has smaller points, down to half
+/// the size: below that no person could read them.
+const ROOM: [f32; 2] = [960.0, 540.0];
+const SMALLEST: f32 = 0.5;
+
+/// Pixels a point of a picture of that size, of which the display has `scale`.
+#[expect(clippy::cast_precision_loss, reason = "pixels")]
+pub(super) fn pixels_per_point(size_px: [u32; 2], scale: f32, zoom: usize) -> f32 {
+    let fits = |[width, height]: [f32; 2]| {
+        (size_px[0] as f32 / (width * scale)).min(size_px[1] as f32 / (height * scale))
+    };
+    let usual = fits(ROOM).clamp(SMALLEST, 1.0);
+    scale * (usual * ZOOMS[zoom]).clamp(SMALLEST, fits(LEAST_ROOM).max(usual))
+}
+
+/// Gives both themes to `context`, which begins dark.
+pub(super) fn install(context: &Context) {
+    // Pictures must not depend on how many frames ago a panel was opened.
+    context.all_styles_mut(|style| {
+        style.animation_time = 0.0;
+        // A click beside a button is one into the scene.
+        style.interaction.interact_radius = 0.0;
+    });
+    let mut dark = Visuals::dark();
+    // As bright as the tutorial's texts.
+    dark.widgets.noninteractive.fg_stroke.color = Color32::from_gray(191);
+    dark.weak_text_color = Some(Color32::from_gray(136));
+    let mut light = Visuals::light();
+    light.weak_text_color = Some(Color32::from_gray(100));
+    context.set_visuals_of(Theme::Dark, dark);
+    context.set_visuals_of(Theme::Light, light);
+    context.set_theme(Theme::Dark);
+}
+
+impl Ui {
+    /// Whether panels are light.
+    pub fn is_light(&self) -> bool {
+        self.context.theme() == Theme::Light
+    }
+
+    /// How many sizes the present one is above the usual one; below, if it is negative.
+    pub fn sizes_above_usual(&self) -> isize {
+        self.zoom.cast_signed() - USUAL.cast_signed()
+    }
+
+    /// The size so many above the usual one, if there is one.
+    fn size_above_usual(sizes: isize) -> usize {
+        USUAL.saturating_add_signed(sizes).min(ZOOMS.len() - 1)
+    }
+
+    /// Width of a screen, points, if it has that size in pixels and that scale, and panels so many sizes above the usual one.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "pixels")]
+    pub fn width_of(size_px: [u32; 2], scale: f64, sizes: isize) -> f32 {
+        size_px[0] as f32 / pixels_per_point(size_px, scale as f32, Self::size_above_usual(sizes))
+    }
+
+    /// Goes so many sizes up or down; the size now, as a multiple of the usual one.
+    fn zoom_by(&mut self, steps: isize) -> f32 {
+        let before = self.pixels_per_point();
+        self.zoom = self.zoom.saturating_add_signed(steps).min(ZOOMS.len() - 1);
+        // It stays at its pixel.
+        self.pointer *= before / self.pixels_per_point();
+        // Everything has to be measured, as at the first layout.
+        self.laid_out = false;
+        ZOOMS[self.zoom]
+    }
+}
+
+impl Session {
+    /// Makes everything in the panels larger, or smaller.
+    pub(crate) fn zoom_panels(&mut self, steps: isize) {
+        let zoom = self.ui.zoom_by(steps);
+        self.notices.say(Topic::Size, format!("panels: {:.0} % of their usual size", zoom * 100.0));
+    }
+
+    /// Changes between light and dark panels.
+    pub(crate) fn toggle_theme(&mut self) {
+        let theme = if self.ui.is_light() { Theme::Dark } else { Theme::Light };
+        self.ui.context.set_theme(theme);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use egui::{Rect, Shape};
+    use motion::clock::FrameClock;
+
+    use super::*;
+    use crate::app::actions::key_of_word;
+    use crate::input::{Input, InputFrame};
+    use crate::view::inks::{WORDS, contrast};
+    use crate::view::options::Options;
+
+    /// What a layout paints, in order.
+    #[derive(Default)]
+    struct Painted {
+        /// Areas and their colors.
+        areas: Vec<(Rect, Color32)>,
+        /// Words with their color, what is behind them, and their size.
+        words: Vec<(String, Color32, Color32, f32)>,
+    }
+
+    impl Painted {
+        fn add(&mut self, shape: &Shape, clip: Rect, ground: Color32, view: Rect) {
+            match shape {
+                Shape::Vec(shapes) => shapes.iter().for_each(|shape| self.add(shape, clip, ground, view)),
+                Shape::Rect(area) => self.areas.push((area.rect.intersect(clip), area.fill)),
+                Shape::Text(text) => {
+                    let middle = text.visual_bounding_rect().center();
+                    let under: Vec<_> = self.areas.iter().filter(|(area, _)| area.contains(middle)).collect();
+                    // What is written into the scene has a rim of its own.
+                    if !clip.contains(middle) || (view.contains(middle) && under.is_empty()) {
+                        return;
+                    }
+                    let behind = under.into_iter().fold(ground, |behind, (_, fill)| behind.blend(*fill));
+                    for section in &text.galley.job.sections {
+                        let own = section.format.color;
+                        let own = if own == Color32::PLACEHOLDER { text.fallback_color } else { own };
+                        let color =
+                            text.override_text_color.unwrap_or(own).gamma_multiply(text.opacity_factor);
+                        let words = text.galley.job.text.clone();
+                        self.words.push((words, color, behind, section.format.font_id.size));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The cockpit with every tool, above each other in a high window.
+    fn painted(scene: &str, keys: &[&str]) -> Painted {
+        let options = Options { pictures: false, size_px: [1600, 4000], ..Options::default() };
+        let mut session = Session::new(scene::load(scene).expect("it is shipped"), options);
+        let mut clock = FrameClock::default();
+        let tools =
+            ["settings", "toggle_effects_panel", "toggle_cost_panel", "toggle_ghosts", "toggle_graphs"];
+        let more = ["toggle_ledger_panel", "toggle_forecast_panel", "toggle_timeline_panel", "frame"];
+        session.keep_timeline();
+        for word in ["toggle_cockpit"].iter().chain(keys).chain(&tools).chain(&more).chain(&["", "", ""]) {
+            let key = key_of_word(word).ok();
+            let events = key.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+            session.advance(&InputFrame::from_iter(events), clock.advance_by(0.02).expect("a time"));
+        }
+        let ui = &session.ui;
+        let ground = ui.context.global_style().visuals.panel_fill;
+        let mut painted = Painted::default();
+        for shape in &ui.output.as_ref().expect("it was laid out").shapes {
+            painted.add(&shape.shape, shape.clip_rect, ground, ui.view);
+        }
+        painted
+    }
+
+    #[test]
+    fn words_stand_out_in_both_themes() {
+        for keys in [&[][..], &["toggle_theme"]] {
+            for scene in ["tutorial", "bridge"] {
+                let painted = painted(scene, keys);
+                // Fainter ones belong to what cannot be used now, and to marks between marks.
+                let full = painted.words.iter().filter(|(_, color, ..)| color.a() == 255);
+                let mut seen = 0;
+                for (words, color, behind, _) in full {
+                    let contrast = contrast(*color, *behind);
+                    assert!(
+                        contrast >= WORDS,
+                        "{keys:?} {scene}: {words:?} {color:?} on {behind:?}: {contrast}"
+                    );
+                    seen += 1;
+                }
+                assert!(seen > 150, "{seen}");
+            }
+        }
+    }
+
+    #[test]
+    fn widgets_stand_out_in_every_state_in_both_themes() {
+        let context = Context::default();
+        install(&context);
+        for theme in [Theme::Dark, Theme::Light] {
+            let visuals = &context.style_of(theme).visuals;
+            let widgets = &visuals.widgets;
+            for state in [&widgets.inactive, &widgets.hovered, &widgets.active, &widgets.open] {
+                for behind in [state.bg_fill, state.weak_bg_fill, visuals.selection.bg_fill] {
+                    let contrast = contrast(state.text_color(), behind);
+                    assert!(
+                        contrast >= WORDS,
+                        "{theme:?} {:?} on {behind:?}: {contrast}",
+                        state.text_color()
+                    );
+                }
+            }
+            let selection = &visuals.selection;
+            assert!(contrast(selection.stroke.color, selection.bg_fill) >= WORDS);
+            // The frame around the control that has the keyboard.
+            assert!(contrast(selection.stroke.color, visuals.panel_fill) >= WORDS);
+        }
+    }
+
+    #[test]
+    fn words_have_at_most_three_sizes() {
+        let painted = painted("bridge", &["help"]);
+        let sizes: BTreeSet<_> = painted.words.iter().map(|(_, _, _, size)| format!("{size}")).collect();
+        assert!(sizes.len() <= 3, "{sizes:?}");
+    }
+
+    #[test]
+    fn a_larger_size_leaves_room_and_the_usual_one_is_that_of_the_display() {
+        for (size, scale) in [([1024, 600], 1.0), ([1280, 720], 1.5), ([2560, 1440], 2.0), ([640, 360], 1.0)]
+        {
+            let of = |zoom| pixels_per_point(size, scale, zoom);
+            let all: Vec<_> = (0..ZOOMS.len()).map(of).collect();
+            assert!(all.is_sorted(), "{all:?}");
+            assert!(all[USUAL] <= scale);
+            let points = size.map(f64::from).map(|side| side / f64::from(all[ZOOMS.len() - 1]));
+            let usual = size.map(f64::from).map(|side| side / f64::from(all[USUAL]));
+            assert!(points[0] >= f64::from(LEAST_ROOM[0]).min(usual[0]) - 1e-3, "{points:?}");
+            assert!(points[1] >= f64::from(LEAST_ROOM[1]).min(usual[1]) - 1e-3, "{points:?}");
+        }
+        assert_eq!(pixels_per_point([2560, 1440], 1.0, USUAL), 1.0);
+    }
+}

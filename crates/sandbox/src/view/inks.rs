@@ -1,0 +1,70 @@
+//! Colors of words and marks in panels, so that they can be seen in both themes.
+
+use egui::{Color32, Rgba, Visuals};
+use motion::Method;
+use report::ink;
+
+/// Least contrast of words with what is behind them, and of marks and lines (WCAG 2.2, criteria 1.4.3 and 1.4.11).
+pub(crate) const WORDS: f32 = 4.5;
+const MARKS: f32 = 3.0;
+
+/// `color` for words: moved toward white or black as far as they need it on panels, plots and striped rows.
+pub(crate) fn words(visuals: &Visuals, color: Color32) -> Color32 {
+    apart(visuals, color, WORDS)
+}
+
+/// `color` for marks, lines and areas.
+pub(crate) fn marks(visuals: &Visuals, color: Color32) -> Color32 {
+    apart(visuals, color, MARKS)
+}
+
+/// The color of a method, of which only what could not be seen differs between the themes.
+pub(crate) fn of_method(visuals: &Visuals, method: Method) -> Color32 {
+    let [r, g, b] = ink(method).srgb;
+    marks(visuals, Color32::from_rgb(r, g, b))
+}
+
+fn apart(visuals: &Visuals, color: Color32, least: f32) -> Color32 {
+    let behind = [visuals.panel_fill, visuals.extreme_bg_color, striped(visuals)];
+    let end = if visuals.dark_mode { Color32::WHITE } else { Color32::BLACK };
+    let steps = (0..=32_u8).map(|step| color.lerp_to_gamma(end, f32::from(step) / 32.0));
+    let seen = |color: &Color32| behind.iter().all(|behind| contrast(*color, *behind) >= least);
+    steps.into_iter().find(seen).unwrap_or(end)
+}
+
+/// What is behind every second row of a table.
+fn striped(visuals: &Visuals) -> Color32 {
+    visuals.panel_fill.blend(visuals.faint_bg_color)
+}
+
+/// How much lighter the lighter one of two colors is (WCAG 2.2), from 1 to 21.
+pub(crate) fn contrast(a: Color32, b: Color32) -> f32 {
+    let [a, b] = [a, b].map(|color| {
+        let color = Rgba::from(color);
+        0.2126 * color.r() + 0.7152 * color.g() + 0.0722 * color.b()
+    });
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_and_words_are_seen_in_both_themes_and_change_only_where_they_must() {
+        assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-3);
+        // Of 0x767676 on white the standard says so.
+        assert!((contrast(Color32::from_gray(0x76), Color32::WHITE) - 4.54).abs() < 0.01);
+        for visuals in [Visuals::dark(), Visuals::light()] {
+            let behind = [visuals.panel_fill, visuals.extreme_bg_color, striped(&visuals)];
+            let worst = |color| behind.map(|behind| contrast(color, behind)).into_iter().fold(21.0, f32::min);
+            for method in Method::ALL {
+                let [r, g, b] = ink(method).srgb;
+                let (here, everywhere) = (of_method(&visuals, method), Color32::from_rgb(r, g, b));
+                assert!(worst(here) >= MARKS, "{method:?} {here:?}");
+                assert_eq!(here == everywhere, worst(everywhere) >= MARKS, "{method:?}");
+                assert!(worst(words(&visuals, everywhere)) >= WORDS);
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The file that remembers how the panels were arranged when the window was closed.
+
+use std::path::PathBuf;
+use std::{env, fs};
+
+use crate::output::files::write;
+
+/// Longest file that is read, bytes: an arrangement has a few hundred.
+const MOST: u64 = 4096;
+
+/// Where it lies in the user's folder for settings.
+fn path() -> Option<PathBuf> {
+    let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let home = |inside: &str| set("HOME").map(|home| home.join(inside));
+    let folder = set("XDG_CONFIG_HOME").or_else(|| {
+        if cfg!(windows) {
+            set("APPDATA")
+        } else if cfg!(target_vendor = "apple") {
+            home("Library/Application Support")
+        } else {
+            home(".config")
+        }
+    });
+    Some(folder?.join("inertia").join("window"))
+}
+
+/// What the last window left; nothing if there is no such file, or it is none of ours.
+pub(super) fn read() -> String {
+    let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MOST);
+    path().filter(small).and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default()
+}
+
+/// Writes it, whole or not at all. A failure is told and changes nothing: the next window starts as if none had been before.
+pub(super) fn keep(arrangement: &str) {
+    let Some(path) = path() else { return };
+    let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
+    let written = folder.map_err(|error| error.to_string());
+    let written =
+        written.and_then(|()| write(&path, arrangement.as_bytes()).map_err(|failure| failure.to_string()));
+    if let Err(error) = written {
+        eprintln!("the arrangement of the panels is not remembered: {error}");
+    }
+}
