@@ -124,6 +124,8 @@ impl Window {
             .env("DISPLAY", &display.name)
             .env("WINIT_X11_SCALE_FACTOR", "1")
             .env("XDG_STATE_HOME", folder.path())
+            // Not the settings of whoever runs the tests.
+            .env("XDG_CONFIG_HOME", folder.path().join("settings"))
             .envs(environment.iter().copied())
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -412,6 +414,41 @@ fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() 
     // The first was before W.
     assert_ne!(at_screenshots[1], scene::load("tutorial").unwrap().camera.position, "W flies");
     assert_eq!(at_screenshots[2], end.camera().position, "nothing is held any more");
+}
+
+#[test]
+fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_the_keys_of_it() {
+    let mut window = Window::open_in(tempfile::tempdir().unwrap(), &[], &[], USUAL);
+    window.input(&["key", "F7", "F9", "b"]);
+    let _ = window.screenshot();
+    window.quit();
+    let path = window.folder.path().join("settings/inertia/window");
+    let left = fs::read_to_string(&path).unwrap();
+    for line in ["toggle_cockpit on", "toggle_theme on", "toggle_dock off", "toggle_ledger_panel on"] {
+        assert!(left.lines().any(|other| other == line), "{line}: {left}");
+    }
+
+    let folder = std::mem::replace(&mut window.folder, tempfile::tempdir().unwrap());
+    let mut window = Window::open_in(folder, &["--record", "recording.ron"], &[], USUAL);
+    window.quit();
+    assert_eq!(fs::read_to_string(&path).unwrap(), left);
+    let (script, recording) = window.recording();
+    for key in ["F10", "F7", "F9", "B"] {
+        assert!(script.steps.iter().any(|step| step.action == Action::KeyDown(key.to_owned())), "{key}");
+    }
+    assert_eq!(replay(&script, &recording, |_, _| {}).arrangement(), left);
+
+    // The tutorial's window neither reads nor writes it, and one that finds no text begins as if there were none.
+    let folder = std::mem::replace(&mut window.folder, tempfile::tempdir().unwrap());
+    fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
+    let mut window = Window::open_in(folder, &["--bare"], &[], USUAL);
+    window.quit();
+    assert_eq!(fs::read(&path).unwrap(), [0xff, 0xfe, 0x00]);
+    let folder = std::mem::replace(&mut window.folder, tempfile::tempdir().unwrap());
+    let mut window = Window::open_in(folder, &[], &[], USUAL);
+    window.quit();
+    let left = fs::read_to_string(&path).unwrap();
+    assert!(left.lines().any(|line| line == "toggle_theme off"), "{left}");
 }
 
 #[test]

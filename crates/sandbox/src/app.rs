@@ -1,6 +1,7 @@
 //! A session: a scene that runs, what a person or a script does to it, and its tools.
 
 pub mod actions;
+mod arrangement;
 mod camera;
 mod changes;
 mod cockpit;

@@ -5,6 +5,7 @@ mod drafts;
 mod keys;
 mod pointer;
 mod recorder;
+mod remembered;
 mod speed;
 mod wheel;
 
@@ -113,11 +114,12 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         wheel: Wheel::default(),
         speed: Speed::default(),
         failure: None,
+        arrangement: None,
     };
     shell.session.forecast_start(1.0 / DEFAULT_FPS);
-    if !args.bare && args.script.is_none() {
-        // As a key of the first frame, so that a recording has it too.
-        shell.press("toggle_cockpit");
+    let remembers = !args.bare && args.script.is_none();
+    if remembers {
+        shell.arrangement = Some(remembered::read());
         let left = shell.draft.as_ref().and_then(|draft| draft.left_behind().into_iter().next());
         // A recording keeps its scene.
         if let Some(draft) = left.filter(|_| shell.recorder.is_none()) {
@@ -137,6 +139,9 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     }
     if let Some(recorder) = shell.recorder.take() {
         recorder.finish()?;
+    }
+    if remembers && shell.failure.is_none() {
+        remembered::keep(&shell.session.arrangement());
     }
     shell.failure.map_or(Ok(()), Err)
 }
@@ -218,6 +223,8 @@ struct Shell {
     wheel: Wheel,
     speed: Speed,
     failure: Option<Failure>,
+    /// How the panels are to be arranged when the window is there.
+    arrangement: Option<String>,
 }
 
 impl ApplicationHandler for Shell {
@@ -229,7 +236,15 @@ impl ApplicationHandler for Shell {
             Ok(screen) => {
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
-                self.events.push(Input::Scaled(screen.window.scale_factor()));
+                let scale = screen.window.scale_factor();
+                self.events.push(Input::Scaled(scale));
+                if let Some(arrangement) = self.arrangement.take() {
+                    // As keys of the first frame, so that a recording has them too.
+                    let keys = self.session.keys_to_arrange(&arrangement, size.into(), scale);
+                    let taps =
+                        keys.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+                    self.events.extend(taps);
+                }
                 self.screen = Some(screen);
                 self.start = Instant::now();
             }

@@ -8,6 +8,7 @@ use crate::tools::{Panel, TOOLS};
 
 /// The action that hides what a person never hid.
 const COCKPIT: &str = "toggle_cockpit";
+const BROWSER: &str = "toggle_browser";
 
 /// Most steps between two sizes of panels that are believed.
 const MOST_SIZES: isize = 10;
@@ -16,8 +17,7 @@ impl Session {
     /// How the panels are arranged, an action and its state in each line: `on`, `off`, or how many times it was done.
     #[must_use]
     pub fn arrangement(&self) -> String {
-        let chosen =
-            |(name, _): &(&str, bool)| *name != "toggle_browser" || self.ui.cockpit.has_chosen_browser();
+        let chosen = |(name, _): &(&str, bool)| *name != BROWSER || self.ui.cockpit.has_chosen_browser();
         let switches = self.switches(self.ui.width()).into_iter().filter(chosen);
         let mut text: String =
             switches.map(|(name, on)| format!("{name} {}\n", if on { "on" } else { "off" })).collect();
@@ -40,12 +40,21 @@ impl Session {
         let sizes: isize = presses("larger") - presses("smaller");
         let resized = (0..sizes.abs()).map(|_| if sizes > 0 { "larger" } else { "smaller" });
         let width = Ui::width_of(size_px, scale, sizes);
-        let switched = self.switches(width).into_iter().filter(|(name, on)| match state(name) {
-            Some("on") => !on,
-            Some("off") => *on,
-            _ => *name == COCKPIT && !on,
+        let switched = self.switches(width).into_iter().flat_map(|(name, on)| {
+            let wanted = match state(name) {
+                Some("on") => Some(true),
+                Some("off") => Some(false),
+                _ => (name == COCKPIT).then_some(true),
+            };
+            // Twice leaves the scenes as they are, and as a person's choice: else they follow the width of the window.
+            let presses = match wanted {
+                Some(wanted) if wanted != on => 1,
+                Some(_) if name == BROWSER => 2,
+                _ => 0,
+            };
+            std::iter::repeat_n(name, presses)
         });
-        let names = resized.chain(switched.map(|(name, _)| name));
+        let names = resized.chain(switched);
         names.filter_map(|name| key_of_word(name).ok()).collect()
     }
 
@@ -55,7 +64,7 @@ impl Session {
         let parts = [
             (COCKPIT, cockpit.shown),
             ("toggle_theme", self.ui.is_light()),
-            ("toggle_browser", cockpit.browses(width)),
+            (BROWSER, cockpit.browses(width)),
             ("toggle_dock", cockpit.dock),
         ];
         // Ghosts end with their scene; the others stand over it and are soon closed again.

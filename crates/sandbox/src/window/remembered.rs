@@ -1,7 +1,7 @@
 //! The file that remembers how the panels were arranged when the window was closed.
 
+use std::fs;
 use std::path::PathBuf;
-use std::{env, fs};
 
 use crate::output::files::write;
 
@@ -10,18 +10,7 @@ const MOST: u64 = 4096;
 
 /// Where it lies in the user's folder for settings.
 fn path() -> Option<PathBuf> {
-    let set = |name: &str| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    let home = |inside: &str| set("HOME").map(|home| home.join(inside));
-    let folder = set("XDG_CONFIG_HOME").or_else(|| {
-        if cfg!(windows) {
-            set("APPDATA")
-        } else if cfg!(target_vendor = "apple") {
-            home("Library/Application Support")
-        } else {
-            home(".config")
-        }
-    });
-    Some(folder?.join("inertia").join("window"))
+    Some(dirs::config_dir()?.join("inertia/window"))
 }
 
 /// What the last window left; nothing if there is no such file, or it is none of ours.

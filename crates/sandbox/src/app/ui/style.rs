@@ -151,8 +151,14 @@ mod tests {
         let options = Options { pictures: false, size_px: [1600, 4000], ..Options::default() };
         let mut session = Session::new(scene::load(scene).expect("it is shipped"), options);
         let mut clock = FrameClock::default();
-        let tools =
-            ["settings", "toggle_effects_panel", "toggle_cost_panel", "toggle_ghosts", "toggle_graphs"];
+        let tools = [
+            "toggle_editor",
+            "settings",
+            "toggle_effects_panel",
+            "toggle_cost_panel",
+            "toggle_ghosts",
+            "toggle_graphs",
+        ];
         let more = ["toggle_ledger_panel", "toggle_forecast_panel", "toggle_timeline_panel", "frame"];
         session.keep_timeline();
         for word in ["toggle_cockpit"].iter().chain(keys).chain(&tools).chain(&more).chain(&["", "", ""]) {
