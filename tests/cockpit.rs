@@ -675,3 +675,120 @@ fn f8_and_f9_hide_and_show_the_scenes_and_the_dock() {
         assert_eq!(parts(&cockpit), [wide, true]);
     }
 }
+
+#[test]
+fn the_edge_of_the_dock_is_moved_by_the_arrows() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let width = cockpit.view()[1].x;
+    // Behind the first part's first control is, backwards, the last one.
+    cockpit.press("F6").press("Shift+Tab").press("Left").press("Left");
+    let narrower = cockpit.view()[1].x;
+    assert!(narrower < width - 20.0, "{narrower} {width}");
+    cockpit.press("Right");
+    assert!(cockpit.view()[1].x > narrower);
+    assert!(cockpit.focused().is_some(), "the edge keeps the keyboard");
+}
+
+#[test]
+fn the_panels_are_made_larger_smaller_and_light() {
+    let mut cockpit = Cockpit::of("tutorial", [1024, 600]);
+    let height = |cockpit: &Cockpit| {
+        let [_, top, _, bottom] = cockpit.control("Pause").rect_px;
+        bottom - top
+    };
+    let usual = height(&cockpit);
+    cockpit.press("Ctrl+=");
+    assert!(height(&cockpit) > 1.1 * usual);
+    cockpit.press("Ctrl+-").press("Ctrl+-");
+    assert!(height(&cockpit) < usual);
+    // As often as there are sizes: the largest one leaves the scene in sight.
+    for _ in 0..10 {
+        cockpit.press("Ctrl+=");
+    }
+    let [_, size] = cockpit.view();
+    assert!(size.x > 250.0 && size.y > 400.0, "{size}");
+    let surround = |cockpit: &mut Cockpit| cockpit.drive.session.picture().surround;
+    let dark = surround(&mut cockpit);
+    cockpit.press("F7");
+    assert_ne!(surround(&mut cockpit), dark);
+    cockpit.press("F7");
+    assert_eq!(surround(&mut cockpit), dark);
+}
+
+/// A session of that size without the cockpit, which is arranged by the keys for `text`.
+fn arranged(text: &str, size_px: [u32; 2]) -> (Drive, Vec<String>) {
+    let options = Options { pictures: false, interpolate: true, size_px, ..Options::default() };
+    let mut drive = Drive::with(scene::load("tutorial").unwrap(), options);
+    let keys: Vec<_> =
+        drive.session.keys_to_arrange(text, size_px, 1.0).iter().map(ToString::to_string).collect();
+    drive.give(keys.iter().flat_map(|key| tap(key))).ticks(3);
+    (drive, keys)
+}
+
+#[test]
+fn how_the_panels_are_arranged_is_brought_back_by_keys() {
+    let sizes = [[1024, 600], [1280, 720], [2560, 1440]];
+    for keys in [
+        &[][..],
+        &["F7", "F9", "E", "Y"],
+        &["F8", "Ctrl+-", "Tab"],
+        &["Ctrl+=", "Ctrl+=", "F8", "R"],
+        &["F10"],
+    ] {
+        for from in sizes {
+            let mut cockpit = Cockpit::of("tutorial", from);
+            for key in keys {
+                cockpit.press(key);
+            }
+            let text = cockpit.session().arrangement();
+            for to in sizes {
+                let (drive, _) = arranged(&text, to);
+                assert_eq!(drive.session.arrangement(), text, "{keys:?} from {from:?} to {to:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_damaged_arrangement_presses_the_keys_of_no_other_action() {
+    let (drive, keys) = arranged("", [1280, 720]);
+    assert_eq!(keys, ["F10"]);
+    let whole = drive.session.arrangement();
+    let damaged = [
+        "quit on\nreset_world on\ntoggle_gravity on\nnext_scene on\ntoggle_ghosts on",
+        "toggle_theme yes\n toggle_dock off\ntoggle_cockpit\nlarger many\nsmaller -3\n\u{0}\u{fffd}",
+        &whole[..whole.len() / 2],
+        "toggle_dock on\ntoggle_dock off\n",
+    ];
+    for text in damaged {
+        assert_eq!(arranged(text, [1280, 720]).1, ["F10"], "{text:?}");
+    }
+    let (_, keys) = arranged("larger 99999999999999999999\nsmaller 4000\ntoggle_cockpit off", [1280, 720]);
+    assert!(keys.len() <= 10 && keys.iter().all(|key| key == "Ctrl+-"), "{keys:?}");
+}
+
+#[test]
+fn ctrl_and_the_wheel_change_the_force_where_the_wheel_alone_zooms() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let (force, camera) = (cockpit.session().click_force(), *cockpit.session().camera());
+    let pixel = cockpit.seen("player");
+    cockpit.drive.give([at(pixel), down("Ctrl"), Input::Wheel(2.0)]);
+    assert_eq!(cockpit.session().click_force(), force + 200.0);
+    assert_eq!(*cockpit.session().camera(), camera);
+    cockpit.drive.give([up("Ctrl"), Input::Wheel(1.0)]);
+    assert_eq!(cockpit.session().click_force(), force + 200.0);
+    assert_ne!(*cockpit.session().camera(), camera);
+    let recorded = sandbox::player::recorded(&down("Ctrl"));
+    assert_eq!(recorded, Some(scene::Action::KeyDown("Ctrl".to_owned())));
+}
+
+#[test]
+fn flying_is_as_fast_as_the_scene_is_far() {
+    let speed = |name: &str| Drive::shipped(name).session.camera().speed();
+    for scene in ["tutorial", "tutorial_large", "frame_step", "empty"] {
+        assert_eq!(speed(scene), 100.0, "{scene}");
+    }
+    for (scene, slower) in [("figure_eight", 2.0), ("cape", 10.0), ("everything", 20.0), ("bridge", 50.0)] {
+        assert_eq!(speed(scene), slower, "{scene}");
+    }
+}

@@ -16,10 +16,11 @@ pub struct Key {
 }
 
 /// Keys that are named and not typed.
-const NAMED: [&str; 22] = [
+const NAMED: [&str; 23] = [
     "Space",
     "Shift",
     "Alt",
+    "Ctrl",
     "Up",
     "Down",
     "Left",

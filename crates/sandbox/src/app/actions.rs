@@ -85,7 +85,12 @@ const FIRST: &[Binding] = &[
         Session::reset_world,
     ),
     once("reset_camera", &["F2"], "reset the camera and release its lock", Session::reset_camera),
-    fly("fly_forward", &["W"], "fly forward, level, at 100 m/s", DVec3::Z),
+    fly(
+        "fly_forward",
+        &["W"],
+        "fly forward, level, at 100 m/s; in smaller and larger scenes slower and faster",
+        DVec3::Z,
+    ),
     fly("fly_back", &["S"], "fly back", DVec3::NEG_Z),
     fly("fly_left", &["A"], "fly left", DVec3::NEG_X),
     fly("fly_right", &["D"], "fly right", DVec3::X),
@@ -106,6 +111,13 @@ const FIRST: &[Binding] = &[
         when: When::SelectionMode,
         what: "held, a click selects also what cannot be moved",
         does: Does::While(Hold::SelectImmovable),
+    },
+    Binding {
+        name: "change_force",
+        keys: &["Ctrl"],
+        when: When::Always,
+        what: "held, the wheel changes the click force",
+        does: Does::While(Hold::ChangeForce),
     },
     once("frame", &["F"], "frame the selection, or everything that moves", Session::frame_view),
     once("pause", &["P"], "pause or go on", |session| session.view.paused ^= true),
@@ -171,9 +183,12 @@ const LAST: &[Binding] = &[
     once(
         "focus_panels",
         &["F6"],
-        "give the keyboard to the next part of the window: bar, scenes, dock, scene; Tab and the arrows go on, Enter presses",
+        "the keyboard goes on: to the bar, the scenes, the dock, the scene",
         Session::focus_panels,
     ),
+    once("larger", &["Ctrl+=", "Ctrl++"], "make the panels larger", |session| session.zoom_panels(1)),
+    once("smaller", &["Ctrl+-"], "make the panels smaller", |session| session.zoom_panels(-1)),
+    once("toggle_theme", &["F7"], "light or dark panels", Session::toggle_theme),
     once("toggle_browser", &["F8"], "show or hide the scenes at the left", Session::toggle_browser),
     once("toggle_dock", &["F9"], "show or hide the tools at the right", |session| {
         session.ui.cockpit.dock ^= true;

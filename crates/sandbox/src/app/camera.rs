@@ -34,10 +34,10 @@ impl Session {
         self.ui.cockpit.shown && self.view.mode == Mode::Selection
     }
 
-    /// Whether the wheel zooms: it changes the force of a click while there is something to push.
+    /// Whether the wheel zooms: it changes the force of a click while there is something to push, or Ctrl is held.
     pub(crate) fn zooms(&self) -> bool {
         let pushes = self.sim.scene.push.is_some() && self.seen.selection.is_some();
-        self.moves_camera() && !pushes
+        self.moves_camera() && !pushes && !self.hands.held.changes_force()
     }
 
     /// What the camera moves about: what is under the pointer, else the selection, else the middle of all that moves.

@@ -19,6 +19,8 @@ pub(crate) enum Hold {
     Push(DVec3),
     /// Lets clicks select what cannot be moved.
     SelectImmovable,
+    /// Lets the wheel change the force of a click, whatever it does without.
+    ChangeForce,
 }
 
 /// A key and what it does while it is held.
@@ -156,6 +158,11 @@ impl Held {
     /// Whether a key is held that lets clicks select what cannot be moved.
     pub fn selects_immovable(&self) -> bool {
         self.keys.iter().any(|(_, hold)| *hold == Hold::SelectImmovable)
+    }
+
+    /// Whether a key is held that lets the wheel change the force of a click.
+    pub fn changes_force(&self) -> bool {
+        self.keys.iter().any(|(_, hold)| *hold == Hold::ChangeForce)
     }
 }
 

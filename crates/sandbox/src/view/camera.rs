@@ -7,7 +7,7 @@ use scene::CameraSpec;
 /// Degrees that a count of the mouse turns.
 const DEGREES_A_COUNT: f64 = 0.07;
 
-/// Flying speed, m/s.
+/// Flying speed, m/s, where the camera is as far from the scene as the tutorial's.
 const SPEED: f64 = 100.0;
 
 /// Where a locked camera is relative to the body that it looks at, m.
@@ -17,6 +17,8 @@ const LOCKED_OFFSET: DVec3 = DVec3::new(0.0, 14.0, 20.0);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     start: CameraSpec,
+    /// Flying speed, m/s.
+    speed: f64,
     /// Eye, m.
     pub position: DVec3,
     /// Turn about the right axis, degrees in [-90, 90].
@@ -29,12 +31,30 @@ impl Camera {
     /// The camera of a scene.
     #[must_use]
     pub fn new(start: CameraSpec) -> Self {
-        Self { start, position: start.position, pitch: start.pitch_deg, yaw: start.yaw_deg.rem_euclid(360.0) }
+        let yaw = start.yaw_deg.rem_euclid(360.0);
+        Self { start, speed: SPEED, position: start.position, pitch: start.pitch_deg, yaw }
+    }
+
+    /// The same camera, which flies to a scene `distance` meters away in about a second: at 1, 2 or 5 m/s, or such a number of tens,
+    /// hundreds and so on.
+    #[must_use]
+    pub fn at_distance(self, distance: f64) -> Self {
+        let decade = 10_f64.powf(distance.log10().floor());
+        let speed = [1.0, 2.0, 5.0, 10.0].map(|step| step * decade);
+        let off = |speed: &f64| (speed / distance).ln().abs();
+        let nearest = speed.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        Self { speed: nearest.filter(|speed| speed.is_normal()).unwrap_or(SPEED), ..self }
+    }
+
+    /// Flying speed, m/s.
+    #[must_use]
+    pub const fn speed(&self) -> f64 {
+        self.speed
     }
 
     /// Back to where the scene put it.
     pub fn reset(&mut self) {
-        *self = Self::new(self.start);
+        *self = Self { speed: self.speed, ..Self::new(self.start) };
     }
 
     /// Turns by so many counts of the mouse, right and down.
@@ -56,7 +76,7 @@ impl Camera {
     pub fn fly(&mut self, held: DVec3, seconds: f64) {
         let (sin, cos) = self.yaw.to_radians().sin_cos();
         let (right, forward) = (DVec3::new(cos, 0.0, -sin), DVec3::new(-sin, 0.0, -cos));
-        self.position += (right * held.x + DVec3::Y * held.y + forward * held.z) * SPEED * seconds;
+        self.position += (right * held.x + DVec3::Y * held.y + forward * held.z) * self.speed * seconds;
     }
 
     /// Behind and above `body`, looking at it.
@@ -89,6 +109,23 @@ mod tests {
         camera.fly(DVec3::new(1.0, 1.0, 0.0), 1.0);
         let moved = camera.position - CameraSpec::TUTORIAL.position;
         assert!((moved - DVec3::new(2.0 * half, 100.0, 2.0 * half)).length() < 1e-12);
+    }
+
+    #[test]
+    fn it_flies_to_its_scene_in_about_a_second_and_at_a_round_speed() {
+        let camera = Camera::new(CameraSpec::TUTORIAL);
+        for (distance, speed) in
+            [(94.0, 100.0), (1.1, 1.0), (1.5, 2.0), (7.2, 10.0), (40.0, 50.0), (3e5, 2e5)]
+        {
+            let found = camera.at_distance(distance).speed();
+            assert!((found / speed - 1.0).abs() < 1e-12, "{distance} m: {found} m/s");
+        }
+        for distance in [0.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(camera.at_distance(distance), camera);
+        }
+        let mut slow = camera.at_distance(1.0);
+        slow.reset();
+        assert_eq!(slow, camera.at_distance(1.0));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use motion::{
     Evaluations, PhysicsBody, PreviousPosition, Push, PushQueue, Quarantine, Request, Threads, Transform,
 };
 use pick::{SoftTargets, Targets};
-use scene::{PushSpec, Scene};
+use scene::{BodySpec, PushSpec, Scene};
 
 use crate::view::camera::Camera;
 use crate::view::notices::Notices;
@@ -232,6 +232,15 @@ pub struct Stage {
     pub(crate) run: Run,
 }
 
+/// From the scene's camera to the middle of what moves, m; not finite where nothing does.
+fn distance_of(scene: &Scene) -> f64 {
+    let moves = |body: &&BodySpec| body.inverse_mass.is_some_and(|inverse| inverse > 0.0);
+    let places = || scene.bodies.iter().filter(moves).map(|body| body.position);
+    let (least, most) = (places().reduce(DVec3::min), places().reduce(DVec3::max));
+    let middle = least.zip(most).map(|(least, most)| (least + most) / 2.0);
+    middle.map_or(f64::NAN, |middle| middle.distance(scene.camera.position))
+}
+
 impl Stage {
     /// Starts `scene`.
     pub(crate) fn new(mut scene: Scene, run: Run) -> Self {
@@ -241,7 +250,7 @@ impl Stage {
             TickClock::new(scene.step_hz, catch_up).expect("a resolved scene has a positive, finite rate");
         let push = scene.push.unwrap_or(PushSpec::TUTORIAL);
         let view = View {
-            camera: Camera::new(scene.camera),
+            camera: Camera::new(scene.camera).at_distance(distance_of(&scene)),
             mode: Mode::default(),
             pointer: DVec2::ZERO,
             paused: run.options.paused,

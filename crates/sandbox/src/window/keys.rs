@@ -18,6 +18,7 @@ pub(super) fn named(event: &KeyEvent, modifiers: ModifiersState) -> Option<Key> 
             NamedKey::Space => "Space",
             NamedKey::Shift => "Shift",
             NamedKey::Alt => "Alt",
+            NamedKey::Control => "Ctrl",
             NamedKey::ArrowUp => "Up",
             NamedKey::ArrowDown => "Down",
             NamedKey::ArrowLeft => "Left",
