@@ -139,6 +139,11 @@ impl Studio {
         Self::of_quality(size_px, Quality::for_adapter)
     }
 
+    /// With the best quality, as the pictures of the documents have it.
+    pub fn of_high_quality(size_px: [u32; 2]) -> Self {
+        Self::of_quality(size_px, |_| Quality::HIGH)
+    }
+
     fn of_quality(size_px: [u32; 2], quality: fn(&AdapterSummary) -> Quality) -> Self {
         let gpu = Gpu::headless().unwrap_or_else(|error| panic!("{error}"));
         let renderer = Renderer::new(&gpu, OFFSCREEN_FORMAT, quality(&gpu.info));

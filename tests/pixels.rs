@@ -1,16 +1,17 @@
 //! Pictures against references, and relations between pictures.
 
+use std::collections::BTreeSet;
 use std::process::Command;
 
 use glam::DVec2;
 use motion::clock::FrameClock;
 use render::Image;
-use sandbox::input::{Button, Input};
+use sandbox::input::{Button, Input, InputFrame};
 use sandbox::player::Player;
 use sandbox::{Mode, Options, Order, Session};
 use scene::{Scene, Script};
 
-use crate::drive::{change, down, remove};
+use crate::drive::{change, down, remove, tap};
 use crate::film::{
     CHANNEL, Difference, Film, SIZE, Studio, assert_pictures, compared, green, places, yellow,
 };
@@ -288,4 +289,95 @@ fn the_film_of_a_run_has_all_of_its_frames() {
     let chunks = |name: &[u8]| bytes.windows(4).filter(|bytes| *bytes == name).count();
     assert_eq!([b"acTL", b"fcTL", b"IDAT", b"fdAT"].map(|name| chunks(name)), [1, 5, 1, 4]);
     assert_eq!(Image::read_png(&film).unwrap().size_px, [320, 180]);
+}
+
+/// The cockpit of a paused scene with these keys pressed; the view itself is black.
+fn cockpit(size_px: [u32; 2], keys: &[&str]) -> Image {
+    let options = Options { size_px, paused: true, ..Options::default() };
+    let mut session = Session::new(scene::load("bridge").unwrap(), options);
+    let mut clock = FrameClock::default();
+    let frames = keys.iter().map(|key| tap(key).to_vec()).chain([Vec::new(), Vec::new(), Vec::new()]);
+    for events in frames {
+        session.advance(&events.into_iter().collect(), clock.advance_by(1.0 / 60.0).unwrap());
+    }
+    let mut image = Studio::new(size_px).draw(&mut session);
+    let [corner, size] = session.view_area();
+    for (at, pixel) in (0..).zip(image.rgba.chunks_exact_mut(4)) {
+        let place = DVec2::new(f64::from(at % size_px[0]), f64::from(at / size_px[0])) + 0.5 - corner;
+        if place.cmpge(DVec2::ZERO).all() && place.cmplt(size).all() {
+            pixel.copy_from_slice(&[0, 0, 0, 255]);
+        }
+    }
+    image
+}
+
+#[test]
+fn the_cockpit_is_its_reference_at_four_sizes_and_in_both_themes() {
+    let pictures = [
+        cockpit([1024, 600], &["F10", "Tab"]),
+        cockpit([1280, 720], &["F10", "F7", "V", "Y", "F6"]),
+        cockpit([1920, 1080], &["F10", "Tab", "E", "V"]),
+        cockpit([2560, 1440], &["F10", "F7", "Ctrl+=", "Tab", "B", "R"]),
+    ];
+    assert_pictures(["cockpit_1024", "cockpit_1280", "cockpit_1920", "cockpit_2560"], &pictures);
+}
+
+/// The scenes whose thumbnails `scripts/pictures` draws, and after how many frames.
+fn thumbnails() -> Vec<(String, u32)> {
+    let script = std::fs::read_to_string(root().join("scripts/pictures")).unwrap();
+    let list = script.split_once("for scene in ").unwrap().1.split_once("; do").unwrap().0;
+    let words = list.split_whitespace().filter(|word| *word != "\\");
+    let entry = |word: &str| {
+        let (name, seconds) = word.split_once(':').unwrap_or((word, "2"));
+        (name.to_owned(), 60 * seconds.parse::<u32>().unwrap())
+    };
+    words.map(entry).collect()
+}
+
+/// How many tiles of two pictures have another mean color. Edges differ by the renderer.
+fn other_tiles(a: &Image, b: &Image) -> usize {
+    const TILE: [u32; 2] = [6, 5];
+    const OFF: u32 = 6;
+    assert_eq!(a.size_px, b.size_px);
+    let mean = |image: &Image, tile: [u32; 2]| {
+        let mut sums = [0; 3];
+        for (dx, dy) in (0..TILE[0]).flat_map(|x| (0..TILE[1]).map(move |y| (x, y))) {
+            let pixel = image.pixel(tile[0] * TILE[0] + dx, tile[1] * TILE[1] + dy).unwrap();
+            sums.iter_mut().zip(pixel).for_each(|(sum, channel)| *sum += u32::from(channel));
+        }
+        sums.map(|sum| sum / (TILE[0] * TILE[1]))
+    };
+    let [columns, rows] = [a.size_px[0] / TILE[0], a.size_px[1] / TILE[1]];
+    let tiles = (0..columns).flat_map(|x| (0..rows).map(move |y| [x, y]));
+    let differs = |tile: &[u32; 2]| {
+        let [a, b] = [mean(a, *tile), mean(b, *tile)];
+        a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > OFF)
+    };
+    tiles.filter(differs).count()
+}
+
+#[test]
+fn every_thumbnail_shows_its_scene() {
+    // Of 1080 tiles.
+    const MOST: usize = 5;
+    let thumbnails = thumbnails();
+    let names: BTreeSet<_> = thumbnails.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, scene::shipped().iter().map(|scene| scene.name).collect());
+    let mut studio = Studio::of_high_quality([240, 135]);
+    let stored = |name: &str| Image::read_png(&root().join(format!("assets/thumbnails/{name}.png"))).unwrap();
+    let stored: Vec<_> = thumbnails.iter().map(|(name, _)| stored(name)).collect();
+    for (i, (name, frames)) in thumbnails.iter().enumerate() {
+        let options = Options { size_px: [240, 135], hud: false, pictures: false, ..Options::default() };
+        let (mut session, mut clock) =
+            (Session::new(scene::load(name).unwrap(), options), FrameClock::default());
+        for frame in 0..=*frames {
+            session.advance(&InputFrame::NOTHING, clock.advance_to(f64::from(frame) / 60.0).unwrap());
+        }
+        let picture = studio.draw(&mut session);
+        let off: Vec<_> = stored.iter().map(|stored| other_tiles(&picture, stored)).collect();
+        assert!(off[i] <= MOST, "{name}: {} tiles are off; scripts/pictures draws it again", off[i]);
+        // The tutorial and its step by frames look alike; no other two scenes do.
+        let alike = off.iter().filter(|off| **off <= MOST).count();
+        assert!(alike <= 2, "{name} looks like {alike} thumbnails");
+    }
 }

@@ -1,7 +1,7 @@
 //! Plots of quantities over the last seconds.
 
-use egui::{Color32, Ui};
-use egui_plot::{GridInput, GridMark, Legend, Line, Plot};
+use egui::{Color32, Rangef, Ui};
+use egui_plot::{AxisHints, GridInput, GridMark, Legend, Line, Plot};
 use report::numbers::four_digits;
 
 use crate::view::inks;
@@ -23,7 +23,10 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve])
     let can_be_drawn = |point: &[f64; 2]| point.iter().all(|value| value.abs() <= LARGEST_DRAWN);
     let drawn = |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();
     let curves: Vec<_> = curves.iter().map(|curve| (curve, drawn(curve))).collect();
+    // egui_plot fades numbers that are near each other, below what can be read.
     let plot = Plot::new(id)
+        .custom_x_axes(vec![AxisHints::new_x().label_spacing(Rangef::new(50.0, 51.0))])
+        .custom_y_axes(vec![AxisHints::new_y().label_spacing(Rangef::new(12.0, 13.0))])
         .height(height)
         .allow_drag(false)
         .allow_zoom(false)
