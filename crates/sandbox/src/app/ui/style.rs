@@ -71,15 +71,19 @@ impl Ui {
         size_px[0] as f32 / pixels_per_point(size_px, scale as f32, Self::size_above_usual(sizes))
     }
 
-    /// Goes so many sizes up or down; the size now, as a multiple of the usual one.
+    /// Goes so many sizes up or down, as far as there is room; the size now, as a multiple of the usual one.
     fn zoom_by(&mut self, steps: isize) -> f32 {
-        let before = self.pixels_per_point();
-        self.zoom = self.zoom.saturating_add_signed(steps).min(ZOOMS.len() - 1);
+        let (before, zoom) = (self.pixels_per_point(), self.zoom);
+        self.zoom = zoom.saturating_add_signed(steps).min(ZOOMS.len() - 1);
+        let now = self.pixels_per_point();
+        if now.total_cmp(&before).is_eq() {
+            self.zoom = zoom;
+        }
         // It stays at its pixel.
-        self.pointer *= before / self.pixels_per_point();
+        self.pointer *= before / now;
         // Everything has to be measured, as at the first layout.
         self.laid_out = false;
-        ZOOMS[self.zoom]
+        now / pixels_per_point(self.size_px, self.scale, USUAL)
     }
 }
 
