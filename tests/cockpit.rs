@@ -707,6 +707,9 @@ fn the_panels_are_made_larger_smaller_and_light() {
     }
     let [_, size] = cockpit.view();
     assert!(size.x > 250.0 && size.y > 400.0, "{size}");
+    let largest = height(&cockpit);
+    cockpit.press("Ctrl+-");
+    assert!(height(&cockpit) < largest, "what there was no room for is not counted");
     let surround = |cockpit: &mut Cockpit| cockpit.drive.session.picture().surround;
     let dark = surround(&mut cockpit);
     cockpit.press("F7");
@@ -791,4 +794,27 @@ fn flying_is_as_fast_as_the_scene_is_far() {
     for (scene, slower) in [("figure_eight", 2.0), ("cape", 10.0), ("everything", 20.0), ("bridge", 50.0)] {
         assert_eq!(speed(scene), slower, "{scene}");
     }
+}
+
+#[test]
+fn keys_select_one_movable_body_after_the_other_and_push_it() {
+    let mut cockpit = Cockpit::of("third_law", [1280, 720]);
+    let mut seen = Vec::new();
+    loop {
+        cockpit.press("K");
+        let name = cockpit.drive.selected().unwrap();
+        let body = cockpit.drive.entity(&name);
+        assert!(cockpit.session().world().get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0, "{name}");
+        if seen.contains(&name) {
+            assert_eq!(seen[0], name);
+            break;
+        }
+        seen.push(name);
+    }
+    assert!(seen.len() > 1, "{seen:?}");
+    cockpit.press("Shift+K");
+    assert_eq!(cockpit.drive.selected(), seen.last().cloned());
+    let before = cockpit.drive.v(&seen[seen.len() - 1]);
+    cockpit.drive.frame(H, [down("PageUp")]).ticks(2);
+    assert!(cockpit.drive.v(&seen[seen.len() - 1]).y > before.y);
 }

@@ -112,6 +112,10 @@ const FIRST: &[Binding] = &[
         what: "held, a click selects also what cannot be moved",
         does: Does::While(Hold::SelectImmovable),
     },
+    once("next_body", &["K"], "select the next body that can be moved", |session| session.select_neighbor(1)),
+    once("previous_body", &["Shift+K"], "select the previous body that can be moved", |session| {
+        session.select_neighbor(-1);
+    }),
     Binding {
         name: "change_force",
         keys: &["Ctrl"],

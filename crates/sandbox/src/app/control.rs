@@ -304,6 +304,16 @@ impl Session {
         self.seen.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
     }
 
+    /// Selects the next movable thing of the scene, or the one before; after the last one comes the first.
+    pub(crate) fn select_neighbor(&mut self, step: isize) {
+        let movable: Vec<_> = self.things().filter(|thing| self.is_movable(*thing)).collect();
+        let here =
+            self.seen.selection.and_then(|selected| movable.iter().position(|thing| *thing == selected));
+        let next = here.and_then(|here| movable.get(here.checked_add_signed(step)?));
+        let end = if step > 0 { movable.first() } else { movable.last() };
+        self.seen.selection = next.or(end).copied();
+    }
+
     /// Pushes the selection if it is under the pointer; beside it, a drag orbits.
     fn push_or_orbit(&mut self) {
         if !self.push_selected() && self.moves_camera() {
