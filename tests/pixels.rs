@@ -364,7 +364,7 @@ fn every_thumbnail_shows_its_scene() {
     let names: BTreeSet<_> = thumbnails.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, scene::shipped().iter().map(|scene| scene.name).collect());
     let mut studio = Studio::of_high_quality([240, 135]);
-    let stored = |name: &str| Image::read_png(&root().join(format!("assets/thumbnails/{name}.png"))).unwrap();
+    let stored = |name: &str| Image::read_png(root().join(format!("assets/thumbnails/{name}.png"))).unwrap();
     let stored: Vec<_> = thumbnails.iter().map(|(name, _)| stored(name)).collect();
     for (i, (name, frames)) in thumbnails.iter().enumerate() {
         let options = Options { size_px: [240, 135], hud: false, pictures: false, ..Options::default() };
