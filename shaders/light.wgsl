@@ -43,15 +43,22 @@ fn displayed(linear: vec3f) -> vec3f {
     return pow(linear, vec3f(1.0 / 2.2));
 }
 
-// The sharpness of highlights. By multiplying: `pow` is slow without a graphics card.
-fn to_the_80th(x: f32) -> f32 {
+// How sharp highlights are. By multiplying: `pow` is slow without a graphics card.
+fn to_the_16th(x: f32) -> f32 {
     let x4 = x * x * x * x;
-    let x16 = x4 * x4 * x4 * x4;
+    return x4 * x4 * x4 * x4;
+}
+
+fn to_the_80th(x: f32) -> f32 {
+    let x16 = to_the_16th(x);
     return x16 * x16 * x16 * x16 * x16;
 }
 
+// Of the highlight of a body, what cloth has; wide, or it would show every cell of its mesh.
+const SHEEN = 0.12;
+
 // The light that a surface sends to the camera, linear.
-fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f) -> vec3f {
+fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f, is_matt: bool) -> vec3f {
     let to_camera = normalize(-position);
     var out: vec3f;
     if globals.light_color.w == 0.0 {
@@ -64,7 +71,13 @@ fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f) -> vec3f {
         if facing_light > 0.0 {
             let reaching = light_reaching(position, normal, facing_light);
             let halfway = normalize(to_light + to_camera);
-            let specular = to_the_80th(max(dot(normal, halfway), 0.0));
+            let mirrored = max(dot(normal, halfway), 0.0);
+            var specular: f32;
+            if is_matt {
+                specular = SHEEN * to_the_16th(mirrored);
+            } else {
+                specular = to_the_80th(mirrored);
+            }
             out += (albedo * (DIFFUSE * facing_light) + specular) * globals.light_color.rgb * reaching;
         }
     }
@@ -73,5 +86,5 @@ fn sent_back(position: vec3f, normal: vec3f, albedo: vec3f) -> vec3f {
 
 // The display color (gamma 2.2) of a surface.
 fn shaded(position: vec3f, normal: vec3f, albedo: vec3f) -> vec3f {
-    return displayed(sent_back(position, normal, albedo));
+    return displayed(sent_back(position, normal, albedo, false));
 }

@@ -5,6 +5,10 @@ const HORIZON = vec3f(0.79, 0.85, 0.89);
 const GROUND = vec3f(0.62, 0.66, 0.69);
 const NADIR = vec3f(0.33, 0.36, 0.39);
 
+// Where nothing is up: from below to above.
+const SPACE_LOW = vec3f(0.30, 0.34, 0.41);
+const SPACE_HIGH = vec3f(0.36, 0.47, 0.62);
+
 struct Sky {
     @builtin(position) clip: vec4f,
     @location(0) direction: vec3f,
@@ -21,11 +25,16 @@ fn vs_sky(@builtin(vertex_index) index: u32) -> Sky {
     return out;
 }
 
-@fragment
-fn fs_sky(in: Sky) -> @location(0) vec4f {
-    let height = normalize(in.direction).y;
+// In a direction that goes up by `height` of its length.
+fn sky_color(height: f32) -> vec3f {
     let above = mix(HORIZON, ZENITH, smoothstep(0.0, 1.0, sqrt(max(height, 0.0))));
     let below = mix(GROUND, NADIR, smoothstep(0.0, 1.0, sqrt(max(-height, 0.0))));
-    let color = mix(below, above, smoothstep(-0.01, 0.004, height));
-    return vec4f(stored(color), 1.0);
+    let with_horizon = mix(below, above, smoothstep(-0.01, 0.004, height));
+    let without = mix(SPACE_LOW, SPACE_HIGH, 0.5 + 0.5 * height);
+    return mix(with_horizon, without, globals.picture.z);
+}
+
+@fragment
+fn fs_sky(in: Sky) -> @location(0) vec4f {
+    return vec4f(stored(sky_color(normalize(in.direction).y)), 1.0);
 }

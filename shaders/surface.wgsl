@@ -39,7 +39,7 @@ fn fs_surface(in: Point, @builtin(front_facing) front: bool) -> @location(0) vec
     let normal = select(faces_camera, outward, size > 1e-3);
 
     let albedo = albedo_of(in.color);
-    var out = sent_back(in.position, normal, albedo);
+    var out = sent_back(in.position, normal, albedo, true);
     let to_light = normalize(globals.light_position.xyz - in.position);
     let from_behind = -dot(normal, to_light);
     if globals.light_color.w != 0.0 && from_behind > 0.0 {

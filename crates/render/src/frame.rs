@@ -23,6 +23,10 @@ pub struct Frame {
     pub surround: [u8; 3],
     /// Where the camera looks, and how wide.
     pub camera: Camera,
+    /// Whether nothing is up: the sky is without a horizon.
+    pub space: bool,
+    /// A plain below everything.
+    pub ground: Option<Ground>,
     /// The one lamp; without it everything is lit softly from the camera.
     pub light: Option<Light>,
     /// Boxes, in any order.
@@ -33,6 +37,8 @@ pub struct Frame {
     pub surfaces: Vec<Surface>,
     /// Small discs; they receive shadows and cast none.
     pub particles: Vec<Particle>,
+    /// What is too small and fast to have a shape: drops, sparks. Drawn in this order over bodies and particles.
+    pub sprites: Vec<Sprite>,
     /// Bodies that others are seen through.
     pub translucent: Translucent,
     /// Lines and arrows, hidden by bodies in front of them; see [`Line::arrow`].
@@ -115,6 +121,17 @@ impl Camera {
     }
 }
 
+/// An endless plane with lines, behind everything that is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Height relative to the camera, m; below 0.
+    pub height_m: f32,
+    /// From line to line, along x as along z, m.
+    pub spacing_m: f32,
+    /// How far the camera is past a line, along x and z, m.
+    pub offset_m: [f32; 2],
+}
+
 /// A point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
@@ -169,6 +186,22 @@ pub struct Particle {
     pub position: [f32; 3],
     /// Radius, m; never drawn smaller than three quarters of a pixel.
     pub radius_m: f32,
+    /// Red, green, blue as displayed and alpha (1 opaque), 0 to 1.
+    pub color: [f32; 4],
+}
+
+/// One soft spot without light and shadow that faces the camera. The layout is that of the vertex buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Sprite {
+    /// Middle of its front, relative to the camera, m.
+    pub position: [f32; 3],
+    /// Radius, m; never drawn smaller than a pixel.
+    pub radius_m: f32,
+    /// The way that it is drawn out along, m: it ends at the position.
+    pub streak: [f32; 3],
+    #[doc(hidden)]
+    pub _pad: f32,
     /// Red, green, blue as displayed and alpha (1 opaque), 0 to 1.
     pub color: [f32; 4],
 }

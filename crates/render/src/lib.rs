@@ -27,7 +27,9 @@ mod translucent;
 
 pub use error::RenderError;
 pub use film::Film;
-pub use frame::{CHECKER, Camera, Frame, Instance, Light, OUTLINED, Panels, Particle, Translucent};
+pub use frame::{
+    CHECKER, Camera, Frame, Ground, Instance, Light, OUTLINED, Panels, Particle, Sprite, Translucent,
+};
 pub use gpu::{AdapterSummary, Gpu};
 pub use image::Image;
 pub use lines::Line;

@@ -2,13 +2,15 @@
 
 use wgpu::{BindGroupLayout, CompareFunction, Device, Face, TextureFormat, VertexBufferLayout};
 
-use crate::{Instance, Line, Particle, mesh::Vertex, shadow::SHADOW_FORMAT};
+use crate::{Instance, Line, Particle, Sprite, mesh::Vertex, shadow::SHADOW_FORMAT};
 
 pub(crate) const GLOBALS: &str = include_str!("../../../shaders/globals.wgsl");
 pub(crate) const LIGHT: &str = include_str!("../../../shaders/light.wgsl");
 pub(crate) const BODY: &str = include_str!("../../../shaders/body.wgsl");
 const SKY: &str = include_str!("../../../shaders/sky.wgsl");
+const GROUND: &str = include_str!("../../../shaders/ground.wgsl");
 pub(crate) const PARTICLE: &str = include_str!("../../../shaders/particle.wgsl");
+const SPRITE: &str = include_str!("../../../shaders/sprite.wgsl");
 const LINE: &str = include_str!("../../../shaders/line.wgsl");
 
 /// Width of the bright outline, pixels.
@@ -44,6 +46,17 @@ pub(crate) const PARTICLE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(Vert
     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Float32x4],
 })];
 
+const SPRITE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
+    array_stride: size_of::<Sprite>() as u64,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &[
+        attribute(0, wgpu::VertexFormat::Float32x3, 0),
+        attribute(1, wgpu::VertexFormat::Float32, 12),
+        attribute(2, wgpu::VertexFormat::Float32x3, 16),
+        attribute(3, wgpu::VertexFormat::Float32x4, 32),
+    ],
+})];
+
 const LINE_ROWS: [Option<VertexBufferLayout<'_>>; 1] = [Some(VertexBufferLayout {
     array_stride: size_of::<Line>() as u64,
     step_mode: wgpu::VertexStepMode::Instance,
@@ -63,7 +76,10 @@ pub(crate) struct Pipelines {
     pub rim: wgpu::RenderPipeline,
     pub outline: wgpu::RenderPipeline,
     pub sky: wgpu::RenderPipeline,
+    /// In place of the sky where there is a ground.
+    pub ground: wgpu::RenderPipeline,
     pub particle: wgpu::RenderPipeline,
+    pub sprite: wgpu::RenderPipeline,
     pub line: wgpu::RenderPipeline,
 }
 
@@ -129,7 +145,9 @@ impl Pipelines {
         let module = |label, parts: &[&str]| module(device, label, parts);
         let body = module("body", &[GLOBALS, LIGHT, BODY]);
         let sky = module("sky", &[GLOBALS, SKY]);
+        let ground = module("ground", &[GLOBALS, LIGHT, SKY, GROUND]);
         let particle = module("particle", &[GLOBALS, LIGHT, PARTICLE]);
+        let sprite = module("sprite", &[GLOBALS, SPRITE]);
         let line = module("line", &[GLOBALS, LINE]);
         let picture = layout(device, "picture", &[Some(globals), Some(shadow_map)]);
         // The map cannot be read while it is drawn.
@@ -169,6 +187,18 @@ impl Pipelines {
             blend: Some(wgpu::BlendState::ALPHA_BLENDING),
             ..bodies
         };
+        let behind = Drawing {
+            label: "sky",
+            shader: &sky,
+            vertex: "vs_sky",
+            fragment: Some("fs_sky"),
+            rows: &[],
+            cull: None,
+            writes_depth: false,
+            // The sky is exactly on the far plane, which the depth is cleared to.
+            depth_compare: Some(CompareFunction::LessEqual),
+            ..bodies
+        };
         Self {
             shadow: Drawing {
                 label: "shadow",
@@ -182,25 +212,26 @@ impl Pipelines {
             .pipeline(device, &from_light, &Destination { format: to.format, samples: 1 }),
             rim: outline("rim", RIM_PX, 0.0),
             outline: outline("outline", OUTLINE_PX, 1.0),
-            sky: Drawing {
-                label: "sky",
-                shader: &sky,
-                vertex: "vs_sky",
-                fragment: Some("fs_sky"),
-                rows: &[],
-                cull: None,
-                writes_depth: false,
-                // The sky is exactly on the far plane, which the depth is cleared to.
-                depth_compare: Some(CompareFunction::LessEqual),
-                ..bodies
-            }
-            .pipeline(device, &picture, to),
+            ground: Drawing { label: "ground", shader: &ground, fragment: Some("fs_ground"), ..behind }
+                .pipeline(device, &picture, to),
+            sky: behind.pipeline(device, &picture, to),
             particle: Drawing {
                 label: "particle",
                 shader: &particle,
                 vertex: "vs_particle",
                 fragment: Some("fs_particle"),
                 rows: &PARTICLE_ROWS,
+                ..overlay
+            }
+            .pipeline(device, &picture, to),
+            sprite: Drawing {
+                label: "sprite",
+                shader: &sprite,
+                vertex: "vs_sprite",
+                fragment: Some("fs_sprite"),
+                rows: &SPRITE_ROWS,
+                // A soft edge must not hide what is behind it.
+                writes_depth: false,
                 ..overlay
             }
             .pipeline(device, &picture, to),

@@ -1,4 +1,4 @@
-//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, translucent bodies, lines, panels.
+//! Draws a frame: shadow map, bodies and surfaces, sky, outlines, particles, sprites, translucent bodies, lines, panels.
 
 use bytemuck::{Pod, Zeroable};
 use egui::ecolor::linear_f32_from_gamma_u8;
@@ -29,6 +29,7 @@ struct Globals {
     light_color: Vec4,
     shadow_map: Vec4,
     picture: Vec4,
+    ground: Vec4,
 }
 
 /// The textures that have the size of the picture.
@@ -57,6 +58,7 @@ pub struct Renderer {
     /// From the first frame on that has any.
     translucent: Option<TranslucentBodies>,
     particles: InstanceBuffer,
+    sprites: InstanceBuffer,
     lines: InstanceBuffer,
     panels: PanelPainter,
     attachments: Option<Attachments>,
@@ -114,6 +116,7 @@ impl Renderer {
             surfaces: None,
             translucent: None,
             particles: InstanceBuffer::new(device, "particles"),
+            sprites: InstanceBuffer::new(device, "sprites"),
             lines: InstanceBuffer::new(device, "lines"),
             panels,
             attachments: None,
@@ -161,6 +164,7 @@ impl Renderer {
             self.translucent.get_or_insert_with(new).upload(gpu, &frame.translucent);
         }
         let particles = self.particles.upload(gpu, &frame.particles);
+        let sprites = self.sprites.upload(gpu, &frame.sprites);
         let lines = self.lines.upload(gpu, &frame.lines);
 
         let mut encoder =
@@ -168,7 +172,7 @@ impl Renderer {
         if light_view.is_some() {
             self.draw_shadows(&mut encoder);
         }
-        self.draw_picture(gpu, &mut encoder, frame, view, [particles, lines]);
+        self.draw_picture(gpu, &mut encoder, frame, view, [particles, sprites, lines]);
         self.panels.paint(gpu, &mut encoder, view, &self.globals_group, frame);
         gpu.queue.submit([encoder.finish()]);
     }
@@ -203,7 +207,11 @@ impl Renderer {
             light_position,
             light_color,
             shadow_map: Vec4::new(1.0 / texels, span_m / texels, 0.0, 0.0),
-            picture: Vec4::new(picture[0] / scale, picture[1] / scale, 0.0, 0.0),
+            picture: Vec4::new(picture[0] / scale, picture[1] / scale, f32::from(u8::from(frame.space)), 0.0),
+            ground: frame.ground.map_or(Vec4::ZERO, |ground| {
+                let [x, z] = ground.offset_m;
+                Vec4::new(ground.height_m, ground.spacing_m, x, z)
+            }),
         }
     }
 
@@ -227,7 +235,7 @@ impl Renderer {
         encoder: &mut wgpu::CommandEncoder,
         frame: &Frame,
         view: &wgpu::TextureView,
-        [particles, lines]: [u32; 2],
+        [particles, sprites, lines]: [u32; 3],
     ) {
         let size_px = frame.size_px;
         let stored = |part: u8| match self.destination.format.is_srgb() {
@@ -268,7 +276,7 @@ impl Renderer {
         if let Some(surfaces) = &self.surfaces {
             surfaces.draw_plain(&mut pass);
         }
-        pass.set_pipeline(&self.pipelines.sky);
+        pass.set_pipeline(if frame.ground.is_some() { &self.pipelines.ground } else { &self.pipelines.sky });
         pass.draw(0..3, 0..1);
         // The outlines write no depth, so they come after all that they cover and before the bodies they surround.
         if self.cuboids.plain < self.cuboids.total || self.spheres.plain < self.spheres.total {
@@ -281,6 +289,7 @@ impl Renderer {
             surfaces.draw_outlined(&mut pass);
         }
         self.particles.draw_quads(&mut pass, &self.pipelines.particle, particles);
+        self.sprites.draw_quads(&mut pass, &self.pipelines.sprite, sprites);
         if let Some(translucent) = &self.translucent {
             translucent.draw(&mut pass, &self.cube, &self.sphere);
         }

@@ -4,8 +4,8 @@
 
 use glam::{Quat, Vec3, Vec4};
 use render::{
-    CHECKER, Film, Frame, Gpu, Image, Instance, Light, Line, OFFSCREEN_FORMAT, OUTLINED, Offscreen, Panels,
-    Particle, Quality, RenderError, Renderer, wgpu,
+    CHECKER, Film, Frame, Gpu, Ground, Image, Instance, Light, Line, OFFSCREEN_FORMAT, OUTLINED, Offscreen,
+    Panels, Particle, Quality, RenderError, Renderer, Sprite, wgpu,
 };
 
 const SIZE: [u32; 2] = [160, 90];
@@ -222,6 +222,52 @@ fn lines_arrows_and_particles_are_drawn() {
     Line::arrow(&mut none, Vec3::ONE, Vec3::ONE, [1.0; 4], 3.0);
     Line::arrow(&mut none, Vec3::ONE, Vec3::splat(f32::NAN), [1.0; 4], 3.0);
     assert!(none.is_empty());
+}
+
+#[test]
+fn a_sprite_is_drawn_out_behind_and_hides_nothing_with_its_edge() {
+    let gpu = gpu();
+    let empty = draw(&gpu, &frame(), Quality::FIXED);
+    let sprite = |streak| Sprite {
+        position: [0.0, 0.0, -5.0],
+        radius_m: 0.5,
+        streak,
+        _pad: 0.0,
+        color: [1.0, 0.0, 0.0, 1.0],
+    };
+    let seen = |streak, x: u32| {
+        let image = draw(&gpu, &Frame { sprites: vec![sprite(streak)], ..frame() }, Quality::FIXED);
+        image.pixel(x, 45) != empty.pixel(x, 45)
+    };
+    // 10.9 pixels are its radius, and a meter is twice that.
+    let (still, right) = ([0.0; 3], [1.0, 0.0, 0.0]);
+    assert_eq!([60, 75, 80, 85, 100].map(|x| seen(still, x)), [false, true, true, true, false]);
+    assert_eq!([45, 60, 80, 85, 100].map(|x| seen(right, x)), [false, true, true, true, false]);
+    // A nearer one, drawn first.
+    let near = Sprite { position: [-0.35, 0.0, -4.0], color: [0.0, 0.0, 1.0, 1.0], ..sprite(still) };
+    let image = draw(&gpu, &Frame { sprites: vec![near, sprite(still)], ..frame() }, Quality::FIXED);
+    assert!(middle(&image)[0] > 100, "{:?}", middle(&image));
+}
+
+#[test]
+fn a_ground_has_lines_below_the_horizon_and_space_has_no_horizon() {
+    let gpu = gpu();
+    let empty = draw(&gpu, &frame(), Quality::FIXED);
+    let ground = Ground { height_m: -2.0, spacing_m: 1.0, offset_m: [0.0; 2] };
+    let grounded = draw(&gpu, &Frame { ground: Some(ground), ..frame() }, Quality::FIXED);
+    let row = |image: &Image, y| (0..SIZE[0]).map(|x| image.pixel(x, y).unwrap()).collect::<Vec<_>>();
+    assert_eq!(row(&empty, 20), row(&grounded, 20));
+    let red = |pixel: &[u8; 4]| pixel[0];
+    let below = row(&grounded, 80);
+    let (dark, bright) = (below.iter().map(red).min().unwrap(), below.iter().map(red).max().unwrap());
+    assert!(bright > dark + 10, "no lines: {dark} to {bright}");
+
+    let space = draw(&gpu, &Frame { space: true, ..frame() }, Quality::FIXED);
+    let step = |image: &Image| {
+        let gray = |y| u32::from(image.pixel(80, y).unwrap()[1]);
+        (1..SIZE[1]).map(|y| gray(y).abs_diff(gray(y - 1))).max().unwrap()
+    };
+    assert!(step(&empty) > 20 && step(&space) < 4, "{} {}", step(&empty), step(&space));
 }
 
 fn panels(context: &egui::Context) -> Panels {

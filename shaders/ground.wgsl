@@ -1,0 +1,30 @@
+// A sky with a ground below: a plane with lines that fades into the horizon. It takes shadows and hides nothing, so that a body
+// that falls through stays in sight.
+
+const PLAIN = vec3f(0.56, 0.59, 0.61);
+const LINE_ON_GROUND = vec3f(0.40, 0.43, 0.46);
+// What is left of the light in shadow.
+const IN_SHADOW = 0.72;
+// The distance at which half of the ground has faded, in spacings of its lines.
+const HALF_FADED = 25.0;
+
+@fragment
+fn fs_ground(in: Sky) -> @location(0) vec4f {
+    let toward = normalize(in.direction);
+    let sky = sky_color(toward.y);
+    let away = globals.ground.x / min(toward.y, -1e-4);
+    let place = (toward.xz * away + globals.ground.zw) / globals.ground.y;
+    let width = max(fwidth(place), vec2f(1e-5));
+    let from_line = abs(fract(place - 0.5) - 0.5) / width;
+    // Lines closer together than pixels are none.
+    let lines = clamp(1.5 - from_line, vec2f(0.0), vec2f(1.0)) * clamp(1.0 - 4.0 * width, vec2f(0.0), vec2f(1.0));
+    var color = mix(PLAIN, LINE_ON_GROUND, max(lines.x, lines.y));
+
+    let point = toward * away;
+    let facing_light = normalize(globals.light_position.xyz - point).y;
+    let lit = light_reaching(point, vec3f(0.0, 1.0, 0.0), facing_light) / LIT;
+    color *= select(1.0, mix(IN_SHADOW, 1.0, lit), facing_light > 0.0);
+
+    let faded = away / (away + HALF_FADED * globals.ground.y);
+    return vec4f(stored(select(sky, mix(color, GROUND, faded), toward.y < 0.0)), 1.0);
+}
