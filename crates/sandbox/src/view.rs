@@ -4,6 +4,7 @@ pub(crate) mod arrows;
 pub(crate) mod camera;
 pub(crate) mod card;
 mod forces;
+mod ground;
 pub(crate) mod hud;
 pub(crate) mod inks;
 pub(crate) mod labels;

@@ -48,7 +48,8 @@ fn lay_out(ui: &mut Ui, root: &mut egui::Ui, stage: &mut Stage, tools: &mut Tool
     }
     let painter = context.layer_painter(LayerId::new(egui::Order::Background, Id::unique("hud")));
     let painter = painter.with_clip_rect(ui.view);
-    let mut taken = marks::show(&painter, &stage.visible_labels());
+    let mut taken = hud::places(&painter, stage);
+    marks::show(&painter, &stage.visible_labels(), &mut taken);
     taken.extend(stage.fault_mark().map(|mark| marks::show_mark(&painter, &mark)));
     for (panel, tool) in tools.each() {
         let window = windows.iter().find(|(other, ..)| *other == panel).and_then(|(_, rect, _)| *rect);

@@ -1,7 +1,7 @@
 //! The tutorial's words in the tutorial's places, a cross-hair, and the state of the clock.
 
 use egui::text::LayoutJob;
-use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Sense, Stroke, Ui, Vec2};
+use egui::{Align, Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2};
 use motion::clock::StepClock;
 use motion::{Gravity, TimeStep};
 
@@ -28,16 +28,55 @@ const NOTICES_AT: Vec2 = Vec2::new(50.0, 26.0);
 /// Widest line of a notice, of the width of the window.
 const NOTICE_WIDTH: f32 = 0.94;
 
+/// Words at a place.
+struct Words {
+    at: Pos2,
+    anchor: Align2,
+    text: String,
+    font: FontId,
+    color: Color32,
+}
+
+/// The tutorial's glyphs are 1.9 % of the width apart; of a narrow view within the cockpit they could not be read.
+fn font(painter: &Painter, stage: &Stage) -> FontId {
+    let least = if stage.run.view_px.is_some() { 16.0 } else { 10.0 };
+    FontId::monospace((painter.clip_rect().width() * 0.019 / 0.6).clamp(least, 40.0) * 0.75)
+}
+
+fn at(painter: &Painter, percent: Vec2) -> Pos2 {
+    painter.clip_rect().min + painter.clip_rect().size() * percent / 100.0
+}
+
 /// Writes all of it; within the cockpit, without the keys that its buttons name.
 pub(crate) fn show(painter: &Painter, stage: &Stage) {
-    let screen = painter.clip_rect();
-    // The tutorial's glyphs are 1.9 % of the width apart; of a narrow view within the cockpit they could not be read.
-    let least = if stage.run.view_px.is_some() { 16.0 } else { 10.0 };
-    let font = FontId::monospace((screen.width() * 0.019 / 0.6).clamp(least, 40.0) * 0.75);
-    let at = |percent: Vec2| screen.min + screen.size() * percent / 100.0;
-    let tutorial = |at: Vec2, words: &str| {
-        let at = screen.min + screen.size() * at / 100.0;
-        text(painter, at, Align2::LEFT_BOTTOM, words, font.clone(), TEXT);
+    for Words { at, anchor, text: words, font, color } in words(painter, stage) {
+        text(painter, at, anchor, &words, font, color);
+    }
+    notices(painter, at(painter, NOTICES_AT), stage.notices(), font(painter, stage).size * 0.8);
+    if stage.view.mode == Mode::Camera {
+        cross_hair(painter, painter.clip_rect().center());
+    }
+}
+
+/// Where words stand that do not come and go.
+pub(crate) fn places(painter: &Painter, stage: &Stage) -> Vec<Rect> {
+    let place = |Words { at, anchor, text, font, color }| {
+        anchor.anchor_size(at, painter.layout_no_wrap(text, font, color).size())
+    };
+    words(painter, stage).into_iter().map(place).collect()
+}
+
+fn words(painter: &Painter, stage: &Stage) -> Vec<Words> {
+    let font = font(painter, stage);
+    let mut all = Vec::new();
+    let mut tutorial = |percent: Vec2, words: &str| {
+        all.push(Words {
+            at: at(painter, percent),
+            anchor: Align2::LEFT_BOTTOM,
+            text: words.to_owned(),
+            font: font.clone(),
+            color: TEXT,
+        });
     };
     let view = &stage.view;
     if stage.sim.scene.push.is_some() {
@@ -58,16 +97,22 @@ pub(crate) fn show(painter: &Painter, stage: &Stage) {
     if let Some(gravity) = stage.sim.world.get_resource::<Gravity>() {
         tutorial(GRAVITY_AT, if gravity.on { "(G)ravity on" } else { "(G)ravity off" });
     }
+    let small = FontId::proportional(font.size * 0.8);
     if stage.run.view_px.is_none() {
-        let font = FontId::proportional(font.size * 0.8);
-        let keys = "H help   Tab settings";
-        text(painter, at(Vec2::new(99.0, 97.0)), Align2::RIGHT_BOTTOM, keys, font, THIN);
+        all.push(Words {
+            at: at(painter, Vec2::new(99.0, 97.0)),
+            anchor: Align2::RIGHT_BOTTOM,
+            text: "H help   Tab settings".to_owned(),
+            font: small.clone(),
+            color: THIN,
+        });
     }
-    state(painter, at(Vec2::new(99.0, 2.0)), stage, font.size * 0.8);
-    notices(painter, at(NOTICES_AT), stage.notices(), font.size * 0.8);
-    if view.mode == Mode::Camera {
-        cross_hair(painter, screen.center());
+    let mut corner = at(painter, Vec2::new(99.0, 2.0));
+    for (text, color) in state(stage) {
+        all.push(Words { at: corner, anchor: Align2::RIGHT_TOP, text, font: small.clone(), color });
+        corner.y += small.size * 1.3;
     }
+    all
 }
 
 /// One below the other; what is wider than the window has several lines.
@@ -94,8 +139,8 @@ fn notices<'a>(painter: &Painter, mut place: Pos2, notices: impl Iterator<Item =
     }
 }
 
-/// Scene and clock in the top right corner.
-fn state(painter: &Painter, corner: Pos2, stage: &Stage, size: f32) {
+/// Scene and clock, for the top right corner.
+fn state(stage: &Stage) -> Vec<(String, Color32)> {
     let (view, stepper, world) = (&stage.view, &stage.sim.stepper, &stage.sim.world);
     let own = if stepper.plan().own.is_empty() { "" } else { " and bodies' own" };
     let method = stepper.method().claims().title;
@@ -141,11 +186,7 @@ fn state(painter: &Painter, corner: Pos2, stage: &Stage, size: f32) {
     if cfg!(debug_assertions) && stage.run.measured.is_some() {
         lines.push(("debug build: slow".to_owned(), WARNING));
     }
-    let mut place = corner;
-    for (words, color) in lines {
-        text(painter, place, Align2::RIGHT_TOP, &words, FontId::proportional(size), color);
-        place.y += size * 1.3;
-    }
+    lines
 }
 
 fn cross_hair(painter: &Painter, center: Pos2) {

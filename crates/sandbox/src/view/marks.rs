@@ -20,14 +20,12 @@ const RING: [f32; 2] = [14.0, 200.0];
 /// The color of what went wrong.
 pub(crate) const FAULT: Color32 = Color32::from_rgb(255, 110, 90);
 
-/// Draws them; where they stand.
-pub(crate) fn show(painter: &Painter, labels: &[Label]) -> Vec<Rect> {
-    let mut taken = Vec::new();
-    for label in labels {
-        let place = words(painter, label, label_reach(painter, label).min(FARTHEST), &taken);
-        taken.push(place);
+/// Draws them where nothing is `taken`, the nearest first, and leaves out what finds no place; adds where they stand.
+pub(crate) fn show(painter: &Painter, labels: &[Label], taken: &mut Vec<Rect>) {
+    for label in labels.iter().rev() {
+        let reach = label_reach(painter, label).min(FARTHEST);
+        taken.extend(words(painter, label, reach, taken, false));
     }
-    taken
 }
 
 /// A ring around a body that went wrong, with words beside it; where they stand.
@@ -37,7 +35,7 @@ pub(crate) fn show_mark(painter: &Painter, mark: &Label) -> Rect {
     for (width, color) in [(7.0, Color32::BLACK), (5.0, THIN), (2.5, FAULT)] {
         painter.circle_stroke(middle(painter, mark), radius, Stroke::new(width, color));
     }
-    words(painter, mark, radius, &[])
+    words(painter, mark, radius, &[], true).unwrap_or(Rect::NOTHING)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "pixels")]
@@ -50,19 +48,24 @@ fn label_reach(painter: &Painter, label: &Label) -> f32 {
     label.reach as f32 / painter.ctx().pixels_per_point()
 }
 
-/// The words of a label, `reach` and a gap to the right of its body, or to the left where they would not fit; a line or more
-/// above or below where they would stand on what is `taken`.
-fn words(painter: &Painter, label: &Label, reach: f32, taken: &[Rect]) -> Rect {
+/// Writes the words of a label `reach` and a gap to the right of its body, or to the left, or lines above or below, where they
+/// are in the picture and nothing is `taken`; where they stand. Words that are `needed` are always written.
+fn words(painter: &Painter, label: &Label, reach: f32, taken: &[Rect], needed: bool) -> Option<Rect> {
     let (words, middle) = (&label.text, middle(painter, label));
     let font = FontId::proportional(SIZE);
     let size = painter.layout_no_wrap(words.clone(), font.clone(), THIN).size();
     let aside = Vec2::X * (reach + GAP);
-    let fits = middle.x + aside.x + size.x <= painter.clip_rect().right();
-    let (at, side) =
-        if fits { (middle + aside, Align2::LEFT_CENTER) } else { (middle - aside, Align2::RIGHT_CENTER) };
-    let lines = [0.0, 1.0, -1.0, 2.0, -2.0].map(|lines| Vec2::Y * (lines * size.y));
-    let free = |at: &Pos2| !taken.iter().any(|other| other.intersects(side.anchor_size(*at, size)));
-    let at = lines.map(|aside| at + aside).into_iter().find(free).unwrap_or(at);
+    let sides = [(middle + aside, Align2::LEFT_CENTER), (middle - aside, Align2::RIGHT_CENTER)];
+    let lines = [0.0, 1.1, -1.1, 2.2, -2.2].map(|lines| Vec2::Y * (lines * size.y));
+    let mut places = sides.into_iter().flat_map(|(at, side)| lines.map(|line| (at + line, side)));
+    let screen = painter.clip_rect();
+    let is_free = |(at, side): &(Pos2, Align2)| {
+        let place = side.anchor_size(*at, size);
+        screen.x_range().contains(place.left())
+            && screen.x_range().contains(place.right())
+            && !taken.iter().any(|other| other.intersects(place))
+    };
+    let (at, side) = places.clone().find(is_free).or_else(|| places.next().filter(|_| needed))?;
     text(painter, at, side, words, font, THIN);
-    side.anchor_size(at, size)
+    Some(side.anchor_size(at, size))
 }

@@ -2,9 +2,10 @@
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
-use motion::{Dormant, PhysicsBody, PreviousPosition, TimeStep, Transform};
+use motion::clock::StepClock;
+use motion::{Dormant, Emission, Emitter, PhysicsBody, PreviousPosition, TimeStep, Transform};
 use pick::Shape;
-use render::{Camera, Frame, Instance, Light, Line, Particle};
+use render::{Camera, Frame, Instance, Light, Line, Particle, Sprite};
 use scene::{Appearance, PointRadius};
 
 use crate::view::pose::drawn;
@@ -15,6 +16,12 @@ pub(crate) const SELECTED: [f32; 4] = [0.0, 1.0, 0.0, 1.0];
 
 /// What a thing looks like that the scene did not paint.
 pub(crate) const PLAIN: Appearance = Appearance { color: [1.0; 3], checker: false };
+
+/// How long the film is exposed to what an emitter throws, s: it is drawn as long as the way it takes in that time.
+const EXPOSURE_S: f64 = 1.0 / 60.0;
+
+/// Last share of its life in which a particle of an emitter fades away.
+const FADES_IN: f64 = 0.3;
 
 const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
 
@@ -47,6 +54,8 @@ impl Stage {
                 color: Vec3::from_array(light.color),
                 shadows: light.shadows,
             }),
+            space: !self.view.ground.has_up,
+            ground: self.ground(),
             ..Default::default()
         };
         let hovered = self.hovered();
@@ -98,28 +107,47 @@ impl Stage {
     fn add_particles(&mut self, frame: &mut Frame, eye: DVec3) {
         let alpha = self.seen.alpha;
         let of_soft_bodies = self.points_of_soft_bodies();
+        let fades = self.fades();
         let mut particles = self.sim.world.query_filtered::<(
             Entity,
             &Transform,
+            &PhysicsBody,
             Option<&PreviousPosition>,
             Option<&Appearance>,
             Option<&PointRadius>,
-        ), (With<PhysicsBody>, Without<Shape>, Without<Dormant>)>();
-        let particles = particles.iter(&self.sim.world);
-        let seen = |(_, now, before, look, radius): (_, _, _, Option<&Appearance>, Option<&PointRadius>)| {
-            let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
-            Particle {
-                position: (drawn(now, before, alpha) - eye).as_vec3().to_array(),
-                radius_m: radius.copied().unwrap_or_default().0,
-                color: [r, g, b, 1.0],
+        ), (Without<Shape>, Without<Dormant>)>();
+        for (entity, now, body, before, look, radius) in particles.iter(&self.sim.world) {
+            if of_soft_bodies.contains(entity) {
+                continue;
             }
-        };
-        if of_soft_bodies.is_empty() {
-            frame.particles.extend(particles.map(seen));
-        } else {
-            let free = particles.filter(|(entity, ..)| !of_soft_bodies.contains(*entity));
-            frame.particles.extend(free.map(seen));
+            let [r, g, b] = look.copied().unwrap_or(PLAIN).color;
+            let position = (drawn(now, before, alpha) - eye).as_vec3().to_array();
+            let radius_m = radius.copied().unwrap_or_default().0;
+            if let Some(Some(fade)) = fades.get(entity.index_u32() as usize) {
+                let streak = (body.velocity * EXPOSURE_S).as_vec3().to_array();
+                frame.sprites.push(Sprite { position, radius_m, streak, _pad: 0.0, color: [r, g, b, *fade] });
+            } else {
+                frame.particles.push(Particle { position, radius_m, color: [r, g, b, 1.0] });
+            }
         }
+    }
+
+    /// How much is left to see of each particle of an emitter, by the index of its entity.
+    fn fades(&mut self) -> Vec<Option<f32>> {
+        let now = self.sim.world.resource::<StepClock>().scene_seconds();
+        let mut fades = Vec::new();
+        for (emitter, emission) in self.sim.world.query::<(&Emitter, &Emission)>().iter(&self.sim.world) {
+            let last = emitter.pool.iter().map(|body| body.index_u32() as usize + 1).max().unwrap_or(0);
+            fades.resize(last.max(fades.len()), None);
+            for (body, number) in emitter.pool.iter().zip(emission.state().slots) {
+                #[expect(clippy::cast_precision_loss, reason = "millions of births")]
+                let age = number.map(|number| now - number as f64 / emitter.rate);
+                #[expect(clippy::cast_possible_truncation, reason = "a color")]
+                let fade = age.map(|age| ((1.0 - age / emitter.life) / FADES_IN).clamp(0.0, 1.0) as f32);
+                fades[body.index_u32() as usize] = fade;
+            }
+        }
+        fades
     }
 
     fn add_trails(&self, frame: &mut Frame, eye: DVec3) {

@@ -185,10 +185,6 @@ impl SoftPoints {
         self.0[index] = Some(point);
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     pub fn contains(&self, thing: Entity) -> bool {
         self.0.get(thing.index_u32() as usize) == Some(&Some(thing))
     }

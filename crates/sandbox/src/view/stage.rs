@@ -16,6 +16,7 @@ use pick::{SoftTargets, Targets};
 use scene::{BodySpec, PushSpec, Scene};
 
 use crate::view::camera::Camera;
+use crate::view::ground::Ground;
 use crate::view::notices::Notices;
 use crate::view::options::Options;
 use crate::view::pull::Pull;
@@ -186,6 +187,7 @@ pub(crate) struct View {
     pub force_causes: Vec<&'static str>,
     /// Words beside bodies, by stable id.
     pub labels: Vec<(u32, String)>,
+    pub ground: Ground,
 }
 
 /// What lasts from scene to scene.
@@ -263,6 +265,7 @@ impl Stage {
             force_scale: None,
             force_causes: Vec::new(),
             labels: scene.labels.clone(),
+            ground: Ground::of(&scene),
         };
         let sim = start(scene, run.options);
         Self {
