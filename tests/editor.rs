@@ -29,8 +29,8 @@ fn scene(cockpit: &Cockpit) -> &Scene {
 fn saved(cockpit: &mut Cockpit) -> Arc<str> {
     cockpit.drive.press("Ctrl+Shift+S");
     let orders = cockpit.drive.session.take_orders();
-    let [Order::Scene { text, .. }] = &orders[..] else { panic!("{orders:?}") };
-    Arc::clone(text)
+    let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
+    Arc::clone(&file.text)
 }
 
 /// The state two seconds later.
@@ -192,10 +192,59 @@ fn unsaved_changes_are_asked_about_before_they_are_left() {
     assert_eq!(asked(&mut cockpit, "Stay"), []);
     assert_eq!(asked(&mut cockpit, "Escape"), []);
     let orders = asked(&mut cockpit, "Save as tutorial.ron");
-    assert!(matches!(&orders[..], [Order::Scene { .. }, Order::Quit]), "{orders:?}");
+    assert!(matches!(&orders[..], [Order::Scene(_), Order::Quit]), "{orders:?}");
     assert_eq!(asked(&mut cockpit, "Discard them"), [Order::Quit]);
     cockpit.drive.press("Ctrl+Q").ticks(2);
     assert_eq!(cockpit.drive.session.take_orders(), [Order::Quit], "asked once");
+}
+
+/// The editor with body `a` selected, whose mass has many digits, and the middle of the field of that mass.
+fn with_a_mass() -> (Cockpit, DVec2) {
+    let text = "(version: 1, camera: (position_m: (0, 0, 10), pitch_deg: 0, yaw_deg: 0), bodies: [
+        (name: \"a\", shape: sphere(radius_m: 1), position_m: (-2, 0, 0), mass_kg: 0.1234567891),
+        (name: \"b\", shape: sphere(radius_m: 1), position_m: (2, 0, 0), mass_kg: 2),
+    ])";
+    let mut cockpit = Cockpit::of("empty", [1600, 1200]);
+    cockpit.drive.session.open(Scene::parse("t", text).unwrap());
+    cockpit.drive.press("P").press("M").ticks(2);
+    let a = cockpit.seen("a");
+    cockpit.drive.click(Button::Left, a).ticks(2);
+    let fields = cockpit.drive.session.controls();
+    let field = fields.iter().find(|control| control.role == "SpinButton" && control.name == "kg");
+    let [left, top, right, bottom] = field.unwrap_or_else(|| panic!("{fields:#?}")).rect_px;
+    (cockpit, DVec2::new(left + right, top + bottom) / 2.0)
+}
+
+#[test]
+fn a_field_that_is_only_visited_changes_nothing_and_escape_takes_back_what_was_typed() {
+    let (mut cockpit, field) = with_a_mass();
+    let before = Arc::clone(&scene(&cockpit).text);
+    cockpit.drive.click(Button::Left, field).ticks(3).press("Enter").ticks(3);
+    assert_eq!(scene(&cockpit).text, before);
+    cockpit.drive.click(Button::Left, field).ticks(3);
+    assert!(cockpit.drive.session.takes_text());
+    cockpit.drive.give([Input::Text("7".to_owned())]).ticks(2).press("Escape").ticks(4);
+    assert_eq!(scene(&cockpit).text, before);
+    cockpit.drive.click(Button::Left, field).ticks(3);
+    cockpit.drive.give([Input::Text("7".to_owned())]).ticks(2).press("Enter").ticks(3);
+    assert_eq!(scene(&cockpit).bodies[0].inverse_mass, Some(1.0 / 7.0));
+}
+
+#[test]
+fn a_typed_value_is_taken_when_another_body_is_clicked_and_when_the_scene_is_saved() {
+    let (mut cockpit, field) = with_a_mass();
+    let b = cockpit.seen("b");
+    cockpit.drive.click(Button::Left, field).ticks(3);
+    cockpit.drive.give([Input::Text("7".to_owned())]).ticks(2).click(Button::Left, b).ticks(3);
+    assert_eq!(scene(&cockpit).bodies[0].inverse_mass, Some(1.0 / 7.0));
+    assert_eq!(cockpit.drive.selected().as_deref(), Some("b"));
+
+    let (mut cockpit, field) = with_a_mass();
+    cockpit.drive.click(Button::Left, field).ticks(3);
+    cockpit.drive.give([Input::Text("5".to_owned())]).ticks(2).press("Ctrl+Shift+S").ticks(1);
+    let orders = cockpit.drive.session.take_orders();
+    let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
+    assert!(file.text.contains("mass_kg: 5.0"), "{}", file.text);
 }
 
 /// One thing that a person does in the editor.

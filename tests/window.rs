@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 use motion::clock::FrameClock;
 use motion::{Method, PhysicsBody};
 use render::Image;
-use sandbox::input::InputFrame;
+use sandbox::input::{Button, InputFrame};
 use sandbox::player::Player;
 use sandbox::report::state_hash;
 use sandbox::{Mode, Options, Order, Session};
@@ -331,15 +331,45 @@ fn a_person_selects_pushes_and_pauses_in_the_window_and_the_recording_repeats_it
     assert_eq!(summary["ticks"], paused.tick);
 }
 
+/// The summary of the recording, replayed by the program in the window's folder.
+fn replayed_by_program(window: &Window, scene: &str) -> serde_json::Value {
+    sandbox(&window.folder, &format!("run {scene} --script recording.ron --summary summary.json")).fine();
+    json(window.folder.path().join("summary.json"))
+}
+
 #[test]
-fn a_person_with_a_mouse_alone_works_in_the_cockpit_and_the_recording_repeats_it() {
+fn a_person_with_a_mouse_alone_goes_the_first_time_path_and_the_recording_repeats_it() {
     let size = [1280, 720];
-    let mut here = Cockpit::of("tutorial", size);
-    let arguments = ["--record", "recording.ron"];
+    let mut here = Cockpit::of("empty", size);
+    let arguments = ["empty", "--record", "recording.ron"];
     let mut window = Window::open_in(tempfile::tempdir().unwrap(), &arguments, &[], [size, size]);
     let moves = |window: &Window, at: DVec2| {
         window.input(&["mousemove", &at.x.round().to_string(), &at.y.round().to_string()]);
     };
+    let clicks = |window: &mut Window, here: &mut Cockpit, name: &str| {
+        moves(window, here.middle_of(name));
+        window.input(&["click", "1"]);
+        here.click(name);
+        for order in here.drive.session.take_orders() {
+            match order {
+                Order::Open(name) => {
+                    let saved = window.folder.path().join(&name);
+                    let name = if saved.exists() { saved.display().to_string() } else { name };
+                    here.drive.session.open(scene::load(&name).unwrap());
+                }
+                Order::Scene(file) => here.drive.session.saved_scene(&file),
+                _ => {}
+            }
+            here.drive.ticks(3);
+        }
+        // A click may move what is clicked next: it is laid out in its new place one frame later.
+        let _ = [window.screenshot(), window.screenshot()];
+    };
+    // A scene by its picture, which has the scene's description as its name.
+    clicks(&mut window, &mut here, &scene::load("tutorial").unwrap().description);
+    let _ = window.screenshot();
+
+    // Dragged and pushed.
     let player = here.seen("player");
     moves(&window, player);
     window.input(&["mousedown", "1"]);
@@ -349,21 +379,83 @@ fn a_person_with_a_mouse_alone_works_in_the_cockpit_and_the_recording_repeats_it
     let pulled = window.screenshot();
     while window.screenshot().tick < pulled.tick + 12 {}
     window.input(&["mouseup", "1"]);
-    for name in ["Gravity", "Pause"] {
-        moves(&window, here.middle_of(name));
-        window.input(&["click", "1"]);
-        here.click(name);
+    let grid = here.seen("grid.x4.z4");
+    for (at, button) in [(grid, "1"), (grid, "3")] {
+        moves(&window, at);
+        window.input(&["click", button]);
     }
-    let paused = window.screenshot();
-    window.quit();
+    // As here, so that the same sections are open.
+    here.drive.click(Button::Left, grid).ticks(2);
+    let method = Method::RungeKutta4.claims().title;
+    clicks(&mut window, &mut here, "method of integration (I and Shift+I)");
+    clicks(&mut window, &mut here, method);
+    clicks(&mut window, &mut here, "Ghosts");
+    let _ = window.screenshot();
+    clicks(&mut window, &mut here, "Ghosts");
 
-    let (script, recording) = window.recording();
-    let end = replay(&script, &recording, |_, _| {});
-    assert_eq!(format!("{:016x}", state_hash(&end)), paused.state_hash);
-    assert!(end.paused() && end.world().resource::<motion::Gravity>().on);
-    let player = end.body("player").unwrap();
-    let velocity = end.world().get::<PhysicsBody>(player).unwrap().velocity;
-    assert!(velocity.length() > 0.1, "{velocity}");
+    clicks(&mut window, &mut here, "Editor");
+    clicks(&mut window, &mut here, "Sphere");
+    clicks(&mut window, &mut here, "Box");
+    clicks(&mut window, &mut here, "Undo");
+    clicks(&mut window, &mut here, "Save scene");
+    let saved = window.screenshot();
+    let text = fs::read_to_string(window.folder.path().join("tutorial.ron")).unwrap();
+    assert!(text.contains("name: \"sphere\"") && !text.contains("name: \"box\""), "{text}");
+    assert!(text.contains("method: runge_kutta_4"), "{text}");
+    clicks(&mut window, &mut here, "empty");
+    clicks(&mut window, &mut here, "tutorial.ron");
+    let reopened = window.screenshot();
+    window.quit();
+    assert_eq!(reopened.state_hash, saved.state_hash, "nothing moves in it by itself");
+
+    let (script, _) = window.recording();
+    let by_mouse = |action: &Action| match action {
+        Action::KeyDown(key) | Action::KeyUp(key) => {
+            ["F12", "F10", "Q", "Ctrl", "Ctrl+Q"].contains(&key.as_str())
+        }
+        _ => true,
+    };
+    assert!(script.steps.iter().all(|step| by_mouse(&step.action)), "{}", script.to_ron());
+    assert_eq!(replayed_by_program(&window, "empty")["state_hash"], reopened.state_hash.as_str());
+}
+
+#[test]
+fn a_person_with_keys_alone_goes_the_first_time_path_and_the_recording_repeats_it() {
+    let size = [1280, 720];
+    let arguments = ["empty", "--record", "recording.ron"];
+    let mut window = Window::open_in(tempfile::tempdir().unwrap(), &arguments, &[], [size, size]);
+    let opens = |window: &mut Window, name: &str| {
+        window.input(&["key", "ctrl+o"]);
+        // The field has the keyboard one frame later.
+        let _ = window.screenshot();
+        window.input(&["type", name]);
+        window.input(&["key", "Return"]);
+        let _ = window.screenshot();
+    };
+    opens(&mut window, "tutorial");
+    window.input(&["key", "k"]);
+    let selected = window.screenshot();
+    window.input(&["keydown", "Right"]);
+    while window.screenshot().tick < selected.tick + 12 {}
+    window.input(&["keyup", "Right"]);
+    window.input(&["key", "i", "t"]);
+    let _ = window.screenshot();
+    window.input(&["key", "t", "m"]);
+    let _ = window.screenshot();
+    window.input(&["key", "ctrl+d", "ctrl+d", "ctrl+z", "ctrl+shift+s"]);
+    let saved = window.screenshot();
+    let text = fs::read_to_string(window.folder.path().join("tutorial.ron")).unwrap();
+    assert!(text.contains("name: \"player2\"") && !text.contains("name: \"player3\""), "{text}");
+    opens(&mut window, "empty");
+    opens(&mut window, "tutorial.ron");
+    let reopened = window.screenshot();
+    window.quit();
+    assert_eq!(reopened.state_hash, saved.state_hash, "nothing moves in it by itself");
+
+    let (script, _) = window.recording();
+    let of_mouse = |action: &Action| matches!(action, Action::MouseDown(_) | Action::Wheel(_));
+    assert!(!script.steps.iter().any(|step| of_mouse(&step.action)), "{}", script.to_ron());
+    assert_eq!(replayed_by_program(&window, "empty")["state_hash"], reopened.state_hash.as_str());
 }
 
 #[test]

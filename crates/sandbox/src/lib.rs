@@ -26,4 +26,4 @@ pub use tools::ghosts::{GhostRow, GhostState};
 pub use tools::tool::ToolRow;
 pub use view::camera::Camera;
 pub use view::options::{Options, Overrides};
-pub use view::stage::{Measured, Mode, Order, QuarantinedBody, Stage};
+pub use view::stage::{Measured, Mode, Order, QuarantinedBody, SceneFile, Stage};

@@ -56,7 +56,7 @@ tools! {
     Graphs in graphs: "toggle_graphs", ["Y"], "Graphs", "graphs: position, velocity, acceleration, force and energy of the selection over the last seconds";
     Timeline in timeline: "toggle_timeline_panel", ["R"], "Timeline", "timeline: go anywhere in the last minute; what went wrong, and saving it";
     Help in help: "help", ["H", "?"], "Keys and mouse", "this help";
-    Finder in finder: "find_scene", ["Ctrl+O"], "Find scene", "find a scene by name";
+    Finder in finder: "find_scene", ["Ctrl+O"], "Find scene", "find a scene by name, or open a file";
 }
 
 impl Panel {

@@ -424,7 +424,9 @@ impl Shell {
         if !drawn && !hidden {
             self.unsettled = self.unsettled.max(1);
         }
-        self.keep_draft();
+        if hidden && self.session.asks() {
+            self.show();
+        }
         let mut unsaved = false;
         for order in self.session.take_orders() {
             match order {
@@ -434,8 +436,8 @@ impl Shell {
                 Order::Restore(draft) => self.restore(&draft),
                 Order::Forget(draft) => drafts::delete(&draft),
                 Order::Open(name) => self.open_scene(&name),
-                Order::Scene { path, text, replaces } => {
-                    let written = save_scene(&mut self.session, &path, &text, replaces.as_deref());
+                Order::Scene(file) => {
+                    let (path, written) = (file.path.clone(), save_scene(&mut self.session, &file));
                     unsaved = written.is_err();
                     say_written(&mut self.session, &path, written);
                 }
@@ -448,6 +450,15 @@ impl Shell {
                 Order::Screenshot(_) | Order::Bundle if drawn => {}
                 Order::Screenshot(_) | Order::Bundle => self.session.postpone(order),
             }
+        }
+        self.keep_draft();
+    }
+
+    /// Brings a window back that has something to ask.
+    fn show(&self) {
+        if let Some(screen) = &self.screen {
+            screen.window.set_minimized(false);
+            screen.window.focus_window();
         }
     }
 
@@ -539,18 +550,18 @@ impl Shell {
         match read {
             Ok(scene) => {
                 self.session.open_unsaved(scene);
-                self.keep_draft();
-                drafts::delete(path);
+                if self.keep_draft() {
+                    drafts::delete(path);
+                }
             }
             Err(error) => self.session.notices.say(Topic::File, error.to_string()),
         }
     }
 
-    fn keep_draft(&mut self) {
+    /// Keeps unsaved changes for a crash; whether there is nothing that is not kept.
+    fn keep_draft(&mut self) -> bool {
         let unsaved = self.session.has_unsaved_changes().then_some(&self.session.scene().text);
-        if let Some(draft) = &mut self.draft {
-            draft.keep(unsaved);
-        }
+        self.draft.as_mut().map_or(unsaved.is_none(), |draft| draft.keep(unsaved))
     }
 
     fn open_scene(&mut self, name: &str) {

@@ -59,7 +59,7 @@ pub fn changes(scene: &Scene, settings: &[(&Part, (Method, u32))]) -> Vec<Change
     changes
 }
 
-/// Keys of a scene behind the last of which its method stands, in the order of the format.
+/// The method of a scene stands behind the last of these keys.
 const BEFORE_METHOD: [&str; 5] = ["version", "name", "description", "step_hz", "step"];
 
 /// Writes methods and substeps into the text of a scene; `name` is what messages call it.
@@ -139,7 +139,7 @@ fn set(text: &str, group: &Bracket, change: &Change, inherited: (Method, u32), p
         let before: &[&str] = if change.path.is_none() { &BEFORE_METHOD } else { &[] };
         // Method and substeps stand side by side.
         let after = [before, &["substeps", "method"]].concat();
-        pieces.extend(group.insert(text, &absent, &after));
+        pieces.extend(group.insert(text, &absent, &after, &[]));
     }
 }
 

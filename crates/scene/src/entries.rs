@@ -27,14 +27,22 @@ impl Scene {
     /// The entries of the scene's file that make bodies, in the order of the stable id.
     #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
-        let written = (0..self.names.written()).map(|id| ("bodies", id..id + 1));
-        let mut entries: Vec<Entry> = Vec::new();
-        for (list, bodies) in written.chain(self.names.runs()) {
-            let before = entries.last().filter(|before| before.list == list);
-            let index = before.map_or(0, |before| before.index + 1);
-            entries.push(Entry { list, index, bodies });
-        }
-        entries
+        let written = (0..self.names.written()).map(|id| Entry {
+            list: "bodies",
+            index: id as usize,
+            bodies: id..id + 1,
+        });
+        written.chain(self.generated()).collect()
+    }
+
+    /// The entries that make more than the bodies that they write.
+    pub(crate) fn generated(&self) -> impl Iterator<Item = Entry> {
+        let mut before: Option<(&str, usize)> = None;
+        self.names.runs().map(move |(list, bodies)| {
+            let index = before.filter(|(other, _)| *other == list).map_or(0, |(_, index)| index + 1);
+            before = Some((list, index));
+            Entry { list, index, bodies }
+        })
     }
 }
 

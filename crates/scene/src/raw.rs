@@ -270,23 +270,16 @@ const SINE: [(&str, Kind); 3] = [
 ];
 
 /// The keys that are known at the path of a group, and what they take; none if the path leads to no group. Those of a soft
-/// body are those of its kind, which stands in `raw`.
-pub(crate) fn kinds_at(raw: &Scene, path: &str) -> Vec<(&'static str, Kind)> {
-    let item = path.split_once('[').and_then(|(list, rest)| {
-        let (index, key) = rest.split_once(']')?;
-        Some((list, index.parse().ok(), key))
-    });
-    let (list, index, key) = item.unwrap_or((path, None::<usize>, ""));
-    match (list, key) {
+/// body are those of its `kind`.
+pub(crate) fn kinds_at(path: &str, kind: &str) -> Vec<(&'static str, Kind)> {
+    let item = path.split_once('[').and_then(|(list, rest)| Some((list, rest.split_once(']')?.1)));
+    match item.unwrap_or((path, "")) {
         ("", "") => kinds_of::<Scene>(),
         ("thrusts", ".curve") => SINE.to_vec(),
         ("expect.survival" | "expect.survival.rows", "") => kinds_of::<Survival>(),
         ("expect.survival.script", "") => kinds_of::<Step>(),
         ("bodies", ".shape") => kinds_of::<Sizes>(),
-        ("soft_bodies", "") => {
-            let soft = index.and_then(|index: usize| raw.soft_bodies.get(index));
-            soft.map_or_else(Vec::new, SoftBody::known_keys)
-        }
+        ("soft_bodies", "") => coupled::kinds_of_soft(kind),
         (section, "") => kinds_in(section),
         _ => Vec::new(),
     }
@@ -298,9 +291,7 @@ mod tests {
 
     #[test]
     fn the_known_keys_are_those_of_the_structs() {
-        let (raw, _) =
-            crate::text::syntax::read::<Scene>("(soft_bodies: [chain(points: 2), cloth()])", "").unwrap();
-        let keys = |path| kinds_at(&raw, path);
+        let keys = |path| kinds_at(path, "");
         assert_eq!(keys("damping"), [("model", Kind::Word), ("rate_per_s", Kind::Number)]);
         assert_eq!(
             keys("bodies[12].shape"),
@@ -308,10 +299,9 @@ mod tests {
         );
         assert_eq!(keys("clouds[0]").len(), 9);
         assert_eq!(keys("nothing"), []);
-        let of_chain = keys("soft_bodies[0]");
+        let (of_chain, of_cloth) = (kinds_at("soft_bodies[0]", "chain"), kinds_at("soft_bodies[1]", "cloth"));
         assert!(of_chain.contains(&("points", Kind::Count)) && of_chain.contains(&("mass_kg", Kind::Number)));
-        assert!(!of_chain.iter().any(|(key, _)| *key == "rows"));
-        assert!(keys("soft_bodies[1]").contains(&("shear", Kind::Flag)) && keys("soft_bodies[2]").is_empty());
+        assert!(!of_chain.iter().any(|(key, _)| *key == "rows") && of_cloth.contains(&("shear", Kind::Flag)));
         let of_scene = keys("");
         for known in
             [("name", Kind::Text), ("gravity", Kind::Group), ("method", Kind::Word), ("bodies", Kind::Other)]

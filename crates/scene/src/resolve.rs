@@ -94,7 +94,10 @@ pub(crate) fn parse_as(name: &str, text: &str, source: Source) -> Result<Scene, 
 
 fn unknown_key(raw: &raw::Scene, faults: &mut Faults, path: &str) {
     let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
-    let known: Vec<_> = raw::kinds_at(raw, group).into_iter().map(|(key, _)| key).collect();
+    let soft =
+        group.strip_prefix("soft_bodies[").and_then(|rest| rest.strip_suffix(']')?.parse::<usize>().ok());
+    let kind = soft.and_then(|index| raw.soft_bodies.get(index)).map_or("", |soft| &soft.word);
+    let known: Vec<_> = raw::kinds_at(group, kind).into_iter().map(|(key, _)| key).collect();
     let cure = if known.is_empty() { "remove it".to_owned() } else { suggest(key, &known) };
     faults.add(path, format!("unknown key `{key}`"), cure);
 }

@@ -2,9 +2,10 @@
 //!
 //! Nothing here writes the state of a body: a click becomes a queued push, an edit a queued request.
 
+use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
 use motion::effects::Effect;
-use motion::{Gravity, Method, Push, PushQueue, Request};
+use motion::{Dormant, Gravity, Method, Push, PushQueue, Request, SoftBody};
 use scene::unsolvable;
 
 use crate::app::actions::{Does, binding, takes_shift};
@@ -86,8 +87,14 @@ impl Session {
 
     fn key_down(&mut self, key: &Key) {
         let binding = binding(key);
-        let leaves = binding.is_some_and(|row| ["cancel", "quit", "focus_panels"].contains(&row.name));
-        if self.ui.takes_key(key) && !leaves {
+        let is_one_of = |names: &[&str]| binding.filter(|row| names.contains(&row.name));
+        let leaves = is_one_of(&["cancel", "quit", "focus_panels", "screenshot"]).is_some();
+        let saves = is_one_of(&["save_bundle", "save_scene", "quit"]).filter(|_| self.ui.takes_text());
+        if let Some(row) = saves {
+            // What is being typed is taken first, when the field is laid out without the keyboard.
+            self.ui.release_focus();
+            self.ui.postponed.push(row.name);
+        } else if (self.ui.question.is_some() || self.ui.takes_key(key)) && !leaves {
             self.ui.key(key, true);
         } else if let Some(binding) = binding {
             if takes_shift(key) {
@@ -167,6 +174,7 @@ impl Session {
     }
 
     pub(crate) fn cancel(&mut self) {
+        self.tools.editor.cancel_typing();
         if self.ui.question.take().is_none() && !self.ui.close_top() && self.seen.selection.take().is_none() {
             self.notice("Ctrl+Q quits");
         }
@@ -295,6 +303,21 @@ impl Session {
         }
     }
 
+    /// Selects the next movable thing of the scene, or the one before; after the last one comes the first.
+    pub(crate) fn select_neighbor(&mut self, step: isize) {
+        let points = self.stage.points_of_soft_bodies();
+        let world = &mut self.stage.sim.world;
+        let softs: Vec<_> = world.query_filtered::<Entity, With<SoftBody>>().iter(world).collect();
+        let awake = |thing: &Entity| self.sim.world.get::<Dormant>(*thing).is_none();
+        let bodies = self.things().filter(|thing| !points.contains(*thing)).chain(softs);
+        let movable: Vec<_> = bodies.filter(|thing| awake(thing) && self.is_movable(*thing)).collect();
+        let here = movable.iter().position(|thing| Some(*thing) == self.seen.selection);
+        let next = here.and_then(|here| movable.get(here.checked_add_signed(step)?));
+        let end = if step > 0 { movable.first() } else { movable.last() };
+        self.seen.selection = next.or(end).copied();
+        self.tools.editor.handle = None;
+    }
+
     /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is
     /// wanted.
     fn select(&mut self) {
@@ -302,16 +325,6 @@ impl Session {
         let wanted = self.hands.held.selects_immovable() || self.sim.scene.select_immovable;
         let hit = self.cast(&ray).map(|hit| hit.entity);
         self.seen.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
-    }
-
-    /// Selects the next movable thing of the scene, or the one before; after the last one comes the first.
-    pub(crate) fn select_neighbor(&mut self, step: isize) {
-        let movable: Vec<_> = self.things().filter(|thing| self.is_movable(*thing)).collect();
-        let here =
-            self.seen.selection.and_then(|selected| movable.iter().position(|thing| *thing == selected));
-        let next = here.and_then(|here| movable.get(here.checked_add_signed(step)?));
-        let end = if step > 0 { movable.first() } else { movable.last() };
-        self.seen.selection = next.or(end).copied();
     }
 
     /// Pushes the selection if it is under the pointer; beside it, a drag orbits.

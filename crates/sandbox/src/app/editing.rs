@@ -1,7 +1,7 @@
 //! Changes of the scene's text: each restarts the scene with what the text says then. Undo, redo, saving, and the question
 //! before unsaved changes are left.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
@@ -12,10 +12,9 @@ use scene::{FileIndex, Scene, StepKind, TextEdit};
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::app::ui::Question;
 use crate::tools::Panel;
-use crate::tools::editor::{Editor, Handle, NEAR_POINTS, selected_entry};
+use crate::tools::editor::{Editor, Handle, NEAR_POINTS, selected_entry, triple};
 use crate::tools::tool::Answer;
-use crate::view::options::Overrides;
-use crate::view::stage::{Mode, Order, Stage, View};
+use crate::view::stage::{Mode, Order, SceneFile, Stage, View};
 
 /// How far beside its original a copy stands, as a share of the distance from the camera.
 const BESIDE: f64 = 0.04;
@@ -24,6 +23,9 @@ impl Session {
     /// Makes changes in the text of the scene and restarts with it, paused; the entry at the path `select` is selected then.
     /// Changes that make no scene are told in the editor, and nothing happens.
     pub(crate) fn rewrite(&mut self, changes: &[TextEdit], select: Option<&str>) {
+        if changes.is_empty() {
+            return;
+        }
         let before = self.present_text();
         let name = self.sim.scene.name.clone();
         let after = scene::rewrite(&name, &before, changes).and_then(|text| self.sim.scene.reread(&text));
@@ -83,13 +85,20 @@ impl Session {
         let offset = self.offset_in_entry(select);
         let mut editor = std::mem::take(&mut self.tools.editor);
         editor.finish();
-        // The text says it now.
-        self.run.options.overrides = Overrides::default();
+        let same_push = scene.push == self.sim.scene.push;
+        let same_trails = scene.trails == self.sim.scene.trails;
+        let pace = self.clock.pace();
+        // The text says them; scenes that are opened later have them again.
+        let overrides = std::mem::take(&mut self.run.options.overrides);
         self.go_on_with(scene, editor, |view, before| {
             let camera = if same_camera { before.camera } else { view.camera };
+            let click_force = if same_push { before.click_force } else { view.click_force };
+            let trails = if same_trails { before.trails } else { view.trails };
             let (labels, push) = (std::mem::take(&mut view.labels), view.push);
-            *view = View { camera, labels, push, paused: true, ..before };
+            *view = View { camera, click_force, trails, labels, push, paused: true, ..before };
         });
+        self.run.options.overrides = overrides;
+        self.clock.set_pace(pace).expect("it was a pace before");
         self.forecast_start(1.0 / DEFAULT_FPS);
         self.seen.selection = select.and_then(|path| self.entity_at(path, offset));
     }
@@ -111,7 +120,7 @@ impl Session {
             let found = softs.iter(&self.sim.world).find(|(_, index)| index.0 as usize == entry.index);
             return found.map(|(soft, _)| soft);
         }
-        self.sim.body((entry.bodies.start + offset).min(entry.bodies.end - 1))
+        self.sim.body((entry.bodies.start + offset).min(entry.bodies.end.saturating_sub(1)))
     }
 
     /// Adds a copy of the selection beside it.
@@ -204,16 +213,16 @@ impl Session {
         }
         let file = editor.document(&original).file.clone();
         let replaces = file.filter(|(file, _)| *file == path).map(|(_, text)| text);
-        self.orders.push(Order::Scene { path, text, replaces });
+        let of = Arc::clone(&original.text);
+        self.orders.push(Order::Scene(SceneFile { path, text, replaces, of }));
     }
 
-    /// Notes that the file has that text of the scene now.
-    pub fn saved_scene(&mut self, path: &Path, text: &Arc<str>) {
+    /// Notes that the file has the text of the scene now.
+    pub fn saved_scene(&mut self, SceneFile { path, text, of, .. }: &SceneFile) {
         let scene = Arc::clone(&self.stage.sim.scene);
         let document = self.tools.editor.document(&scene);
-        document.file = Some((path.to_owned(), Arc::clone(text)));
-        // The file may differ from it by what was set without the editor.
-        document.saved = Some(Arc::clone(&scene.text));
+        document.file = Some((path.clone(), Arc::clone(text)));
+        document.saved = Some(Arc::clone(of));
         self.run.note_file(path);
     }
 
@@ -236,6 +245,12 @@ impl Session {
         self.ui.question = Some(Question::Leaving(order));
     }
 
+    /// Whether something is asked.
+    #[must_use]
+    pub const fn asks(&self) -> bool {
+        self.ui.question.is_some()
+    }
+
     /// Asks whether to go on with the unsaved changes in the file `draft`.
     pub fn offer(&mut self, draft: PathBuf) {
         self.ui.question = Some(Question::LeftBehind(draft));
@@ -253,7 +268,10 @@ impl Session {
         match (self.ui.question.take(), answer) {
             (None, _) | (_, Answer::Cancel) => {}
             (Some(Question::Leaving(order)), Answer::Discard) => {
-                self.tools.editor = Editor::default();
+                // Another scene brings another editor, once it is there.
+                if order == Order::Quit {
+                    self.tools.editor = Editor::default();
+                }
                 self.orders.push(order);
             }
             (Some(Question::Leaving(order)), _) => {
@@ -282,7 +300,6 @@ fn settings(stage: &Stage, written: &Scene) -> Vec<TextEdit> {
     if written.step == StepKind::Fixed && rate != written.step_hz && world.contains_resource::<TimeStep>() {
         set("", "step_hz", format!("{rate:?}"));
     }
-    let triple = |v: DVec3| format!("({:?}, {:?}, {:?})", v.x, v.y, v.z);
     if let Some(now) = world.get_resource::<Gravity>().filter(|now| Some(**now) != written.gravity) {
         let (acceleration, on) = (triple(now.acceleration), now.on.to_string());
         match written.gravity {

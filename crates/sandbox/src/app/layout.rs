@@ -1,5 +1,7 @@
 //! The panels and words of a frame, laid out from the session.
 
+use std::sync::Arc;
+
 use egui::{Id, LayerId, Rect, Window};
 use motion::clock::{FrameClock, FrameTime};
 
@@ -115,10 +117,17 @@ impl Session {
     pub(crate) fn lay_out_panels(&mut self, time: FrameTime) {
         self.notices.expire(time.total());
         let Self { stage, tools, ui, .. } = self;
-        let mut edits = Vec::new();
+        let (mut edits, text) = (Vec::new(), Arc::clone(&stage.sim.scene.text));
         ui.run(time, |ui, root| edits.extend(lay_out(ui, root, stage, tools)));
         for edit in edits {
-            self.edit(edit);
+            // Places in one text are others in the text that a change before made of it.
+            let stale = matches!(edit, Edit::Rewrite(..)) && !Arc::ptr_eq(&text, &self.sim.scene.text);
+            if !stale {
+                self.edit(edit);
+            }
+        }
+        for action in std::mem::take(&mut self.ui.postponed) {
+            self.edit(Edit::Act(action));
         }
     }
 

@@ -58,6 +58,8 @@ pub(crate) struct Ui {
     pub cockpit: Cockpit,
     /// What they left for the view in the last layout.
     pub view: Rect,
+    /// Actions that come after the next layout.
+    pub postponed: Vec<&'static str>,
     /// What the person is asked.
     pub question: Option<Question>,
     /// When egui wants its next layout, s; infinite where nothing moves by itself.
@@ -82,6 +84,7 @@ impl Ui {
             was_open: false,
             cockpit: Cockpit::default(),
             view: Rect::EVERYTHING,
+            postponed: Vec::new(),
             question: None,
             lays_out_at: f64::INFINITY,
             focus: focus::Focus::default(),

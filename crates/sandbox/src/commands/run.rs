@@ -23,7 +23,6 @@ use crate::output::files::{output_file, write};
 use crate::output::pictures::Camera;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
-use crate::output::scenes::save_scene;
 use crate::tools::forecast::ForecastRow;
 use crate::view::options::{Options, Overrides};
 use crate::view::stage::{CATCH_UP, Order};
@@ -317,8 +316,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 Order::Table(text) => {
                     write(&folder.join(format!("graph_{frame_number:06}.csv")), text.as_bytes())?;
                 }
-                Order::Scene { path, text, replaces } => {
-                    save_scene(&mut session, path, text, replaces.as_deref())?;
+                Order::Scene(file) => {
+                    // A recording that is repeated must not replace what came after it.
+                    eprintln!("{}: only the window writes scenes; nothing was written", file.path.display());
+                    session.saved_scene(file);
                 }
                 _ => {}
             }

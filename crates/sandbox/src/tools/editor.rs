@@ -15,21 +15,23 @@ use render::Frame;
 use scene::{Entry, FileIndex, Scene, TextEdit as Change};
 
 pub(crate) use self::document::Document;
-use self::form::Form;
+use self::form::{Form, LISTS};
 pub(crate) use self::handles::{Handle, NEAR_POINTS};
 use self::parts::PARTS;
+pub(crate) use self::parts::triple;
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
+use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::stage::{Mode, Stage};
-
-/// Lists whose entries have no body to be selected by.
-const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
 
 /// So many entries of a list are shown.
 const SHOWN: usize = 50;
 
 /// How large what is added is, as a share of its distance.
 const SIZE: f64 = 0.015;
+
+/// Distance below which what is added becomes no smaller, m.
+const NEAREST: f64 = 0.01;
 
 /// Distance at which something is added where the view shows nothing, m.
 const AWAY: f64 = 20.0;
@@ -48,6 +50,8 @@ pub(crate) struct Editor {
     /// The handle that is dragged.
     pub handle: Option<Handle>,
     form: Form,
+    /// The entry whose values were laid out last.
+    shown: Option<String>,
     /// What the person calls the file.
     file: Option<String>,
 }
@@ -85,6 +89,12 @@ impl Editor {
         let own =
             || file.map_or_else(|| format!("{}.ron", scene.name), |(path, _)| path.display().to_string());
         self.file.clone().unwrap_or_else(own)
+    }
+
+    /// Forgets what is being typed, and what is being dragged.
+    pub fn cancel_typing(&mut self) {
+        self.form.cancel();
+        self.handle = None;
     }
 
     /// Takes a body as an end of the spring that is being added; the spring, once it has both.
@@ -169,6 +179,19 @@ impl Editor {
         }
     }
 
+    /// What was typed for the entry that was selected in the last layout, if another one is now.
+    fn leave_entry(&mut self, desk: &mut Desk<'_>) {
+        let path = selected_path(desk.stage);
+        if path == self.shown {
+            return;
+        }
+        let left = std::mem::replace(&mut self.shown, path.clone());
+        let changes = left.map_or_else(Vec::new, |left| self.form.left(&left));
+        if !changes.is_empty() {
+            desk.edits.push(Edit::Rewrite(changes, path));
+        }
+    }
+
     /// The entry of the selection.
     fn selection(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let Some((entry, name)) = selected_entry(desk.stage) else {
@@ -220,7 +243,7 @@ impl Editor {
         }
     }
 
-    /// Everything of the scene that is no body.
+    /// Everything of the scene but its bodies.
     fn of_scene(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let mut changes = Vec::new();
         let scene = &desk.stage.sim.scene;
@@ -233,34 +256,27 @@ impl Editor {
             };
             self.form.group(ui, scene, "", own, &mut changes);
         });
-        for field in scene.fields("") {
-            if field.kind != scene::Kind::Group || field.value.is_none() || field.key == "expect" {
-                continue;
-            }
-            CollapsingHeader::new(form::label(field.key).0).id_salt(("group", field.key)).show(ui, |ui| {
+        for key in self.form.sections() {
+            CollapsingHeader::new(form::label(key).0).id_salt(("group", key)).show(ui, |ui| {
                 ui.horizontal(|ui| {
                     if ui.button("Remove").clicked() {
-                        changes.push(Change::Set {
-                            group: String::new(),
-                            key: field.key.to_owned(),
-                            value: None,
-                        });
+                        changes.push(Change::Set { group: String::new(), key: key.to_owned(), value: None });
                     }
-                    if field.key == "camera" && ui.button("Use the present view").clicked() {
+                    if key == "camera" && ui.button("Use the present view").clicked() {
                         let camera = &desk.stage.view.camera;
                         changes.extend([
-                            Change::set("camera", "position_m", parts::triple(camera.position)),
+                            Change::set("camera", "position_m", triple(camera.position)),
                             Change::set("camera", "pitch_deg", format!("{:?}", camera.pitch)),
                             Change::set("camera", "yaw_deg", format!("{:?}", camera.yaw)),
                         ]);
                     }
                 });
-                self.form.group(ui, scene, field.key, |_| true, &mut changes);
+                self.form.group(ui, scene, key, |_| true, &mut changes);
             });
         }
         let selected = selected_path(desk.stage);
         for list in LISTS {
-            let count = scene.count(list);
+            let count = self.form.count(list);
             if count == 0 {
                 continue;
             }
@@ -268,7 +284,7 @@ impl Editor {
             CollapsingHeader::new(title).id_salt(("list", list)).show(ui, |ui| {
                 for index in 0..count.min(SHOWN) {
                     let path = format!("{list}[{index}]");
-                    let title = entry_title(scene, &path);
+                    let title = self.form.title(scene, &path).to_owned();
                     CollapsingHeader::new(title).id_salt(&path).show(ui, |ui| {
                         if ui.button("Remove").clicked() {
                             changes.extend(scene.without(&path));
@@ -280,6 +296,10 @@ impl Editor {
                     ui.weak(format!("and {} more, in the file", count - SHOWN));
                 }
             });
+        }
+        let renamed = changes.iter().find_map(|change| Some((change_group(change)?, name_of(change)?)));
+        if let Some((path, name)) = renamed {
+            changes = scene.named(&path, &name);
         }
         if !changes.is_empty() {
             desk.edits.push(Edit::Rewrite(changes, selected));
@@ -293,10 +313,12 @@ impl Tool for Editor {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        self.form.read(&desk.stage.sim.scene);
+        self.leave_entry(desk);
         self.file_row(ui, desk);
         self.add_row(ui, desk);
         if let Some(error) = &self.error {
-            ui.label(RichText::new(error).color(FAULT));
+            ui.label(RichText::new(error).color(inks::words(ui.visuals(), FAULT)));
         }
         ui.separator();
         self.selection(ui, desk);
@@ -324,6 +346,14 @@ impl Tool for Editor {
     }
 }
 
+/// The group of which a change sets a key.
+fn change_group(change: &Change) -> Option<String> {
+    match change {
+        Change::Set { group, .. } => Some(group.clone()),
+        _ => None,
+    }
+}
+
 /// The name that a change gives an entry.
 fn name_of(change: &Change) -> Option<String> {
     let Change::Set { group, key, value: Some(value) } = change else { return None };
@@ -331,15 +361,6 @@ fn name_of(change: &Change) -> Option<String> {
         scene::Value::Text(name) if key == "name" && !group.is_empty() => Some(name),
         _ => None,
     }
-}
-
-/// What an entry of a list without bodies is called.
-fn entry_title(scene: &Scene, path: &str) -> String {
-    let fields = scene.fields(path);
-    let of =
-        |key: &str| fields.iter().find(|field| field.key == key)?.value.as_ref().map(ToString::to_string);
-    let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
-    what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
 }
 
 /// Length of a substep, s.
@@ -353,7 +374,7 @@ fn place(stage: &mut Stage) -> Place {
     let [_, size_px] = stage.view_area();
     let ray = stage.viewpoint().ray_through(size_px / 2.0, size_px);
     let hit = stage.cast(&ray).map(|hit| hit.distance);
-    let distance = hit.unwrap_or(AWAY);
+    let distance = hit.unwrap_or(AWAY).max(NEAREST);
     let size = round(SIZE * distance);
     let at = ray.at(distance) + if hit.is_some() { DVec3::Y * size } else { DVec3::ZERO };
     let step = 0.1 * size;

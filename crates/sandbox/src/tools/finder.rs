@@ -1,4 +1,4 @@
-//! Find a scene by a part of its name.
+//! Find a scene by a part of its name, or open a file by its path.
 
 use egui::{Align2, Key, TextEdit, Ui};
 
@@ -27,14 +27,19 @@ impl Tool for Finder {
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let field = TextEdit::singleline(&mut self.query);
-        let field = ui.add(field.hint_text("part of a name").desired_width(f32::INFINITY));
+        let field =
+            ui.add(field.hint_text("part of a name, or the path of a file").desired_width(f32::INFINITY));
         // Focus needs a frame, and Enter gives it up. Asking for what is there would ask for another frame.
         if !field.has_focus() {
             field.request_focus();
         }
         let enter = ui.input(|input| input.key_pressed(Key::Enter));
+        let is_path = self.query.contains(['.', '/', '\\']);
         let found = scene::find(&self.query);
-        if found.is_empty() {
+        if is_path && (ui.button("Open this file").clicked() || enter) {
+            desk.edits.push(Edit::Open(self.query.clone()));
+            desk.closes = true;
+        } else if found.is_empty() && !is_path {
             ui.weak("no scene has this in its name");
         }
         for (row, scene) in found.into_iter().enumerate() {

@@ -64,6 +64,19 @@ pub struct QuarantinedBody {
     pub cause: String,
 }
 
+/// A scene that is to be written into a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneFile {
+    /// The file, which is new or has the text that it `replaces`.
+    pub path: PathBuf,
+    /// What the file gets.
+    pub text: Arc<str>,
+    /// What the file has.
+    pub replaces: Option<Arc<str>>,
+    /// The text of the scene at that time, from which `text` differs by what was set without the editor.
+    pub of: Arc<str>,
+}
+
 /// What the program outside has to do after a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
@@ -73,15 +86,8 @@ pub enum Order {
     Bundle,
     /// Write that text as a CSV file.
     Table(String),
-    /// Write the text of a scene into a file. It is new, or has the text that it `replaces`.
-    Scene {
-        /// The file.
-        path: PathBuf,
-        /// What it gets.
-        text: Arc<str>,
-        /// What it has.
-        replaces: Option<Arc<str>>,
-    },
+    /// Write the text of a scene into a file.
+    Scene(SceneFile),
     /// Load the scene of that name and go on with it.
     Open(String),
     /// Go on with the unsaved changes in that file.

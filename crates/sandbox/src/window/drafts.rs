@@ -9,7 +9,7 @@ use crate::output::files::write;
 /// The unsaved changes of this window.
 pub(super) struct Draft {
     folder: PathBuf,
-    /// Whoever finds it locked knows that this window is there.
+    /// Is locked while this window is there.
     lock: (PathBuf, File),
     path: PathBuf,
     /// What the file has.
@@ -25,28 +25,33 @@ impl Draft {
 
     fn begin_in(folder: PathBuf) -> Option<Self> {
         fs::create_dir_all(&folder).ok()?;
-        let own = |end: &str| folder.join(format!("{}.{end}", std::process::id()));
-        let (path, lock) = (own("ron"), own("lock"));
+        // The number of a process comes again: what an earlier one left behind is not its own.
+        let name = |i: u32| folder.join(format!("{}-{i}.ron", std::process::id()));
+        let path = (0..).map(name).find(|path| !path.exists())?;
+        let lock = path.with_extension("lock");
         let file = File::create(&lock).ok()?;
         file.try_lock().ok()?;
         Some(Self { path, lock: (lock, file), folder, written: None })
     }
 
-    /// Keeps these unsaved changes in place of those before.
-    pub fn keep(&mut self, unsaved: Option<&Arc<str>>) {
+    /// Keeps these unsaved changes in place of those before; whether they are kept.
+    pub fn keep(&mut self, unsaved: Option<&Arc<str>>) -> bool {
         let same = match (&self.written, unsaved) {
             (Some(written), Some(unsaved)) => Arc::ptr_eq(written, unsaved),
             (written, unsaved) => written.is_none() && unsaved.is_none(),
         };
         if same {
-            return;
+            return true;
         }
         // A full disk must not stop the window: what cannot be kept is still on the screen.
-        let _ = match unsaved {
+        let kept = match unsaved {
             Some(text) => write(&self.path, text.as_bytes()).map_err(drop),
             None => fs::remove_file(&self.path).map_err(drop),
         };
-        self.written = unsaved.cloned();
+        if kept.is_ok() {
+            self.written = unsaved.cloned();
+        }
+        kept.is_ok()
     }
 
     /// The drafts of windows that are gone, the newest first.
@@ -67,7 +72,7 @@ impl Draft {
     }
 }
 
-/// Whether no window keeps the draft any more.
+/// Whether the window of the draft is gone.
 fn is_left(draft: &Path) -> bool {
     let Ok(lock) = File::open(draft.with_extension("lock")) else { return true };
     !matches!(lock.try_lock(), Err(TryLockError::WouldBlock))
@@ -85,20 +90,20 @@ mod tests {
 
     #[test]
     fn a_draft_is_there_while_changes_are_unsaved_and_is_offered_once_its_window_is_gone() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut draft = Draft::begin_in(folder.path().to_owned()).unwrap();
+        let folder = tempfile::tempdir().expect("a folder that can be written");
+        let mut draft = Draft::begin_in(folder.path().to_owned()).expect("a folder that can be written");
         let text: Arc<str> = "(version: 1)".into();
         draft.keep(Some(&text));
-        assert_eq!(fs::read_to_string(&draft.path).unwrap(), "(version: 1)");
+        assert_eq!(fs::read_to_string(&draft.path).expect("a folder that can be written"), "(version: 1)");
         // Those of a window that is there are not offered to another one.
         let own = draft.path.clone();
         let (other, its_lock) = (folder.path().join("1.ron"), folder.path().join("1.lock"));
-        fs::write(&other, "other").unwrap();
-        let held = File::create(&its_lock).unwrap();
-        held.try_lock().unwrap();
+        fs::write(&other, "other").expect("a folder that can be written");
+        let held = File::create(&its_lock).expect("a folder that can be written");
+        held.try_lock().expect("a folder that can be written");
         assert_eq!(draft.left_behind(), [] as [PathBuf; 0]);
         drop(held);
-        assert_eq!(draft.left_behind(), [other.clone()]);
+        assert_eq!(draft.left_behind(), std::slice::from_ref(&other));
         delete(&other);
         assert!(draft.left_behind().is_empty() && !its_lock.exists());
         draft.keep(None);

@@ -65,6 +65,12 @@ impl Bracket {
         None
     }
 
+    /// The name of a struct or variant before it; empty without one.
+    pub fn word<'a>(&self, text: &'a str) -> &'a str {
+        let before = text[..self.inside.start - 1].trim_end();
+        &before[before.trim_end_matches(|c: char| c.is_alphanumeric() || c == '_').len()..]
+    }
+
     /// The place of a key among the items.
     pub fn index(&self, key: &str) -> Option<usize> {
         self.items.iter().position(|item| item.name.as_deref() == Some(key))
@@ -74,10 +80,16 @@ impl Bracket {
         self.index(key).map(|index| &self.items[index])
     }
 
-    /// Puts `entries` behind the last of the keys `after` that there is, or behind the last of all.
-    pub fn insert(&self, text: &str, entries: &[String], after: &[&str]) -> Vec<Piece> {
-        let anchor = after.iter().rev().find_map(|name| self.key(name)).or(self.items.last());
-        let Some(anchor) = anchor else { return vec![self.insert_first(text, entries)] };
+    /// Puts `entries` behind the last of the keys `after` that there is, or behind the last of all that are not `gone`.
+    pub fn insert(&self, text: &str, entries: &[String], after: &[&str], gone: &[usize]) -> Vec<Piece> {
+        let staying = (0..self.items.len()).rev().find(|index| !gone.contains(index));
+        let last = staying.map(|index| &self.items[index]);
+        let Some(anchor) = after.iter().rev().find_map(|name| self.key(name)).or(last) else {
+            if self.items.is_empty() {
+                return vec![self.insert_first(text, entries)];
+            }
+            return vec![(self.inside.start..self.inside.start, entries.join(", "))];
+        };
         let end = anchor.value.end;
         let Some((at, line_break, indent)) = anchor.own_line(text) else {
             return vec![(end..end, entries.iter().map(|entry| format!(", {entry}")).collect())];

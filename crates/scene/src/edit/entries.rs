@@ -25,7 +25,11 @@ impl Scene {
     /// The entry that made the body with that stable id.
     #[must_use]
     pub fn entry_of(&self, id: u32) -> Option<Entry> {
-        self.entries().into_iter().find(|entry| entry.bodies.contains(&id))
+        let written = self.names.written();
+        if id < written {
+            return Some(Entry { list: "bodies", index: id as usize, bodies: id..id + 1 });
+        }
+        self.generated().find(|entry| entry.bodies.contains(&id))
     }
 
     /// Takes the entry at `path` out, as in `bodies[3]`, with every spring and thrust that names a body of it; wells and other
@@ -268,7 +272,7 @@ fn written_body(name: &str, body: &BodySpec) -> String {
         ("position_m", Some(triple(body.position))),
         ("velocity_m_s", (body.velocity != DVec3::ZERO).then(|| triple(body.velocity))),
         ("mass_kg", body.inverse_mass.map(|inverse| format!("{:?}", mass(inverse)))),
-        ("color", (body.color != BodySpec::DEFAULT.color).then(|| format!("({color})"))),
+        ("color", Some(format!("({color})"))),
         ("texture", body.checker.then(|| "checker".to_owned())),
         ("method", body.method.map(|method| method.name().to_owned())),
         ("substeps", body.substeps.map(|substeps| substeps.to_string())),

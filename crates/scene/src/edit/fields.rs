@@ -6,7 +6,7 @@ use super::bracket::Bracket;
 use crate::raw;
 use crate::scene::Scene;
 use crate::text::kinds::Kind;
-use crate::text::{locate, syntax};
+use crate::text::locate;
 
 /// A key of a group, and what is written there.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +42,8 @@ impl Value {
     pub fn read(kind: Kind, written: &str) -> Self {
         let value = match kind {
             Kind::Flag => ron::from_str(written).ok().map(Self::Flag),
-            Kind::Count => ron::from_str(written).ok().map(Self::Count),
+            // Fields hold no larger numbers exactly.
+            Kind::Count => ron::from_str(written).ok().filter(|count| *count < 1 << 53).map(Self::Count),
             Kind::Number => {
                 ron::from_str(written).ok().filter(|number: &f64| number.is_finite()).map(Self::Number)
             }
@@ -89,14 +90,12 @@ impl Scene {
     #[must_use]
     pub fn fields(&self, path: &str) -> Vec<Field> {
         let Some(group) = self.bracket(path) else { return Vec::new() };
-        let Ok((raw, _)) = syntax::read::<raw::Scene>(&locate::spell_nan(&self.text), "") else {
-            return Vec::new();
-        };
+        let kind = group.word(&self.text);
         let field = |(key, kind)| {
             let written = group.key(key).map(|item| &self.text[item.value.clone()]);
             Field { key, kind, value: written.map(|written| Value::read(kind, written)) }
         };
-        raw::kinds_at(&raw, path).into_iter().map(field).collect()
+        raw::kinds_at(path, kind).into_iter().map(field).collect()
     }
 
     /// How many entries are written in a list of the scene.

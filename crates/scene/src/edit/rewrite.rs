@@ -79,7 +79,14 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
     let paths: Vec<&str> = groups.keys().copied().collect();
     let written = locate::written(text, "", paths);
     let mut pieces = Vec::new();
-    for (path, keys) in groups {
+    let removed = |path: &str| {
+        let of = |index: &usize, list: &str| {
+            let entry = format!("{list}[{index}]");
+            path == entry || path.starts_with(&format!("{entry}."))
+        };
+        lists.iter().any(|(list, (_, removed))| removed.iter().any(|index| of(index, list)))
+    };
+    for (path, keys) in groups.into_iter().filter(|(path, _)| !removed(path)) {
         let group = written.get(path).and_then(|offset| value_at(text, *offset));
         let group = group.ok_or_else(|| missing(name, path, "there is no such group"))?;
         set(name, text, (path, &group), &keys, &mut pieces)?;
@@ -109,14 +116,17 @@ fn set(
     keys: &[(&str, Option<&str>)],
     pieces: &mut Vec<Piece>,
 ) -> Result<(), SceneError> {
-    let mut absent = Vec::new();
+    let (mut absent, mut gone) = (Vec::new(), Vec::new());
     for (key, value) in keys {
         let index = group.index(key);
         match (index, value) {
             (Some(index), Some(value)) => {
                 pieces.push((group.items[index].value.clone(), (*value).to_owned()));
             }
-            (Some(index), None) => pieces.push((group.remove(text, index), String::new())),
+            (Some(index), None) => {
+                gone.push(index);
+                pieces.push((group.remove(text, index), String::new()));
+            }
             (None, Some(value)) => absent.push(format!("{key}: {value}")),
             (None, None) => {
                 let path = if path.is_empty() { (*key).to_owned() } else { format!("{path}.{key}") };
@@ -125,7 +135,7 @@ fn set(
         }
     }
     if !absent.is_empty() {
-        pieces.extend(group.insert(text, &absent, &[]));
+        pieces.extend(group.insert(text, &absent, &[], &gone));
     }
     Ok(())
 }
@@ -141,7 +151,7 @@ fn change_list(
     removed.dedup();
     let item = root.index(list).map(|index| &root.items[index]);
     let written = item.and_then(|item| Bracket::at(text, item.value.start));
-    for index in removed {
+    for &index in &removed {
         let there = written.as_ref().filter(|written| index < written.items.len());
         let there =
             there.ok_or_else(|| missing(name, &format!("{list}[{index}]"), "there is no such entry"))?;
@@ -152,7 +162,7 @@ fn change_list(
     }
     let added: Vec<String> = added.iter().map(|entry| (*entry).to_owned()).collect();
     if let Some(written) = written {
-        pieces.extend(written.insert(text, &added, &[]));
+        pieces.extend(written.insert(text, &added, &[], &removed));
         return Ok(());
     }
     let lined = root.items.last().filter(|last| last.own_line(text).is_some());
@@ -164,7 +174,7 @@ fn change_list(
         }
         None => format!("[{}]", added.join(", ")),
     };
-    pieces.extend(root.insert(text, &[format!("{list}: {value}")], &[]));
+    pieces.extend(root.insert(text, &[format!("{list}: {value}")], &[], &[]));
     Ok(())
 }
 

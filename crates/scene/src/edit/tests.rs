@@ -180,6 +180,25 @@ fn entries_come_and_go_with_their_lines() {
     );
     rewritten(
         row,
+        &[
+            remove("bodies", 0),
+            remove("bodies", 1),
+            remove("bodies", 2),
+            TextEdit::add("bodies", "(mass_kg: 3)"),
+        ],
+        "(version: 1, bodies: [(mass_kg: 3)])",
+    );
+    rewritten(
+        row,
+        &[
+            remove("bodies", 2),
+            TextEdit::add("bodies", "(mass_kg: 3)"),
+            TextEdit::set("bodies[2]", "mass_kg", "4"),
+        ],
+        "(version: 1, bodies: [(), (mass_kg: 1), (mass_kg: 3)])",
+    );
+    rewritten(
+        row,
         &[TextEdit::add("grids", "()")],
         "(version: 1, bodies: [(), (mass_kg: 1), ()], grids: [()])",
     );

@@ -83,20 +83,20 @@ kinds! {
 }
 
 impl SoftBody {
-    /// Whether `key` is one of this kind; a kind that nobody knows has every key.
-    fn has(&self, key: &str) -> bool {
-        let known = KINDS.iter().any(|(kind, _)| *kind == self.word);
-        let owner = KINDS.iter().find(|(_, own)| own.contains(&key));
-        !known || owner.is_none_or(|(kind, _)| *kind == self.word)
-    }
-
-    /// The keys of this kind, and what they take.
-    pub fn known_keys(&self) -> Vec<(&'static str, Kind)> {
-        kinds_of::<SoftKeys>().into_iter().filter(|(key, _)| self.has(key)).collect()
-    }
-
     /// The keys that are given and are another kind's.
     pub fn strange_keys(&self) -> impl Iterator<Item = &'static str> {
-        self.keys.of_kinds().filter(|(key, given)| *given && !self.has(key)).map(|(key, _)| key)
+        self.keys.of_kinds().filter(|(key, given)| *given && !has(&self.word, key)).map(|(key, _)| key)
     }
+}
+
+/// Whether `key` is one of the soft bodies of that kind; an unknown kind has every key.
+fn has(kind: &str, key: &str) -> bool {
+    let known = KINDS.iter().any(|(other, _)| *other == kind);
+    let owner = KINDS.iter().find(|(_, own)| own.contains(&key));
+    !known || owner.is_none_or(|(other, _)| *other == kind)
+}
+
+/// The keys of a kind of soft bodies, and what they take.
+pub(super) fn kinds_of_soft(kind: &str) -> Vec<(&'static str, Kind)> {
+    kinds_of::<SoftKeys>().into_iter().filter(|(key, _)| has(kind, key)).collect()
 }

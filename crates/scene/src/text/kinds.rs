@@ -55,7 +55,7 @@ impl<'de> de::MapAccess<'de> for OneKey<'_> {
     }
 }
 
-/// A value that notes what is asked of it, and is none.
+/// Notes what is asked of a value; it never gives one.
 struct Asked<'a>(&'a mut Kind);
 
 macro_rules! notes {

@@ -5,8 +5,13 @@ use report::numbers::digits;
 
 use crate::view::stage::{Mode, Stage};
 
-pub(super) fn show(ui: &mut Ui, stage: &Stage) {
-    ui.label(RichText::new(words(stage)).weak());
+/// Says what the mouse does; arrows at the selection are `handles`.
+pub(super) fn show(ui: &mut Ui, stage: &Stage, handles: bool) {
+    let mut words = words(stage);
+    if handles && stage.seen.selection.is_some() {
+        words += " Its arrows move it.";
+    }
+    ui.label(RichText::new(words).weak());
 }
 
 fn words(stage: &Stage) -> String {

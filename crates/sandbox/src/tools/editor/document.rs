@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     fn of(text: &str) -> Document {
-        Document::of(&Scene::parse("t", text).unwrap())
+        Document::of(&Scene::parse("t", text).expect("a scene"))
     }
 
     #[test]

@@ -7,6 +7,9 @@ use egui::{ComboBox, DragValue, Grid, Response, TextEdit, Ui};
 use motion::{DampingModel, Method};
 use scene::{Field, Kind, Scene, TextEdit as Change, Value};
 
+/// Lists whose entries have no body to be selected by.
+pub(super) const LISTS: [&str; 4] = ["wells", "thrusts", "emitters", "springs"];
+
 /// How keys end that have a unit, longer ends first, and the unit.
 const UNITS: [(&str, &str); 16] = [
     ("_m3_kg_s2", "m³/(kg s²)"),
@@ -68,6 +71,12 @@ fn words(key: &str) -> Vec<&'static str> {
 pub(super) struct Form {
     text: Arc<str>,
     groups: HashMap<String, Vec<Row>>,
+    /// The keys of the scene, and how many entries its lists have.
+    root: Vec<Field>,
+    lists: HashMap<&'static str, usize>,
+    titles: HashMap<String, String>,
+    /// So many layouts more take nothing: what was being typed is canceled.
+    canceled: u8,
 }
 
 struct Row {
@@ -82,6 +91,64 @@ impl Form {
         self.groups.clear();
     }
 
+    /// Reads the text of `scene`, if it is another one.
+    pub fn read(&mut self, scene: &Scene) {
+        if self.canceled > 0 {
+            self.canceled -= 1;
+            self.groups.clear();
+        }
+        if !Arc::ptr_eq(&self.text, &scene.text) {
+            let lists = LISTS.map(|list| (list, scene.count(list)));
+            *self = Self {
+                text: Arc::clone(&scene.text),
+                root: scene.fields(""),
+                lists: lists.into(),
+                ..Self::default()
+            };
+        }
+    }
+
+    /// Forgets what is being typed. A field takes it up to two layouts after it lost the keyboard.
+    pub fn cancel(&mut self) {
+        self.canceled = 3;
+    }
+
+    /// What was typed in the group at `path` and not taken, because its fields were not laid out any more.
+    pub fn left(&mut self, path: &str) -> Vec<Change> {
+        let mut changes = Vec::new();
+        for group in [path.to_owned(), format!("{path}.shape")] {
+            for Row { field, edited } in self.groups.remove(&group).into_iter().flatten() {
+                if let Some(edited) = edited.filter(|edited| Some(edited) != field.value.as_ref()) {
+                    changes.push(Change::set(&*group, field.key, edited.to_string()));
+                }
+            }
+        }
+        changes
+    }
+
+    /// The sections that are written.
+    pub fn sections(&self) -> Vec<&'static str> {
+        let written = self.root.iter().filter(|field| field.kind == Kind::Group && field.value.is_some());
+        written.map(|field| field.key).collect()
+    }
+
+    /// How many entries a list has.
+    pub fn count(&self, list: &str) -> usize {
+        self.lists.get(list).copied().unwrap_or(0)
+    }
+
+    /// What an entry of a list without bodies is called.
+    pub fn title(&mut self, scene: &Scene, path: &str) -> &str {
+        self.titles.entry(path.to_owned()).or_insert_with(|| {
+            let fields = scene.fields(path);
+            let of = |key: &str| {
+                fields.iter().find(|field| field.key == key)?.value.as_ref().map(ToString::to_string)
+            };
+            let what = ["name", "between", "body", "position_m"].into_iter().find_map(of);
+            what.map_or_else(|| path.to_owned(), |what| format!("{path} {}", what.replace('"', "")))
+        })
+    }
+
     /// Lays out the keys of the group at `path` that `shown` lets through; pushes what the person changed.
     pub fn group(
         &mut self,
@@ -91,9 +158,6 @@ impl Form {
         shown: fn(&Field) -> bool,
         changes: &mut Vec<Change>,
     ) {
-        if !Arc::ptr_eq(&self.text, &scene.text) {
-            (self.text, self.groups) = (Arc::clone(&scene.text), HashMap::new());
-        }
         self.rows(ui, scene, path, shown, changes);
         if scene.written(&format!("{path}.shape")).is_some() {
             self.rows(ui, scene, &format!("{path}.shape"), |field| field.value.is_some(), changes);
@@ -132,10 +196,10 @@ impl Form {
                 let (words, unit) = label(field.key);
                 ui.label(words).on_hover_text(field.key);
                 let name = format!("{path} {}", field.key);
-                if widget(ui, &name, field.key, unit, edited) && edited != value {
+                if widget(ui, &name, field.key, unit, edited) && edited != value && self.canceled == 0 {
                     changes.push(Change::set(path, field.key, edited.to_string()));
                 }
-                let removes = ui.small_button("x").on_hover_text("what holds without the key");
+                let removes = ui.small_button("x").on_hover_text("Remove; the default applies.");
                 if removes.clicked() {
                     changes.push(Change::Set {
                         group: path.to_owned(),
@@ -159,6 +223,7 @@ pub(super) fn label(key: &str) -> (String, &'static str) {
 fn beginning(field: &Field, scene: &Scene) -> String {
     let known = BEGINNINGS.iter().find(|(key, _)| *key == field.key);
     match field.kind {
+        _ if field.key == "name" => Value::Text(scene.fresh_name("body")).to_string(),
         _ if field.key == "method" => scene.method.name().to_owned(),
         _ if known.is_some() => known.map_or_else(String::new, |(_, text)| (*text).to_owned()),
         Kind::Flag => "true".to_owned(),
@@ -234,7 +299,8 @@ fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
 /// A number that is dragged as fast as it is large.
 fn drag(number: &mut f64) -> DragValue<'_> {
     let speed = 0.01 * number.abs().max(0.1);
-    DragValue::new(number).speed(speed).max_decimals(6)
+    // egui reads back what it shows: it has to be the whole number.
+    DragValue::new(number).speed(speed).custom_formatter(|number, _| format!("{number:?}"))
 }
 
 #[cfg(test)]
@@ -258,12 +324,12 @@ mod tests {
     #[test]
     fn every_value_that_can_be_added_to_a_body_or_the_scene_makes_a_scene_or_an_error_that_names_it() {
         let text = "(version: 1, bodies: [(position_m: (1.0, 2.0, 3.0))])";
-        let scene = Scene::parse("t", text).unwrap();
+        let scene = Scene::parse("t", text).expect("a scene");
         let mut taken = 0;
         for path in ["", "bodies[0]"] {
             for field in scene.fields(path).iter().filter(|field| field.value.is_none()) {
                 let change = Change::set(path, field.key, beginning(field, &scene));
-                let after = scene::rewrite("t", text, &[change]).unwrap();
+                let after = scene::rewrite("t", text, &[change]).expect("the key is known");
                 match Scene::parse("t", &after) {
                     Ok(_) => taken += 1,
                     Err(error) => assert!(error.to_string().contains(field.key), "{}: {error}", field.key),

@@ -128,5 +128,5 @@ fn along(stage: &Stage, from: DVec3, axis: DVec3) -> Option<f64> {
 
 /// The grid that a drag keeps to, m: a thousandth of the distance, rounded to a power of ten.
 fn step(distance: f64) -> f64 {
-    10.0_f64.powf((0.002 * distance).log10().floor())
+    10.0_f64.powf((0.002 * distance.max(0.01)).log10().floor())
 }

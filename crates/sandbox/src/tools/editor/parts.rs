@@ -93,7 +93,7 @@ fn springs(place: &Place, mass: f64, factor: f64) -> String {
     format!("stiffness_n_m: {stiffness:?}, damping_n_s_m: {damping:?}")
 }
 
-pub(super) fn triple(v: DVec3) -> String {
+pub(crate) fn triple(v: DVec3) -> String {
     format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
 }
 
