@@ -529,6 +529,14 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         "Down",
         "F8",
         "F9",
+        "M",
+        "K",
+        "Ctrl+Z",
+        "Ctrl+Y",
+        "Ctrl+D",
+        "Delete",
+        "Ctrl+S",
+        "Ctrl+Shift+S",
     ];
     let buttons = [Button::Left, Button::Right, Button::Middle];
     for scene in ["tutorial", "orbits_race", "jelly", "bridge", "everything"] {
@@ -536,9 +544,9 @@ fn thousands_of_random_events_over_all_tools_do_no_harm() {
         for _ in 0..250 {
             let events: Vec<_> = (0..8)
                 .flat_map(|_| match random(12) {
-                    0 => tap(keys[random(36) as usize]).to_vec(),
-                    1 => vec![down(keys[random(36) as usize])],
-                    2 => vec![up(keys[random(36) as usize])],
+                    0 => tap(keys[random(44) as usize]).to_vec(),
+                    1 => vec![down(keys[random(44) as usize])],
+                    2 => vec![up(keys[random(44) as usize])],
                     3 => vec![Input::ButtonDown(buttons[random(3) as usize])],
                     4 => vec![Input::ButtonUp(buttons[random(3) as usize])],
                     5 => vec![Input::Wheel(f64::from(random(7)) - 3.0)],
