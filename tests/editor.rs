@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use motion::clock::StepClock;
-use motion::{Gravity, Method};
+use motion::effects::Effect;
+use motion::{Damping, Gravity, Method};
 use sandbox::input::{Button, Input};
-use sandbox::{Order, Overrides, Panel};
+use sandbox::{Order, Overrides, Panel, SwitchedBy};
 use scene::Scene;
 
 use crate::cockpit::Cockpit;
@@ -146,6 +147,20 @@ fn what_was_set_without_the_editor_is_saved_and_survives_a_change() {
         "undo takes the sphere back, not the method"
     );
     assert_eq!(scene(&cockpit).bodies.len(), 29);
+}
+
+#[test]
+fn what_is_switched_off_stays_off_through_a_change_and_is_not_saved() {
+    let mut cockpit = editor("tutorial");
+    let is_on = |cockpit: &Cockpit| cockpit.drive.session.world().contains_resource::<Damping>();
+    cockpit.drive.session.switch_effect(Effect::Damping, false, SwitchedBy::Panel).unwrap();
+    assert!(!is_on(&cockpit));
+    cockpit.click("Sphere");
+    assert!(!is_on(&cockpit));
+    let text = saved(&mut cockpit);
+    assert!(text.contains("damping: (model: tutorial, rate_per_s: 0.4)"), "{text}");
+    cockpit.drive.session.switch_effect(Effect::Damping, true, SwitchedBy::Panel).unwrap();
+    assert!(is_on(&cockpit));
 }
 
 #[test]

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::effects::{self, Effect, EffectState};
 use motion::{Damping, Gravity, Method, SoftBody, Substeps, TimeStep};
 use scene::{FileIndex, Scene, StepKind, TextEdit};
 
-use crate::app::session::{DEFAULT_FPS, Session};
+use crate::app::session::{DEFAULT_FPS, Session, SwitchedBy};
 use crate::app::ui::Question;
 use crate::tools::Panel;
 use crate::tools::editor::{Editor, Handle, NEAR_POINTS, selected_entry, triple};
@@ -88,6 +89,11 @@ impl Session {
         let same_push = scene.push == self.sim.scene.push;
         let same_trails = scene.trails == self.sim.scene.trails;
         let pace = self.clock.pace();
+        // The text says whether gravity is on; of no other effect can it say "off".
+        let world = &mut self.stage.sim.world;
+        let is_off = |effect: &Effect| effects::state(world, *effect) == EffectState::Off;
+        let off: Vec<_> =
+            Effect::ALL.into_iter().filter(|effect| *effect != Effect::Gravity).filter(is_off).collect();
         // The text says them; scenes that are opened later have them again.
         let overrides = std::mem::take(&mut self.run.options.overrides);
         self.go_on_with(scene, editor, |view, before| {
@@ -99,6 +105,12 @@ impl Session {
         });
         self.run.options.overrides = overrides;
         self.clock.set_pace(pace).expect("it was a pace before");
+        for effect in off {
+            if effects::state(&mut self.sim.world, effect) == EffectState::On {
+                // It is declared, so nothing is refused.
+                let _ = self.switch_effect(effect, false, SwitchedBy::Panel);
+            }
+        }
         self.forecast_start(1.0 / DEFAULT_FPS);
         self.seen.selection = select.and_then(|path| self.entity_at(path, offset));
     }
