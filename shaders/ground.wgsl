@@ -16,7 +16,7 @@ fn fs_ground(in: Sky) -> @location(0) vec4f {
     let place = (toward.xz * away + globals.ground.zw) / globals.ground.y;
     let width = max(fwidth(place), vec2f(1e-5));
     let from_line = abs(fract(place - 0.5) - 0.5) / width;
-    // Lines closer together than pixels are none.
+    // Lines closer together than pixels are left out.
     let lines = clamp(1.5 - from_line, vec2f(0.0), vec2f(1.0)) * clamp(1.0 - 4.0 * width, vec2f(0.0), vec2f(1.0));
     var color = mix(PLAIN, LINE_ON_GROUND, max(lines.x, lines.y));
 

@@ -50,8 +50,8 @@ impl Surface {
     }
 }
 
-/// The mean normal at each point of its triangles, each weighted with its area, and of the points beside it; zero where there
-/// is none. Without the neighbors, ripples of one cell would show as patches.
+/// The mean normal at each point of its triangles, each weighted with its area, and of the points beside it; zero at a point
+/// without triangles. Without the neighbors, ripples of one cell would show as patches.
 fn smooth_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let own = mean_normals(points, triangles);
     let mut normals = own.clone();
@@ -64,7 +64,7 @@ fn smooth_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     normals.into_iter().map(Vec3::normalize_or_zero).collect()
 }
 
-/// The mean normal of the triangles at each point, each weighted with its area; zero where there is none.
+/// The mean normal of the triangles at each point, each weighted with its area; zero at a point without triangles.
 fn mean_normals(points: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; points.len()];
     for triangle in triangles {

@@ -115,8 +115,13 @@ fn targets(name: &str, scene: &Scene, changes: &[Change]) -> Result<Vec<Option<E
 
 fn missing(name: &str, path: &str) -> SceneError {
     let cure = "give the path of a body, a grid, a cloud, an emitter or a soft body";
+    not_there(name, path, "there is no such entry", cure)
+}
+
+/// The error for a path that is not in the text.
+fn not_there(name: &str, path: &str, what: &str, cure: &str) -> SceneError {
     let mut faults = Faults::default();
-    faults.add(path, "there is no such entry", cure);
+    faults.add(path, what, cure);
     faults.into_error(name, "", "")
 }
 

@@ -29,8 +29,8 @@ impl Session {
         text
     }
 
-    /// The keys that arrange the panels as `text` says, in a window of that size on a display of that scale. Lines that are none of
-    /// an arrangement change nothing; without one about them, the bars and the dock are shown.
+    /// The keys that arrange the panels as `text` says, in a window of that size on a display of that scale. Unknown lines
+    /// change nothing; without one about them, the bars and the dock are shown.
     #[must_use]
     pub fn keys_to_arrange(&self, text: &str, size_px: [u32; 2], scale: f64) -> Vec<Key> {
         let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();

@@ -4,12 +4,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use bevy_ecs::prelude::*;
+use bevy_ecs::entity::Entity;
 use glam::DVec3;
 use motion::effects::{self, Effect, EffectState};
-use motion::{Damping, Gravity, Method, SoftBody, Substeps, TimeStep};
+use motion::{Damping, Gravity, Method, Substeps, TimeStep};
 use scene::{FileIndex, Scene, StepKind, TextEdit};
 
+use crate::app::past::Thing;
 use crate::app::session::{DEFAULT_FPS, Session, SwitchedBy};
 use crate::app::ui::Question;
 use crate::tools::Panel;
@@ -32,8 +33,7 @@ impl Session {
         let after = scene::rewrite(&name, &before, changes).and_then(|text| self.sim.scene.reread(&text));
         match after {
             Ok(scene) => {
-                let original = Arc::clone(&self.stage.sim.scene);
-                self.tools.editor.document(&original).changed(before);
+                self.tools.editor.document(&self.stage.sim.scene).changed(before);
                 self.restart_with(scene, select);
             }
             Err(error) => {
@@ -126,13 +126,11 @@ impl Session {
 
     /// A body of the entry at `path`, or the soft body that it makes.
     fn entity_at(&mut self, path: &str, offset: u32) -> Option<Entity> {
-        let entry = self.sim.scene.entries().into_iter().find(|entry| entry.path() == path)?;
-        if entry.list == "soft_bodies" {
-            let mut softs = self.sim.world.query_filtered::<(Entity, &FileIndex), With<SoftBody>>();
-            let found = softs.iter(&self.sim.world).find(|(_, index)| index.0 as usize == entry.index);
-            return found.map(|(soft, _)| soft);
-        }
-        self.sim.body((entry.bodies.start + offset).min(entry.bodies.end.saturating_sub(1)))
+        let entry = self.sim.scene.entry_at(path)?;
+        self.entity_of(match entry.list {
+            "soft_bodies" => Thing::Soft(FileIndex(u32::try_from(entry.index).ok()?)),
+            _ => Thing::Body((entry.bodies.start + offset).min(entry.bodies.end.saturating_sub(1))),
+        })
     }
 
     /// Adds a copy of the selection beside it.
@@ -217,22 +215,20 @@ impl Session {
     /// Orders the scene to be written into the file that the editor names.
     pub(crate) fn save_scene(&mut self) {
         let text = self.present_text();
-        let original = Arc::clone(&self.stage.sim.scene);
-        let editor = &mut self.tools.editor;
-        let mut path = PathBuf::from(editor.file(&original));
+        let (editor, scene) = (&mut self.tools.editor, &self.stage.sim.scene);
+        let mut path = PathBuf::from(editor.file(scene));
         if path.extension().is_none() {
             path.set_extension("ron");
         }
-        let file = editor.document(&original).file.clone();
+        let file = editor.document(scene).file.clone();
         let replaces = file.filter(|(file, _)| *file == path).map(|(_, text)| text);
-        let of = Arc::clone(&original.text);
+        let of = Arc::clone(&scene.text);
         self.orders.push(Order::Scene(SceneFile { path, text, replaces, of }));
     }
 
     /// Notes that the file has the text of the scene now.
     pub fn saved_scene(&mut self, SceneFile { path, text, of, .. }: &SceneFile) {
-        let scene = Arc::clone(&self.stage.sim.scene);
-        let document = self.tools.editor.document(&scene);
+        let document = self.tools.editor.document(&self.stage.sim.scene);
         document.file = Some((path.clone(), Arc::clone(text)));
         document.saved = Some(Arc::clone(of));
         self.run.note_file(path);
@@ -271,8 +267,7 @@ impl Session {
     /// Goes on with a scene that no file has.
     pub fn open_unsaved(&mut self, scene: Scene) {
         self.open(scene);
-        let scene = Arc::clone(&self.stage.sim.scene);
-        self.tools.editor.document(&scene).saved = None;
+        self.tools.editor.document(&self.stage.sim.scene).saved = None;
     }
 
     /// Does what a question was answered with.

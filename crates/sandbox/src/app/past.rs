@@ -18,7 +18,7 @@ use crate::view::stage::{Order, prepare};
 
 /// What a selection is in every world of a scene.
 #[derive(Clone, Copy)]
-enum Thing {
+pub(crate) enum Thing {
     Body(u32),
     Soft(FileIndex),
 }
@@ -262,7 +262,7 @@ impl Session {
         self.seen.ids.get(&entity).copied().map(Thing::Body).or_else(soft)
     }
 
-    fn entity_of(&mut self, thing: Thing) -> Option<Entity> {
+    pub(crate) fn entity_of(&mut self, thing: Thing) -> Option<Entity> {
         match thing {
             Thing::Body(id) => self.sim.body(id),
             Thing::Soft(index) => {

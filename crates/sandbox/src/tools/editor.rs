@@ -12,7 +12,7 @@ use glam::DVec3;
 use motion::clock::FrameTime;
 use motion::{PhysicsBody, SoftBody, Substeps, TimeStep};
 use render::Frame;
-use scene::{Entry, FileIndex, Scene, TextEdit as Change};
+use scene::{Entry, Scene, TextEdit as Change};
 
 pub(crate) use self::document::Document;
 use self::form::{Form, LISTS};
@@ -187,9 +187,7 @@ impl Editor {
         }
         let left = std::mem::replace(&mut self.shown, path.clone());
         let changes = left.map_or_else(Vec::new, |left| self.form.left(&left));
-        if !changes.is_empty() {
-            desk.edits.push(Edit::Rewrite(changes, path));
-        }
+        change(desk, changes, path);
     }
 
     /// The entry of the selection.
@@ -235,12 +233,7 @@ impl Editor {
         });
         let mut changes = Vec::new();
         self.form.group(ui, scene, &path, |_| true, &mut changes);
-        if let Some(name) = changes.iter().find_map(name_of) {
-            changes = scene.named(&path, &name);
-        }
-        if !changes.is_empty() {
-            desk.edits.push(Edit::Rewrite(changes, Some(path)));
-        }
+        change(desk, changes, Some(path));
     }
 
     /// Everything of the scene but its bodies.
@@ -297,13 +290,7 @@ impl Editor {
                 }
             });
         }
-        let renamed = changes.iter().find_map(|change| Some((change_group(change)?, name_of(change)?)));
-        if let Some((path, name)) = renamed {
-            changes = scene.named(&path, &name);
-        }
-        if !changes.is_empty() {
-            desk.edits.push(Edit::Rewrite(changes, selected));
-        }
+        change(desk, changes, selected);
     }
 }
 
@@ -346,19 +333,24 @@ impl Tool for Editor {
     }
 }
 
-/// The group of which a change sets a key.
-fn change_group(change: &Change) -> Option<String> {
-    match change {
-        Change::Set { group, .. } => Some(group.clone()),
-        _ => None,
+/// Asks for changes of the scene's text, if there are any; what names the bodies of an entry follows its name.
+fn change(desk: &mut Desk<'_>, changes: Vec<Change>, select: Option<String>) {
+    let scene = &desk.stage.sim.scene;
+    let follow = |change: Change| match name_of(&change) {
+        Some((path, name)) => scene.named(path, &name),
+        None => vec![change],
+    };
+    let changes: Vec<_> = changes.into_iter().flat_map(follow).collect();
+    if !changes.is_empty() {
+        desk.edits.push(Edit::Rewrite(changes, select));
     }
 }
 
-/// The name that a change gives an entry.
-fn name_of(change: &Change) -> Option<String> {
+/// The entry that a change names, and the name.
+fn name_of(change: &Change) -> Option<(&str, String)> {
     let Change::Set { group, key, value: Some(value) } = change else { return None };
     match scene::Value::read(scene::Kind::Text, value) {
-        scene::Value::Text(name) if key == "name" && !group.is_empty() => Some(name),
+        scene::Value::Text(name) if key == "name" && !group.is_empty() => Some((group, name)),
         _ => None,
     }
 }
@@ -391,15 +383,9 @@ fn round(number: f64) -> f64 {
 /// The entry of the selection, and what the selection is called.
 pub(crate) fn selected_entry(stage: &Stage) -> Option<(Entry, String)> {
     let thing = stage.seen.selection?;
-    let scene = &stage.sim.scene;
-    let entry = match (stage.seen.ids.get(&thing), stage.sim.world.get::<SoftBody>(thing)) {
-        (Some(id), _) => scene.entry_of(*id)?,
-        (None, Some(_)) => {
-            let index = stage.sim.world.get::<FileIndex>(thing)?.0 as usize;
-            scene.entries().into_iter().find(|entry| entry.list == "soft_bodies" && entry.index == index)?
-        }
-        _ => return None,
-    };
+    let points = stage.sim.world.get::<SoftBody>(thing).map(|soft| &soft.points);
+    let body = points.map_or(Some(&thing), |points| points.first())?;
+    let entry = stage.sim.scene.entry_of(*stage.seen.ids.get(body)?)?;
     Some((entry, stage.name(thing)))
 }
 

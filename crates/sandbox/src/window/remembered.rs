@@ -13,7 +13,7 @@ fn path() -> Option<PathBuf> {
     Some(dirs::config_dir()?.join("inertia/window"))
 }
 
-/// What the last window left; nothing if there is no such file, or it is none of ours.
+/// What the last window left; nothing if there is no such file, or it cannot be read.
 pub(super) fn read() -> String {
     let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MOST);
     path().filter(small).and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default()

@@ -32,6 +32,16 @@ impl Scene {
         self.generated().find(|entry| entry.bodies.contains(&id))
     }
 
+    /// The entry at `path`, as in `bodies[3]`, if it makes bodies.
+    #[must_use]
+    pub fn entry_at(&self, path: &str) -> Option<Entry> {
+        let (list, index) = entry(path)?;
+        match list {
+            "bodies" => self.entry_of(u32::try_from(index).ok()?).filter(|entry| entry.list == list),
+            _ => self.generated().find(|entry| (entry.list, entry.index) == (list, index)),
+        }
+    }
+
     /// Takes the entry at `path` out, as in `bodies[3]`, with every spring and thrust that names a body of it; wells and other
     /// springs name what stays as it is called then.
     #[must_use]
@@ -62,17 +72,9 @@ impl Scene {
         if !counts || written_name(raw, list, entry.index).is_some() {
             return Some(Cow::Borrowed(name));
         }
-        let prefix = |index| match list {
-            "bodies" => format!("body.{index}"),
-            _ => unwritten_prefix(raw, list, index),
-        };
-        let before = prefix(entry.index);
-        let same_kind = list == "bodies" || kind(raw, list, entry.index) == kind(raw, list, index);
-        let after = match (list, same_kind) {
-            ("bodies", _) => prefix(entry.index - 1),
-            (_, true) => numbered(kind(raw, list, entry.index), number(raw, list, entry.index) - 1),
-            (_, false) => before.clone(),
-        };
+        let same_kind = kind(raw, list, entry.index) == kind(raw, list, index);
+        let [before, after] =
+            [0, usize::from(same_kind)].map(|gone| unwritten_prefix(raw, list, entry.index, gone));
         Some(Cow::Owned(name.replacen(&before, &after, 1)))
     }
 
@@ -103,13 +105,11 @@ impl Scene {
     #[must_use]
     pub fn named(&self, path: &str, name: &str) -> Vec<TextEdit> {
         let mut edits = vec![TextEdit::set(path, "name", Value::Text(name.to_owned()).to_string())];
-        let present = self.entries().into_iter().find(|entry| entry.path() == path);
+        let present = self.entry_at(path);
         if let Some((raw, present)) = self.raw().zip(present) {
-            let before = match written_name(&raw, present.list, present.index) {
-                Some(before) => before.to_owned(),
-                None if present.list == "bodies" => format!("body.{}", present.index),
-                None => unwritten_prefix(&raw, present.list, present.index),
-            };
+            let written = written_name(&raw, present.list, present.index);
+            let unwritten = || unwritten_prefix(&raw, present.list, present.index, 0);
+            let before = written.map_or_else(unwritten, str::to_owned);
             edits.extend(self.renamed(&raw, |other| {
                 let of_it = self.names.find(other).is_some_and(|id| present.bodies.contains(&id));
                 Some(if of_it { Cow::Owned(other.replacen(&before, name, 1)) } else { Cow::Borrowed(other) })
@@ -122,7 +122,7 @@ impl Scene {
     /// those of more than 1000 bodies.
     #[must_use]
     pub fn apart(&self, path: &str) -> Vec<TextEdit> {
-        let present = self.entries().into_iter().find(|entry| entry.path() == path);
+        let present = self.entry_at(path);
         let Some((Entry { list, index, bodies }, raw)) = present.zip(self.raw()) else { return Vec::new() };
         if !matches!(list, "grids" | "clouds") || bodies.len() > MOST_APART {
             return Vec::new();
@@ -150,7 +150,7 @@ impl Scene {
             let of_entry = |entry: &Entry| {
                 raw.as_ref().is_some_and(|raw| match written_name(raw, entry.list, entry.index) {
                     Some(written) => written == name,
-                    None => entry.list != "bodies" && unwritten_prefix(raw, entry.list, entry.index) == name,
+                    None => unwritten_prefix(raw, entry.list, entry.index, 0) == name,
                 })
             };
             self.names.find(name).is_some() || self.entries().iter().any(of_entry)
@@ -224,6 +224,7 @@ fn written_name<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> Option<&'a
 /// What bodies of an entry are called that has no name.
 fn kind<'a>(raw: &'a raw::Scene, list: &str, index: usize) -> &'a str {
     match list {
+        "bodies" => "body",
         "grids" => "grid",
         "clouds" => "cloud",
         "emitters" => "emitter",
@@ -236,12 +237,13 @@ fn number(raw: &raw::Scene, list: &str, index: usize) -> usize {
     (0..=index).filter(|other| kind(raw, list, *other) == kind(raw, list, index)).count()
 }
 
-fn numbered(kind: &str, number: usize) -> String {
-    if number == 1 { kind.to_owned() } else { format!("{kind}{number}") }
-}
-
-fn unwritten_prefix(raw: &raw::Scene, list: &str, index: usize) -> String {
-    numbered(kind(raw, list, index), number(raw, list, index))
+/// What the names of an entry's bodies begin with where it has no name, once so many of its kind before it are gone.
+fn unwritten_prefix(raw: &raw::Scene, list: &str, index: usize, gone: usize) -> String {
+    match (kind(raw, list, index), number(raw, list, index) - gone) {
+        ("body", number) => format!("body.{}", number - 1),
+        (kind, 1) => kind.to_owned(),
+        (kind, number) => format!("{kind}{number}"),
+    }
 }
 
 /// The keys of `fields` that say where the entry is, moved by so many meters.
@@ -252,7 +254,7 @@ fn moved(fields: &[Field], by: DVec3) -> Vec<(&'static str, Value)> {
             None if field.key != PREVIOUS => DVec3::ZERO,
             _ => return None,
         };
-        Some((field.key, Value::Numbers((at + by).to_array().to_vec())))
+        Some((field.key, Value::from(at + by)))
     };
     let places = fields.iter().filter(|field| PLACES.contains(&field.key) || field.key == PREVIOUS);
     places.filter_map(place).collect()
@@ -260,7 +262,7 @@ fn moved(fields: &[Field], by: DVec3) -> Vec<(&'static str, Value)> {
 
 /// A body as a person writes it.
 fn written_body(name: &str, body: &BodySpec) -> String {
-    let triple = |v: DVec3| Value::Numbers(v.to_array().to_vec()).to_string();
+    let triple = |v: DVec3| Value::from(v).to_string();
     let shape = body.shape.map(|shape| match shape {
         Shape::Cuboid { half_extents } => format!("cuboid(half_extents_m: {})", triple(half_extents)),
         Shape::Sphere { radius } => format!("sphere(radius_m: {radius:?})"),

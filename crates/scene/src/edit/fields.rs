@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use glam::DVec3;
+
 use super::bracket::Bracket;
 use crate::raw;
 use crate::scene::Scene;
@@ -63,6 +65,12 @@ fn numbers(written: &str) -> Option<Vec<f64>> {
     let number = |item: &super::bracket::Item| ron::from_str::<f64>(&written[item.value.clone()]).ok();
     let numbers: Option<Vec<f64>> = inside.items.iter().map(number).collect();
     numbers.filter(|numbers| numbers.iter().all(|number| number.is_finite()))
+}
+
+impl From<DVec3> for Value {
+    fn from(v: DVec3) -> Self {
+        Self::Numbers(v.to_array().to_vec())
+    }
 }
 
 impl fmt::Display for Value {

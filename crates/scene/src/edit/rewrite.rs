@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::bracket::{Bracket, indent_at};
-use super::{Piece, apply};
-use crate::text::faults::{Faults, SceneError};
+use super::{Piece, apply, not_there};
+use crate::text::faults::SceneError;
 use crate::text::locate;
 
 /// A change of the text of a scene. Values are RON, as a person writes them.
@@ -179,7 +179,5 @@ fn change_list(
 }
 
 fn missing(name: &str, path: &str, what: &str) -> SceneError {
-    let mut faults = Faults::default();
-    faults.add(path, what, "give the path of one that is written in the text");
-    faults.into_error(name, "", "")
+    not_there(name, path, what, "give the path of one that is written in the text")
 }

@@ -67,6 +67,20 @@ macro_rules! notes {
     };
 }
 
+macro_rules! notes_named {
+    ($($asked:ident: $kind:ident;)*) => {
+        $(fn $asked<V: Visitor<'de>>(
+            self,
+            _: &'static str,
+            _: &'static [&'static str],
+            _: V,
+        ) -> Result<V::Value, Fault> {
+            *self.0 = Kind::$kind;
+            Err(Fault::custom("only asked"))
+        })*
+    };
+}
+
 impl<'de> Deserializer<'de> for Asked<'_> {
     type Error = Fault;
 
@@ -90,24 +104,9 @@ impl<'de> Deserializer<'de> for Asked<'_> {
         Err(Fault::custom("only asked"))
     }
 
-    fn deserialize_struct<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        _: &'static [&'static str],
-        _: V,
-    ) -> Result<V::Value, Fault> {
-        *self.0 = Kind::Group;
-        Err(Fault::custom("only asked"))
-    }
-
-    fn deserialize_enum<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        _: &'static [&'static str],
-        _: V,
-    ) -> Result<V::Value, Fault> {
-        *self.0 = Kind::Word;
-        Err(Fault::custom("only asked"))
+    notes_named! {
+        deserialize_struct: Group;
+        deserialize_enum: Word;
     }
 
     serde::forward_to_deserialize_any! {

@@ -159,7 +159,8 @@ impl Form {
         changes: &mut Vec<Change>,
     ) {
         self.rows(ui, scene, path, shown, changes);
-        if scene.written(&format!("{path}.shape")).is_some() {
+        let rows = self.groups.get(path).into_iter().flatten();
+        if rows.into_iter().any(|row| row.field.key == "shape" && row.field.value.is_some()) {
             self.rows(ui, scene, &format!("{path}.shape"), |field| field.value.is_some(), changes);
         }
         let rows = self.groups.get(path).into_iter().flatten();

@@ -1,6 +1,7 @@
 //! What can be added to a scene, as text with values that make it stand and be seen.
 
 use glam::DVec3;
+use scene::Value;
 
 use super::Place;
 
@@ -94,7 +95,7 @@ fn springs(place: &Place, mass: f64, factor: f64) -> String {
 }
 
 pub(crate) fn triple(v: DVec3) -> String {
-    format!("({:?}, {:?}, {:?})", v.x, v.y, v.z)
+    Value::from(v).to_string()
 }
 
 /// A number as a person would choose it.
