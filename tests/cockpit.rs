@@ -29,7 +29,7 @@ impl Cockpit {
         Self { drive }
     }
 
-    fn session(&self) -> &Session {
+    pub fn session(&self) -> &Session {
         &self.drive.session
     }
 
@@ -572,13 +572,13 @@ impl Cockpit {
         self.session().controls().into_iter().find(|control| control.focused)
     }
 
-    fn press(&mut self, key: &str) -> &mut Self {
+    pub fn press(&mut self, key: &str) -> &mut Self {
         self.drive.press(key).ticks(3);
         self
     }
 
     /// Goes on with `key` until the control of that name has the keyboard.
-    fn go_to(&mut self, name: &str, key: &str) -> &mut Self {
+    pub fn go_to(&mut self, name: &str, key: &str) -> &mut Self {
         let arrives = (0..300).any(|_| {
             self.press(key);
             self.focused().is_some_and(|control| control.name == name)

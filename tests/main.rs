@@ -26,6 +26,7 @@ mod forces;
 mod forecast;
 mod fuzzing;
 mod ghosts;
+mod graphs;
 mod groups;
 mod harness;
 mod ledger;

@@ -96,6 +96,11 @@ impl Twin {
         &self.simulation
     }
 
+    /// The same for queries, which need it mutable.
+    pub const fn simulation_mut(&mut self) -> &mut Simulation {
+        &mut self.simulation
+    }
+
     /// Why it goes no further, if that is so.
     #[must_use]
     pub const fn failure(&self) -> Option<Failure> {

@@ -26,7 +26,7 @@ pub use chart::Drawing;
 pub use csv::CELLS_HEADER;
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use summary::{brief, markdown, table, text};
-pub use table::{Table, aligned};
+pub use table::{Table, aligned, csv};
 pub use tables::tables;
 pub use words::{time_words, words};
 

@@ -76,7 +76,7 @@ pub fn aligned(rows: &[Vec<String>], to_the_right: bool) -> String {
 }
 
 /// Rows under a header, as RFC 4180 has them.
-pub(crate) fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
+pub fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
     let field = |text: &String| {
         if text.contains([',', '"', '\n', '\r']) {
             format!("\"{}\"", text.replace('"', "\"\""))

@@ -53,7 +53,7 @@ tools! {
     Ghosts in ghosts: "toggle_ghosts", ["T"], "Ghosts", "ghosts: the same run by every method, and how far each is from a fine reference";
     Ledger in ledger: "toggle_ledger_panel", ["B"], "Ledger", "ledger: where energy and momentum go, and what the method invents";
     Forecast in forecast: "toggle_forecast_panel", ["V"], "Forecast", "forecast: how near every spring, damper and well is to instability, and what would help";
-    Graphs in graphs: "toggle_graphs", ["Y"], "Graphs", "graphs: position, velocity, acceleration, force and energy of the selection over the last seconds";
+    Graphs in graphs: "toggle_graphs", ["Y"], "Graphs", "graphs: position, velocity, acceleration, force and energy of bodies and their ghosts over the last seconds";
     Timeline in timeline: "toggle_timeline_panel", ["R"], "Timeline", "timeline: go anywhere in the last minute; what went wrong, and saving it";
     Help in help: "help", ["H", "?"], "Keys and mouse", "this help";
     Finder in finder: "find_scene", ["Ctrl+O"], "Find scene", "find a scene by name, or open a file";

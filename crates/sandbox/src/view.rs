@@ -20,5 +20,6 @@ mod recording;
 mod soft;
 pub(crate) mod springs;
 pub(crate) mod stage;
+pub(crate) mod things;
 mod told;
 mod trails;

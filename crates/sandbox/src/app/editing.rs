@@ -10,13 +10,13 @@ use motion::effects::{self, Effect, EffectState};
 use motion::{Damping, Gravity, Method, Substeps, TimeStep};
 use scene::{FileIndex, Scene, StepKind, TextEdit};
 
-use crate::app::past::Thing;
 use crate::app::session::{DEFAULT_FPS, Session, SwitchedBy};
 use crate::app::ui::Question;
 use crate::tools::Panel;
 use crate::tools::editor::{Editor, Handle, NEAR_POINTS, selected_entry, triple};
 use crate::tools::tool::Answer;
 use crate::view::stage::{Mode, Order, SceneFile, Stage, View};
+use crate::view::things::Thing;
 
 /// How far beside its original a copy stands, as a share of the distance from the camera.
 const BESIDE: f64 = 0.04;
@@ -86,6 +86,7 @@ impl Session {
         let offset = self.offset_in_entry(select);
         let mut editor = std::mem::take(&mut self.tools.editor);
         editor.finish();
+        let mut graphs = std::mem::take(&mut self.tools.graphs);
         let same_push = scene.push == self.sim.scene.push;
         let same_trails = scene.trails == self.sim.scene.trails;
         let pace = self.clock.pace();
@@ -104,6 +105,8 @@ impl Session {
             *view = View { camera, click_force, trails, labels, push, paused: true, ..before };
         });
         self.run.options.overrides = overrides;
+        graphs.go_on_with_names(&mut self.stage);
+        self.tools.graphs = graphs;
         self.clock.set_pace(pace).expect("it was a pace before");
         for effect in off {
             if effects::state(&mut self.sim.world, effect) == EffectState::On {
@@ -127,10 +130,11 @@ impl Session {
     /// A body of the entry at `path`, or the soft body that it makes.
     fn entity_at(&mut self, path: &str, offset: u32) -> Option<Entity> {
         let entry = self.sim.scene.entry_at(path)?;
-        self.entity_of(match entry.list {
+        let thing = match entry.list {
             "soft_bodies" => Thing::Soft(FileIndex(u32::try_from(entry.index).ok()?)),
             _ => Thing::Body((entry.bodies.start + offset).min(entry.bodies.end.saturating_sub(1))),
-        })
+        };
+        thing.entity(&mut self.sim)
     }
 
     /// Adds a copy of the selection beside it.

@@ -6,22 +6,14 @@
 
 use std::ops::ControlFlow;
 
-use bevy_ecs::prelude::*;
 use history::{Event, Fault, Input, Intervention, Replay};
-use motion::{SoftBody, TimeStep, remember_positions};
-use scene::{FileIndex, StepKind};
+use motion::{TimeStep, remember_positions};
+use scene::StepKind;
 
 use crate::app::session::{OnFault, Session, Simulated};
 use crate::view::notices::Topic;
 use crate::view::recorded::{Recorded, Way};
 use crate::view::stage::{Order, prepare};
-
-/// What a selection is in every world of a scene.
-#[derive(Clone, Copy)]
-pub(crate) enum Thing {
-    Body(u32),
-    Soft(FileIndex),
-}
 
 impl Session {
     /// Records the last minute from now on, for going back. At a fault it does that by itself, pauses and selects.
@@ -128,7 +120,7 @@ impl Session {
 
     fn begin_seek_before(&mut self, fault: &Fault) {
         // Before the seek: a selection goes along.
-        if let Some(body) = fault.body.and_then(|id| self.entity_of(Thing::Body(id))) {
+        if let Some(body) = fault.body.and_then(|id| self.sim.body(id)) {
             self.seen.selection = Some(body);
         }
         self.begin_seek(fault.tick.saturating_sub(1));
@@ -222,7 +214,7 @@ impl Session {
 
     /// Replaces the world by one of another tick.
     pub(crate) fn go_on_from(&mut self, replay: Replay) {
-        let (selection, locked) = (self.thing(self.seen.selection), self.thing(self.seen.locked));
+        let [selection, locked] = [self.seen.selection, self.seen.locked].map(|entity| self.thing(entity?));
         let before = self.ticks();
         let Replay { mut simulation, watch } = replay;
         prepare(&mut simulation.world, simulation.bodies.len(), self.run.options);
@@ -231,8 +223,9 @@ impl Session {
         if let Some(past) = &mut self.past {
             past.watch = watch;
         }
-        self.seen.selection = selection.and_then(|thing| self.entity_of(thing));
-        self.seen.locked = locked.and_then(|thing| self.entity_of(thing));
+        let stage = &mut self.stage;
+        stage.seen.selection = selection.and_then(|thing| thing.entity(&mut stage.sim));
+        stage.seen.locked = locked.and_then(|thing| thing.entity(&mut stage.sim));
         if let Some(left) = self.ticks_left {
             self.ticks_left = Some(left.saturating_add(before).saturating_sub(self.ticks()));
         }
@@ -250,25 +243,6 @@ impl Session {
             let whole = (rate - rate.round()).abs() <= 1e-9 * rate;
             // A length that ticks have had is above 0 and finite.
             let _ = self.clock.set_rate(if whole { rate.round() } else { rate });
-        }
-    }
-
-    fn thing(&self, entity: Option<Entity>) -> Option<Thing> {
-        let entity = entity?;
-        let soft = || {
-            self.sim.world.get::<SoftBody>(entity)?;
-            self.sim.world.get::<FileIndex>(entity).copied().map(Thing::Soft)
-        };
-        self.seen.ids.get(&entity).copied().map(Thing::Body).or_else(soft)
-    }
-
-    pub(crate) fn entity_of(&mut self, thing: Thing) -> Option<Entity> {
-        match thing {
-            Thing::Body(id) => self.sim.body(id),
-            Thing::Soft(index) => {
-                let mut softs = self.sim.world.query_filtered::<(Entity, &FileIndex), With<SoftBody>>();
-                softs.iter(&self.sim.world).find(|(_, other)| **other == index).map(|(soft, _)| soft)
-            }
         }
     }
 }

@@ -207,6 +207,8 @@ impl Session {
         for (panel, tool) in self.tools.each() {
             tool.after_ticks(&mut self.stage, self.ui.shows(panel), time);
         }
+        let Tools { graphs, ghosts, .. } = &mut self.tools;
+        graphs.sample(&mut self.stage, ghosts, self.ui.shows(Panel::Graphs));
         if self.run.options.pictures || self.ui.any_open() || self.ui.closing() {
             self.lay_out_panels(time);
         } else {

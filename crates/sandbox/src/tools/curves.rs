@@ -12,14 +12,16 @@ const LARGEST_DRAWN: f64 = 1e200;
 /// A quantity over time.
 pub(crate) struct Curve {
     /// Its name, with the unit.
-    pub name: &'static str,
+    pub name: String,
     pub color: Color32,
+    /// Points.
+    pub width: f32,
     /// Times, s, and values.
     pub points: Vec<[f64; 2]>,
 }
 
-/// Lays out a plot of that height, points. The pointer reads values off; it neither moves nor zooms what moves by itself.
-pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve]) {
+/// Lays out a plot of that height, points, and the names if there is a legend. The pointer reads values off; it neither moves nor zooms what moves by itself.
+pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Legend>, curves: &[Curve]) {
     let can_be_drawn = |point: &[f64; 2]| point.iter().all(|value| value.abs() <= LARGEST_DRAWN);
     let drawn = |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();
     let curves: Vec<_> = curves.iter().map(|curve| (curve, drawn(curve))).collect();
@@ -34,8 +36,8 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve])
         .allow_boxed_zoom(false)
         .y_axis_min_width(56.0)
         .y_grid_spacer(|input: GridInput| marks(input.bounds))
-        .y_axis_formatter(|mark, _| four_digits(mark.value))
-        .legend(Legend::default());
+        .y_axis_formatter(|mark, _| four_digits(mark.value));
+    let plot = legend.into_iter().fold(plot, Plot::legend);
     // Each by itself: the others can be hidden with a click on their names.
     let plot = curves.iter().fold(plot, |plot, (_, points)| {
         let [times, values] = [0, 1].map(|axis| apart(points.iter().map(|point| point[axis])));
@@ -45,7 +47,8 @@ pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, curves: &[Curve])
     let visuals = ui.visuals().clone();
     plot.show(ui, |plot| {
         for (curve, points) in curves {
-            plot.line(Line::new(curve.name, points).color(inks::marks(&visuals, curve.color)));
+            let line = Line::new(&curve.name, points).width(curve.width);
+            plot.line(line.color(inks::marks(&visuals, curve.color)));
         }
     });
 }

@@ -16,8 +16,8 @@ use crate::tools::tool::{Anchor, Desk, Tool};
 use crate::view::notices::Topic;
 use crate::view::stage::Stage;
 
-pub(crate) use state::Ghosts;
 pub use state::{GhostRow, GhostState};
+pub(crate) use state::{GhostRun, Ghosts};
 
 impl Tool for Ghosts {
     fn anchor(&self, _: &[&str]) -> Anchor {
@@ -42,7 +42,7 @@ impl Tool for Ghosts {
             stage.notice(format!("more than {MOST_BODIES} bodies: too many for ghosts"));
             return false;
         }
-        self.twins = Some(Twins::new(&mut stage.sim, BTreeSet::new()));
+        self.begin(&mut stage.sim, BTreeSet::new());
         true
     }
 
@@ -66,7 +66,7 @@ impl Tool for Ghosts {
 
     fn restart(&mut self, stage: &mut Stage) {
         if let Some(Twins { hidden, .. }) = self.twins.take() {
-            self.twins = Some(Twins::new(&mut stage.sim, hidden));
+            self.begin(&mut stage.sim, hidden);
         }
     }
 

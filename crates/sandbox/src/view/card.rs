@@ -6,7 +6,7 @@ use glam::DVec3;
 use motion::{ForceCause, Method, PhysicsBody, Transform};
 use report::numbers::three_decimals;
 
-use crate::view::forces::add_to;
+use crate::view::forces::{add_to, synchronized, synchronized_points};
 use crate::view::soft::SoftSum;
 use crate::view::stage::Stage;
 
@@ -47,7 +47,8 @@ impl Selected {
 
     /// A soft body as its center of mass.
     fn of_points(stage: &mut Stage, entity: Entity, mut soft: SoftSum) -> Self {
-        soft.body = stage.synchronized_points(entity, soft.body);
+        let pushes = stage.pushes();
+        soft.body = synchronized_points(&mut stage.sim.world, &pushes, entity, soft.body);
         Self {
             entity,
             name: stage.name(entity),
@@ -71,7 +72,7 @@ impl Selected {
             name: stage.name(entity),
             position,
             displacement: position - start,
-            body: stage.synchronized(entity, &forces),
+            body: synchronized(&stage.sim.world, entity, &forces),
             forces: Self::named(stage, &forces),
             own_method: stage.sim.world.get_entity(entity).ok().and_then(motion::own_method),
             quarantined: stage.quarantined_because(entity),

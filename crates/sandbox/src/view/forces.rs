@@ -23,42 +23,14 @@ impl Stage {
 
     /// Calls `each` with every force on `bodies`, given by their places among them.
     pub(crate) fn each_force(&mut self, bodies: &[Entity], each: impl FnMut(usize, ForceCause, DVec3)) {
-        let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
-        let pushes: Vec<_> = self.seen.acting.iter().map(push).collect();
+        let pushes = self.pushes();
         motion::each_force(&mut self.sim.world, &pushes, bodies, each);
     }
 
-    /// The state of a body at the time of its position, from the forces on it: position Verlet keeps the velocity of half a
-    /// step before.
-    pub(crate) fn synchronized(&self, body: Entity, forces: &[(ForceCause, DVec3)]) -> Option<PhysicsBody> {
-        let state = *self.sim.world.get::<PhysicsBody>(body)?;
-        let damping = self.damping_model();
-        let laws = forces.iter().filter(|(cause, _)| is_of_laws(*cause, damping));
-        let newtons: DVec3 = laws.map(|(_, newtons)| *newtons).sum();
-        Some(state.moving_at(state.velocity + newtons * state.inverse_mass * self.half_step(body)))
-    }
-
-    /// The same of the points of a soft body, which move `together`.
-    pub(crate) fn synchronized_points(&mut self, soft: Entity, together: PhysicsBody) -> PhysicsBody {
-        let points = self.sim.world.get::<SoftBody>(soft).map_or_else(Vec::new, |soft| soft.points.clone());
-        let halves: Vec<_> = points.iter().map(|point| self.half_step(*point)).collect();
-        let (damping, mut impulse) = (self.damping_model(), DVec3::ZERO);
-        if halves.iter().any(|half| *half != 0.0) {
-            self.each_force(&points, |place, cause, newtons| {
-                if is_of_laws(cause, damping) {
-                    impulse += newtons * halves[place];
-                }
-            });
-        }
-        together.moving_at(together.velocity + impulse * together.inverse_mass)
-    }
-
-    fn half_step(&self, body: Entity) -> f64 {
-        self.sim.world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0)
-    }
-
-    fn damping_model(&self) -> Option<DampingModel> {
-        self.sim.world.get_resource::<Damping>().map(|damping| damping.model)
+    /// The pushes of the last tick.
+    pub(crate) fn pushes(&self) -> Vec<Push> {
+        let push = |(body, newtons): (&Entity, &DVec3)| Push { body: *body, newtons: *newtons };
+        self.seen.acting.iter().map(push).collect()
     }
 
     /// Newtons of a force arrow of one meter, where the largest force is one of `newtons` on a body `distance` meters
@@ -71,6 +43,48 @@ impl Stage {
         }
         self.view.force_scale
     }
+}
+
+/// The state of a body at the time of its position, from the forces on it: position Verlet keeps the velocity of half a
+/// step before.
+pub(crate) fn synchronized(
+    world: &World,
+    body: Entity,
+    forces: &[(ForceCause, DVec3)],
+) -> Option<PhysicsBody> {
+    let state = *world.get::<PhysicsBody>(body)?;
+    let damping = damping_model(world);
+    let laws = forces.iter().filter(|(cause, _)| is_of_laws(*cause, damping));
+    let newtons: DVec3 = laws.map(|(_, newtons)| *newtons).sum();
+    Some(state.moving_at(state.velocity + newtons * state.inverse_mass * half_step(world, body)))
+}
+
+/// The same of the points of a soft body, which move `together`.
+pub(crate) fn synchronized_points(
+    world: &mut World,
+    pushes: &[Push],
+    soft: Entity,
+    together: PhysicsBody,
+) -> PhysicsBody {
+    let points = world.get::<SoftBody>(soft).map_or_else(Vec::new, |soft| soft.points.clone());
+    let halves: Vec<_> = points.iter().map(|point| half_step(world, *point)).collect();
+    let (damping, mut impulse) = (damping_model(world), DVec3::ZERO);
+    if halves.iter().any(|half| *half != 0.0) {
+        motion::each_force(world, pushes, &points, |place, cause, newtons| {
+            if is_of_laws(cause, damping) {
+                impulse += newtons * halves[place];
+            }
+        });
+    }
+    together.moving_at(together.velocity + impulse * together.inverse_mass)
+}
+
+fn half_step(world: &World, body: Entity) -> f64 {
+    world.get::<LastStep>(body).map_or(0.0, |last| last.0 / 2.0)
+}
+
+fn damping_model(world: &World) -> Option<DampingModel> {
+    world.get_resource::<Damping>().map(|damping| damping.model)
 }
 
 /// Adds to the sum of that name, or begins it.

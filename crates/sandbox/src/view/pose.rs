@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use motion::{Dormant, Orientation, PhysicsBody, PreviousPosition, Quarantined, SoftBody, Transform};
 use pick::{Chunk, Ray, Shape, SoftPoint, Viewpoint};
 
+use crate::view::soft::center_of_mass;
 use crate::view::stage::Mode;
 use crate::view::stage::Stage;
 
@@ -34,7 +35,7 @@ impl Stage {
     /// Where a thing is drawn, m; of a soft body, its center of mass.
     pub(crate) fn drawn_position(&self, thing: Entity) -> Option<DVec3> {
         match self.sim.world.get::<SoftBody>(thing) {
-            Some(body) => self.center_of_mass(body, |point| self.drawn_body(point)),
+            Some(body) => center_of_mass(&self.sim.world, body, |point| self.drawn_body(point)),
             None => self.drawn_body(thing),
         }
     }

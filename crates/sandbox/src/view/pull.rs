@@ -9,6 +9,7 @@ use motion::{PhysicsBody, PushQueue, SoftBody, TimeStep, Transform};
 use render::{Frame, Line};
 
 use crate::view::hud::{THIN, text};
+use crate::view::soft::mass;
 use crate::view::stage::Stage;
 
 /// Angular frequency of the spring, 1/s: what is pulled follows within half a second.
@@ -48,7 +49,7 @@ impl Stage {
         let hit = self.cast(&ray)?;
         let body = hit.pushed?;
         let state = self.sim.world.get::<PhysicsBody>(body).filter(|state| state.inverse_mass > 0.0)?;
-        let soft = self.sim.world.get::<SoftBody>(hit.entity).map(|soft| self.mass(soft));
+        let soft = self.sim.world.get::<SoftBody>(hit.entity).map(|soft| mass(&self.sim.world, soft));
         let place = ray.at(hit.distance);
         let depth = (place - self.view.camera.position).dot(self.viewpoint().forward());
         let (mass, offset) = (soft.unwrap_or(state.mass()), place - self.drawn_position(body)?);

@@ -33,44 +33,10 @@ impl Stage {
         let Some(body) = self.sim.world.get::<SoftBody>(thing) else {
             return vec![Push { body: thing, newtons }];
         };
-        let mass = self.mass(body);
+        let mass = mass(&self.sim.world, body);
         let share =
             |(body, point): (Entity, &PhysicsBody)| Push { body, newtons: newtons * (point.mass() / mass) };
-        self.movable_points(body).map(share).collect()
-    }
-
-    /// The points that forces move.
-    fn movable_points<'a>(
-        &'a self,
-        body: &'a SoftBody,
-    ) -> impl Iterator<Item = (Entity, &'a PhysicsBody)> + 'a {
-        body.points.iter().filter_map(|point| {
-            let thing = self.sim.world.get_entity(*point).ok()?;
-            let free = !thing.contains::<Quarantined>() && !thing.contains::<Dormant>();
-            let state = thing.get::<PhysicsBody>().filter(|state| free && state.inverse_mass > 0.0)?;
-            Some((*point, state))
-        })
-    }
-
-    /// Mass of the points that forces move, kg.
-    pub(crate) fn mass(&self, body: &SoftBody) -> f64 {
-        self.movable_points(body).map(|(_, point)| point.mass()).sum()
-    }
-
-    /// The center of mass of the points that forces move, each at its `place`, m; where none is, the middle of all.
-    pub(crate) fn center_of_mass(
-        &self,
-        body: &SoftBody,
-        place: impl Fn(Entity) -> Option<DVec3>,
-    ) -> Option<DVec3> {
-        let mean = |points: &mut dyn Iterator<Item = (Entity, f64)>| {
-            let placed = points.filter_map(|(point, mass)| Some((place(point)?, mass)));
-            let (moment, mass) =
-                placed.fold((DVec3::ZERO, 0.0), |(sum, all), (at, mass)| (sum + at * mass, all + mass));
-            (mass > 0.0).then(|| moment / mass)
-        };
-        mean(&mut self.movable_points(body).map(|(point, state)| (point, state.mass())))
-            .or_else(|| mean(&mut body.points.iter().map(|point| (*point, 1.0))))
+        movable_points(&self.sim.world, body).map(share).collect()
     }
 
     /// What the points of `thing` have together, if it is a soft body that has any.
@@ -82,15 +48,8 @@ impl Stage {
             Some(id) => Some(self.sim.scene.bodies.get(*id as usize)?.position),
             None => place(point),
         };
-        let position = self.center_of_mass(body, place)?;
-        let displacement = position - self.center_of_mass(body, at_start)?;
-        let mass = self.mass(body);
-        let momentum: DVec3 = self.movable_points(body).map(|(_, point)| point.momentum()).sum();
-        let together = if mass > 0.0 {
-            PhysicsBody::with_mass(mass).moving_at(momentum / mass)
-        } else {
-            PhysicsBody::IMMOVABLE
-        };
+        let position = center_of_mass(world, body, place)?;
+        let displacement = position - center_of_mass(world, body, at_start)?;
         let count = |with: &dyn Fn(EntityRef<'_>) -> bool| {
             body.points.iter().filter(|point| world.get_entity(**point).is_ok_and(with)).count()
         };
@@ -102,12 +61,12 @@ impl Stage {
         Some(SoftSum {
             position,
             displacement,
-            body: together,
+            body: together(world, body),
             points: count(&|_| true),
             pinned: count(&|point| point.get::<PhysicsBody>().is_some_and(|state| state.inverse_mass <= 0.0)),
             quarantined: count(&|point| point.contains::<Quarantined>()),
             springs: body.springs.len(),
-            kinetic_energy: self.movable_points(body).map(|(_, point)| point.kinetic_energy()).sum(),
+            kinetic_energy: kinetic_energy(world, body),
             spring_energy: energies.sum(),
         })
     }
@@ -121,4 +80,50 @@ impl Stage {
         let name = self.sim.scene.names.get(*self.seen.ids.get(first)?)?;
         Some(name.split('.').next().unwrap_or_default().to_owned())
     }
+}
+
+/// The points that forces move.
+fn movable_points<'a>(
+    world: &'a World,
+    body: &'a SoftBody,
+) -> impl Iterator<Item = (Entity, &'a PhysicsBody)> + 'a {
+    body.points.iter().filter_map(|point| {
+        let thing = world.get_entity(*point).ok()?;
+        let free = !thing.contains::<Quarantined>() && !thing.contains::<Dormant>();
+        let state = thing.get::<PhysicsBody>().filter(|state| free && state.inverse_mass > 0.0)?;
+        Some((*point, state))
+    })
+}
+
+/// Mass of the points that forces move, kg.
+pub(crate) fn mass(world: &World, body: &SoftBody) -> f64 {
+    movable_points(world, body).map(|(_, point)| point.mass()).sum()
+}
+
+/// The movable points as one body.
+pub(crate) fn together(world: &World, body: &SoftBody) -> PhysicsBody {
+    let mass = mass(world, body);
+    let momentum: DVec3 = movable_points(world, body).map(|(_, point)| point.momentum()).sum();
+    if mass > 0.0 { PhysicsBody::with_mass(mass).moving_at(momentum / mass) } else { PhysicsBody::IMMOVABLE }
+}
+
+/// The sum over the movable points, J.
+pub(crate) fn kinetic_energy(world: &World, body: &SoftBody) -> f64 {
+    movable_points(world, body).map(|(_, point)| point.kinetic_energy()).sum()
+}
+
+/// The center of mass of the points that forces move, each at its `place`, m; where none is, the middle of all.
+pub(crate) fn center_of_mass(
+    world: &World,
+    body: &SoftBody,
+    place: impl Fn(Entity) -> Option<DVec3>,
+) -> Option<DVec3> {
+    let mean = |points: &mut dyn Iterator<Item = (Entity, f64)>| {
+        let placed = points.filter_map(|(point, mass)| Some((place(point)?, mass)));
+        let (moment, mass) =
+            placed.fold((DVec3::ZERO, 0.0), |(sum, all), (at, mass)| (sum + at * mass, all + mass));
+        (mass > 0.0).then(|| moment / mass)
+    };
+    mean(&mut movable_points(world, body).map(|(point, state)| (point, state.mass())))
+        .or_else(|| mean(&mut body.points.iter().map(|point| (*point, 1.0))))
 }

@@ -50,6 +50,17 @@ pub enum GhostState {
 #[derive(Default)]
 pub(crate) struct Ghosts {
     pub(super) twins: Option<Twins>,
+    /// How many times ghosts were made: those of another time are other runs.
+    begun: u64,
+}
+
+/// A ghost, for graphs.
+pub(crate) struct GhostRun<'a> {
+    /// The method; `None` is the reference.
+    pub method: Option<Method>,
+    /// Whether it is drawn.
+    pub shown: bool,
+    pub simulation: &'a mut Simulation,
 }
 
 /// The twins of a world.
@@ -175,6 +186,31 @@ impl Ghosts {
             rms: None,
         };
         Method::ALL.into_iter().map(of_method).chain([reference]).collect()
+    }
+
+    /// Makes ghosts of the present state.
+    pub(super) fn begin(&mut self, leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) {
+        self.twins = Some(Twins::new(leader, hidden));
+        self.begun += 1;
+    }
+
+    /// Which ghosts there are, if any.
+    pub fn generation(&self) -> Option<u64> {
+        self.twins.as_ref().map(|_| self.begun)
+    }
+
+    /// Every ghost that did not fail, beside bodies of the method `solid`, whose own ghost is not drawn.
+    pub fn runs(&mut self, solid: Method) -> impl Iterator<Item = GhostRun<'_>> {
+        self.twins.iter_mut().flat_map(move |Twins { reference, twins, hidden, .. }| {
+            let twins = twins.iter_mut().map(|twin| (Some(twin.method()), twin));
+            twins.chain([(None, reference)]).filter(|(_, twin)| twin.failure().is_none()).map(
+                move |(method, twin)| GhostRun {
+                    method,
+                    shown: method != Some(solid) && !hidden.contains(&method),
+                    simulation: twin.simulation_mut(),
+                },
+            )
+        })
     }
 
     /// Whether there are ghosts.

@@ -1,6 +1,7 @@
 //! The panel of the ledger: where energy and momentum go, and what the method invents.
 
 use egui::{Color32, Grid, RichText, TextStyle, Ui};
+use egui_plot::Legend;
 use glam::DVec3;
 use motion::ledger::{Ledger, LedgerLines, LedgerTotals};
 use report::numbers::{four_digits, signed};
@@ -21,6 +22,8 @@ const ROUNDING: f64 = 1e-12;
 /// Points that its sentence and its tables need.
 pub(super) const WIDTH: f32 = 436.0;
 const PLOT_HEIGHT: f32 = 72.0;
+/// Width of the curves, points.
+const CURVE: f32 = 1.5;
 
 /// Small: a scene with everything in it has 26 lines.
 const TEXT_SIZE: f32 = 11.0;
@@ -153,15 +156,17 @@ type Curve = fn(&Point) -> f64;
 fn plots(ui: &mut Ui, points: &[Point]) {
     let curve = |(name, color, of): (&'static str, Color32, Curve)| {
         let points = points.iter().map(|point| [point.time, of(point)]);
-        curves::Curve { name, color, points: points.collect() }
+        curves::Curve { name: name.to_owned(), color, width: CURVE, points: points.collect() }
     };
     let energies: [(&str, Color32, Curve); 2] =
         [("energy, J", ENERGY, |point| point.energy), ("kinetic, J", KINETIC, |point| point.kinetic)];
-    curves::show(ui, "ledger energies", PLOT_HEIGHT, &energies.map(curve));
+    let legend = || Some(Legend::default());
+    curves::show(ui, "ledger energies", PLOT_HEIGHT, legend(), &energies.map(curve));
     curves::show(
         ui,
         "ledger residual",
         PLOT_HEIGHT,
+        legend(),
         &[curve(("residual, J", RESIDUAL, |point| point.residual))],
     );
 }

@@ -1,0 +1,252 @@
+//! What graphs are drawn from: samples of the selection and of kept bodies, in the run and in its ghosts.
+
+use std::collections::VecDeque;
+
+use glam::DVec3;
+use history::Simulation;
+use motion::clock::StepClock;
+use motion::{Method, Push};
+
+use crate::tools::ghosts::{GhostRun, Ghosts};
+use crate::view::stage::{CATCH_UP, Stage};
+use crate::view::things::{Motion, Thing};
+
+/// How long a sample is kept, s.
+const KEPT_S: f64 = 10.0;
+
+/// Samples of one body in one run, at most.
+const MOST_SAMPLES: usize = 4096;
+
+/// Bodies that a person keeps, at most.
+pub(super) const MOST_KEPT: usize = 8;
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Quantity {
+    #[default]
+    Position,
+    Velocity,
+    Acceleration,
+    Force,
+    KineticEnergy,
+}
+
+impl Quantity {
+    pub const ALL: [Self; 5] =
+        [Self::Position, Self::Velocity, Self::Acceleration, Self::Force, Self::KineticEnergy];
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position, m",
+            Self::Velocity => "velocity, m/s",
+            Self::Acceleration => "acceleration, m/s²",
+            Self::Force => "force, N",
+            Self::KineticEnergy => "kinetic energy, J",
+        }
+    }
+
+    /// What of a motion is drawn, if it is known.
+    pub fn value(self, motion: &Motion, part: Part) -> Option<f64> {
+        let vector = match self {
+            Self::Position => motion.position,
+            Self::Velocity => motion.velocity,
+            Self::Acceleration => motion.forced?[0],
+            Self::Force => motion.forced?[1],
+            Self::KineticEnergy => return Some(motion.kinetic_energy),
+        };
+        Some(match part {
+            Part::X => vector.x,
+            Part::Y => vector.y,
+            Part::Z => vector.z,
+            Part::Magnitude => vector.length(),
+        })
+    }
+}
+
+/// What of a vector is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Part {
+    X,
+    #[default]
+    Y,
+    Z,
+    Magnitude,
+}
+
+impl Part {
+    pub const ALL: [Self; 4] = [Self::X, Self::Y, Self::Z, Self::Magnitude];
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Magnitude => "magnitude",
+        }
+    }
+}
+
+/// Which run a curve is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Run {
+    Solid,
+    /// The ghosts of that method; `None` is the reference.
+    Ghost(Option<Method>),
+}
+
+/// A motion at one time, s.
+pub(super) struct Sample {
+    pub time: f64,
+    pub motion: Motion,
+}
+
+/// How one body moved in one run.
+pub(super) struct Track {
+    pub run: Run,
+    pub shown: bool,
+    pub samples: VecDeque<Sample>,
+}
+
+impl Track {
+    /// Forgets what was sampled at `time` or later.
+    fn forget_from(&mut self, time: f64) {
+        while self.samples.pop_back_if(|sample| sample.time >= time).is_some() {}
+    }
+
+    /// Forgets what is too old at `time`.
+    fn forget_before(&mut self, time: f64) {
+        while self.samples.len() > MOST_SAMPLES
+            || self.samples.front().is_some_and(|sample| sample.time < time - KEPT_S)
+        {
+            self.samples.pop_front();
+        }
+    }
+}
+
+/// A body in the graph.
+pub(super) struct Graphed {
+    pub thing: Thing,
+    pub name: String,
+    /// Its place in the list of colors.
+    pub ink: usize,
+    /// Whether it stays when something else is selected.
+    pub kept: bool,
+    pub tracks: Vec<Track>,
+}
+
+impl Graphed {
+    fn sample(&mut self, simulation: &mut Simulation, pushes: &[Push], time: f64, (run, shown): (Run, bool)) {
+        let entity = self.thing.entity(simulation);
+        let motion = entity.and_then(|entity| Motion::of(simulation, pushes, entity));
+        let at = self.tracks.iter().position(|track| track.run == run).unwrap_or_else(|| {
+            self.tracks.push(Track { run, shown, samples: VecDeque::new() });
+            self.tracks.len() - 1
+        });
+        let track = &mut self.tracks[at];
+        track.shown = shown;
+        track.forget_from(time);
+        track.samples.extend(motion.map(|motion| Sample { time, motion }));
+    }
+}
+
+/// The graphs; samples are taken while their panel is open.
+#[derive(Default)]
+pub(crate) struct Graphs {
+    /// The kept ones, and the selection.
+    pub(super) bodies: Vec<Graphed>,
+    /// Which ghosts the samples are of.
+    ghosts: Option<u64>,
+    pub(super) quantity: Quantity,
+    /// The parts of a vector that are drawn of one body.
+    pub(super) parts: Parts,
+    /// The part that is drawn where there are several curves of each.
+    pub(super) part: Part,
+}
+
+/// Which parts of a vector are drawn, in the order of [`Part::ALL`].
+pub(super) struct Parts(pub [bool; 4]);
+
+impl Default for Parts {
+    fn default() -> Self {
+        Self([true, true, true, false])
+    }
+}
+
+impl Graphs {
+    /// Samples the bodies and their ghosts after the ticks of a frame.
+    pub fn sample(&mut self, stage: &mut Stage, ghosts: &mut Ghosts, open: bool) {
+        let selection = stage.seen.selection.filter(|_| open).and_then(|entity| stage.thing(entity));
+        self.bodies.retain(|body| body.kept || Some(body.thing) == selection);
+        if !open {
+            self.bodies.iter_mut().for_each(|body| body.tracks.clear());
+            return;
+        }
+        if self.ghosts != ghosts.generation() {
+            self.ghosts = ghosts.generation();
+            self.bodies.iter_mut().for_each(|body| body.tracks.retain(|track| track.run == Run::Solid));
+        }
+        self.bodies.retain(|body| body.thing.entity(&mut stage.sim).is_some());
+        self.add(stage, selection);
+        let time = stage.sim.world.resource::<StepClock>().scene_seconds();
+        let pushes = stage.pushes();
+        for body in &mut self.bodies {
+            body.sample(&mut stage.sim, &pushes, time, (Run::Solid, true));
+        }
+        let pushes: Vec<(u32, DVec3)> =
+            pushes.iter().filter_map(|push| Some((*stage.seen.ids.get(&push.body)?, push.newtons))).collect();
+        for GhostRun { method, shown, simulation } in ghosts.runs(stage.sim.method()) {
+            let push =
+                |(id, newtons): &(u32, DVec3)| Some(Push { body: simulation.body(*id)?, newtons: *newtons });
+            let pushes: Vec<_> = pushes.iter().filter_map(push).collect();
+            for body in &mut self.bodies {
+                body.sample(simulation, &pushes, time, (Run::Ghost(method), shown));
+            }
+        }
+        self.tracks().for_each(|track| track.forget_before(time));
+    }
+
+    /// Adds the selection, if it is not there.
+    fn add(&mut self, stage: &Stage, selection: Option<Thing>) {
+        let Some((thing, entity)) = selection.zip(stage.seen.selection) else { return };
+        if self.bodies.iter().any(|body| body.thing == thing) {
+            return;
+        }
+        let used: Vec<_> = self.bodies.iter().map(|body| body.ink).collect();
+        let ink = (0..).find(|ink| !used.contains(ink)).unwrap_or_default();
+        self.bodies.push(Graphed { thing, name: stage.name(entity), ink, kept: false, tracks: Vec::new() });
+    }
+
+    fn tracks(&mut self) -> impl Iterator<Item = &mut Track> {
+        self.bodies.iter_mut().flat_map(|body| &mut body.tracks)
+    }
+
+    /// Forgets what has not happened at `time` of another state of the run, s. After a jump forward it forgets everything: what
+    /// lies between is not known.
+    pub(super) fn go_to(&mut self, time: f64) {
+        for track in self.tracks() {
+            track.forget_from(time);
+            if track.samples.back().is_some_and(|sample| time - sample.time > CATCH_UP) {
+                track.samples.clear();
+            }
+        }
+    }
+
+    /// Keeps the bodies of these names in another text of the scene, without what they did in this one.
+    pub(crate) fn go_on_with_names(&mut self, stage: &mut Stage) {
+        self.bodies.retain_mut(|body| {
+            body.tracks.clear();
+            let thing = stage.thing_named(&body.name).filter(|_| body.kept);
+            thing.inspect(|thing| body.thing = *thing).is_some()
+        });
+    }
+
+    /// Whether there are several curves of each part.
+    pub(super) fn has_several(&self) -> bool {
+        self.bodies.len() > 1 || self.ghosts.is_some()
+    }
+
+    /// Whether there are ghosts in the graph.
+    pub(super) const fn has_ghosts(&self) -> bool {
+        self.ghosts.is_some()
+    }
+}
