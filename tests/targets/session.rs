@@ -125,7 +125,7 @@ fn script(u: &mut Unstructured<'_>) -> Result<String> {
 
 fn action(u: &mut Unstructured<'_>) -> Result<String> {
     let body = format!("\"b{}\"", u.int_in_range(0..=scenes::BODIES - 1)?);
-    Ok(match u.int_in_range(0..=17)? {
+    Ok(match u.int_in_range(0..=18)? {
         0..=3 => format!("press(\"{}\")", u.choose(&BINDINGS)?.name),
         4 => format!("hold(\"{}\", {:?})", u.choose(&BINDINGS)?.name, 0.05),
         5 => format!("move_mouse({:?}, {:?})", finite(u)?, finite(u)?),
@@ -140,6 +140,7 @@ fn action(u: &mut Unstructured<'_>) -> Result<String> {
         14 => format!("set_method({})", u.choose(&Method::ALL)?.name()),
         15 => format!("set_body_method({body}, {})", u.choose(&Method::ALL)?.name()),
         16 => "press(\"step_back\")".to_owned(),
+        17 => format!("set_substeps({})", u.int_in_range(1..=4)?),
         _ => format!("set_position({body}, {})", written(any_vector(u)?)),
     })
 }

@@ -164,6 +164,8 @@ pub enum Experiment {
     DampingRate(f64),
     /// Goes on with another method of the scene.
     Method(Method),
+    /// Goes on with another number of substeps of the scene.
+    Substeps(u32),
     /// Gives a body, named, a method of its own, or the scene's.
     BodyMethod(String, Option<Method>),
     /// Switches an effect off or on again.

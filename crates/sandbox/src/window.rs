@@ -137,7 +137,8 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     if let Some(draft) = shell.draft.take() {
         draft.end();
     }
-    if let Some(recorder) = shell.recorder.take() {
+    if let Some(mut recorder) = shell.recorder.take() {
+        recorder.record_end(shell.session.frames(), &shell.session.chosen);
         recorder.finish()?;
     }
     if remembers && shell.failure.is_none() {
@@ -470,7 +471,7 @@ impl Shell {
             return;
         };
         if let Some(recorder) = &mut self.recorder {
-            recorder.record(self.session.frames(), time.total(), &events);
+            recorder.record(self.session.frames(), time.total(), self.session.chosen.iter().chain(&events));
         }
         let (before, ticks_before) = (Instant::now(), self.session.ticks());
         let progress_before = self.session.progress();

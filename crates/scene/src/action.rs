@@ -3,8 +3,8 @@
 use std::fmt;
 
 use glam::DVec3;
-use motion::Method;
 use motion::effects::Effect;
+use motion::{Method, Substeps};
 use serde::{Deserialize, Serialize};
 
 /// One thing that a script does. In a file an action is written as its name in snake case: `press("G")`,
@@ -61,6 +61,8 @@ pub enum Action {
     Screenshot(String),
     /// Changes the method of the scene: of every body without one of its own.
     SetMethod(#[serde(with = "method")] Method),
+    /// Changes the substeps of the scene: of every body without its own, 1 to [`Substeps::MOST`].
+    SetSubsteps(u32),
     /// Gives a body a method of its own.
     SetBodyMethod(String, #[serde(with = "method")] Method),
     /// Switches an effect that the scene declares on or off.
@@ -122,6 +124,7 @@ impl Action {
                 | Self::ReverseVelocities
                 | Self::Remove(_)
                 | Self::SetMethod(_)
+                | Self::SetSubsteps(_)
                 | Self::SetBodyMethod(..)
                 | Self::SwitchEffect(..)
         )
@@ -161,6 +164,9 @@ impl Action {
             }
             Self::Resize(x, y) if ![x, y].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
                 (format!("{x} x {y} is not a window size"), "give two numbers of pixels from 1 to 16384")
+            }
+            Self::SetSubsteps(substeps) if !(1..=Substeps::MOST).contains(substeps) => {
+                (format!("{substeps} is not a number of substeps"), "give a whole number from 1 to 100000")
             }
             Self::Screenshot(name) if !is_picture_name(name) => (
                 format!("{name:?} is not a plain file name that ends in .png"),

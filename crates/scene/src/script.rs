@@ -36,6 +36,9 @@ pub struct Recording {
     pub method: Option<Method>,
     /// Size of the window at the start, px.
     pub size_px: (u32, u32),
+    /// Whether steps name the settings that were chosen in panels, in place of the clicks on them: a panel offers what its
+    /// machine measured, so the same click could choose another one. Older recordings do not.
+    pub names_settings: bool,
     /// End of every frame since the start, s, finite, at least 0, never going backwards.
     pub frame_ends_s: Vec<f64>,
 }
@@ -47,6 +50,8 @@ struct RawRecording<'a> {
     scene: Option<String>,
     method: Option<Word>,
     size_px: Option<(u32, u32)>,
+    #[serde(default)]
+    names_settings: bool,
     frame_ends_s: Option<Vec<f64>>,
     #[serde(borrow, default)]
     steps: Vec<RawStep<'a>>,
@@ -168,12 +173,13 @@ impl Script {
 impl Recording {
     /// What stands before the steps.
     fn head(&self) -> String {
-        let Self { scene, method, size_px: (width, height), frame_ends_s } = self;
+        let Self { scene, method, size_px: (width, height), names_settings, frame_ends_s } = self;
         let method = method.map(|method| format!("    method: {},\n", method.name())).unwrap_or_default();
+        let named = if *names_settings { "    names_settings: true,\n" } else { "" };
         let ends: String = frame_ends_s.iter().map(|end| format!("        {end:?},\n")).collect();
         format!(
-            "(\n    version: {SCRIPT_VERSION},\n    scene: {},\n{method}    size_px: ({width}, {height}),\n    \
-             frame_ends_s: [\n{ends}    ],\n    steps: [\n",
+            "(\n    version: {SCRIPT_VERSION},\n    scene: {},\n{method}    size_px: ({width}, {height}),\n\
+             {named}    frame_ends_s: [\n{ends}    ],\n    steps: [\n",
             written(scene)
         )
     }
@@ -251,6 +257,7 @@ fn header(raw: &RawRecording<'_>, faults: &mut Faults) -> Recording {
         scene: raw.scene.clone().unwrap_or_default(),
         method,
         size_px: raw.size_px.unwrap_or_default(),
+        names_settings: raw.names_settings,
         frame_ends_s: ends.to_vec(),
     }
 }

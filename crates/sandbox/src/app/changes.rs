@@ -12,7 +12,7 @@ use scene::unsolvable;
 
 use crate::app::actions;
 use crate::app::session::{Session, SwitchedBy};
-use crate::input::Experiment;
+use crate::input::{Experiment, Input};
 use crate::tools::tool::{Edit, Tool as _};
 use crate::view::notices::Topic;
 use crate::view::stage::Order;
@@ -42,6 +42,7 @@ impl Session {
                 self.ask_by(Request::SetDamping(Damping { model, rate: *rate }), SwitchedBy::Script);
             }
             Experiment::Method(method) => self.set_method(*method),
+            Experiment::Substeps(substeps) => self.set_substeps(*substeps),
             Experiment::BodyMethod(name, method) => {
                 if let Some(body) = self.body_or_refuse(name) {
                     self.set_body_method(body, *method);
@@ -64,7 +65,7 @@ impl Session {
                 // Only declared ones can be clicked.
                 let _ = self.switch_effect(effect, on, SwitchedBy::Panel);
             }
-            Edit::ApplySetting(setting) => self.apply_setting(setting),
+            Edit::ApplySetting(setting) => self.choose(setting),
             Edit::StepHz(rate) => {
                 if self.clock.set_rate(rate).is_ok() {
                     self.record(Intervention::Step(1.0 / rate));
@@ -118,14 +119,25 @@ impl Session {
         self.sim.set_method(method);
     }
 
-    /// Goes on with another method and number of substeps of the scene.
-    fn apply_setting(&mut self, setting: Setting) {
-        Arc::make_mut(&mut self.sim.scene).substeps = setting.substeps;
-        self.record(Intervention::Substeps(setting.substeps));
+    /// Goes on with another number of substeps of the scene.
+    fn set_substeps(&mut self, substeps: u32) {
+        Arc::make_mut(&mut self.sim.scene).substeps = substeps;
+        self.record(Intervention::Substeps(substeps));
         self.notices.retract(Topic::Forecast);
-        self.sim.world.insert_resource(Substeps(setting.substeps));
-        self.set_method(setting.method);
+        self.sim.world.insert_resource(Substeps(substeps));
         self.tools.ghosts.restart(&mut self.stage);
+    }
+
+    /// Goes on with a setting that a panel offers. In a recording steps name it, and this does nothing: what a panel offers
+    /// depends on what its machine measured.
+    fn choose(&mut self, setting: Setting) {
+        if self.player.as_ref().is_some_and(|player| player.names_settings(self.run.frames)) {
+            return;
+        }
+        for chosen in [Experiment::Method(setting.method), Experiment::Substeps(setting.substeps)] {
+            self.experiment(&chosen);
+            self.chosen.push(Input::Experiment(chosen));
+        }
     }
 
     /// Says so where one of `methods` cannot solve what is declared.

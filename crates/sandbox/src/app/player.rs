@@ -23,13 +23,20 @@ pub struct Player {
     afterwards: Vec<Input>,
     /// Keys held until that time, s; each key once.
     held: Vec<(f64, Key)>,
+    /// Frames of a recording in which steps name the settings that were chosen.
+    named_frames: u64,
 }
 
 impl Player {
-    /// Plays steps that name keys by their own names.
-    pub(crate) fn of(steps: Vec<Step>) -> Self {
+    /// Plays steps that name keys by their own names, and in the first `named_frames` frames the settings that were chosen.
+    pub(crate) fn of(steps: Vec<Step>, named_frames: u64) -> Self {
         let (of_ticks, of_frames) = steps.into_iter().enumerate().partition(|(_, step)| step.is_of_ticks());
-        Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new() }
+        Self { of_frames, of_ticks, afterwards: Vec::new(), held: Vec::new(), named_frames }
+    }
+
+    /// Whether steps name the settings that are chosen in the frame of that number.
+    pub(crate) const fn names_settings(&self, frame: u64) -> bool {
+        frame < self.named_frames
     }
 
     /// Whether every step was carried out, and nothing is held.
@@ -140,6 +147,7 @@ impl Player {
             Action::Screenshot(name) => experiment(Experiment::Screenshot(name)),
             Action::SetBodyMethod(body, method) => experiment(Experiment::BodyMethod(body, Some(method))),
             Action::SetMethod(method) => experiment(Experiment::Method(method)),
+            Action::SetSubsteps(substeps) => experiment(Experiment::Substeps(substeps)),
             Action::SwitchEffect(effect, on) => experiment(Experiment::SwitchEffect(effect, on)),
         }
     }
@@ -159,6 +167,8 @@ pub fn recorded(input: &Input) -> Option<Action> {
         Input::FocusLost => Action::FocusLost,
         Input::Resized([width, height]) => Action::Resize(*width, *height),
         Input::Scaled(scale) => Action::Scale(*scale),
+        Input::Experiment(Experiment::Method(method)) => Action::SetMethod(*method),
+        Input::Experiment(Experiment::Substeps(substeps)) => Action::SetSubsteps(*substeps),
         Input::Experiment(_) => return None,
     })
 }

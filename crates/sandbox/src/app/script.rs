@@ -68,6 +68,8 @@ impl Player {
     /// # Errors
     /// Every step that names no key: its index and the word.
     pub fn new(script: Script) -> Result<Self, Vec<(usize, UnknownKey)>> {
+        let named = script.recording.filter(|recording| recording.names_settings);
+        let named_frames = named.map_or(0, |recording| recording.frame_ends_s.len() as u64);
         let (mut steps, mut unknown) = (script.steps, Vec::new());
         for (number, step) in steps.iter_mut().enumerate() {
             let (Action::Press(word) | Action::Hold(word, _) | Action::KeyDown(word) | Action::KeyUp(word)) =
@@ -80,7 +82,7 @@ impl Player {
                 Err(error) => unknown.push((number, error)),
             }
         }
-        if unknown.is_empty() { Ok(Self::of(steps)) } else { Err(unknown) }
+        if unknown.is_empty() { Ok(Self::of(steps, named_frames)) } else { Err(unknown) }
     }
 }
 

@@ -16,7 +16,7 @@ use scene::{Scene, Source, StepKind};
 use crate::app::held::Hands;
 use crate::app::player::Player;
 use crate::app::ui::{Control, Ui};
-use crate::input::InputFrame;
+use crate::input::{Input, InputFrame};
 use crate::tools::editor::Editor;
 pub(crate) use crate::tools::effects::SwitchedBy;
 use crate::tools::forecast::ForecastRow;
@@ -75,6 +75,8 @@ pub struct Session {
     pub(crate) ui: Ui,
     pub(crate) settings: Settings,
     pub(crate) player: Option<Player>,
+    /// The settings that were chosen in the panels of the last frame, as inputs: a recording has them in the next one.
+    pub(crate) chosen: Vec<Input>,
     /// Ticks left to simulate, if they are limited.
     pub(crate) ticks_left: Option<u64>,
 }
@@ -104,6 +106,7 @@ impl Session {
             ui: Ui::new(options.size_px),
             settings: Settings::default(),
             player: None,
+            chosen: Vec::new(),
             ticks_left: None,
         }
     }
@@ -192,6 +195,7 @@ impl Session {
         time: FrameTime,
         after_tick: &mut dyn FnMut(&Self, Simulated) -> ControlFlow<()>,
     ) {
+        self.chosen.clear();
         let pushes = self.pushes_while_seeking();
         for event in &input.events {
             self.handle(event);

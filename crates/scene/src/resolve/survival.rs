@@ -299,7 +299,9 @@ impl<'a> Row<'a> {
             return fail("a step does nothing", "add one such as `do: set_gravity((0, 0, 0))`");
         };
         // A row has the methods of its columns.
-        if !action.is_experiment() || matches!(action, Action::SetMethod(_) | Action::SetBodyMethod(..)) {
+        let of_methods =
+            matches!(action, Action::SetMethod(_) | Action::SetSubsteps(_) | Action::SetBodyMethod(..));
+        if !action.is_experiment() || of_methods {
             let cure = "give push, impulse, set_gravity, set_damping, set_velocity, set_position, reverse_velocities, \
                         remove or switch_effect";
             return fail("a step is no experiment", cure);

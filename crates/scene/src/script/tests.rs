@@ -19,14 +19,14 @@ const EVERY_ACTION: &str = r#"// comments are fine
     (at_s: 1, do: set_gravity((0, -1.62, 0))), (at_s: 1, do: set_damping(nan)),
     (at_s: 1, do: set_velocity("grid.x0.z1", (nan, NaN, -inf))), (at_s: 2, do: set_position("bonus", (1, 2, 3))),
     (at_s: 2, do: reverse_velocities), (at_s: 2, do: remove("enemy")), (at_s: 2, do: screenshot("after push.png")),
-    (at_s: 2, do: set_method(explicit_euler)), (at_s: 3, do: set_body_method("player", yoshida_4)),
+    (at_s: 2, do: set_method(explicit_euler)), (at_s: 2, do: set_substeps(4)), (at_s: 3, do: set_body_method("player", yoshida_4)),
     (at_s: 3, do: switch_effect("mutual_gravity", false)),
 ]"#;
 
 #[test]
 fn every_action_of_the_contract_is_read() {
     let script = Script::parse("t", EVERY_ACTION).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(script.steps.len(), 25);
+    assert_eq!(script.steps.len(), 26);
     assert_eq!(script.recording, None);
     let step = |i: usize| (script.steps[i].when, script.steps[i].action.clone());
     assert_eq!(step(1), (When::Seconds(0.5), Action::Hold("W".to_owned(), 0.5)));
@@ -41,9 +41,10 @@ fn every_action_of_the_contract_is_read() {
         matches!(step(17).1, Action::SetVelocity(_, v) if v.x.is_nan() && v.y.is_nan() && v.z == f64::NEG_INFINITY)
     );
     assert_eq!(step(22).1, Action::SetMethod(Method::ExplicitEuler));
-    assert_eq!(step(23).1, Action::SetBodyMethod("player".to_owned(), Method::Yoshida4));
-    assert_eq!(step(23).1.body(), Some("player"));
-    assert_eq!(step(24).1, Action::SwitchEffect(Effect::MutualGravity, false));
+    assert_eq!(step(23).1, Action::SetSubsteps(4));
+    assert_eq!(step(24).1, Action::SetBodyMethod("player".to_owned(), Method::Yoshida4));
+    assert_eq!(step(24).1.body(), Some("player"));
+    assert_eq!(step(25).1, Action::SwitchEffect(Effect::MutualGravity, false));
 }
 
 #[test]
@@ -72,6 +73,7 @@ fn what_is_written_reads_back_to_the_last_bit() {
         scene: r"C:\my \{s}.ron".to_owned(),
         method: Some(motion::Method::ExplicitEuler),
         size_px: (1280, 720),
+        names_settings: true,
         frame_ends_s,
     });
     let ron = script.to_ron();

@@ -1,6 +1,9 @@
 //! The panel of accuracy and cost: one dot per method and step, measured on a copy of the running scene.
 
-use egui::{Color32, Grid, Id, ProgressBar, RichText, Ui};
+use egui::{
+    Button, Color32, EventFilter, Grid, Id, Key, Label, ProgressBar, Response, RichText, Role, Sense, Ui,
+    WidgetInfo,
+};
 use egui_plot::{Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, PlotUi, Points, VLine};
 use lab::cost::{Accuracy, Cell, Cost, Setting, Study};
 use motion::Method;
@@ -26,6 +29,11 @@ impl Default for Axes {
 
 const WIDTH: f32 = 430.0;
 const HEIGHT: f32 = 300.0;
+/// Least height of what is below the legend in the dock, points: how much there is to say depends on the machine, and a dock that is
+/// scrolled to its end is not to stand elsewhere when a recording is repeated.
+const FOOT: f32 = 280.0;
+/// Methods beside each other in the legend.
+const COLUMNS: usize = 4;
 /// A click belongs to the nearest dot, if that is no farther, points.
 const REACH: f32 = 14.0;
 const FRONT: Color32 = Color32::from_gray(150);
@@ -46,17 +54,25 @@ pub(super) fn show(ui: &mut Ui, cost: &state::Cost, desk: &mut Desk<'_>) -> bool
     let mut axes: Axes = ui.data(|data| data.get_temp(id)).unwrap_or_default();
     choose(ui, &mut axes);
     ui.data_mut(|data| data.insert_temp(id, axes));
-    if let Some(setting) = plot(ui, study, axes, desk.stage.setting(), width) {
-        desk.edits.push(Edit::ApplySetting(setting));
-    }
+    let present = desk.stage.setting();
+    let clicked = plot(ui, study, axes, present, width);
     legend(ui, study);
-    foot(ui, study, axes, width);
+    let pressed = ui.scope(|ui| {
+        if desk.dock_width.is_some() {
+            ui.set_min_height(FOOT);
+        }
+        let pressed = front(ui, study, axes, present);
+        foot(ui, study, width);
+        pressed
+    });
+    desk.edits.extend(clicked.or(pressed.inner).map(Edit::ApplySetting));
     again
 }
 
 /// How far the study is; whether it is to start again.
 fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> bool {
     ui.horizontal(|ui| {
+        let again = ui.button("again").clicked();
         if progress < 1.0 {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
             let done = progress as f32;
@@ -65,9 +81,10 @@ fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> bool {
         } else {
             let Study { simulated_s, bodies, .. } = study;
             let s = if *bodies == 1 { "y" } else { "ies" };
-            ui.label(format!("{bodies} bod{s}, {simulated_s:.3} s from the start, measured on a copy"));
+            let words = format!("{bodies} bod{s}, {simulated_s:.3} s from the start, on a copy");
+            ui.add(Label::new(words).truncate());
         }
-        ui.button("again").clicked()
+        again
     })
     .inner
 }
@@ -78,7 +95,7 @@ fn choose(ui: &mut Ui, axes: &mut Axes) {
         ui.radio_value(&mut axes.accuracy, Accuracy::Position, "m");
         ui.radio_value(&mut axes.accuracy, Accuracy::Relative, "parts of the motion");
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.weak("cost in");
         ui.radio_value(&mut axes.cost, Cost::Evaluations, "evaluations per body per s");
         ui.radio_value(&mut axes.cost, Cost::RealTime, "part of real time");
@@ -206,8 +223,8 @@ fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
     let unit = if axes.accuracy == Accuracy::Position { " m" } else { "" };
     let evaluations = study.cost(cell, Cost::Evaluations).unwrap_or(f64::NAN);
     let mut words = format!(
-        "{} x {substeps}: {rate:.0} steps per s\nerror {error:.2e}{unit}, {evaluations:.0} evaluations per s",
-        method.claims().title
+        "{}: {rate:.0} steps per s\nerror {error:.2e}{unit}, {evaluations:.0} evaluations per s",
+        title(cell.setting)
     );
     if let Some(time) = &cell.time {
         words += &format!(
@@ -225,7 +242,7 @@ fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
 }
 
 fn legend(ui: &mut Ui, study: &Study) {
-    Grid::new("cost legend").num_columns(5).spacing([10.0, 1.0]).show(ui, |ui| {
+    Grid::new("cost legend").num_columns(COLUMNS).spacing([10.0, 1.0]).show(ui, |ui| {
         for (place, method) in Method::ALL.into_iter().enumerate() {
             let failed = study
                 .cells
@@ -239,19 +256,61 @@ fn legend(ui: &mut Ui, study: &Study) {
                     ui.label(RichText::new("×").color(color)).on_hover_text("some of its runs failed");
                 }
             });
-            if place % 5 == 4 {
+            if place % COLUMNS == COLUMNS - 1 {
                 ui.end_row();
             }
         }
     });
 }
 
-fn foot(ui: &mut Ui, study: &Study, axes: Axes, width: f32) {
+/// The settings on the front as buttons, the cheapest first; the one that was chosen. The keyboard comes to them as to one control,
+/// and the arrows go through them: a recording counts the controls, and how many settings there are depends on the machine.
+fn front(ui: &mut Ui, study: &Study, axes: Axes, present: Setting) -> Option<Setting> {
     let front = study.front(axes.accuracy, axes.cost);
-    if let (Some(cheap), Some(best)) = (front.first(), front.last()) {
-        let words = format!("on the front: from {} to {}", cheap.setting, best.setting);
-        ui.label(words);
+    let row = ui.horizontal_wrapped(|ui| {
+        ui.label("on the front:");
+        if front.is_empty() {
+            return vec![ui.weak("nothing yet")];
+        }
+        front.iter().map(|cell| setting_button(ui, study, cell, axes, present)).collect()
+    });
+    let (buttons, id) = (row.inner, Id::unique("place on the front"));
+    let place = ui.data(|data| data.get_temp(id)).unwrap_or(0).min(buttons.len() - 1);
+    let list = ui.interact(buttons[place].rect, id, Sense::focusable_noninteractive());
+    let name = front.get(place).map_or_else(|| "nothing yet".to_owned(), |cell| title(cell.setting));
+    list.widget_info(|| WidgetInfo::labeled(Role::ListBox, true, format!("on the front: {name}")));
+    let mut chosen = buttons.iter().position(Response::clicked);
+    if list.has_focus() {
+        let arrows = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(id, arrows));
+        let pressed = |keys: [Key; 2]| ui.input(|input| keys.into_iter().any(|key| input.key_pressed(key)));
+        let (back, on) =
+            (pressed([Key::ArrowLeft, Key::ArrowUp]), pressed([Key::ArrowRight, Key::ArrowDown]));
+        let next = (place + usize::from(on)).saturating_sub(usize::from(back)).min(buttons.len() - 1);
+        if next != place {
+            ui.data_mut(|data| data.insert_temp(id, next));
+            buttons[next].scroll_to_me(None);
+        }
+        chosen = chosen.or(pressed([Key::Enter, Key::Space]).then_some(place));
     }
+    front.get(chosen?).map(|cell| cell.setting)
+}
+
+/// The button of a setting, in the words of the legend.
+fn setting_button(ui: &mut Ui, study: &Study, cell: &Cell, axes: Axes, present: Setting) -> Response {
+    let words = format!("{} x {}", ink(cell.setting.method).short, cell.setting.substeps);
+    let is_present = cell.setting == present;
+    let button = ui.add(Button::selectable(is_present, words).small().sense(Sense::CLICK));
+    let name = title(cell.setting);
+    button.widget_info(|| WidgetInfo::selected(Role::Button, true, is_present, &name));
+    button.on_hover_text(hint(study, cell, axes))
+}
+
+fn title(Setting { method, substeps, .. }: Setting) -> String {
+    format!("{} x {substeps}", method.claims().title)
+}
+
+fn foot(ui: &mut Ui, study: &Study, width: f32) {
     ui.scope(|ui| {
         ui.set_max_width(width);
         for sentence in report::time_words(study) {

@@ -13,9 +13,9 @@ pub(super) const SHARE: f64 = 0.1;
 pub(super) const LONGEST_FRAME: f64 = 0.05;
 
 /// A study of the scene as it is set at present.
-pub(super) struct Live {
+pub(crate) struct Live {
     pub bench: Bench,
-    pub of: Settings,
+    pub(super) of: Settings,
 }
 
 /// What a study would come out differently with.
@@ -30,7 +30,7 @@ pub(super) struct Settings {
 /// The study of the running scene, while its panel is open.
 #[derive(Default)]
 pub(crate) struct Cost {
-    pub(super) live: Option<Live>,
+    pub(crate) live: Option<Live>,
 }
 
 impl Cost {
