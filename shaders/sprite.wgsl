@@ -32,8 +32,8 @@ fn vs_sprite(@builtin(vertex_index) index: u32, sprite: Sprite) -> Spot {
     var out: Spot;
     out.clip = globals.view_projection * vec4f(position, 1.0);
     out.place_and_half = vec3f(place, half);
-    // As much light as it really sends, so that many small ones stay many.
-    out.color = vec4f(sprite.color.rgb, sprite.color.a * clamp(sprite.radius / pixel, 0.35, 1.0));
+    // As much light as it really sends, so that many small ones stay many, but no less than the 8 bits of a channel keep.
+    out.color = vec4f(sprite.color.rgb, sprite.color.a * clamp(sprite.radius / pixel, 0.04, 1.0));
     return out;
 }
 

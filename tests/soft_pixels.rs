@@ -169,7 +169,7 @@ fn points_of_soft_bodies_are_no_particles_and_dormant_ones_are_nothing() {
     let world = film.session.world_mut();
     let at = Transform::at(DVec3::Y);
     world.spawn((at, PhysicsBody::with_mass(1.0)));
-    world.spawn((at, PhysicsBody::with_mass(1.0), PointRadius::EMITTED));
+    world.spawn((at, PhysicsBody::with_mass(1.0), PointRadius(0.04)));
     world.spawn((at, PhysicsBody::with_mass(1.0), Dormant));
     world.spawn((at, PhysicsBody::with_mass(1.0), Dormant, pick::Shape::sphere(1.0).unwrap()));
     film.frame([]);

@@ -29,11 +29,6 @@ pub struct FileIndex(pub u32);
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct PointRadius(pub f32);
 
-impl PointRadius {
-    /// What emitters throw out: drops and sparks, of which there are many.
-    pub const EMITTED: Self = Self(0.04);
-}
-
 impl Default for PointRadius {
     /// That of a particle of its own: to be seen from where a scene of bodies of a meter is seen.
     fn default() -> Self {
@@ -89,7 +84,7 @@ impl Scene {
         for (i, emitter) in (0..).map(FileIndex).zip(&self.emitters) {
             let pool = entities[emitter.pool.start as usize..emitter.pool.end as usize].to_vec();
             pool.iter().for_each(|body| {
-                world.entity_mut(*body).insert((Dormant, PointRadius::EMITTED));
+                world.entity_mut(*body).insert((Dormant, PointRadius(emitter.radius)));
             });
             let component = Emitter {
                 rate: emitter.rate,

@@ -216,6 +216,36 @@ fn a_label_is_drawn_with_the_panels_of_the_frame() {
 }
 
 #[test]
+fn bodies_that_show_methods_have_their_colors() {
+    for name in ["orbits_race", "terminal_speed"] {
+        let scene = scene::load(name).expect("it is shipped");
+        for method in Method::ALL {
+            let Some(id) = scene.names.find(method.name()) else { continue };
+            let painted = scene.bodies[id as usize].color.map(|channel| f64::from(channel * 255.0).round());
+            assert_eq!(painted, report::ink(method).srgb.map(f64::from), "{name}: {}", method.name());
+        }
+    }
+}
+
+#[test]
+fn a_trail_has_a_paler_color_of_its_body() {
+    let scene = scene::load("coast").expect("it is shipped");
+    let painted: Vec<_> =
+        scene.bodies.iter().filter(|body| body.inverse_mass.is_some()).map(|body| body.color).collect();
+    let (mut session, mut clock) = (Session::new(scene, Options::default()), FrameClock::default());
+    let mut frame = || session.frame(&InputFrame::NOTHING, clock.advance_by(0.1).expect("a time"));
+    frame();
+    let mut drawn: Vec<_> = frame().lines.iter().map(|line| line.start_color).collect();
+    drawn.dedup_by(|a, b| a[..3] == b[..3]);
+    assert_eq!(drawn.len(), painted.len());
+    for body in painted {
+        let paler =
+            |trail: &[f32; 4]| trail.iter().zip(body).all(|(trail, body)| (body..1.0).contains(trail));
+        assert!(drawn.iter().any(paler), "{body:?} has none of {drawn:?}");
+    }
+}
+
+#[test]
 fn a_reset_and_another_scene_have_no_frozen_bodies_and_a_run_keeps_all() {
     let mut session = labelled();
     let mut clock = FrameClock::default();

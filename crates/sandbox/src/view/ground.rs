@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use pick::Shape;
-use scene::Scene;
+use scene::{BodySpec, Scene};
 
 use crate::view::stage::Stage;
 
@@ -15,8 +15,8 @@ const FLOOR_HALF_M: f64 = 5.0;
 pub(crate) struct Ground {
     /// Whether something is up: gravity that is the same everywhere, or a floor.
     pub has_up: bool,
-    /// Height of the ground that is drawn, m: far enough below everything that nothing reaches it soon. None where there is a
-    /// floor, or nothing falls.
+    /// Height of the ground that is drawn, m: that of the bottom of the scene's slabs or, without one, far enough below everything
+    /// that nothing reaches it soon. None where a body is the floor, or nothing falls.
     height: Option<f64>,
     /// From line to line, m.
     spacing: f64,
@@ -24,21 +24,26 @@ pub(crate) struct Ground {
 
 impl Ground {
     pub fn of(scene: &Scene) -> Self {
-        let is_floor = |half: DVec3| half.x.min(half.z) >= (FLOOR_FLATNESS * half.y).max(FLOOR_HALF_M);
-        let has_floor = scene.bodies.iter().any(|body| {
+        let is_flat = |half: DVec3| half.x.min(half.z) >= (FLOOR_FLATNESS * half.y).max(FLOOR_HALF_M);
+        let is_floor = |body: &&BodySpec| {
             let still = body.inverse_mass.is_none_or(|inverse| inverse == 0.0);
-            still && matches!(body.shape, Some(Shape::Cuboid { half_extents }) if is_floor(half_extents))
-        });
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for body in &scene.bodies {
-            let half = body.shape.map_or(DVec3::ZERO, |shape| shape.half_extents());
-            (low, high) = (low.min(body.position - half), high.max(body.position + half));
-        }
-        let size = (high - low).max_element().max(1.0);
-        let falls = scene.gravity.is_some() && size.is_finite();
+            still && matches!(body.shape, Some(Shape::Cuboid { half_extents }) if is_flat(half_extents))
+        };
+        let (floors, others): (Vec<&BodySpec>, Vec<&BodySpec>) = scene.bodies.iter().partition(is_floor);
+        let half = |body: &BodySpec| body.shape.map_or(DVec3::ZERO, |shape| shape.half_extents());
+        let low = |bodies: &[&BodySpec]| {
+            bodies.iter().map(|body| body.position - half(body)).fold(DVec3::INFINITY, DVec3::min)
+        };
+        let high = others.iter().map(|body| body.position + half(body)).fold(DVec3::NEG_INFINITY, DVec3::max);
+        let size = (high - low(&others)).max_element().max(1.0);
+        let height = if floors.is_empty() {
+            (scene.gravity.is_some() && size.is_finite()).then(|| low(&others).y - size)
+        } else {
+            floors.iter().all(|body| body.inverse_mass.is_none()).then(|| low(&floors).y)
+        };
         Self {
-            has_up: has_floor || scene.gravity.is_some(),
-            height: (falls && !has_floor).then_some(low.y - size),
+            has_up: !floors.is_empty() || scene.gravity.is_some(),
+            height,
             spacing: 10.0_f64.powf(size.log10().round()),
         }
     }
@@ -65,12 +70,15 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_has_a_ground_far_below_and_what_has_a_floor_has_no_other() {
+    fn what_falls_has_a_ground_far_below_a_slab_stands_on_one_and_a_floor_has_no_other() {
         let Ground { has_up, height, .. } = ground("rope");
         // It swings its weight, of 0.6 m, down to 10 m below where it is held, 14 m high.
         assert!(has_up && height.is_some_and(|height| height < 3.4), "{height:?}");
-        for name in ["tutorial", "jelly", "coast"] {
-            assert!(matches!(ground(name), Ground { has_up: true, height: None, .. }), "{name}");
+        for (name, bottom) in
+            [("tutorial", None), ("bridge", None), ("jelly", Some(0.0)), ("coast", Some(-2.0))]
+        {
+            let Ground { has_up, height, .. } = ground(name);
+            assert!(has_up && height == bottom, "{name}: {height:?}");
         }
     }
 

@@ -20,11 +20,17 @@ const RING: [f32; 2] = [14.0, 200.0];
 /// The color of what went wrong.
 pub(crate) const FAULT: Color32 = Color32::from_rgb(255, 110, 90);
 
-/// Draws them where nothing is `taken`, the nearest first, and leaves out what finds no place; adds where they stand.
+/// Draws them where nothing is `taken`, the nearest first, if possible beside the bodies of the others, and leaves out what
+/// finds no place; adds where they stand.
 pub(crate) fn show(painter: &Painter, labels: &[Label], taken: &mut Vec<Rect>) {
-    for label in labels.iter().rev() {
-        let reach = label_reach(painter, label).min(FARTHEST);
-        taken.extend(words(painter, label, reach, taken, false));
+    let reach = |label: &Label| label_reach(painter, label).min(FARTHEST);
+    let body =
+        |label: &Label| Rect::from_center_size(middle(painter, label), Vec2::splat(2.0 * reach(label)));
+    for (i, label) in labels.iter().enumerate().rev() {
+        let others = labels.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, other)| body(other));
+        let kept_free: Vec<_> = taken.iter().copied().chain(others).collect();
+        let place = words(painter, label, reach(label), &kept_free, false);
+        taken.extend(place.or_else(|| words(painter, label, reach(label), taken, false)));
     }
 }
 
@@ -68,4 +74,29 @@ fn words(painter: &Painter, label: &Label, reach: f32, taken: &[Rect], needed: b
     let (at, side) = places.clone().find(is_free).or_else(|| places.next().filter(|_| needed))?;
     text(painter, at, side, words, font, THIN);
     Some(side.anchor_size(at, size))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_stand_beside_the_bodies_of_others_as_long_as_there_is_room() {
+        let label =
+            |x: f64, reach: f64| Label { at: (x, 300.0).into(), reach, text: "a long label".to_owned() };
+        let written = |labels: &[Label]| {
+            let (context, mut taken) = (egui::Context::default(), Vec::new());
+            let screen = Rect::from_min_size(Pos2::ZERO, Vec2::new(800.0, 600.0));
+            let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+            context.run_ui(input, |ui| show(ui.painter(), labels, &mut taken)).textures_delta.clear();
+            taken
+        };
+        let [right, left] = written(&[label(300.0, 10.0), label(350.0, 10.0)])[..] else {
+            panic!("two labels")
+        };
+        assert!(right.min.x > 360.0 && right.center().y == 300.0, "{right}");
+        assert!(left.min.x < 350.0 && left.min.y > 310.0, "{left} is beside the other body");
+        // Among bodies that fill the view there is no such place.
+        assert_eq!(written(&[label(300.0, 110.0), label(420.0, 110.0)]).len(), 2);
+    }
 }

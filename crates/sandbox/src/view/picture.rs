@@ -23,7 +23,16 @@ const EXPOSURE_S: f64 = 1.0 / 60.0;
 /// Last share of its life in which a particle of an emitter fades away.
 const FADES_IN: f64 = 0.3;
 
+/// The trail of a white body, as all are that the scene did not paint.
 const TRAIL_COLOR: [f32; 3] = [1.0, 0.9, 0.4];
+
+/// How far toward white the color of any other trail is from that of its body, at least, and how light it is, at least: a dark
+/// one would not be seen on the sky.
+const TRAIL_PALER: f32 = 0.2;
+const TRAIL_LIGHTNESS: f32 = 0.55;
+
+/// How much of the trail of a particle is seen, which is one of many.
+const TRAIL_OF_MANY: f32 = 0.3;
 
 /// How much of its limit a spring between two bodies takes.
 pub(crate) type Ratio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
@@ -151,17 +160,29 @@ impl Stage {
     }
 
     fn add_trails(&self, frame: &mut Frame, eye: DVec3) {
-        let [r, g, b] = TRAIL_COLOR;
-        let drawn_at = self.simulated() - (1.0 - self.seen.alpha) * self.sim.world.resource::<TimeStep>().0;
+        let world = &self.sim.world;
+        let drawn_at = self.simulated() - (1.0 - self.seen.alpha) * world.resource::<TimeStep>().0;
         for (body, points) in self.seen.trails.until(drawn_at) {
+            let [r, g, b] = trail_color(world.get::<Appearance>(body).copied().unwrap_or(PLAIN).color);
+            let seen = if world.get::<PointRadius>(body).is_some() { TRAIL_OF_MANY } else { 1.0 };
             let points = points.chain(self.drawn_position(body));
             let count = points.clone().count();
             #[expect(clippy::cast_precision_loss, reason = "at most thousands of points")]
-            let fade = |i: usize| (i as f32 / count as f32).sqrt();
+            let fade = |i: usize| seen * (i as f32 / count as f32).sqrt();
             for (i, (from, to)) in points.clone().zip(points.skip(1)).enumerate() {
                 let (from, to) = ((from - eye).as_vec3(), (to - eye).as_vec3());
-                frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 1.5));
+                frame.lines.push(Line::new(from, to, [r, g, b, fade(i + 1)], 2.0));
             }
         }
     }
+}
+
+/// The color of the trail of a body of a color, as displayed.
+fn trail_color(body: [f32; 3]) -> [f32; 3] {
+    if body.iter().all(|channel| *channel >= 1.0) {
+        return TRAIL_COLOR;
+    }
+    let lightness = Vec3::from(body).dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    let paler = ((TRAIL_LIGHTNESS - lightness) / (1.0 - lightness)).max(TRAIL_PALER);
+    body.map(|channel| channel + (1.0 - channel) * paler)
 }

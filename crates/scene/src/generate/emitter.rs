@@ -13,6 +13,9 @@ use crate::text::faults::Faults;
 
 const RATE: Rule = (positive, "a rate", "give a positive number of particles a second");
 const LIFE: Rule = (positive, "a time to live", "give a positive number of seconds");
+const RADIUS: Rule = (positive, "a radius", "give a positive number of meters");
+/// The radius of a particle if the scene names none, m.
+const DROP_M: f64 = 0.04;
 /// Half the angle of the cone.
 const SPREAD: Rule = (
     |v| (0.0..=180.0).contains(&v),
@@ -36,6 +39,7 @@ pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faul
     let direction = direction(raw, scope, faults);
     let spread_deg = faults.number((scope, "spread_deg"), raw.spread_deg, 0.0, SPREAD);
     let speed = faults.number((scope, "speed_m_s"), raw.speed_m_s, 0.0, SPEED);
+    let radius = faults.number((scope, "radius_m"), raw.radius_m, DROP_M, RADIUS) as f32;
     // The whole pool is at rest at the emitter.
     let body = BodySpec {
         position: faults.vector((scope, "position_m"), raw.position_m, DVec3::ZERO),
@@ -73,6 +77,7 @@ pub(super) fn emitter<'a>(raw: &'a raw::Emitter, index: usize, faults: &mut Faul
                 pool: first..bodies.bodies.len() as u32,
                 launches,
                 inverse_mass: body.inverse_mass.unwrap_or_default(),
+                radius,
                 color: body.color,
             });
         }),

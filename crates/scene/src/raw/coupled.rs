@@ -15,6 +15,7 @@ pub(crate) struct Emitter {
     pub speed_m_s: Option<f64>,
     pub life_s: Option<f64>,
     pub capacity: Option<u32>,
+    pub radius_m: Option<f64>,
     pub mass_kg: Option<f64>,
     pub color: Option<Triple>,
     pub method: Option<Word>,

@@ -78,6 +78,8 @@ pub struct EmitterSpec {
     pub launches: Vec<DVec3>,
     /// Reciprocal of the mass of each of them, 1/kg.
     pub inverse_mass: f64,
+    /// How large each of them is drawn: a radius, m, above 0.
+    pub radius: f32,
     /// Linear red, green and blue, each 0 to 1.
     pub color: [f32; 3],
 }

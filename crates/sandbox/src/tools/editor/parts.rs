@@ -68,8 +68,9 @@ pub(super) const PARTS: [Part; 8] = [
     ("Emitter", "emitters", |name, place, color| {
         // So fast that particles rise ten sizes against gravity.
         let speed = two_digits((2.0 * 9.8 * 10.0 * place.size).sqrt());
+        let radius = two_digits(0.08 * place.size);
         format!(
-            "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, mass_kg: 0.01, color: {color})",
+            "(name: {name:?}, rate_per_s: 60.0, position_m: {}, direction: (0.0, 1.0, 0.0), spread_deg: 15.0, speed_m_s: {speed:?}, life_s: 3.0, radius_m: {radius:?}, mass_kg: 0.01, color: {color})",
             triple(place.at)
         )
     }),

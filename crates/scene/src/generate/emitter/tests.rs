@@ -11,13 +11,14 @@ fn emitter(keys: &str) -> EmitterSpec {
 #[test]
 fn a_pool_waits_at_rest_at_its_emitter() {
     let scene = parse(
-        r#"bodies: [()], emitters: [(name: "fountain", rate_per_s: 500, position_m: (1, 2, 3), speed_m_s: 12, life_s: 3, capacity: 20, mass_kg: 0.25,
+        r#"bodies: [()], emitters: [(name: "fountain", rate_per_s: 500, position_m: (1, 2, 3), speed_m_s: 12, life_s: 3, capacity: 20, radius_m: 0.01, mass_kg: 0.25,
             color: (0, 0, 1), method: runge_kutta_4, substeps: 2)]"#,
     );
     let emitter = &scene.emitters[0];
     assert_eq!((emitter.name.as_str(), emitter.rate, emitter.life), ("fountain", 500.0, 3.0));
     assert_eq!((emitter.pool.clone(), emitter.launches.len()), (1..21, 20));
     assert_eq!((emitter.position, emitter.inverse_mass), (DVec3::new(1.0, 2.0, 3.0), 4.0));
+    assert_eq!(emitter.radius, 0.01);
     for body in &scene.bodies[1..] {
         assert_eq!((body.position, body.velocity), (emitter.position, DVec3::ZERO));
         assert_eq!((body.inverse_mass, body.color), (Some(4.0), [0.0, 0.0, 1.0]));
