@@ -138,13 +138,16 @@ impl StepClock {
 
     /// Time since the scene began, s: the time that laws see.
     #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
     pub fn scene_seconds(&self) -> Scalar {
-        self.seconds() - self.0.scene_began
+        let ClockState { ticks, since_tick, since_time, step, scene_began } = self.0;
+        (since_time - scene_began) + (ticks - since_tick) as Scalar * step
     }
 
-    /// Sets the start of the scene to now. Ticks and simulated time continue.
+    /// Sets the start of the scene to now. Ticks and simulated time continue; the time of the scene has the bits of a first scene.
     pub fn begin_scene(&mut self) {
-        self.0.scene_began = self.seconds();
+        let now = self.seconds();
+        (self.0.since_tick, self.0.since_time, self.0.scene_began) = (self.0.ticks, now, now);
     }
 
     /// Counts one tick of `step` seconds.
