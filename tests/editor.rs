@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use motion::clock::StepClock;
 use motion::effects::Effect;
-use motion::{Damping, Gravity, Method};
+use motion::{Damping, Drag, Gravity, Method};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Overrides, Panel, SwitchedBy};
 use scene::Scene;
@@ -150,17 +150,32 @@ fn what_was_set_without_the_editor_is_saved_and_survives_a_change() {
 }
 
 #[test]
-fn what_is_switched_off_stays_off_through_a_change_and_is_not_saved() {
-    let mut cockpit = editor("tutorial");
-    let is_on = |cockpit: &Cockpit| cockpit.drive.session.world().contains_resource::<Damping>();
-    cockpit.drive.session.switch_effect(Effect::Damping, false, SwitchedBy::Panel).unwrap();
-    assert!(!is_on(&cockpit));
+fn what_is_switched_off_stays_off_through_a_change_and_a_save() {
+    let mut cockpit = editor("everything");
+    let switch = |cockpit: &mut Cockpit, effect, on| {
+        cockpit.drive.session.switch_effect(effect, on, SwitchedBy::Panel).unwrap();
+    };
+    let is_on = |cockpit: &Cockpit| {
+        let world = cockpit.drive.session.world();
+        (world.contains_resource::<Damping>(), world.contains_resource::<Drag>())
+    };
+    switch(&mut cockpit, Effect::Damping, false);
+    switch(&mut cockpit, Effect::Drag, false);
     cockpit.click("Sphere");
-    assert!(!is_on(&cockpit));
+    assert_eq!(is_on(&cockpit), (false, false));
     let text = saved(&mut cockpit);
-    assert!(text.contains("damping: (model: tutorial, rate_per_s: 0.4)"), "{text}");
-    cockpit.drive.session.switch_effect(Effect::Damping, true, SwitchedBy::Panel).unwrap();
-    assert!(is_on(&cockpit));
+    assert!(text.contains("off_at_start: [damping, drag]"), "{text}");
+    let again = Drive::text(&text);
+    assert_eq!(again.session.scene().off_at_start, [Effect::Damping, Effect::Drag]);
+    assert_eq!(again.hash(), cockpit.drive.hash());
+    // A reset keeps what was switched since, too.
+    switch(&mut cockpit, Effect::Damping, true);
+    cockpit.drive.press("F1").ticks(1);
+    assert_eq!(is_on(&cockpit), (true, false));
+    switch(&mut cockpit, Effect::Drag, true);
+    let text = saved(&mut cockpit);
+    assert!(!text.contains("off_at_start"), "{text}");
+    assert_eq!(later(Drive::text(&text)), later(cockpit.drive));
 }
 
 #[test]

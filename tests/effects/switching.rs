@@ -1,12 +1,14 @@
 //! Switching effects off and on.
 
 use bevy_ecs::prelude::*;
+use history::Simulation;
 use motion::effects::{Effect, EffectState, NeverDeclared};
 use motion::units::Vector;
 use motion::{
     Damping, DampingModel, DampingRate, Drag, Elastic, Gravity, Method, MutualGravity, OwnLaws, PhysicsBody,
     Request, SpeedLimit, Spring, StepPlan, Stepper, TimeStep, Wells,
 };
+use scene::Scene;
 
 use super::{COUPLED, LOCAL, lab_of, world_of};
 use crate::harness::{H, Lab, world_bits};
@@ -98,6 +100,25 @@ fn what_acts_between_bodies_comes_back_as_it_was() {
             let [bits, of_never] = [&mut lab, &mut never].map(|lab| world_bits(&mut lab.world));
             assert_eq!(bits, of_never, "{effect} under {}", method.name());
         }
+    }
+}
+
+#[test]
+fn off_at_the_start_is_switched_off_before_the_first_tick() {
+    let scene = scene::load("everything").unwrap();
+    let later = |mut simulation: Simulation| {
+        simulation.run(100);
+        simulation.hash()
+    };
+    let whole = later(Simulation::new(scene.clone()));
+    assert_eq!(Effect::ALL[0], Effect::Gravity);
+    for off in [&Effect::ALL[1..], &[Effect::Drag]] {
+        let mut switched = Simulation::new(scene.clone());
+        off.iter().for_each(|effect| switched.request(Request::Switch(*effect, false)));
+        let started = Simulation::new(Scene { off_at_start: off.to_vec(), ..scene.clone() });
+        let hash = later(started);
+        assert_eq!(hash, later(switched), "{off:?}");
+        assert_ne!(hash, whole, "{off:?}");
     }
 }
 

@@ -63,6 +63,7 @@ scene! {
     light: Option<Light>,
     trails: Option<bool>,
     select_immovable: Option<bool>,
+    off_at_start: Option<Vec<Word>>,
     bodies: Vec<Body>,
     grids: Vec<Grid>,
     clouds: Vec<Cloud>,

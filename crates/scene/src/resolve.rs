@@ -7,6 +7,7 @@ pub(crate) mod survival;
 
 use std::sync::Arc;
 
+use motion::effects::Effect;
 use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
@@ -17,7 +18,7 @@ use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, S
 use crate::text::faults::{Faults, SceneError};
 use crate::text::locate;
 use crate::text::nearest::suggest;
-use crate::text::syntax;
+use crate::text::syntax::{self, Word};
 use laws::OwnLaws;
 
 const FORCE: Rule = (f64::is_finite, "a force", "give a finite number of newtons");
@@ -149,6 +150,7 @@ fn resolve(
     });
     let camera = raw.camera.as_ref().map_or(CameraSpec::TUTORIAL, |raw| camera(raw, faults));
     let light = raw.light.as_ref().map(|raw| light(raw, faults));
+    let off_at_start = off_at_start(raw.off_at_start.as_deref().unwrap_or_default(), faults);
     let expect = raw.expect.as_ref().map(|raw| expect(raw, faults));
     let bodies = generate::bodies(raw, defaults, seed, faults);
     let mut own_laws = OwnLaws::new(&bodies.bodies, bodies.names.as_ref());
@@ -189,6 +191,7 @@ fn resolve(
         emitters,
         springs,
         soft_bodies,
+        off_at_start,
         declared,
         expect,
         survival: None,
@@ -199,6 +202,21 @@ fn resolve(
         scene.damping.get_or_insert(Damping { model: DampingModel::Exact, rate: 0.0 });
     }
     scene
+}
+
+fn off_at_start(words: &[Word], faults: &mut Faults) -> Vec<Effect> {
+    // Gravity has a key of its own for it.
+    let switched = Effect::ALL.into_iter().filter(|effect| *effect != Effect::Gravity);
+    let known: Vec<_> = switched.map(|effect| (effect.name(), Some(effect))).collect();
+    let effect = |(i, word): (usize, &Word)| {
+        let key = format!("off_at_start[{i}]");
+        if word.0 == Effect::Gravity.name() {
+            faults.add(&key, "gravity is not switched off here", "give gravity: (on_at_start: false)");
+            return None;
+        }
+        faults.word((Scope::ROOT, &key), Some(word), None, &known)
+    };
+    words.iter().enumerate().filter_map(effect).collect()
 }
 
 fn damping(raw: &raw::Damping, faults: &mut Faults) -> Damping {

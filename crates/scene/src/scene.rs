@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
+use motion::effects::Effect;
 use motion::real::Real;
 use motion::{
     AxisLocks, Damping, DampingModel, Gravity, Law, Method, MutualGravity, Range, Thrust, Well, Wells,
@@ -79,6 +80,8 @@ pub struct Scene {
     pub springs: Vec<SpringSpec>,
     /// Chains, cloths and lattices, in the order of the file.
     pub soft_bodies: Vec<SoftBodySpec>,
+    /// Effects that are switched off at the start; one that the scene never declares is off anyway.
+    pub off_at_start: Vec<Effect>,
     /// Where the scene calls for each of its effects, in the order of the receipt; one entry an effect.
     pub declared: Vec<Declaration>,
     /// What `run --assert` checks, if the scene says so.

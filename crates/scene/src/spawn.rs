@@ -42,7 +42,7 @@ pub struct SoftBodyName(pub String);
 
 impl Scene {
     /// Spawns every body into `world`, then springs, soft bodies and emitters, and inserts the resources of the
-    /// effects that the scene declares.
+    /// effects that the scene declares. Switches off those of [`Scene::off_at_start`].
     ///
     /// The entities are those of the bodies in the order of the stable id, which each of them carries; scenery too.
     /// Springs, soft bodies and emitters are entities with a [`FileIndex`] and an [`Appearance`].
@@ -62,6 +62,10 @@ impl Scene {
             world.entity_mut(entities[*id as usize]).insert(OwnLaws::new(laws.laws()));
         }
         self.spawn_coupled(world, &entities);
+        for effect in &self.off_at_start {
+            // One that was never declared is off anyway.
+            let _ = motion::effects::switch(world, *effect, false);
+        }
         entities
     }
 

@@ -63,6 +63,10 @@ impl EffectsState {
 
     /// Gives them to `world`, a new one of the same scene.
     pub fn put(&self, world: &mut World) {
+        // What the scene has off at its start may be on. Gravity has its own flag.
+        for effect in Effect::ALL.into_iter().filter(|effect| *effect != Effect::Gravity) {
+            let _ = motion::effects::switch(world, effect, true);
+        }
         if let Some((acceleration, on)) = self.gravity {
             world.insert_resource(Gravity { acceleration: Vector::from_array(acceleration), on });
         }

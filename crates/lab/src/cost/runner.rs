@@ -16,7 +16,6 @@ use scene::Scene;
 
 use super::record::{Counts, Failure, Host, Precision, Setting};
 use super::subject::Subject;
-use crate::run::started;
 
 /// Stable id, position, m, and velocity, m/s.
 pub type Sample = (u32, DVec3, DVec3);
@@ -57,7 +56,7 @@ pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn R
 impl Subject {
     /// Its start, in a world.
     pub(crate) fn run(&self, setting: Setting) -> Simulation {
-        let mut run = started(self.scene_with(setting), &self.without);
+        let mut run = Simulation::new(self.scene_with(setting));
         let laws = self.laws();
         if !laws.is_empty() {
             run.world.insert_resource(Laws(laws));

@@ -20,7 +20,6 @@ pub struct Subject {
     pub(crate) scene: Scene,
     /// The problem that the scene is of, if it is of one.
     pub(crate) problem: Option<Problem>,
-    pub(crate) without: Vec<Effect>,
     pub(crate) ticks: u64,
     /// Whether nobody asked for that length: a run may then be shortened.
     pub(crate) yields: bool,
@@ -46,7 +45,6 @@ impl Subject {
         Self {
             scene: Scene { description, ..scene },
             problem: Some(problem),
-            without: Vec::new(),
             ticks: SAMPLES,
             yields: false,
             notes: Vec::new(),
@@ -68,7 +66,7 @@ impl Subject {
         }
         let eighth = seconds.unwrap_or(SECONDS) * scene.step_hz / SAMPLES as f64;
         let ticks = (eighth - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64 * SAMPLES;
-        Self { scene, problem: None, without: Vec::new(), ticks, yields: seconds.is_none(), notes }
+        Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
     }
 
     /// Makes it half as long, with a note that says why, if it may be.
@@ -105,12 +103,6 @@ impl Subject {
         subject
     }
 
-    /// Without some of its effects.
-    pub fn without(mut self, effects: Vec<Effect>) -> Self {
-        self.without = effects;
-        self
-    }
-
     /// The word for it on the command line.
     pub fn name(&self) -> &str {
         &self.scene.name
@@ -136,9 +128,13 @@ impl Subject {
         Setting { method: self.scene.method, substeps: self.scene.substeps, precision: Precision::F64 }
     }
 
+    fn is_off(&self, effect: Effect) -> bool {
+        self.scene.off_at_start.contains(&effect)
+    }
+
     /// Why `method` cannot run it, if it cannot.
     pub fn refusal(&self, method: Method) -> Option<String> {
-        let attracts = self.scene.mutual_gravity.is_some() && !self.without.contains(&Effect::MutualGravity);
+        let attracts = self.scene.mutual_gravity.is_some() && !self.is_off(Effect::MutualGravity);
         unsolvable(method, attracts).map(|why| why.to_string())
     }
 
@@ -157,7 +153,7 @@ impl Subject {
     /// The motion that every method goes for: damping by the tick is its law. Whether that changes anything.
     pub(crate) fn continuous(&self) -> (Self, bool) {
         let mut truth = self.clone();
-        if !self.without.contains(&Effect::Damping) {
+        if !self.is_off(Effect::Damping) {
             truth.scene = truth.scene.damped_by_law();
         }
         let model = |scene: &Scene| scene.damping.map(|damping| damping.model);

@@ -10,7 +10,7 @@ use motion::effects::{self, Effect, EffectState};
 use motion::{Damping, Gravity, Method, Substeps, TimeStep};
 use scene::{FileIndex, Scene, StepKind, TextEdit};
 
-use crate::app::session::{DEFAULT_FPS, Session, SwitchedBy};
+use crate::app::session::{DEFAULT_FPS, Session};
 use crate::app::ui::Question;
 use crate::tools::Panel;
 use crate::tools::editor::{Editor, Handle, NEAR_POINTS, selected_entry, triple};
@@ -66,18 +66,18 @@ impl Session {
         }
     }
 
-    /// The text of the scene with the method, step, gravity and damping that it has now.
-    pub(crate) fn present_text(&self) -> Arc<str> {
-        let text = &self.sim.scene.text;
-        let Ok(written) = self.sim.scene.reread(text) else { return Arc::clone(text) };
-        let settings = settings(&self.stage, &written);
+    /// The text of the scene with the method, step, gravity, damping and switched effects that it has now.
+    pub(crate) fn present_text(&mut self) -> Arc<str> {
+        let text = Arc::clone(&self.sim.scene.text);
+        let Ok(written) = self.sim.scene.reread(&text) else { return text };
+        let settings = settings(&mut self.stage, &written);
         if settings.is_empty() {
-            return Arc::clone(text);
+            return text;
         }
-        let adopted = scene::rewrite(&written.name, text, &settings).ok();
+        let adopted = scene::rewrite(&written.name, &text, &settings).ok();
         // What makes no scene together with its other keys stays a setting of the run.
         let adopted = adopted.filter(|adopted| written.reread(adopted).is_ok());
-        adopted.map_or_else(|| Arc::clone(text), Arc::from)
+        adopted.map_or(text, Arc::from)
     }
 
     /// Begins `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
@@ -90,11 +90,6 @@ impl Session {
         let same_push = scene.push == self.sim.scene.push;
         let same_trails = scene.trails == self.sim.scene.trails;
         let pace = self.clock.pace();
-        // The text says whether gravity is on; of no other effect can it say "off".
-        let world = &mut self.stage.sim.world;
-        let is_off = |effect: &Effect| effects::state(world, *effect) == EffectState::Off;
-        let off: Vec<_> =
-            Effect::ALL.into_iter().filter(|effect| *effect != Effect::Gravity).filter(is_off).collect();
         // The text says them; scenes that are opened later have them again.
         let overrides = std::mem::take(&mut self.run.options.overrides);
         self.go_on_with(scene, editor, |view, before| {
@@ -108,12 +103,6 @@ impl Session {
         graphs.go_on_with_names(&mut self.stage);
         self.tools.graphs = graphs;
         self.clock.set_pace(pace).expect("it was a pace before");
-        for effect in off {
-            if effects::state(&mut self.sim.world, effect) == EffectState::On {
-                // It is declared, so nothing is refused.
-                let _ = self.switch_effect(effect, false, SwitchedBy::Panel);
-            }
-        }
         self.forecast_start(1.0 / DEFAULT_FPS);
         self.seen.selection = select.and_then(|path| self.entity_at(path, offset));
     }
@@ -296,7 +285,8 @@ impl Session {
 }
 
 /// What of `written` is set otherwise in the run of `stage`, as changes of its text.
-fn settings(stage: &Stage, written: &Scene) -> Vec<TextEdit> {
+fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
+    let off = switched_off(stage, written);
     let world = &stage.sim.world;
     let mut changes = Vec::new();
     let mut set = |group: &str, key: &str, value: String| changes.push(TextEdit::set(group, key, value));
@@ -335,5 +325,19 @@ fn settings(stage: &Stage, written: &Scene) -> Vec<TextEdit> {
             }
         }
     }
+    changes.extend(off);
     changes
+}
+
+/// Which effects are switched off, if that is not what is written. Gravity has its own key.
+fn switched_off(stage: &mut Stage, written: &Scene) -> Option<TextEdit> {
+    let mut now = stage.effects_off();
+    now.retain(|effect| *effect != Effect::Gravity);
+    let mut before = written.off_at_start.clone();
+    before.retain(|effect| effects::state(&mut stage.sim.world, *effect) != EffectState::NotDeclared);
+    before.sort();
+    before.dedup();
+    let names: Vec<_> = now.iter().map(|effect| effect.name()).collect();
+    let value = (!names.is_empty()).then(|| format!("[{}]", names.join(", ")));
+    (now != before).then(|| TextEdit::Set { group: String::new(), key: "off_at_start".to_owned(), value })
 }

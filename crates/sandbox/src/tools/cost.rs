@@ -36,7 +36,8 @@ impl Tool for Cost {
             let mut scene = Scene::clone(&stage.sim.scene);
             (scene.gravity, scene.damping) = (settings.gravity, settings.damping);
             scene.step_hz = 1.0 / settings.step;
-            let subject = Subject::of_scene(scene, None).without(settings.off.clone());
+            scene.off_at_start.clone_from(&settings.off);
+            let subject = Subject::of_scene(scene, None);
             self.live = Some(Live { bench: Bench::new(subject, Plan::live()), of: settings });
         }
         if let Some(live) = &mut self.live {

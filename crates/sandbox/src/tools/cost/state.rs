@@ -1,7 +1,7 @@
 //! What accuracy costs in the running scene: a study of a copy, a little in every frame.
 
 use lab::cost::{Bench, Study};
-use motion::effects::{Effect, EffectState};
+use motion::effects::Effect;
 use motion::{Damping, Gravity, TimeStep};
 
 use crate::view::stage::Stage;
@@ -46,8 +46,7 @@ impl Cost {
 }
 
 pub(super) fn settings(stage: &mut Stage) -> Settings {
-    let off = |effect: &Effect| motion::effects::state(&mut stage.sim.world, *effect) == EffectState::Off;
-    let off: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
+    let off = stage.effects_off();
     let (scene, world) = (&stage.sim.scene, &stage.sim.world);
     Settings {
         // A study has it on in any case.

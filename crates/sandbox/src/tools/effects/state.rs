@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use lab::Row;
 use motion::effects::{Effect, EffectState};
 use motion::{Evaluations, PreviousPosition};
+use scene::Scene;
 
 use crate::view::stage::Stage;
 
@@ -89,10 +90,10 @@ impl Effects {
             stage.notice(format!("too many bodies to wait for: run `sandbox effects {}`", scene.name));
             return;
         }
-        let off = |effect: &Effect| motion::effects::state(&mut stage.sim.world, *effect) == EffectState::Off;
-        let without: Vec<_> = Effect::ALL.into_iter().filter(off).collect();
-        let receipt = lab::receipt(scene, MEASURED_TICKS, &without);
-        let watch = lab::watch_time(scene);
+        // It may have been switched on since.
+        let scene = Scene { off_at_start: Vec::new(), ..Scene::clone(scene) };
+        let receipt = lab::receipt(&scene, MEASURED_TICKS, &stage.effects_off());
+        let watch = lab::watch_time(&scene);
         let rows = receipt.rows.iter().map(|row| (row.name, row.ns, row.share));
         self.measured = rows.chain([(ENERGY_WATCH, Some(watch), Some(watch / receipt.ns))]).collect();
     }
@@ -112,6 +113,17 @@ impl Effects {
             .map(|(law, count)| (*law, count.saturating_sub(was(*law)) as f64 / ticks))
             .collect();
         self.seen = (now, counts);
+    }
+}
+
+impl Stage {
+    /// The effects that are switched off.
+    pub(crate) fn effects_off(&mut self) -> Vec<Effect> {
+        let world = &mut self.sim.world;
+        Effect::ALL
+            .into_iter()
+            .filter(|effect| motion::effects::state(world, *effect) == EffectState::Off)
+            .collect()
     }
 }
 
