@@ -1,6 +1,7 @@
 //! Buffers that are kept from frame to frame and grow when a frame needs more.
 
 use bytemuck::Pod;
+use glam::Vec3;
 
 use crate::{Gpu, Instance, OUTLINED};
 
@@ -56,7 +57,8 @@ impl InstanceBuffer {
     }
 }
 
-/// The bodies of one mesh, the outlined ones last so that each kind is one draw.
+/// The bodies of one mesh, the outlined ones last so that each kind is one draw, and nearer ones before those that they hide:
+/// what is hidden need not be shaded.
 pub(crate) struct Bodies {
     instances: InstanceBuffer,
     sorted: Vec<Instance>,
@@ -71,18 +73,17 @@ impl Bodies {
         Self { instances: InstanceBuffer::new(device, label), sorted: Vec::new(), plain: 0, total: 0 }
     }
 
-    pub fn upload(&mut self, gpu: &Gpu, rows: &[Instance]) {
-        let outlined = |row: &&Instance| row.surface & OUTLINED != 0;
-        let count = rows.iter().filter(outlined).count();
-        self.total = if count == 0 {
-            self.instances.upload(gpu, rows)
-        } else {
-            self.sorted.clear();
-            self.sorted.extend(rows.iter().filter(|row| !outlined(row)));
-            self.sorted.extend(rows.iter().filter(outlined));
-            self.instances.upload(gpu, &self.sorted)
-        };
-        self.plain = self.total.min((rows.len() - count) as u32);
+    pub fn upload<'a>(&mut self, gpu: &Gpu, rows: impl IntoIterator<Item = &'a Instance>) {
+        self.sorted.clear();
+        self.sorted.extend(rows);
+        let is_outlined = |row: &Instance| row.surface & OUTLINED != 0;
+        self.sorted.sort_by_cached_key(|row| {
+            // To its far side: a floor comes after what stands on it. Numbers from 0 up are ordered as their bits are.
+            let distance = Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
+            (is_outlined(row), distance.to_bits())
+        });
+        self.total = self.instances.upload(gpu, &self.sorted);
+        self.plain = self.total.min(self.sorted.partition_point(|row| !is_outlined(row)) as u32);
     }
 
     pub fn buffer(&self) -> &wgpu::Buffer {

@@ -7,11 +7,15 @@ use crate::AdapterSummary;
 pub struct Quality {
     /// Side of the square shadow map, pixels; cut to what the adapter can.
     pub shadow_map_px: u32,
-    /// Meridians of a sphere, at least 3: with n of them its outline strays from a circle by 5 / n² of the radius.
+    /// Meridians of a sphere, at least 3: with n of them its outline strays from a circle by 5 / n² of the radius. The
+    /// small ones of many spheres have fewer.
     pub sphere_meridians: u16,
     /// Samples a pixel: 1, or 4 for smooth edges; 1 where the adapter cannot do 4.
     pub msaa: u32,
 }
+
+/// How far the outline of a small sphere may stray from a circle, pixels.
+const STRAYS_PX: f32 = 0.5;
 
 impl Quality {
     /// The same on every machine: what stored reference pictures are drawn with.
@@ -23,5 +27,15 @@ impl Quality {
     /// What suits an adapter: four samples quadruple the time of a frame in software and cost little in hardware.
     pub fn for_adapter(adapter: &AdapterSummary) -> Self {
         if adapter.software { Self::FIXED } else { Self::HIGH }
+    }
+
+    /// Meridians of a small sphere.
+    pub(crate) fn small_sphere_meridians(&self) -> u16 {
+        (self.sphere_meridians * 2 / 3).max(3)
+    }
+
+    /// Radius below which a sphere is small, pixels.
+    pub(crate) fn small_sphere_px(&self) -> f32 {
+        STRAYS_PX * f32::from(self.small_sphere_meridians()).powi(2) / 5.0
     }
 }

@@ -5,7 +5,7 @@ use egui::ecolor::linear_f32_from_gamma_u8;
 use glam::{Mat4, Vec3, Vec4};
 
 use crate::{
-    Frame, Gpu, Quality,
+    Frame, Gpu, Instance, Quality,
     buffers::{Bodies, InstanceBuffer},
     mesh::Mesh,
     panels::PanelPainter,
@@ -32,6 +32,9 @@ struct Globals {
     ground: Vec4,
 }
 
+/// So many spheres are drawn with all their triangles, however small they are.
+const CROWD: usize = 100;
+
 /// The textures that have the size of the picture.
 struct Attachments {
     size_px: [u32; 2],
@@ -51,8 +54,11 @@ pub struct Renderer {
     shadow_map: ShadowMap,
     cube: Mesh,
     sphere: Mesh,
+    /// For the small ones of many spheres.
+    small_sphere: Mesh,
     cuboids: Bodies,
     spheres: Bodies,
+    small_spheres: Bodies,
     /// From the first frame on that has any.
     surfaces: Option<Surfaces>,
     /// From the first frame on that has any.
@@ -111,8 +117,10 @@ impl Renderer {
             shadow_map,
             cube: Mesh::cube(device),
             sphere: Mesh::sphere(device, quality.sphere_meridians),
+            small_sphere: Mesh::sphere(device, quality.small_sphere_meridians()),
             cuboids: Bodies::new(device, "cuboids"),
             spheres: Bodies::new(device, "spheres"),
+            small_spheres: Bodies::new(device, "small spheres"),
             surfaces: None,
             translucent: None,
             particles: InstanceBuffer::new(device, "particles"),
@@ -151,8 +159,16 @@ impl Renderer {
         }
         let globals = self.globals_of(frame, light_view);
         gpu.queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
+        let (forward, px_per_m) = (globals.camera_forward.truncate(), 1.0 / globals.viewport.z);
+        let is_crowd = frame.spheres.len() > CROWD;
+        let small_px = if is_crowd { self.quality.small_sphere_px() } else { 0.0 };
+        let is_small = |ball: &&Instance| {
+            let radius_px = Vec3::from(ball.half_extents).max_element() * px_per_m;
+            radius_px < small_px * Vec3::from(ball.position).dot(forward)
+        };
         self.cuboids.upload(gpu, &frame.cuboids);
-        self.spheres.upload(gpu, &frame.spheres);
+        self.spheres.upload(gpu, frame.spheres.iter().filter(|ball| !is_small(ball)));
+        self.small_spheres.upload(gpu, frame.spheres.iter().filter(is_small));
         if self.surfaces.is_some() || !frame.surfaces.is_empty() {
             let layouts = (&self.globals_layout, &self.shadow_map.layout);
             let new = || Surfaces::new(&gpu.device, layouts.0, layouts.1, &self.destination);
@@ -279,7 +295,7 @@ impl Renderer {
         pass.set_pipeline(if frame.ground.is_some() { &self.pipelines.ground } else { &self.pipelines.sky });
         pass.draw(0..3, 0..1);
         // The outlines write no depth, so they come after all that they cover and before the bodies they surround.
-        if self.cuboids.plain < self.cuboids.total || self.spheres.plain < self.spheres.total {
+        if self.bodies().iter().any(|(_, bodies)| bodies.plain < bodies.total) {
             for pipeline in [&self.pipelines.rim, &self.pipelines.outline, &self.pipelines.body] {
                 pass.set_pipeline(pipeline);
                 self.draw_bodies(&mut pass, |bodies| bodies.plain..bodies.total);
@@ -296,8 +312,17 @@ impl Renderer {
         self.lines.draw_quads(&mut pass, &self.pipelines.line, lines);
     }
 
+    /// Boxes come last: a floor is one, and the others hide much of it.
+    fn bodies(&self) -> [(&Mesh, &Bodies); 3] {
+        [
+            (&self.sphere, &self.spheres),
+            (&self.small_sphere, &self.small_spheres),
+            (&self.cube, &self.cuboids),
+        ]
+    }
+
     fn draw_bodies(&self, pass: &mut wgpu::RenderPass<'_>, rows: impl Fn(&Bodies) -> std::ops::Range<u32>) {
-        for (mesh, bodies) in [(&self.cube, &self.cuboids), (&self.sphere, &self.spheres)] {
+        for (mesh, bodies) in self.bodies() {
             mesh.draw(pass, bodies.buffer(), rows(bodies));
         }
     }

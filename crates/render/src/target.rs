@@ -143,5 +143,7 @@ fn configuration(
         }
     }
     config.present_mode = wgpu::PresentMode::AutoVsync;
+    // Of the two frames from input to picture, one is the frame itself.
+    config.desired_maximum_frame_latency = 1;
     Ok((config, view_format))
 }
