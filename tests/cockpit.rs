@@ -730,9 +730,13 @@ fn the_panels_are_made_larger_smaller_and_light() {
 fn arranged(text: &str, size_px: [u32; 2]) -> (Drive, Vec<String>) {
     let options = Options { pictures: false, interpolate: true, size_px, ..Options::default() };
     let mut drive = Drive::with(scene::load("tutorial").unwrap(), options);
-    let keys: Vec<_> =
-        drive.session.keys_to_arrange(text, size_px, 1.0).iter().map(ToString::to_string).collect();
-    drive.give(keys.iter().flat_map(|key| tap(key))).ticks(3);
+    let input = drive.session.input_to_arrange(text, size_px, 1.0);
+    let keys = input.iter().filter_map(|input| match input {
+        Input::KeyDown(key) => Some(key.to_string()),
+        _ => None,
+    });
+    let keys = keys.collect();
+    drive.give(input).ticks(3);
     (drive, keys)
 }
 
@@ -758,6 +762,34 @@ fn how_the_panels_are_arranged_is_brought_back_by_keys() {
             }
         }
     }
+}
+
+#[test]
+fn the_width_of_the_dock_is_brought_back() {
+    let size = [1280, 720];
+    let mut cockpit = Cockpit::of("tutorial", size);
+    assert!(!cockpit.session().arrangement().contains("dock_width"));
+    let edge = |cockpit: &mut Cockpit| {
+        let [left, _, width, _] = cockpit.drive.session.picture().view_px();
+        DVec2::new(f64::from(left + width), 500.0)
+    };
+    let from = edge(&mut cockpit);
+    cockpit.drive.give([at(from)]).ticks(1);
+    cockpit.drive.give([Input::ButtonDown(Button::Left)]).ticks(1);
+    for moved in [40.0, 100.0] {
+        cockpit.drive.give([at(from - DVec2::X * moved)]).ticks(1);
+    }
+    cockpit.drive.give([Input::ButtonUp(Button::Left)]).ticks(2);
+    let wider = edge(&mut cockpit);
+    assert!(wider.x < from.x - 50.0, "{from} {wider}");
+    let text = cockpit.session().arrangement();
+    let (mut drive, _) = arranged(&text, size);
+    assert_eq!(drive.session.arrangement(), text);
+    let [left, _, width, _] = drive.session.picture().view_px();
+    assert!((f64::from(left + width) - wider.x).abs() <= 1.0, "{text}");
+    // In a window that is too narrow for it, it is as wide as it can be.
+    let (drive, _) = arranged("dock_width 100000", [1024, 600]);
+    assert!(drive.session.view_area()[1].x > 200.0);
 }
 
 #[test]

@@ -240,11 +240,8 @@ impl ApplicationHandler for Shell {
                 let scale = screen.window.scale_factor();
                 self.events.push(Input::Scaled(scale));
                 if let Some(arrangement) = self.arrangement.take() {
-                    // As keys of the first frame, so that a recording has them too.
-                    let keys = self.session.keys_to_arrange(&arrangement, size.into(), scale);
-                    let taps =
-                        keys.into_iter().flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
-                    self.events.extend(taps);
+                    // As input of the first frame, so that a recording has it too.
+                    self.events.extend(self.session.input_to_arrange(&arrangement, size.into(), scale));
                 }
                 self.screen = Some(screen);
                 self.start = Instant::now();

@@ -41,6 +41,8 @@ pub enum Action {
     Resize(u32, u32),
     /// The display has so many pixels a point of the panels, above 0.
     Scale(f64),
+    /// The dock gets that width, points, above 0.
+    DockWidth(f64),
     /// Pushes a body for one tick, N.
     Push(String, #[serde(with = "triple")] DVec3),
     /// Gives a body an impulse, N s.
@@ -161,6 +163,9 @@ impl Action {
             }
             Self::Scale(scale) if !(scale.is_finite() && *scale > 0.0) => {
                 (format!("{scale} is not a scale"), "give a positive number")
+            }
+            Self::DockWidth(points) if !(points.is_finite() && *points > 0.0) => {
+                (format!("{points} is not a width"), "give a positive number of points")
             }
             Self::Resize(x, y) if ![x, y].into_iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => {
                 (format!("{x} x {y} is not a window size"), "give two numbers of pixels from 1 to 16384")

@@ -1,14 +1,15 @@
-//! How a person arranged the panels: as text, and as the keys that bring it back.
+//! How a person arranged the panels: as text, and as the input that brings it back.
 
 use crate::app::actions::key_of_word;
 use crate::app::session::Session;
 use crate::app::ui::Ui;
-use crate::input::Key;
+use crate::input::Input;
 use crate::tools::{Panel, TOOLS};
 
 /// The action that hides what a person never hid.
 const COCKPIT: &str = "toggle_cockpit";
 const BROWSER: &str = "toggle_browser";
+const DOCK_WIDTH: &str = "dock_width";
 
 /// Most steps between two sizes of panels that are believed.
 const MOST_SIZES: isize = 10;
@@ -26,13 +27,16 @@ impl Session {
             up @ 1.. => text += &format!("larger {up}\n"),
             down => text += &format!("smaller {}\n", -down),
         }
+        if let Some(points) = self.ui.cockpit.chosen_dock_width() {
+            text += &format!("{DOCK_WIDTH} {points}\n");
+        }
         text
     }
 
-    /// The keys that arrange the panels as `text` says, in a window of that size on a display of that scale. Unknown lines
+    /// The input that arranges the panels as `text` says, in a window of that size on a display of that scale. Unknown lines
     /// change nothing; without one about them, the bars and the dock are shown.
     #[must_use]
-    pub fn keys_to_arrange(&self, text: &str, size_px: [u32; 2], scale: f64) -> Vec<Key> {
+    pub fn input_to_arrange(&self, text: &str, size_px: [u32; 2], scale: f64) -> Vec<Input> {
         let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
         let state = |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
         let presses =
@@ -54,8 +58,11 @@ impl Session {
             };
             std::iter::repeat_n(name, presses)
         });
-        let names = resized.chain(switched);
-        names.filter_map(|name| key_of_word(name).ok()).collect()
+        let keys = resized.chain(switched).filter_map(|name| key_of_word(name).ok());
+        let dock_width = state(DOCK_WIDTH).and_then(|points| points.parse().ok());
+        let dock_width = dock_width.filter(|points: &f64| points.is_finite() && *points > 0.0);
+        let taps = keys.flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
+        taps.chain(dock_width.map(Input::DockWidth)).collect()
     }
 
     /// Actions that switch something on and off, and whether it is on, on a screen of that width in points.

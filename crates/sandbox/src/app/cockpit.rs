@@ -32,6 +32,16 @@ pub(crate) enum Part {
     Dock,
 }
 
+/// Widths of the dock, points.
+#[derive(Default)]
+struct DockWidth {
+    /// What it has in the next layout, if that is not left to egui.
+    set: Option<f32>,
+    /// What it had in its first layout and in the last one.
+    first: Option<f32>,
+    last: f32,
+}
+
 /// What a person opened and typed in the cockpit.
 pub(crate) struct Cockpit {
     pub shown: bool,
@@ -39,6 +49,7 @@ pub(crate) struct Cockpit {
     /// Whether the browser is open; until a person says so, it is where there is room.
     browses: Option<bool>,
     pub dock: bool,
+    dock_width: DockWidth,
     /// The part to which the keyboard is to go.
     pub focuses: Option<Part>,
     /// Where each part is in the last layout.
@@ -55,6 +66,7 @@ impl Default for Cockpit {
             browser: Browser::default(),
             browses: None,
             dock: true,
+            dock_width: DockWidth::default(),
             focuses: None,
             parts: Vec::new(),
             fault: FaultBar::default(),
@@ -81,6 +93,18 @@ impl Cockpit {
     /// Where the dock begins, if it is open.
     pub fn dock_left(&self) -> Option<f32> {
         self.parts.iter().find(|(part, _)| *part == Part::Dock).map(|(_, rect)| rect.left())
+    }
+
+    /// Gives the dock a width, points.
+    #[expect(clippy::cast_possible_truncation, reason = "points")]
+    pub fn set_dock_width(&mut self, points: f64) {
+        self.dock_width.set = Some(points as f32);
+    }
+
+    /// The width of the dock, points, if a person gave it one.
+    pub fn chosen_dock_width(&self) -> Option<f32> {
+        let DockWidth { first, last, .. } = self.dock_width;
+        first.filter(|first| (first - last).abs() >= 0.5).map(|_| last.round())
     }
 
     /// Shows or hides the scenes, on a screen of that width in points.
@@ -138,9 +162,16 @@ impl Cockpit {
         }
         if dock {
             let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
-            let side = Side::right("dock").frame(bare).default_size(usual).size_range(DOCK[0]..=0.6 * width);
+            let range = DOCK[0]..=0.6 * width;
+            let mut side = Side::right("dock").frame(bare).default_size(usual).size_range(range.clone());
+            let set = self.dock_width.set.take();
+            if let Some(set) = set {
+                side = side.exact_size(set.clamp(*range.start(), range.end().max(*range.start())));
+            }
             let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
             let side = side.show(root, |ui| dock::show(ui, (opened, newest), stage, tools, edits));
+            self.dock_width.last = side.response.rect.width();
+            self.dock_width.first.get_or_insert(if set.is_some() { usual } else { self.dock_width.last });
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
         }
         self.opened = opened.to_owned();

@@ -81,6 +81,7 @@ impl Session {
                 self.ui.set_size(*size);
             }
             Input::Scaled(scale) => self.ui.set_scale(*scale),
+            Input::DockWidth(points) => self.ui.cockpit.set_dock_width(*points),
             Input::Experiment(experiment) => self.experiment(experiment),
         }
     }

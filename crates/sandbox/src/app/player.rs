@@ -136,6 +136,7 @@ impl Player {
             Action::FocusLost => Input::FocusLost,
             Action::Resize(width, height) => Input::Resized([width, height]),
             Action::Scale(scale) => Input::Scaled(scale),
+            Action::DockWidth(points) => Input::DockWidth(points),
             Action::Push(body, newtons) => experiment(Experiment::Push(body, newtons.to_array())),
             Action::Impulse(body, value) => of_body(body, Request::Impulse, value),
             Action::SetVelocity(body, value) => of_body(body, Request::SetVelocity, value),
@@ -169,6 +170,7 @@ pub fn recorded(input: &Input) -> Option<Action> {
         Input::Scaled(scale) => Action::Scale(*scale),
         Input::Experiment(Experiment::Method(method)) => Action::SetMethod(*method),
         Input::Experiment(Experiment::Substeps(substeps)) => Action::SetSubsteps(*substeps),
+        Input::DockWidth(points) => Action::DockWidth(*points),
         Input::Experiment(_) => return None,
     })
 }

@@ -19,8 +19,9 @@ impl Tool for Forecast {
         (Align2::LEFT_BOTTOM, [8.0, -8.0])
     }
 
-    fn show(&mut self, ui: &mut Ui, _: &mut Desk<'_>) {
+    fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         if let Some(rows) = self.shown() {
+            ui.set_width(desk.width(panel::WIDTH));
             panel::show(ui, rows);
         }
     }

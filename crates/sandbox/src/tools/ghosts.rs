@@ -25,7 +25,7 @@ impl Tool for Ghosts {
     }
 
     fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        panel::show(ui, self, desk.stage);
+        panel::show(ui, self, desk.stage, desk.dock_width.is_some());
     }
 
     /// Makes the ghosts, or removes them with their list. Escape closes the list alone; after that it comes back.

@@ -1,6 +1,6 @@
 //! The bar at the top: time, method, what is drawn, and the modes.
 
-use egui::{Button, ComboBox, DragValue, Response, Ui};
+use egui::{Button, ComboBox, DragValue, Response, Ui, Vec2};
 use motion::clock::StepClock;
 use motion::{Gravity, Method, MutualGravity, Substeps};
 use scene::unsolvable;
@@ -12,6 +12,10 @@ use crate::view::stage::{Mode, Stage};
 
 /// Paces of the list, simulated seconds per second.
 const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
+/// Least size of the button that pauses, points: with "Play" it is as wide as with "Pause", so that no button moves when it is
+/// pressed.
+const PAUSE: Vec2 = Vec2::new(48.0, 0.0);
 
 /// Lays out the bar; its first control.
 pub(super) fn show(
@@ -25,7 +29,8 @@ pub(super) fn show(
         let scenes = ui.toggle_value(browses, "Scenes").on_hover_text("every scene, with its picture (F8)");
         ui.separator();
         let paused = stage.view.paused;
-        act(ui, edits, "pause", if paused { "Play" } else { "Pause" }, false);
+        let pause = Button::selectable(false, if paused { "Play" } else { "Pause" });
+        act_by(ui, edits, "pause", pause.min_size(PAUSE));
         act(ui, edits, "step_back", "Back", false);
         act(ui, edits, "step", "Step", false);
         act(ui, edits, "reset_world", "Reset", false);
@@ -55,8 +60,12 @@ pub(super) fn show(
 
 /// A button for an action of the table, which says what it does and names its key.
 fn act(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, words: &str, on: bool) {
+    act_by(ui, edits, action, Button::selectable(on, words));
+}
+
+fn act_by(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, button: Button<'_>) {
     let Some(binding) = actions::named(action) else { return };
-    let button = ui.add(Button::selectable(on, words));
+    let button = ui.add(button);
     if button.on_hover_text(format!("{} ({})", binding.what, binding.keys[0])).clicked() {
         edits.push(Edit::Act(action));
     }

@@ -1,6 +1,6 @@
 //! The panel of the forecast: how near everything is to instability, and what would help.
 
-use egui::{Color32, Grid, Rect, RichText, Sense, Ui, Vec2};
+use egui::{Color32, Rect, RichText, Sense, Ui, Vec2};
 use report::numbers::digits;
 
 use crate::tools::forecast::ForecastRow;
@@ -11,7 +11,8 @@ use crate::view::springs::margin_color;
 /// Rows that are listed.
 const MOST_ROWS: usize = 14;
 
-const BAR: Vec2 = Vec2::new(150.0, 11.0);
+pub(super) const WIDTH: f32 = 320.0;
+const BAR_HEIGHT: f32 = 8.0;
 
 /// What a full bar is, as a multiple of the limit.
 const FULL: f64 = 1.25;
@@ -24,13 +25,7 @@ pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
     if rows.is_empty() {
         return;
     }
-    Grid::new("forecast").num_columns(4).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-        for words in ["nearest to its limit", "value of limit", "", "method, bodies"] {
-            ui.weak(words);
-        }
-        ui.end_row();
-        rows.iter().take(MOST_ROWS).for_each(|row| line(ui, row));
-    });
+    rows.iter().take(MOST_ROWS).for_each(|row| part(ui, row));
     if rows.len() > MOST_ROWS {
         ui.weak(format!("and {} more, all of them farther away", rows.len() - MOST_ROWS));
     }
@@ -50,33 +45,35 @@ fn sentence(rows: &[ForecastRow]) -> String {
     }
 }
 
-fn line(ui: &mut Ui, row: &ForecastRow) {
+/// A part of the scene: what it is, how much of its limit it takes, and what would help.
+fn part(ui: &mut Ui, row: &ForecastRow) {
     let margin = &row.margin;
-    ui.label(&row.element);
+    ui.add_space(4.0);
     let limit = match margin.limit {
         0.0 => "never stable".to_owned(),
         limit if limit.is_infinite() => "no limit".to_owned(),
         limit => format!("of {}", digits(limit)),
     };
-    ui.monospace(format!("{} {} {limit}", row.symbol(), row.value()));
+    ui.horizontal_wrapped(|ui| {
+        ui.label(&row.element);
+        ui.monospace(format!("{} {} {limit}", row.symbol(), row.value()));
+    });
     bar(ui, margin.ratio());
     let substeps = if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
-    ui.weak(format!("{}{substeps}, {}", margin.method.name(), margin.bodies));
-    ui.end_row();
+    let bodies = if margin.bodies == 1 { "body" } else { "bodies" };
+    ui.weak(format!("{}{substeps}, {} {bodies}", margin.method.claims().title, margin.bodies));
     if margin.is_unstable {
-        ui.label("");
         let color = inks::words(ui.visuals(), CURE);
         ui.label(RichText::new(&row.cure).color(color).strong());
-        ui.weak(format!("{} x a second", digits(margin.growth_per_s)));
-        ui.label("");
-        ui.end_row();
+        ui.weak(format!("grows {} times per second", digits(margin.growth_per_s)));
     }
 }
 
 /// How much of the limit is taken; the mark is the limit.
 #[expect(clippy::cast_possible_truncation, reason = "points")]
 fn bar(ui: &mut Ui, ratio: f64) {
-    let (place, _) = ui.allocate_exact_size(BAR, Sense::hover());
+    let size = Vec2::new(ui.available_width(), BAR_HEIGHT);
+    let (place, _) = ui.allocate_exact_size(size, Sense::hover());
     let painter = ui.painter();
     painter.rect_filled(place, 2.0, ui.visuals().widgets.inactive.bg_fill);
     let at = |ratio: f64| place.left() + (ratio / FULL).clamp(0.0, 1.0) as f32 * place.width();

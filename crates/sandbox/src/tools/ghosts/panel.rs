@@ -20,17 +20,23 @@ const BETWEEN: f32 = 1.0;
 /// Points in which a long reason is broken into lines.
 const WIDTH: f32 = 300.0;
 
-pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage) {
+pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage, docks: bool) {
     let rows = ghosts.rows(stage);
     if stage.view.mode == Mode::Camera {
         // The words of the reference picture.
         ui.weak("the pointer turns the camera: Q lets it click here");
     }
+    if docks {
+        // As headings, they would be wider than the dock.
+        ui.weak(format!("distance of {}, and rms of all", subject(stage)));
+    }
     Grid::new("ghosts").num_columns(3).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-        for heading in ["", subject(stage).as_str(), "rms of all"] {
-            ui.weak(heading);
+        if !docks {
+            for heading in ["", subject(stage).as_str(), "rms of all"] {
+                ui.weak(heading);
+            }
+            ui.end_row();
         }
-        ui.end_row();
         for row in &rows {
             line(ui, row, ghosts.twins.as_mut());
             ui.end_row();

@@ -20,7 +20,7 @@ const KINETIC: Color32 = Color32::from_rgb(130, 210, 130);
 const ROUNDING: f64 = 1e-12;
 
 /// Points that its sentence and its tables need.
-pub(super) const WIDTH: f32 = 436.0;
+pub(super) const WIDTH: f32 = 316.0;
 const PLOT_HEIGHT: f32 = 72.0;
 /// Width of the curves, points.
 const CURVE: f32 = 1.5;
@@ -86,16 +86,21 @@ fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
 }
 
 fn momentum(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
-    Grid::new("ledger momentum").num_columns(3).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
+    let (sums, rates) = (&ledger.since_opening().momentum, &last_second.momentum);
+    Grid::new("ledger momentum").num_columns(2).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
         ui,
         |ui| {
-            heading(ui, ["momentum", "since open, N s", "last second, N"]);
-            row(ui, "now", [triple(ledger.momentum()), String::new()]);
-            let (sums, rates) = (&ledger.since_opening().momentum, &last_second.momentum);
-            for (name, sum, rate) in lines(sums, rates) {
-                row(ui, &name, [triple(sum), triple(rate)]);
+            heading(ui, ["momentum", "since open, N s"]);
+            row(ui, "now", [triple(ledger.momentum())]);
+            for (name, sum, _) in lines(sums, rates) {
+                row(ui, &name, [triple(sum)]);
             }
-            emphasised(ui, ["residual".to_owned(), triple(sums.residual), triple(rates.residual)]);
+            emphasised(ui, ["residual".to_owned(), triple(sums.residual)]);
+            heading(ui, ["", "last second, N"]);
+            for (name, _, rate) in lines(sums, rates) {
+                row(ui, &name, [triple(rate)]);
+            }
+            emphasised(ui, ["residual".to_owned(), triple(rates.residual)]);
         },
     );
 }
