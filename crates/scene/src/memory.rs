@@ -46,7 +46,7 @@ pub(crate) struct Census {
 }
 
 impl Census {
-    /// Of two together.
+    /// The sum of two censuses.
     pub const fn and(self, other: Self) -> Self {
         Self {
             bodies: self.bodies.saturating_add(other.bodies),

@@ -7,6 +7,7 @@ use pick::Shape;
 
 use super::fields::{Field, Value};
 use super::rewrite::{TextEdit, rewrite};
+use crate::action::Action;
 use crate::entries::Entry;
 use crate::raw;
 use crate::scene::{BodySpec, Scene};
@@ -42,8 +43,8 @@ impl Scene {
         }
     }
 
-    /// Takes the entry at `path` out, as in `bodies[3]`, with every spring and thrust that names a body of it; wells and other
-    /// springs name what stays as it is called then.
+    /// Takes the entry at `path` out, as in `bodies[3]`, with every spring, thrust and step of a survival script that
+    /// names a body of it; other names become what the bodies are called then.
     #[must_use]
     pub fn without(&self, path: &str) -> Vec<TextEdit> {
         let Some((list, index)) = entry(path) else { return Vec::new() };
@@ -101,7 +102,7 @@ impl Scene {
         keys.map(|(key, value)| TextEdit::set(path, key, value.to_string())).collect()
     }
 
-    /// Gives the entry at `path` a name, also where springs, wells and thrusts name its bodies.
+    /// Gives the entry at `path` a name, also where springs, wells, thrusts and survival scripts name its bodies.
     #[must_use]
     pub fn named(&self, path: &str, name: &str) -> Vec<TextEdit> {
         let mut edits = vec![TextEdit::set(path, "name", Value::Text(name.to_owned()).to_string())];
@@ -195,8 +196,34 @@ impl Scene {
         for (i, well) in raw.wells.iter().enumerate() {
             well.bodies.iter().for_each(|bodies| change("wells", i, "bodies", bodies, 1));
         }
+        for (list, script) in survival_scripts(raw) {
+            for (index, step) in script.iter().enumerate() {
+                let Some(name) = step.action.as_ref().and_then(Action::body) else { continue };
+                let group = format!("{list}[{index}]");
+                let action = self.written(&format!("{group}.do")).unwrap_or_default();
+                match new(name) {
+                    None => edits.push(TextEdit::Remove { list: list.clone(), index }),
+                    Some(renamed) if renamed != name => {
+                        let action = action.replacen(&format!("{name:?}"), &format!("{renamed:?}"), 1);
+                        edits.push(TextEdit::set(group, "do", action));
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
         edits
     }
+}
+
+/// The scripts of the survival rows, each with its path.
+fn survival_scripts(raw: &raw::Scene) -> impl Iterator<Item = (String, &[raw::Step])> {
+    let survival = raw.expect.as_ref().and_then(|expect| expect.survival.as_ref());
+    survival.into_iter().flat_map(|survival| {
+        let rows = survival.rows.iter().enumerate();
+        let rows = rows.map(|(row, survival)| (format!("expect.survival.rows[{row}].script"), survival));
+        let all = std::iter::once(("expect.survival.script".to_owned(), survival)).chain(rows);
+        all.map(|(path, survival)| (path, survival.script.as_deref().unwrap_or_default()))
+    })
 }
 
 /// The list and the place in it of an entry's path.

@@ -76,7 +76,7 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
             TextEdit::Remove { list, index } => lists.entry(list).or_default().1.push(*index),
         }
     }
-    let paths: Vec<&str> = groups.keys().copied().collect();
+    let paths: Vec<&str> = groups.keys().chain(lists.keys()).copied().collect();
     let written = locate::written(text, "", paths);
     let mut pieces = Vec::new();
     let removed = |path: &str| {
@@ -93,7 +93,8 @@ pub fn rewrite(name: &str, text: &str, edits: &[TextEdit]) -> Result<String, Sce
     }
     let root = Bracket::at(text, 0).ok_or_else(|| missing(name, "", "the text is no group"))?;
     for (list, (added, removed)) in lists {
-        change_list(name, text, &root, (list, &added, removed), &mut pieces)?;
+        let there = written.get(list).and_then(|offset| value_at(text, *offset));
+        change_list(name, text, (&root, there), (list, &added, removed), &mut pieces)?;
     }
     Ok(apply(text, pieces))
 }
@@ -143,14 +144,12 @@ fn set(
 fn change_list(
     name: &str,
     text: &str,
-    root: &Bracket,
+    (root, written): (&Bracket, Option<Bracket>),
     (list, added, mut removed): (&str, &[&str], Vec<usize>),
     pieces: &mut Vec<Piece>,
 ) -> Result<(), SceneError> {
     removed.sort_unstable();
     removed.dedup();
-    let item = root.index(list).map(|index| &root.items[index]);
-    let written = item.and_then(|item| Bracket::at(text, item.value.start));
     for &index in &removed {
         let there = written.as_ref().filter(|written| index < written.items.len());
         let there =

@@ -292,6 +292,28 @@ fn names_that_count_entries_follow_when_an_entry_goes() {
 }
 
 #[test]
+fn survival_scripts_follow_the_names_of_their_bodies() {
+    let whole = scene(
+        "(version: 1, bodies: [(), (), (name: \"ship\")], expect: (survival: (measure: energy, scale_j: 1, ticks: 10, bounded_below: 1,
+            script: [(at_tick: 1, do: push(\"body.0\", (1, 0, 0))), (at_tick: 2, do: remove(\"ship\"))],
+            rows: [(label: \"own\", script: [(at_tick: 3, do: remove(\"body.1\")) /* the last */]), (label: \"all\")])))",
+    );
+    let bodies = |scene: &Scene| -> Vec<Vec<String>> {
+        let rows = scene.survival.as_ref().unwrap().iter();
+        rows.map(|row| row.script.iter().filter_map(|step| step.action.body().map(str::to_owned)).collect())
+            .collect()
+    };
+    assert_eq!(bodies(&whole), [vec!["body.1"], vec!["body.0", "ship"]]);
+    let named = after(&whole, &whole.named("bodies[2]", "boat"));
+    assert_eq!(bodies(&named), [vec!["body.1"], vec!["body.0", "boat"]]);
+    assert!(named.text.contains("remove(\"body.1\")) /* the last */"));
+    let without = after(&whole, &whole.without("bodies[0]"));
+    assert_eq!(bodies(&without), [vec!["body.0"], vec!["ship"]]);
+    let without = after(&whole, &whole.without("bodies[1]"));
+    assert_eq!(bodies(&without), [vec![], vec!["body.0", "ship"]]);
+}
+
+#[test]
 fn a_copy_stands_beside_and_has_its_own_name() {
     let whole = scene(
         "(version: 1, bodies: [(name: \"ball\", position_m: (1, 2, 3), mass_kg: 2)],

@@ -22,7 +22,7 @@ const GUST: Rule = (not_negative, "a strength of gusts", "give meters per second
 const GUST_HZ: Rule = (not_negative, "a frequency", "give gusts a second from 0 up");
 const CONSTANT: Rule = (f64::is_finite, "a constant of gravity", "give a finite number, below 0 to repel");
 const STRENGTH: Rule = (f64::is_finite, "a strength", "give a finite number, below 0 to repel");
-/// Of a well or of mutual gravity.
+/// The softening length of a well or of mutual gravity.
 const SOFTENING: Rule = (not_negative, "a softening", "give a number of meters from 0 up");
 const FREQUENCY: Rule = (f64::is_finite, "a frequency", "give a finite number of radians a second");
 const PHASE: Rule = (f64::is_finite, "a phase", "give a finite number of radians");
