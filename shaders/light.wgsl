@@ -54,7 +54,7 @@ fn to_the_80th(x: f32) -> f32 {
     return x16 * x16 * x16 * x16 * x16;
 }
 
-// Of the highlight of a body, what cloth has; wide, or it would show every cell of its mesh.
+// Strength of the highlight on cloth, relative to a body's. It is wide: a narrow one would show every cell of the mesh.
 const SHEEN = 0.12;
 
 // The light that a surface sends to the camera, linear.

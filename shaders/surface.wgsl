@@ -3,8 +3,8 @@
 override outline_px: f32 = 0.0;
 override outline_bright: f32 = 0.0;
 
-// Of the light that falls on the far side, what shines through, as a share of what the near side would send back. A
-// sheet seen against the light would else be one flat color without a fold. Full ones shade themselves there.
+// Light that shines through from the far side, as a share of what the near side would reflect. Without it, a sheet seen
+// against the light would be one flat color without folds. Solid ones shade themselves there.
 const SHINES_THROUGH = 0.35;
 
 struct Vertex {

@@ -25,8 +25,8 @@ pub(crate) mod cost {
     /// Below this many targets a scan is about as fast as the tree, and simpler.
     pub(crate) const FEWEST: usize = 1500;
 
-    /// Of `all` targets, how many may have moved for a tree to be cheaper, brought up to date and all, than
-    /// scanning `rays` rays.
+    /// How many of `all` targets may have moved for a tree, updates included, to be cheaper than scanning
+    /// `rays` rays.
     pub(crate) fn movers_worth_following(all: usize, rays: u32) -> usize {
         // At least one ray: a pointer that hovers asks again in the next frame.
         let scans = f64::from(rays.max(1)) * SCAN;

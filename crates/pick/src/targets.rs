@@ -18,7 +18,7 @@ use crate::{Ray, Shape};
 /// A run of rows of one table, all slices of one length.
 #[derive(Clone, Copy, Debug)]
 pub struct Chunk<'a> {
-    /// Whose rows they are.
+    /// The entity of each row.
     pub entities: &'a [Entity],
     /// Where they are.
     pub transforms: &'a [Transform],
@@ -269,13 +269,13 @@ impl Targets {
         self.columns.positions()
     }
 
-    /// Whose rows they are, in order.
+    /// The entity of each row, in order.
     #[must_use]
     pub fn entities(&self) -> &[Entity] {
         &self.entities
     }
 
-    /// Whose row `index` is.
+    /// The entity of row `index`.
     ///
     /// # Panics
     ///

@@ -22,7 +22,7 @@ pub struct SurfaceVertex {
     pub position: [f32; 3],
     /// Red, green, blue as displayed (not linear) and an alpha that is ignored, since surfaces are opaque.
     pub color: [u8; 4],
-    /// Of unit length, to the side from which the triangles are seen counter-clockwise.
+    /// Unit normal, on the side from which the triangles are seen counter-clockwise.
     pub normal: [f32; 3],
 }
 

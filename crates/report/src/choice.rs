@@ -75,7 +75,7 @@ fn leader(study: &Study, cost: Cost, error: f64) -> Option<Method> {
     tied.min_by_key(|method| std::cmp::Reverse(method.claims().velocity_order))
 }
 
-/// Who leads for which errors, from the largest that is of use to the least that was reached.
+/// The methods that lead, from the largest useful error to the smallest that was reached.
 pub(crate) fn leads(study: &Study, cost: Cost) -> Vec<Lead> {
     let Some((largest, least)) = errors_of_use(study, cost) else { return Vec::new() };
     let levels = ((largest / least).log10() * f64::from(LEVELS)).ceil() as i32;
@@ -166,7 +166,7 @@ pub(crate) fn answers(study: &Study) -> Vec<Answer<'_>> {
     answers
 }
 
-/// Who takes the lead below an error.
+/// The method that takes the lead below an error.
 fn next(leads: &[Lead], method: Method, below_m: f64) -> Option<(Method, f64)> {
     leads
         .windows(2)

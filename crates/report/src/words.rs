@@ -47,7 +47,7 @@ pub(crate) fn headline(study: &Study) -> String {
     }
 }
 
-/// Who leads down to which error.
+/// Names each leading method and the error down to which it leads.
 fn spans(study: &Study, leads: &[Lead]) -> String {
     let Some((last, before)) = leads.split_last() else { return String::new() };
     let span = |lead: &Lead| format!("{} down to {}", title(lead.method), length(lead.down_to_m, 2));
@@ -121,7 +121,7 @@ pub fn time_words(study: &Study) -> Vec<String> {
     places.first().map(|_| ranking).into_iter().chain(changes(study)).collect()
 }
 
-/// Who leads by time for which error, and the sizes at which others do.
+/// Names the method that leads by time for each error, and the sizes at which others lead.
 fn cheapest_by_time(study: &Study) -> Option<String> {
     let here = leads(study, Cost::Time);
     if here.is_empty() {

@@ -20,7 +20,7 @@ impl TimedTick {
 }
 
 impl TickTime {
-    /// Of those points, without a line yet.
+    /// The times of those points, without a fitted line yet.
     pub(crate) fn open(setting: Setting, host: Host, points: Vec<TimedTick>) -> Self {
         let Setting { method, precision, .. } = setting;
         let (fixed_ns, ns_per_body_step, yardstick_ns) = (0.0, 0.0, 1.0);

@@ -65,7 +65,7 @@ pub struct Errors {
     pub relative: f64,
     /// Distance from where the body should be, m.
     pub position_m: f64,
-    /// Of the velocity, m/s. Position Verlet shows the velocity half a step before its positions.
+    /// Largest error of the velocity, m/s. Position Verlet shows the velocity half a step before its positions.
     pub velocity_m_s: f64,
 }
 

@@ -8,7 +8,7 @@ use super::subject::Subject;
 
 /// A method, precision and host at one size.
 struct Timing {
-    /// Whose time is taken; of a problem, whose steps are as long as those that are timed.
+    /// The cell that is timed; for a problem, the cell with the same step.
     cell: usize,
     host: Host,
     /// Copies of a problem; `None` for a scene.

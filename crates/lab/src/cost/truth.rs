@@ -63,7 +63,7 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// Of states of `subject` at the sample times, and `more` in between, of the bodies that can move alone.
+    /// The target from states of `subject` at the sample times, with `more` states in between; keeps movable bodies only.
     pub fn new(mut samples: Samples, mut more: Samples, subject: &Subject) -> Self {
         let movable: Vec<u32> = movable(&subject.scene).map(|(id, _)| id).collect();
         for sample in samples.iter_mut().chain(&mut more) {
@@ -79,7 +79,7 @@ impl Target {
         Self { samples, position_scale, velocity_scale }
     }
 
-    /// Of the closed form of a problem.
+    /// The target from the closed form of a problem.
     pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<State>) -> Self {
         let time = |k: u64| (subject.ticks / SAMPLES * k) as f64 / subject.scene.step_hz;
         let state = |t| movable(&subject.scene).zip(exact(t)).map(|((id, _), (x, v))| (id, x, v)).collect();

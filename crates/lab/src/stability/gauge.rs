@@ -25,7 +25,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Of a run that begins now.
+    /// The target for a run that begins now.
     pub fn new(host: &mut Host) -> Self {
         Self { looks: Vec::new(), start: host.states(), failure: None }
     }

@@ -9,7 +9,7 @@ use crate::cost::{Precision, method_name};
 /// [`Matrix::format`] of this program.
 pub const FORMAT: u32 = 1;
 
-/// Of runs that are longer, what they are after so many ticks is kept too: tests repeat that much of them.
+/// Longer runs also keep their state after this many ticks, so that tests can repeat the first part alone.
 pub const PREFIX: u64 = 20_000;
 
 /// Every method on every case.

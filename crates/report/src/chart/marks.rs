@@ -27,7 +27,7 @@ fn rounded(channel: f64) -> u8 {
     channel.round() as u8
 }
 
-/// Of relative luminances (WCAG 2.2), 1 to 21.
+/// Contrast ratio of relative luminances (WCAG 2.2), 1 to 21.
 fn contrast(a: [f64; 3], b: [f64; 3]) -> f64 {
     let luminance = |srgb: [f64; 3]| luminance(srgb.map(rounded)) + 0.05;
     let (a, b) = (luminance(a), luminance(b));

@@ -8,7 +8,7 @@ use crate::palette::ink;
 
 /// Room of the names of rows, pixels.
 const LEFT: f64 = 268.0;
-/// Of the names of methods.
+/// Height of the names of methods.
 const TOP: f64 = 70.0;
 /// Height of a row, and the gap between the rows of two cases.
 const ROW: f64 = 34.0;

@@ -17,7 +17,7 @@ pub(crate) const PIECE: f64 = 0.1;
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
-    /// Of so many studies.
+    /// A bar for that many studies.
     pub fn new(studies: usize) -> Self {
         if !std::io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());

@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn methods_and_words_are_seen_in_both_themes_and_change_only_where_they_must() {
         assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-3);
-        // Of 0x767676 on white the standard says so.
+        // The standard gives this contrast for 0x767676 on white.
         assert!((contrast(Color32::from_gray(0x76), Color32::WHITE) - 4.54).abs() < 0.01);
         for visuals in [Visuals::dark(), Visuals::light()] {
             let behind = [visuals.panel_fill, visuals.extreme_bg_color, striped(&visuals)];

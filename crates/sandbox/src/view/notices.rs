@@ -15,7 +15,7 @@ pub(crate) enum Topic {
     Method,
     /// Where in the last minute the run stands.
     Place,
-    /// Of the panels.
+    /// The size of the panels.
     Size,
     Speed,
     Unconverged,

@@ -24,7 +24,7 @@ const PIN_COLOR: [f32; 4] = [0.16, 0.16, 0.19, 1.0];
 /// Radius of a pin, as a multiple of that of a point.
 const PIN_SIZE: f32 = 1.5;
 
-/// Of the color of a body, what a line of the same color takes: lines are not lit, and bodies are never fully.
+/// How bright a line is, relative to a body of the same color: lines are not shaded, and no body is lit fully.
 const LINE_SHADE: f32 = 0.7;
 /// A rope too thin to be drawn as a body: its line, and what shows of the outline of a selected one.
 const ROPE_WIDTH_PX: f32 = 2.0;

@@ -28,7 +28,7 @@ pub(in crate::groups) struct LinearStep<T: Real> {
     springs: Vec<Stiff<T>>,
     /// Normal n and `h m (c + k |u| + k (u·n)² / |u|)`, kg, of triangles in air: the derivative along n.
     sheets: Vec<(T::Vector, T)>,
-    /// Of laws of single bodies, where there are some: `-h da/dv - h² da/dx`, and `h da/dx`.
+    /// The laws of single bodies, if there are any: `-h da/dv - h² da/dx`, and `h da/dx`.
     pub local: Vec<(T::Matrix, T::Matrix)>,
     /// Square roots of inverse masses.
     pub root: Vec<T>,

@@ -80,7 +80,7 @@ fn cures(stage: &mut Stage) -> Vec<Cure> {
         Some(margin) if of_scene(margin) => {
             (margin.cure.substeps, margin.cure.method, "Stable by the forecast. Play goes on with it.")
         }
-        // Of a body with its own method: no setting of the scene helps it.
+        // A body with its own method: no setting of the scene helps it.
         Some(_) => return Vec::new(),
         None => {
             let finer = present.substeps.saturating_mul(4).min(Substeps::MOST);

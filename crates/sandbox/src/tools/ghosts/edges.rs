@@ -48,7 +48,7 @@ mod tests {
         // Rows of five points and columns of four, without shear and bend.
         let cloth = "cloth(rows: 4, columns: 5, along_m: (4, 0, 0), down_m: (0, -2, 0), stiffness_n_m: 1, shear: true, bend: true)";
         assert_eq!(count(cloth), 4 * 4 + 3 * 5);
-        // Of a block of one cell, its twelve edges.
+        // A block of one cell has twelve edges.
         assert_eq!(count("lattice(cells: (1, 1, 1), size_m: (1, 2, 3), stiffness_n_m: 1)"), 12);
     }
 }
