@@ -57,6 +57,9 @@ impl InstanceBuffer {
     }
 }
 
+/// More bodies than this are drawn as they come: sorting them would take longer than it saves.
+const MOST_SORTED: usize = 10_000;
+
 /// The bodies of one mesh, the outlined ones last so that each kind is one draw, and nearer ones before those that they hide:
 /// what is hidden need not be shaded.
 pub(crate) struct Bodies {
@@ -77,10 +80,11 @@ impl Bodies {
         self.sorted.clear();
         self.sorted.extend(rows);
         let is_outlined = |row: &Instance| row.surface & OUTLINED != 0;
+        let sorts = self.sorted.len() <= MOST_SORTED;
         self.sorted.sort_by_cached_key(|row| {
             // To its far side: a floor comes after what stands on it. Numbers from 0 up are ordered as their bits are.
-            let distance = Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
-            (is_outlined(row), distance.to_bits())
+            let distance = || Vec3::from(row.position).length() + Vec3::from(row.half_extents).max_element();
+            (is_outlined(row), if sorts { distance().to_bits() } else { 0 })
         });
         self.total = self.instances.upload(gpu, &self.sorted);
         self.plain = self.total.min(self.sorted.partition_point(|row| !is_outlined(row)) as u32);

@@ -164,7 +164,7 @@ impl Renderer {
         let small_px = if is_crowd { self.quality.small_sphere_px() } else { 0.0 };
         let is_small = |ball: &&Instance| {
             let radius_px = Vec3::from(ball.half_extents).max_element() * px_per_m;
-            radius_px < small_px * Vec3::from(ball.position).dot(forward)
+            radius_px < small_px * Vec3::from(ball.position).dot(forward).abs()
         };
         self.cuboids.upload(gpu, &frame.cuboids);
         self.spheres.upload(gpu, frame.spheres.iter().filter(|ball| !is_small(ball)));

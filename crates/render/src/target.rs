@@ -143,7 +143,7 @@ fn configuration(
         }
     }
     config.present_mode = wgpu::PresentMode::AutoVsync;
-    // Input is on the screen after at most two frames: the one it arrives in and the one that draws it.
+    // Input is to be on the screen two frames later: the one it arrives in and the one that draws it.
     config.desired_maximum_frame_latency = 1;
     Ok((config, view_format))
 }

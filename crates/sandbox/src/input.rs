@@ -145,7 +145,7 @@ pub enum Input {
     Resized([u32; 2]),
     /// Pixels of the picture a point of the panels, as the display has it.
     Scaled(f64),
-    /// The dock has this width, points, until it is dragged.
+    /// The dock gets this width, points.
     DockWidth(f64),
     /// An experiment on the bodies.
     Experiment(Experiment),

@@ -159,7 +159,7 @@ fn resolve(
     let own_laws = own_laws.by_id;
     let springs = springs::springs(&raw.springs, &bodies, faults);
     springs::check_groups(&bodies, &springs, mutual_gravity.is_some(), faults);
-    if mutual_gravity.is_some() {
+    if mutual_gravity.is_some() && !off_at_start.contains(&Effect::MutualGravity) {
         springs::check_methods(defaults.method, &bodies.sections, faults);
     }
     let Bodies { bodies, names, labels, emitters, soft_bodies, .. } = bodies;

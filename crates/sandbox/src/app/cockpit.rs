@@ -24,6 +24,9 @@ const BROWSER: f32 = 190.0;
 const DOCK: [f32; 2] = [340.0, 480.0];
 const DOCK_SHARE: f32 = 0.28;
 
+/// Greatest width of the dock that is believed, points.
+const WIDEST_DOCK: f32 = 10_000.0;
+
 /// A part of the cockpit, to which the keyboard can go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
@@ -35,11 +38,24 @@ pub(crate) enum Part {
 /// Widths of the dock, points.
 #[derive(Default)]
 struct DockWidth {
-    /// What it has in the next layout, if that is not left to egui.
+    /// What it gets in the next layout.
     set: Option<f32>,
-    /// What it had in its first layout and in the last one.
-    first: Option<f32>,
-    last: f32,
+    /// What a person gave it.
+    chosen: Option<f32>,
+    /// The widths of the screen and of the dock in the last layout.
+    last: Option<[f32; 2]>,
+}
+
+impl DockWidth {
+    /// Notes a layout: in a screen of the same width, only a person changes the width of the dock.
+    fn note(&mut self, screen: f32, dock: f32) {
+        let dragged =
+            self.last.is_some_and(|[before, width]| before == screen && (width - dock).abs() >= 0.5);
+        if dragged {
+            self.chosen = Some(dock);
+        }
+        self.last = Some([screen, dock]);
+    }
 }
 
 /// What a person opened and typed in the cockpit.
@@ -98,13 +114,13 @@ impl Cockpit {
     /// Gives the dock a width, points.
     #[expect(clippy::cast_possible_truncation, reason = "points")]
     pub fn set_dock_width(&mut self, points: f64) {
-        self.dock_width.set = Some(points as f32);
+        let points = (points as f32).clamp(DOCK[0], WIDEST_DOCK);
+        self.dock_width = DockWidth { set: Some(points), chosen: Some(points), last: None };
     }
 
     /// The width of the dock, points, if a person gave it one.
     pub fn chosen_dock_width(&self) -> Option<f32> {
-        let DockWidth { first, last, .. } = self.dock_width;
-        first.filter(|first| (first - last).abs() >= 0.5).map(|_| last.round())
+        self.dock_width.chosen.map(f32::round)
     }
 
     /// Shows or hides the scenes, on a screen of that width in points.
@@ -164,14 +180,12 @@ impl Cockpit {
             let usual = (width * DOCK_SHARE).clamp(DOCK[0], DOCK[1]);
             let range = DOCK[0]..=0.6 * width;
             let mut side = Side::right("dock").frame(bare).default_size(usual).size_range(range.clone());
-            let set = self.dock_width.set.take();
-            if let Some(set) = set {
+            if let Some(set) = self.dock_width.set.take() {
                 side = side.exact_size(set.clamp(*range.start(), range.end().max(*range.start())));
             }
             let newest = opened.last().copied().filter(|panel| !self.opened.contains(panel));
             let side = side.show(root, |ui| dock::show(ui, (opened, newest), stage, tools, edits));
-            self.dock_width.last = side.response.rect.width();
-            self.dock_width.first.get_or_insert(if set.is_some() { usual } else { self.dock_width.last });
+            self.dock_width.note(width, side.response.rect.width());
             self.lay_out_part(Part::Dock, side.response.rect, &side.inner);
         }
         self.opened = opened.to_owned();

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use bevy_ecs::entity::Entity;
 use glam::DVec3;
 use motion::effects::{self, Effect, EffectState};
+use motion::snapshot::OffResource;
 use motion::{Damping, Gravity, Method, Substeps, TimeStep};
 use scene::{FileIndex, Scene, StepKind, TextEdit};
 
@@ -315,7 +316,9 @@ fn settings(stage: &mut Stage, written: &Scene) -> Vec<TextEdit> {
             }
         }
     }
-    if let Some(now) = world.get_resource::<Damping>().filter(|now| Some(**now) != written.damping) {
+    let off_damping = || world.get_resource::<OffResource<Damping>>().map(|off| &off.0);
+    let damping = world.get_resource::<Damping>().or_else(off_damping);
+    if let Some(now) = damping.filter(|now| Some(**now) != written.damping) {
         let (model, rate) = (now.model.name(), now.rate);
         match written.written("damping") {
             None => set("", "damping", format!("(model: {model}, rate_per_s: {rate:?})")),

@@ -16,7 +16,7 @@ pub(crate) struct Ground {
     /// Whether something is up: gravity that is the same everywhere, or a floor.
     pub has_up: bool,
     /// Height of the ground that is drawn, m: that of the bottom of the scene's slabs or, without one, far enough below everything
-    /// that nothing reaches it soon. None where a body is the floor, or nothing falls.
+    /// that nothing reaches it soon. `None` if a body is the floor, or if nothing falls.
     height: Option<f64>,
     /// From line to line, m.
     spacing: f64,
@@ -37,10 +37,13 @@ impl Ground {
         let high = others.iter().map(|body| body.position + half(body)).fold(DVec3::NEG_INFINITY, DVec3::max);
         let size = (high - low(&others)).max_element().max(1.0);
         let height = if floors.is_empty() {
-            (scene.gravity.is_some() && size.is_finite()).then(|| low(&others).y - size)
+            scene.gravity.is_some().then(|| low(&others).y - size)
         } else {
-            floors.iter().all(|body| body.inverse_mass.is_none()).then(|| low(&floors).y)
+            // A slab in the air, above other bodies, stands on nothing.
+            let stands = low(&floors).y <= low(&others).y;
+            (stands && floors.iter().all(|body| body.inverse_mass.is_none())).then(|| low(&floors).y)
         };
+        let height = height.filter(|height| height.is_finite() && size.is_finite());
         Self {
             has_up: !floors.is_empty() || scene.gravity.is_some(),
             height,

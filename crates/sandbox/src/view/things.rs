@@ -50,11 +50,13 @@ impl Motion {
         let scene_method = simulation.method();
         let world = &mut simulation.world;
         if let Some(soft) = world.get::<SoftBody>(thing) {
+            let own = |point: &Entity| motion::own_method(world.get_entity(*point).ok()?);
+            let method = soft.points.iter().find_map(own).unwrap_or(scene_method);
             let position =
                 center_of_mass(world, soft, |point| Some(world.get::<Transform>(point)?.position))?;
             let (kinetic_energy, sum) = (kinetic_energy(world, soft), together(world, soft));
             let velocity = synchronized_points(world, pushes, thing, sum).velocity;
-            return Some(Self { position, velocity, forced: None, kinetic_energy, method: scene_method });
+            return Some(Self { position, velocity, forced: None, kinetic_energy, method });
         }
         let position = world.get::<Transform>(thing)?.position;
         let mut forces = Vec::new();

@@ -9,6 +9,17 @@ use crate::{Scene, shipped};
 const BROKEN: &str = include_str!("broken.txt");
 
 #[test]
+fn a_method_that_cannot_solve_mutual_gravity_is_accepted_while_that_is_off() {
+    let text = |off| {
+        format!(
+            "(version: 1, method: implicit_euler, mutual_gravity: (), {off} bodies: [(mass_kg: 1), (mass_kg: 1)])"
+        )
+    };
+    assert!(Scene::parse("t", &text("")).is_err());
+    assert!(Scene::parse("t", &text("off_at_start: [mutual_gravity],")).is_ok());
+}
+
+#[test]
 fn every_broken_scene_gets_the_whole_message_that_is_expected() {
     let cases: Vec<&str> = BROKEN.trim_start_matches("----\n").split("\n----\n").collect();
     assert!(cases.len() > 50, "{} cases", cases.len());

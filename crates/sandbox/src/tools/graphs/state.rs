@@ -136,15 +136,18 @@ pub(super) struct Graphed {
 
 impl Graphed {
     fn sample(&mut self, simulation: &mut Simulation, pushes: &[Push], time: f64, (run, shown): (Run, bool)) {
-        let entity = self.thing.entity(simulation);
-        let motion = entity.and_then(|entity| Motion::of(simulation, pushes, entity));
         let at = self.tracks.iter().position(|track| track.run == run).unwrap_or_else(|| {
             self.tracks.push(Track { run, shown, samples: VecDeque::new() });
             self.tracks.len() - 1
         });
         let track = &mut self.tracks[at];
         track.shown = shown;
+        if track.samples.back().is_some_and(|last| last.time == time) {
+            return;
+        }
         track.forget_from(time);
+        let entity = self.thing.entity(simulation);
+        let motion = entity.and_then(|entity| Motion::of(simulation, pushes, entity));
         track.samples.extend(motion.map(|motion| Sample { time, motion }));
     }
 }
