@@ -96,7 +96,7 @@ impl Twin {
         &self.simulation
     }
 
-    /// The same for queries, which need it mutable.
+    /// The simulation for queries, which need a mutable world.
     pub const fn simulation_mut(&mut self) -> &mut Simulation {
         &mut self.simulation
     }

@@ -20,7 +20,8 @@ pub(crate) struct Curve {
     pub points: Vec<[f64; 2]>,
 }
 
-/// Lays out a plot of that height, points, and the names if there is a legend. The pointer reads values off; it neither moves nor zooms what moves by itself.
+/// Lays out a plot of that height, points, and the names if there is a legend. The pointer reads values off; it neither moves nor
+/// zooms what moves by itself.
 pub(crate) fn show(ui: &mut Ui, id: &'static str, height: f32, legend: Option<Legend>, curves: &[Curve]) {
     let can_be_drawn = |point: &[f64; 2]| point.iter().all(|value| value.abs() <= LARGEST_DRAWN);
     let drawn = |curve: &Curve| curve.points.iter().copied().filter(can_be_drawn).collect::<Vec<_>>();

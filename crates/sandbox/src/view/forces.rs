@@ -59,7 +59,7 @@ pub(crate) fn synchronized(
     Some(state.moving_at(state.velocity + newtons * state.inverse_mass * half_step(world, body)))
 }
 
-/// The same of the points of a soft body, which move `together`.
+/// The state of a soft body at the time of its positions; its points move `together`.
 pub(crate) fn synchronized_points(
     world: &mut World,
     pushes: &[Push],

@@ -51,7 +51,7 @@ pub enum GhostState {
 pub(crate) struct Ghosts {
     pub(super) twins: Option<Twins>,
     /// How many times ghosts were made: those of another time are other runs.
-    begun: u64,
+    generation: u64,
 }
 
 /// A ghost, for graphs.
@@ -191,12 +191,12 @@ impl Ghosts {
     /// Makes ghosts of the present state.
     pub(super) fn begin(&mut self, leader: &mut Simulation, hidden: BTreeSet<Option<Method>>) {
         self.twins = Some(Twins::new(leader, hidden));
-        self.begun += 1;
+        self.generation += 1;
     }
 
     /// Which ghosts there are, if any.
     pub fn generation(&self) -> Option<u64> {
-        self.twins.as_ref().map(|_| self.begun)
+        self.twins.as_ref().map(|_| self.generation)
     }
 
     /// Every ghost that did not fail, beside bodies of the method `solid`, whose own ghost is not drawn.

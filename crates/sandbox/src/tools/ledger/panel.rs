@@ -87,18 +87,19 @@ fn energy(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
 
 fn momentum(ui: &mut Ui, ledger: &Ledger, last_second: &LedgerTotals) {
     let (sums, rates) = (&ledger.since_opening().momentum, &last_second.momentum);
+    let lines = lines(sums, rates);
     Grid::new("ledger momentum").num_columns(2).striped(true).min_row_height(0.0).spacing([10.0, 0.0]).show(
         ui,
         |ui| {
             heading(ui, ["momentum", "since open, N s"]);
             row(ui, "now", [triple(ledger.momentum())]);
-            for (name, sum, _) in lines(sums, rates) {
-                row(ui, &name, [triple(sum)]);
+            for (name, sum, _) in &lines {
+                row(ui, name, [triple(*sum)]);
             }
             emphasised(ui, ["residual".to_owned(), triple(sums.residual)]);
             heading(ui, ["", "last second, N"]);
-            for (name, _, rate) in lines(sums, rates) {
-                row(ui, &name, [triple(rate)]);
+            for (name, _, rate) in &lines {
+                row(ui, name, [triple(*rate)]);
             }
             emphasised(ui, ["residual".to_owned(), triple(rates.residual)]);
         },
