@@ -130,18 +130,20 @@ impl StepClock {
 
     /// Simulated time, s.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
     pub fn seconds(&self) -> Scalar {
-        let ClockState { ticks, since_tick, since_time, step, .. } = self.0;
-        since_time + (ticks - since_tick) as Scalar * step
+        self.0.since_time + self.seconds_of_equal_steps()
     }
 
     /// Time since the scene began, s: the time that laws see.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
     pub fn scene_seconds(&self) -> Scalar {
-        let ClockState { ticks, since_tick, since_time, step, scene_began } = self.0;
-        (since_time - scene_began) + (ticks - since_tick) as Scalar * step
+        (self.0.since_time - self.0.scene_began) + self.seconds_of_equal_steps()
+    }
+
+    /// Length of the current run of equal steps, s.
+    #[expect(clippy::cast_precision_loss, reason = "2^53 ticks are some two million years at 120 Hz")]
+    fn seconds_of_equal_steps(&self) -> Scalar {
+        (self.0.ticks - self.0.since_tick) as Scalar * self.0.step
     }
 
     /// Sets the start of the scene to now. Ticks and simulated time continue. Until the step changes, the time of the scene has the
