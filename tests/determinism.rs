@@ -7,25 +7,14 @@ use std::process::Command;
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
+use hashes::{BEFORE_SWITCH, Run, TICKS, fps};
 use history::Simulation;
-use motion::clock::FrameClock;
-use motion::{Gravity, Request, StableId, Stepper, Threads, TimeStep};
-use scene::{Scene, StepKind};
+use motion::{StableId, Stepper, Threads, TimeStep, Transform};
+use scene::Scene;
 use tempfile::TempDir;
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::harness::{blesses, json, output, program, root, scene_of, stored, world_bits};
-
-/// Ticks of a run; `scripts/hashes` has the same number.
-const TICKS: u64 = 240;
-
-/// Ticks before gravity is switched on, or off; `tests/determinism/script.ron` presses the key then.
-const BEFORE_SWITCH: u64 = 100;
-
-/// Frames a second at which every frame has one tick.
-fn fps(scene: &Scene) -> f64 {
-    if scene.step == StepKind::Frame { 60.0 } else { scene.step_hz }
-}
 
 fn pins() -> PathBuf {
     root().join("tests/determinism/hashes.txt")
@@ -50,45 +39,18 @@ fn hash(world: &mut World) -> u64 {
     hash.digest()
 }
 
-/// A scene on its way.
-struct Run {
-    simulation: Simulation,
-    clock: FrameClock,
+/// The start of a scene; `arrange` changes the world that it was spawned into, before anything is compiled.
+fn start(scene: &Scene, mut world: World, arrange: impl FnOnce(&mut World)) -> Run {
+    let bodies = scene.spawn(&mut world);
+    arrange(&mut world);
+    let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
+    Run::of(Simulation { scene: Arc::new(scene.clone()), world, stepper, bodies })
 }
 
-impl Run {
-    /// `arrange` changes the world that the scene was spawned into, before anything is compiled.
-    fn start(scene: &Scene, mut world: World, arrange: impl FnOnce(&mut World)) -> Self {
-        let bodies = scene.spawn(&mut world);
-        arrange(&mut world);
-        let stepper = Stepper::new(&mut world, scene.method, TimeStep(1.0 / scene.step_hz));
-        let simulation = Simulation { scene: Arc::new(scene.clone()), world, stepper, bodies };
-        Self { simulation, clock: FrameClock::default() }
-    }
-
-    /// Simulates the ticks from number `from` on to number `to`.
-    fn ticks(&mut self, from: u64, to: u64) {
-        let Self { simulation, clock } = self;
-        let fps = fps(&simulation.scene);
-        for tick in from..to {
-            if tick == BEFORE_SWITCH
-                && let Some(gravity) = simulation.world.get_resource::<Gravity>()
-            {
-                simulation.request(Request::SwitchGravity(!gravity.on));
-            }
-            if simulation.scene.step == StepKind::Frame {
-                clock.advance_to(tick as f64 / fps).unwrap();
-                let length = clock.advance_to((tick + 1) as f64 / fps).unwrap().length();
-                simulation.world.insert_resource(TimeStep(length));
-            }
-            simulation.tick();
-        }
-    }
-
-    fn hash(mut self) -> u64 {
-        self.ticks(0, TICKS);
-        hash(&mut self.simulation.world)
-    }
+/// The state hash at the end of a run.
+fn end(mut run: Run) -> u64 {
+    run.ticks(0, TICKS);
+    hash(&mut run.simulation.world)
 }
 
 /// Fails unless `hashed` gives the pinned hash of every shipped scene.
@@ -111,10 +73,40 @@ fn every_shipped_scene_has_its_pinned_hash() {
     );
     for shipped in scene::shipped() {
         let scene = shipped.load().unwrap();
-        let (fps, found) = (fps(&scene), Run::start(&scene, World::new(), |_| {}).hash());
+        let (fps, found) = (fps(&scene), end(start(&scene, World::new(), |_| {})));
         writeln!(text, "{} {fps} {found:016x}", shipped.name).unwrap();
     }
     stored(&pins(), &text, blesses()).unwrap_or_else(|why| panic!("{why}"));
+}
+
+/// `scripts/hashes` compares the same list on other processors.
+#[test]
+fn every_scene_has_its_pinned_hash_by_every_method() {
+    let pins = root().join("tests/determinism/methods.txt");
+    stored(&pins, &hashes::hashes(), blesses()).unwrap_or_else(|why| panic!("{why}"));
+}
+
+#[test]
+fn chaos_is_chaotic() {
+    let scene = hashes::scenes().find(|scene| scene.name == "chaos").unwrap();
+    let mut runs = [0.0, 1e-9].map(|off| {
+        start(&scene, World::new(), |world| {
+            let (_, mut first) = world
+                .query::<(&StableId, &mut Transform)>()
+                .iter_mut(world)
+                .find(|(id, _)| id.0 == 1)
+                .unwrap();
+            first.position.x += off;
+        })
+    });
+    let distance = |runs: &mut [Run; 2]| {
+        let [a, b] =
+            runs.each_ref().map(|run| run.simulation.states().map(|state| state.1).collect::<Vec<_>>());
+        a.into_iter().zip(b).map(|(a, b)| (a - b).length()).fold(0.0, f64::max)
+    };
+    runs.iter_mut().for_each(|run| run.ticks(0, TICKS));
+    let off = distance(&mut runs);
+    assert!(off > 1e-5, "{off:e}");
 }
 
 #[test]
@@ -136,9 +128,7 @@ const CROWD: u64 = 0xb36a_ad57_e0de_1c65;
 
 #[test]
 fn two_threads_give_the_pinned_hashes() {
-    all_are_pinned(|scene| {
-        Run::start(scene, World::new(), |world| world.insert_resource(Threads::new(2))).hash()
-    });
+    all_are_pinned(|scene| end(start(scene, World::new(), |world| world.insert_resource(Threads::new(2)))));
 }
 
 /// Of the shipped scenes only `sparks` has so many bodies that threads share them.
@@ -150,7 +140,7 @@ fn any_number_of_threads_hashes_a_crowd_alike() {
              [(count: {count}, center_m: (0.0, 50.0, 0.0), half_extents_m: (10.0, 10.0, 10.0), speed_m_s: 1.0)])"
     ));
     for threads in [1, 2, 4] {
-        let mut run = Run::start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
+        let mut run = start(&scene, World::new(), |world| world.insert_resource(Threads::new(threads)));
         run.ticks(0, 12);
         let hash = hash(&mut run.simulation.world);
         assert_eq!(hash, CROWD, "{threads} threads: {hash:016x}");
@@ -161,7 +151,7 @@ fn any_number_of_threads_hashes_a_crowd_alike() {
 fn runs_that_are_saved_and_loaded_give_the_pinned_hashes() {
     for at in [1, BEFORE_SWITCH - 1, BEFORE_SWITCH, 177] {
         all_are_pinned(|scene| {
-            let mut run = Run::start(scene, World::new(), |_| {});
+            let mut run = start(scene, World::new(), |_| {});
             run.ticks(0, at);
             let snapshot = run.simulation.snapshot();
             run.simulation = Simulation::restore(scene.clone(), &snapshot).unwrap();
@@ -214,5 +204,5 @@ fn entities_in_any_order_give_the_pinned_hashes() {
     assert!(!entities.is_sorted(), "the numbers are in order: this test tests nothing");
     mix_rows(&mut world);
     assert!(!rows(&mut world).is_sorted(), "the rows are in order: this test tests nothing");
-    all_are_pinned(|scene| Run::start(scene, world_of_old_numbers(), mix_rows).hash());
+    all_are_pinned(|scene| end(start(scene, world_of_old_numbers(), mix_rows)));
 }
