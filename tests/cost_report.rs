@@ -456,3 +456,20 @@ fn subjects_of_one_name_keep_their_own_files() {
         assert!(files.contains_key(name), "{name} is not among {:?}", files.keys());
     }
 }
+
+#[test]
+fn text_of_scene_files_does_nothing_on_pages_in_markdown_or_in_spreadsheets() {
+    let mut study = oscillator();
+    study.subject = "=HYPERLINK(\"http://a\",\"b\")<script>alert(1)</script>|[c](http://d)".to_owned();
+    study.description = "<img src=x onerror=alert(1)>".to_owned();
+    let files = texts(&report(vec![study]));
+    for page in ["report.html", "summary.md"] {
+        assert!(!files[page].contains("<script>alert") && !files[page].contains("<img"), "{page}");
+    }
+    assert!(!files["summary.md"].contains("|[c](http"), "a link or a cell");
+    let rows = files["cells.csv"].lines().skip(1);
+    assert!(rows.clone().count() > 0);
+    for row in rows {
+        assert!(row.starts_with("\"'=HYPERLINK(\"\"http"), "{row}");
+    }
+}

@@ -102,6 +102,7 @@ const LAB: &[&str] = &["run", "cost", "limits", "ablation", "receipt", "recommen
 /// The same of `crates/report/src`.
 const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "numbers",
+    "escape",
     "palette",
     "reading",
     "chart",

@@ -9,7 +9,7 @@ use motion::Method;
 
 pub(crate) use axis::{Axis, axes};
 pub use drawing::Drawing;
-pub(crate) use drawing::{Anchor, Box4, INK, Rgb, SOFT, Shape, Stroke, WIDTH, escaped};
+pub(crate) use drawing::{Anchor, Box4, INK, Rgb, SOFT, Shape, Stroke, WIDTH};
 pub(crate) use marks::dark_rules;
 
 use lab::cost::Precision;

@@ -7,6 +7,7 @@
 mod chart;
 mod choice;
 mod csv;
+mod escape;
 mod figures;
 pub mod numbers;
 mod page;
@@ -24,6 +25,7 @@ use page::slugs;
 
 pub use chart::Drawing;
 pub use csv::CELLS_HEADER;
+pub use escape::terminal;
 pub use palette::{INKS, Ink, REFERENCE_INK, ink};
 pub use summary::{brief, markdown, table, text};
 pub use table::{Table, aligned, csv};
@@ -55,7 +57,9 @@ pub fn json(report: &Report) -> String {
 
 /// What every study found, as Markdown.
 fn summary(report: &Report) -> String {
-    let part = |study: &Study| format!("## {}\n\n{}", study.subject, markdown(study, &report.machine));
+    let part = |study: &Study| {
+        format!("## {}\n\n{}", escape::markdown(&study.subject), markdown(study, &report.machine))
+    };
     report.studies.iter().map(part).collect::<Vec<_>>().join("\n")
 }
 

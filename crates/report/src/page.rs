@@ -2,7 +2,8 @@
 
 use lab::cost::{Cost, Report, Study};
 
-use super::chart::{Drawing, dark_rules, escaped};
+use super::chart::{Drawing, dark_rules};
+use super::escape::html;
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
 use super::table::Table;
@@ -20,7 +21,7 @@ pub(crate) fn document(
     main: &str,
     footer: &str,
 ) -> String {
-    let title = escaped(title);
+    let title = html(title);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
@@ -34,7 +35,7 @@ pub(crate) fn titled(table: &Table) -> String {
     if table.rows.is_empty() {
         return String::new();
     }
-    format!("<h3>{}</h3>\n{}", escaped(&table.title), table.html())
+    format!("<h3>{}</h3>\n{}", html(&table.title), table.html())
 }
 
 /// A table that is shown when it is asked for; nothing without rows.
@@ -42,7 +43,7 @@ pub(crate) fn folded(table: &Table) -> String {
     if table.rows.is_empty() {
         return String::new();
     }
-    format!("<details><summary>{}</summary>\n{}</details>\n", escaped(&table.title), table.html())
+    format!("<details><summary>{}</summary>\n{}</details>\n", html(&table.title), table.html())
 }
 
 /// The page.
@@ -74,8 +75,8 @@ fn contents(report: &Report, slugs: &[String]) -> String {
     let rows = report.studies.iter().zip(slugs).map(|(study, slug)| {
         format!(
             "<li><a href=\"#{slug}\">{}</a><span>{}</span></li>\n",
-            escaped(&study.subject),
-            escaped(&headline(study))
+            html(&study.subject),
+            html(&headline(study))
         )
     });
     format!("<nav><ol>\n{}</ol></nav>\n", rows.collect::<String>())
@@ -84,13 +85,13 @@ fn contents(report: &Report, slugs: &[String]) -> String {
 fn section(study: &Study, slug: &str) -> String {
     let figures = figures(study);
     let words = words(study);
-    let sentences = words.iter().skip(1).map(|sentence| format!("<p>{}</p>\n", escaped(sentence)));
+    let sentences = words.iter().skip(1).map(|sentence| format!("<p>{}</p>\n", html(sentence)));
     [
         format!(
             "<section id=\"{slug}\">\n<h2>{}</h2>\n<p class=\"about\">{}</p>\n<p class=\"answer\">{}</p>\n",
-            escaped(&study.subject),
-            escaped(&about(study)),
-            escaped(&words[0])
+            html(&study.subject),
+            html(&about(study)),
+            html(&words[0])
         ),
         sentences.collect(),
         titled(&cheapest(study)),
@@ -219,7 +220,7 @@ fn notes(study: &Study) -> String {
         in both error and cost."
         .to_owned();
     let items =
-        own.iter().chain(&study.notes).chain([&ties]).map(|note| format!("<li>{}</li>\n", escaped(note)));
+        own.iter().chain(&study.notes).chain([&ties]).map(|note| format!("<li>{}</li>\n", html(note)));
     format!("<ul class=\"notes\">\n{}</ul>\n", items.collect::<String>())
 }
 
@@ -235,7 +236,7 @@ fn machine(report: &Report) -> String {
         ("Command", report.command.clone()),
     ];
     let rows: String =
-        rows.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", escaped(value))).collect();
+        rows.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>\n", html(value))).collect();
     format!(
         "<footer>\n<h2>Measured on</h2>\n<dl>\n{rows}</dl>\n<p>Error and time are measured in runs of their own: the one \
          is compared with the truth at eight times and looks at no clock, the other is timed in thread CPU time, block by \

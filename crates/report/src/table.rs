@@ -1,6 +1,6 @@
 //! Tables: on a page, in Markdown, on a terminal, and as comma-separated values.
 
-use crate::chart::escaped;
+use crate::escape::{csv_field, html, markdown};
 
 /// Rows of text under a row of headings.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ impl Table {
     /// For a page, without its title.
     pub(crate) fn html(&self) -> String {
         let cells = |tag: &str, row: &[String]| -> String {
-            row.iter().map(|value| format!("<{tag}>{}</{tag}>", escaped(value))).collect()
+            row.iter().map(|value| format!("<{tag}>{}</{tag}>", html(value))).collect()
         };
         let rows: String = self.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells("td", row))).collect();
         format!(
@@ -50,7 +50,10 @@ impl Table {
 
     /// In Markdown, without its title.
     pub fn markdown(&self) -> String {
-        let line = |row: &[String]| format!("| {} |\n", row.join(" | "));
+        let line = |row: &[String]| {
+            let cells: Vec<_> = row.iter().map(|cell| markdown(cell)).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
         let rows: String = self.rows.iter().map(|row| line(row)).collect();
         format!("{}|{}\n{rows}", line(&self.header), " --- |".repeat(self.header.len()))
     }
@@ -77,13 +80,6 @@ pub fn aligned(rows: &[Vec<String>], to_the_right: bool) -> String {
 
 /// Rows under a header, as RFC 4180 has them.
 pub fn csv(header: &str, rows: impl Iterator<Item = Vec<String>>) -> String {
-    let field = |text: &String| {
-        if text.contains([',', '"', '\n', '\r']) {
-            format!("\"{}\"", text.replace('"', "\"\""))
-        } else {
-            text.clone()
-        }
-    };
-    let line = |row: Vec<String>| row.iter().map(field).collect::<Vec<_>>().join(",") + "\n";
+    let line = |row: Vec<String>| row.iter().map(|text| csv_field(text)).collect::<Vec<_>>().join(",") + "\n";
     header.to_owned() + "\n" + &rows.map(line).collect::<String>()
 }

@@ -11,7 +11,7 @@ fn main() -> ExitCode {
     match sandbox::commands::run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("sandbox: {failure}");
+            sandbox::tell(&format!("sandbox: {failure}"));
             ExitCode::from(failure.exit_code())
         }
     }

@@ -124,9 +124,16 @@ fn largest(written: u64, entries: &[Entry<'_>]) -> &'static str {
     lists.into_iter().fold((written, "bodies"), |most, list| most.max(list)).1
 }
 
+/// Most characters of the name of a scene or an entry.
+pub(crate) const NAME_LIMIT: usize = 100;
+
 /// Names stand in scripts, tables and generated names, so they are plain words.
 fn check_name(name: &str, scope: Scope, faults: &mut Faults) {
-    if name.is_empty() || !name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-')) {
+    let length = name.chars().count();
+    if length > NAME_LIMIT {
+        let what = format!("{length} characters are too many for a name");
+        faults.add(scope.key("name"), what, format!("give at most {NAME_LIMIT}"));
+    } else if name.is_empty() || !name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-')) {
         let cure = "use letters, digits, `_` and `-`";
         faults.add(scope.key("name"), format!("{name:?} cannot be a name"), cure);
     }

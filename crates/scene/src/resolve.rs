@@ -11,7 +11,7 @@ use motion::effects::Effect;
 use motion::{Damping, DampingModel, Gravity, Range};
 
 use crate::check::{DAMPING_RATE, Rule, STEP_RATE, Scope, positive};
-use crate::generate::{self, Bodies, Defaults};
+use crate::generate::{self, Bodies, Defaults, NAME_LIMIT};
 use crate::raw;
 use crate::scene::coupled::Declaration;
 use crate::scene::{CameraSpec, ExpectSpec, LightSpec, PushSpec, SCENE_VERSION, Scene, Source, StepKind};
@@ -103,6 +103,26 @@ fn unknown_key(raw: &raw::Scene, faults: &mut Faults, path: &str) {
     faults.add(path, format!("unknown key `{key}`"), cure);
 }
 
+/// The name that the file gives.
+fn scene_name(raw: &raw::Scene, faults: &mut Faults) -> Option<String> {
+    let name = raw.name.clone()?;
+    let length = name.chars().count();
+    if length > NAME_LIMIT || name.chars().any(char::is_control) {
+        let what = if length > NAME_LIMIT {
+            format!("{length} characters are too many for a name")
+        } else {
+            "a name is one line of plain characters".to_owned()
+        };
+        faults.add("name", what, format!("give at most {NAME_LIMIT} characters, or remove it"));
+    }
+    Some(name)
+}
+
+/// The words of a text in one line.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// The one place where defaults are filled in. Gives a scene even where there are faults, which nobody sees.
 fn resolve(
     raw: &raw::Scene,
@@ -166,8 +186,8 @@ fn resolve(
     let named = names.is_some();
     let mut scene = Scene {
         text,
-        name: raw.name.clone().unwrap_or_else(|| name.to_owned()),
-        description: raw.description.clone().unwrap_or_default(),
+        name: scene_name(raw, faults).unwrap_or_else(|| name.to_owned()),
+        description: one_line(raw.description.as_deref().unwrap_or_default()),
         source,
         step_hz,
         step,

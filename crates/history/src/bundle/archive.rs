@@ -87,6 +87,7 @@ impl Bundle {
     pub fn write(&self) -> Result<Vec<u8>, BadBundle> {
         let Self { scene, manifest, snapshot, events, energy, picture } = self;
         manifest.check_format()?;
+        manifest.check_text()?;
         manifest.check_ticks(snapshot.ticks())?;
         if snapshot.bytes() + events.iter().map(Event::bytes).sum::<usize>() > MOST_MEMORY {
             let what = format!("the state of the bundle takes more than {MOST_MEMORY} bytes of memory");
@@ -121,6 +122,7 @@ impl Bundle {
         let manifest: Manifest =
             within(MOST_MEMORY, || serde_json::from_slice(&manifest)).map_err(|error| unreadable(&error))?;
         manifest.check_format()?;
+        manifest.check_text()?;
         let scene = file(&mut archive, &SCENE)?.ok_or_else(|| lacking(&SCENE))?;
         let state = file(&mut archive, &STATE)?.ok_or_else(|| lacking(&STATE))?;
         let state: State<Snapshot> =
@@ -150,6 +152,25 @@ impl Manifest {
                 );
                 Err(BadBundle::new(what, "use a newer program"))
             }
+        }
+    }
+
+    /// Fails where a text is not one line of plain characters, as terminals show it.
+    fn check_text(&self) -> Result<(), BadBundle> {
+        let Self { program, scene, fault, .. } = self;
+        let fault = fault.iter().flat_map(|fault| {
+            [("fault.what", &fault.what)]
+                .into_iter()
+                .chain(fault.body.iter().map(|body| ("fault.body", body)))
+        });
+        let mut texts = [("program", program), ("scene", scene)].into_iter().chain(fault);
+        match texts.find(|(_, text)| text.chars().any(char::is_control)) {
+            Some((key, _)) => {
+                let what =
+                    format!("`{key}` in manifest.json in the bundle is not one line of plain characters");
+                Err(BadBundle::new(what, UNDAMAGED))
+            }
+            None => Ok(()),
         }
     }
 

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::escape::html;
+
 /// Red, green and blue as displayed (sRGB).
 pub(crate) type Rgb = [u8; 3];
 
@@ -177,11 +179,8 @@ impl Shape {
             }
         }
         let (x, y) = self.at;
-        let tip = if self.tip.is_empty() {
-            String::new()
-        } else {
-            format!("<title>{}</title>", escaped(&self.tip))
-        };
+        let tip =
+            if self.tip.is_empty() { String::new() } else { format!("<title>{}</title>", html(&self.tip)) };
         match &self.outline {
             Outline::Path(path) => {
                 let place = if self.at == (0.0, 0.0) {
@@ -200,7 +199,7 @@ impl Shape {
                 format!(
                     "<text{style} {place} font-size=\"{size}\" text-anchor=\"{}\" pointer-events=\"none\">{}</text>\n",
                     anchor.name(),
-                    escaped(text)
+                    html(text)
                 )
             }
         }
@@ -210,23 +209,6 @@ impl Shape {
 /// As CSS has it.
 pub(crate) fn hex([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
-}
-
-/// Text as it may stand between tags and in attributes.
-pub(crate) fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            // No XML document may hold these.
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => escaped.push(' '),
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 /// Shapes on paper, the later ones above, with a title.
@@ -258,7 +240,7 @@ impl Drawing {
              font-family=\"Ubuntu, 'Segoe UI', 'Helvetica Neue', Arial, sans-serif\">\n\
              <rect class=\"paper\" width=\"100%\" height=\"100%\" fill=\"{}\"/>\n{shapes}</svg>\n",
             self.height,
-            escaped(&self.title),
+            html(&self.title),
             hex(PAPER),
         )
     }

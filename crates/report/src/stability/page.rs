@@ -5,7 +5,8 @@ use lab::stability::{Class, Matrix};
 use scene::Measure;
 
 use super::{heat_map, maps, tables};
-use crate::chart::{Drawing, escaped};
+use crate::chart::Drawing;
+use crate::escape::html;
 use crate::page::{document, folded, titled};
 
 /// The page: the matrix, then the largest stable steps and the maps, where they were measured.
@@ -59,8 +60,7 @@ fn reading() -> String {
     let classes = Class::ALL.map(|it| (it.name(), class(it)));
     let measures = Measure::ALL.map(|it| (it.name(), measure(it)));
     let rows = classes.into_iter().chain(measures);
-    let rows: String =
-        rows.map(|(word, what)| format!("<dt>{word}</dt><dd>{}</dd>\n", escaped(what))).collect();
+    let rows: String = rows.map(|(word, what)| format!("<dt>{word}</dt><dd>{}</dd>\n", html(what))).collect();
     format!("<h3>How to read it</h3>\n<dl>\n{rows}</dl>\n")
 }
 

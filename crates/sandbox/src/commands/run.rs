@@ -23,6 +23,7 @@ use crate::output::files::{output_file, write};
 use crate::output::pictures::Camera;
 use crate::output::progress::{Loading, progress_bar};
 use crate::output::report::Summary;
+use crate::output::tell;
 use crate::tools::forecast::ForecastRow;
 use crate::view::options::{Options, Overrides};
 use crate::view::stage::{CATCH_UP, Order};
@@ -333,7 +334,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             write_bundle(&path, &session, image.as_ref())?;
         }
         for refusal in session.take_refusals() {
-            eprintln!("{}: {refusal}", session.scene().name);
+            tell(&format!("{}: {refusal}", session.scene().name));
         }
         if watch.error.is_some() {
             break;
@@ -345,7 +346,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
             if let Order::Open(name) = order {
                 session.open(scene::load(&name)?);
                 let told = forecast_start(args, &mut session, longest_frame);
-                refused = told.map(|told| told.iter().for_each(|line| eprintln!("{line}")));
+                refused = told.map(|told| told.iter().for_each(|line| tell(line)));
                 keep_ledger(args, &mut session);
             }
         }

@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::output::bundle::finish_bundle;
 use crate::output::files::Output;
 use crate::output::report::fault_json;
+use crate::output::tell;
 
 /// What went wrong in a run.
 pub(crate) struct BlackBox {
@@ -35,7 +36,7 @@ pub(crate) fn write(
     session.rewind_before(&fault);
     let image = picture(session);
     if let Err(failure) = &image {
-        eprintln!("the bundle has no picture: {failure}");
+        tell(&format!("the bundle has no picture: {failure}"));
     }
     let written = finish_bundle(path, file, session, image.ok().as_ref());
     Some(BlackBox {

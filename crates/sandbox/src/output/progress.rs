@@ -7,6 +7,8 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use lab::cost::Bench;
 
+use super::tell;
+
 /// Steps of the bar per study.
 const STEPS: f64 = 1000.0;
 
@@ -31,7 +33,7 @@ impl Progress {
 
     /// Names the present work.
     pub fn say(&self, what: impl Into<String>) {
-        self.0.set_message(what.into());
+        self.0.set_message(report::terminal(&what.into()).into_owned());
     }
 
     /// Shows the part of the work that is done, in [0, 1].
@@ -100,7 +102,7 @@ impl Loading {
 
     /// Says a line on standard error; the bar goes on below it.
     pub fn tell(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| tell(line));
     }
 
     /// Goes on with the next stage.

@@ -155,6 +155,33 @@ fn keys_of_an_earlier_program_that_are_gone_are_passed_over_and_those_that_it_di
 }
 
 #[test]
+fn text_that_would_steer_a_terminal_or_forge_a_line_is_refused() {
+    type Change = fn(&mut Manifest, String);
+    let fault = |manifest: &mut Manifest, what| manifest.fault.as_mut().unwrap().what = what;
+    let body = |manifest: &mut Manifest, body| manifest.fault.as_mut().unwrap().body = Some(body);
+    let changes: [(&str, Change); 4] = [
+        ("program", |manifest, text| manifest.program = text),
+        ("scene", |manifest, text| manifest.scene = text),
+        ("fault.what", fault),
+        ("fault.body", body),
+    ];
+    for (key, change) in changes {
+        for text in ["\u{1b}]0;title\u{7}", "lost\nthe same state, hash 0123456789abcdef"] {
+            let forged = repacked(|name, bytes| match name {
+                "manifest.json" => {
+                    let mut manifest = serde_json::from_slice(&bytes).unwrap();
+                    change(&mut manifest, text.to_owned());
+                    serde_json::to_vec(&manifest).unwrap()
+                }
+                _ => bytes,
+            });
+            let error = Bundle::read(&forged).expect_err(key).to_string();
+            assert!(error.contains(&format!("`{key}`")) && !error.contains(text), "{error}");
+        }
+    }
+}
+
+#[test]
 fn a_flipped_cut_or_longer_file_is_refused() {
     let good = Bundle { picture: None, ..bundle() }.write().unwrap();
     Bundle::read(&good).unwrap();

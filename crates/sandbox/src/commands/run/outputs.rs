@@ -16,7 +16,7 @@ use crate::output::black_box::{self, BlackBox};
 use crate::output::files::{Output, output_file};
 use crate::output::pictures::{Camera, with_settings};
 use crate::output::report::{self, STATE_HEADER, Summary};
-use crate::output::show;
+use crate::output::{show, tell};
 
 /// What a run is written into when it is over.
 pub(super) struct Outputs<'a> {
@@ -43,7 +43,7 @@ impl Outputs<'_> {
                 return Err(failure);
             }
             // What went wrong in the run is worse, and is written where that can be done.
-            eprintln!("{failure}");
+            tell(&failure.to_string());
         }
         let adapter = camera.as_ref().map(|camera| camera.gpu.info.to_string());
         let pictures = camera.as_ref().map_or(0, |camera| camera.pictures);
@@ -80,12 +80,12 @@ impl Outputs<'_> {
         let verdict = match left {
             Some(left) if args.assert && verdict.is_ok() => Err(Failure::Expectation(left)),
             left => {
-                left.iter().for_each(|left| eprintln!("{left}"));
+                left.iter().for_each(|left| tell(left));
                 verdict
             }
         };
         if let (Err(_), Err(failure)) = (&verdict, &written) {
-            eprintln!("{failure}");
+            tell(&failure.to_string());
         }
         verdict.and(written)
     }
