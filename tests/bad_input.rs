@@ -21,7 +21,7 @@ fn write(folder: &Path, name: &str, bytes: &str) {
 }
 
 /// Everything in a folder, the folders in it too.
-fn listing(folder: &Path) -> Vec<PathBuf> {
+pub fn listing(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

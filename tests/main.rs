@@ -32,6 +32,7 @@ mod harness;
 mod ledger;
 mod methods;
 mod newton;
+mod outputs;
 mod panels;
 mod picking;
 mod pixels;

@@ -18,7 +18,7 @@ pub use app::session::{Session, Simulated};
 pub use app::ui::Control;
 pub use app::{actions, player};
 pub use commands::plan;
-pub use output::{files, report, tell};
+pub use output::{STDOUT_IS_CLOSED, files, report, tell};
 pub use tools::Panel;
 pub use tools::effects::SwitchedBy;
 pub use tools::forecast::ForecastRow;

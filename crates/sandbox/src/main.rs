@@ -3,6 +3,20 @@
 use std::env;
 use std::process::ExitCode;
 
+/// Looks at standard output before Rust opens `/dev/null` in the place of a closed one.
+#[cfg(target_os = "linux")]
+#[used]
+#[expect(unsafe_code, reason = "the linker calls what is in this section before `main`")]
+#[unsafe(link_section = ".init_array")]
+static BEFORE_MAIN: extern "C" fn() = {
+    extern "C" fn look_at_stdout() {
+        #[expect(unsafe_code, reason = "no library asks whether a file is open")]
+        let flags = unsafe { libc::fcntl(libc::STDOUT_FILENO, libc::F_GETFD) };
+        sandbox::STDOUT_IS_CLOSED.store(flags == -1, std::sync::atomic::Ordering::Relaxed);
+    }
+    look_at_stdout
+};
+
 fn main() -> ExitCode {
     look_for_no_wayland();
     // wgpu tries every driver and logs those that fail; what matters comes back as an error.

@@ -10,8 +10,12 @@ pub(crate) mod scenes;
 
 use std::io::Write as _;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::failure::Failure;
+
+/// Whether the program was started without standard output. Rust leads it to where everything is lost, without an error.
+pub static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
 
 /// Prints a message on standard error.
 pub fn tell(message: &str) {
@@ -20,6 +24,10 @@ pub fn tell(message: &str) {
 
 /// Prints results. A closed pipe (`| head`) is no failure.
 pub(crate) fn show(text: &str) -> Result<(), Failure> {
+    if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {
+        let what = "cannot write standard output: it is closed; lead it to a file, or to /dev/null";
+        return Err(Failure::Usage(what.to_owned()));
+    }
     let mut out = std::io::stdout().lock();
     match out.write_all(::report::terminal(text).as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {

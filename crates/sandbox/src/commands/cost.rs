@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Subject, problem};
+use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
 
 use crate::args::{bodies, positive};
 use crate::commands::instructions::{self, TicksOf};
@@ -12,7 +12,7 @@ use crate::commands::list::Format;
 use crate::output::show;
 
 use crate::failure::Failure;
-use crate::output::files::{make_folder, write};
+use crate::output::files::{study_folder, write};
 use crate::output::progress::Progress;
 
 pub(super) const EXAMPLES: &str = "\
@@ -41,6 +41,9 @@ pub(crate) struct CostArgs {
     /// Continue the report that was interrupted in that folder
     #[arg(long, requires = "out")]
     pub resume: bool,
+    /// Write over the report of another command, version or machine in that folder
+    #[arg(long, requires = "out", conflicts_with = "resume")]
+    pub replace: bool,
     /// Count instructions, too, with callgrind; needs valgrind
     #[arg(long)]
     pub instructions: bool,
@@ -77,10 +80,8 @@ pub(crate) fn run(args: &CostArgs) -> Result<(), Failure> {
     }
     let mut plan = if args.quick { Plan::quick(subjects.len()) } else { Plan::full() };
     plan.bodies = args.bodies.unwrap_or(plan.bodies);
-    if let Some(folder) = &args.out {
-        make_folder(folder)?;
-    }
-    let earlier = earlier(args)?;
+    let _lock = args.out.as_deref().map(study_folder).transpose()?;
+    let earlier = earlier(args, &subjects)?;
     let mut report = Report {
         format: FORMAT,
         command: command(args),
@@ -150,23 +151,37 @@ fn subjects(names: &[&str], seconds: Option<f64>) -> Result<Vec<Subject>, Failur
     names.iter().copied().map(subject).collect()
 }
 
-/// What an interrupted run left.
-fn earlier(args: &CostArgs) -> Result<Option<Report>, Failure> {
-    let Some(folder) = args.out.as_ref().filter(|_| args.resume) else { return Ok(None) };
+/// The report in the folder, to be resumed. One that would be lost is an error, unless `--replace` allows it.
+fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Option<Report>, Failure> {
+    let Some(folder) = args.out.as_ref().filter(|_| !args.replace) else { return Ok(None) };
     let path = folder.join(FILE);
     let text = match fs::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(Failure::file("read", &path, &error)),
     };
-    let report: Report = serde_json::from_str(&text).map_err(|error| {
-        Failure::Usage(format!("{}: {error}; run without --resume to start over", path.display()))
-    })?;
+    let other = |what: &str| {
+        let cure = "give another folder, or --replace to write over it";
+        Err(Failure::Usage(format!("{}: {what}; {cure}", path.display())))
+    };
+    let report: Report = match serde_json::from_str(&text) {
+        Ok(report) => report,
+        Err(error) => return other(&format!("this is no report of this version: {error}")),
+    };
     if report.format != FORMAT || report.machine != Machine::here() {
-        let what = "it was made by another version or on another machine; run without --resume to start over";
-        return Err(Failure::Usage(format!("{}: {what}", path.display())));
+        return other("this report was made by another version or on another machine");
     }
-    Ok(Some(report))
+    if !args.resume {
+        let same = report.command == command(args);
+        return if same { Ok(None) } else { other(&format!("this is the report of `{}`", report.command)) };
+    }
+    let is_asked_for = |study: &&Study| subjects.iter().any(|subject| subject.name() == study.subject);
+    match report.studies.iter().find(|study| !is_asked_for(study)) {
+        Some(study) => {
+            other(&format!("this report has a study of {}, which is not asked for", study.subject))
+        }
+        None => Ok(Some(report)),
+    }
 }
 
 /// The command that makes the report again.

@@ -10,7 +10,7 @@ use crate::app::rerun::{PROGRAM, Repetition};
 use crate::app::session::Session;
 use crate::failure::Failure;
 use crate::output::bundle::{read, repeated};
-use crate::output::files::{make_folder, write};
+use crate::output::files::{make_folder, place, write};
 use crate::output::report::{STATE_HEADER, fault_json, write_state};
 use crate::output::show;
 use crate::view::options::Options;
@@ -33,6 +33,12 @@ pub(crate) struct ReplayArgs {
 /// Does what `sandbox replay` says.
 pub(crate) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let (path, out) = (&args.bundle, args.out.as_deref());
+    if let Some(name) =
+        out.and_then(|folder| FILES.iter().find(|name| place(&folder.join(name)) == place(path)))
+    {
+        let what = format!("--out writes a file {name} there, over the bundle; give another folder");
+        return Err(Failure::Usage(format!("{}: {what}", path.display())));
+    }
     let bundle = read(path)?;
     let name = path.display().to_string();
     let options = Options { pictures: false, interpolate: false, ..Options::default() };
@@ -72,15 +78,19 @@ fn summary(name: &str, bundle: &Bundle, repetition: &Repetition) -> Value {
 
 const PICTURE: &str = "picture.png";
 
+/// What `--out` writes.
+const FILES: [&str; 4] = ["scene.ron", "state.csv", PICTURE, "summary.json"];
+
 /// The summary comes last: where it is, the others are.
 fn unpack(folder: &Path, bundle: &Bundle, session: &Session, summary: &Value) -> Result<(), Failure> {
     let mut state = format!("{STATE_HEADER}\n").into_bytes();
     write_state(session, &mut state).map_err(|error| Failure::file("write", folder, &error))?;
-    write(&folder.join("scene.ron"), bundle.scene.as_bytes())?;
-    write(&folder.join("state.csv"), &state)?;
+    let [scene_file, state_file, picture_file, summary_file] = FILES.map(|name| folder.join(name));
+    write(&scene_file, bundle.scene.as_bytes())?;
+    write(&state_file, &state)?;
     if let Some(picture) = &bundle.picture {
-        write(&folder.join(PICTURE), picture)?;
+        write(&picture_file, picture)?;
     }
     let summary = serde_json::to_string_pretty(summary).expect("numbers and strings are JSON") + "\n";
-    write(&folder.join("summary.json"), summary.as_bytes())
+    write(&summary_file, summary.as_bytes())
 }

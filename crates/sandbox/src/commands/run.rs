@@ -1,7 +1,7 @@
 //! Runs without a window: the same session and renderer, a constant or given frame time, files as output.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use lab::AttractionTick;
@@ -30,7 +30,10 @@ use crate::view::stage::{CATCH_UP, Order};
 
 mod outputs;
 
-use outputs::{Outputs, Watch, refuse_same_files, state_file};
+use outputs::{
+    BUNDLE, GRAPH, Outputs, PICTURE, SCREENSHOT, Watch, numbered, pictures_folder, refuse_same_files,
+    state_file,
+};
 use report::numbers::long_duration;
 
 pub(super) const EXAMPLES: &str = "\
@@ -227,7 +230,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         overrides,
         threads: args.step.threads,
     };
-    refuse_same_files(args)?;
+    refuse_same_files(args, script.as_ref())?;
     loading.next();
     let mut session = Session::new(scene, options);
     if let Some(script) = script {
@@ -244,7 +247,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let told = forecast_start(args, &mut session, longest_frame)?;
     let long = ticks.and_then(|ticks| long_ticks(&session, ticks));
     told.iter().chain(&long).for_each(|line| loading.tell(line));
-    let folder = args.frames.as_deref().unwrap_or(Path::new("."));
+    let folder = pictures_folder(args);
     let mut camera = if wants_pictures {
         Some(Camera::new(size_px, args.quality.into(), folder.to_owned())?)
     } else {
@@ -303,11 +306,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 added.map_err(|error| Failure::Usage(format!("--film: {error}")))?;
             }
             if every {
-                camera.write(&format!("frame_{frame_number:06}.png"), &session)?;
+                camera.write(&numbered(PICTURE, frame_number), &session)?;
             }
             for order in &orders {
                 if let Order::Screenshot(name) = order {
-                    let name = name.clone().unwrap_or_else(|| format!("screenshot_{frame_number:06}.png"));
+                    let name = name.clone().unwrap_or_else(|| numbered(SCREENSHOT, frame_number));
                     camera.write(&name, &session)?;
                 }
             }
@@ -315,7 +318,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         for order in &orders {
             match order {
                 Order::Table(text) => {
-                    write(&folder.join(format!("graph_{frame_number:06}.csv")), text.as_bytes())?;
+                    write(&folder.join(numbered(GRAPH, frame_number)), text.as_bytes())?;
                 }
                 Order::Scene(file) => {
                     // A recording that is repeated must not replace what came after it.
@@ -330,7 +333,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
                 Some(camera) => Some(camera.picture(&mut session)?),
                 None => None,
             };
-            let path = folder.join(format!("bundle_{frame_number:06}.zip"));
+            let path = folder.join(numbered(BUNDLE, frame_number));
             write_bundle(&path, &session, image.as_ref())?;
         }
         for refusal in session.take_refusals() {

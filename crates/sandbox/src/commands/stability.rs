@@ -13,7 +13,7 @@ use crate::commands::list::Format;
 use crate::output::show;
 
 use crate::failure::Failure;
-use crate::output::files::{make_folder, write};
+use crate::output::files::{study_folder, write};
 use crate::output::progress::{PIECE, Progress};
 
 pub(super) const EXAMPLES: &str = "\
@@ -50,8 +50,8 @@ const MAP_SIDE: u32 = 96;
 pub(crate) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     let methods = methods(&args.methods);
     let scenes = scenes(&args.cases)?;
+    let _lock = args.out.as_deref().map(study_folder).transpose()?;
     if let Some(folder) = &args.out {
-        make_folder(folder)?;
         // Found out now, and not after minutes.
         tempfile::tempfile_in(folder).map_err(|error| Failure::file("write into", folder, &error))?;
     }

@@ -1,10 +1,9 @@
 //! Output files that are whole or absent: written beside their place, then renamed into it.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
@@ -12,10 +11,10 @@ use tempfile::NamedTempFile;
 use crate::failure::Failure;
 
 /// Files that are not finished, and that no person would look for.
-static BEGUN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-fn begun() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    BEGUN.lock().unwrap_or_else(PoisonError::into_inner)
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Lets an interrupt, a hang-up and a request to end leave no file that is not finished.
@@ -27,21 +26,26 @@ pub(crate) fn leave_nothing_when_ended() {
         // Ignored signals stay ignored: hang-ups under `nohup`, interrupts in the background of a script.
         let signals = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
         if let Ok(mut signals) = Signals::new(signals) {
-            std::thread::spawn(move || signals.forever().next().map(end_by));
+            // Shells expect this code of a program that a signal ended.
+            std::thread::spawn(move || signals.forever().next().map(|signal| end(128 + signal)));
         }
     }
     #[cfg(not(unix))]
-    let _ = ctrlc::try_set_handler(|| end_by(2));
+    let _ = ctrlc::try_set_handler(|| end(130));
 }
 
-/// Removes what is not finished, and ends as a shell expects of a program that a signal ended.
-fn end_by(signal: i32) {
-    // Nothing is begun from here on: this lock is held until the process ends.
-    let begun = begun();
-    for path in &*begun {
+/// Removes unfinished files and ends the process, whatever its threads are doing.
+pub(crate) fn end(code: i32) -> ! {
+    // No file is created from here on: this lock is held until the process ends.
+    let unfinished = unfinished();
+    for path in &*unfinished {
         let _ = fs::remove_file(path);
     }
-    process::exit(128 + signal);
+    // `process::exit` would unload the graphics driver below the threads that compile shaders, which crashes.
+    #[cfg(unix)]
+    signal_hook::low_level::exit(code);
+    #[cfg(not(unix))]
+    std::process::exit(code);
 }
 
 /// Whether the program was started with that signal ignored.
@@ -58,22 +62,73 @@ fn is_ignored(signal: i32) -> bool {
     }
 }
 
-/// A file that is not finished.
-struct Begun(PathBuf);
+/// Locks `file`, which was created at `path`, for as long as it is open: [`sweep`] leaves locked files alone. `false` if a
+/// sweep came first. On file systems without locks nothing is swept.
+pub(crate) fn claim(file: &File, path: &Path) -> bool {
+    !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && path.exists()
+}
 
-impl Begun {
-    fn in_folder(folder: &Path) -> io::Result<(NamedTempFile, Self)> {
-        let mut begun = begun();
-        let file = tempfile::Builder::new().prefix(".sandbox-").tempfile_in(folder)?;
-        begun.insert(file.path().to_owned());
-        let path = file.path().to_owned();
-        Ok((file, Self(path)))
+/// Removes the files of `folder` that are `left` by a run that was killed: those that no program has locked.
+pub(crate) fn sweep(folder: &Path, left: impl Fn(&Path) -> bool) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
+    for path in files.map(|file| file.path()).filter(|path| left(path)) {
+        // Open and locked until it is gone, so that no other run claims it meanwhile.
+        if let Ok(file) = File::open(&path)
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(path);
+        }
     }
 }
 
-impl Drop for Begun {
+/// A file that is not finished.
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    /// How the names of unfinished files start and end.
+    const NAME: [&str; 2] = [".sandbox-", ".part"];
+
+    /// Creates a file in `folder` with the permissions of the file that it will replace, if there is one.
+    fn create(folder: &Path, replaces: Option<&Metadata>) -> io::Result<(NamedTempFile, Self)> {
+        Self::sweep_once(folder);
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(Self::NAME[0]).suffix(Self::NAME[1]);
+        match replaces {
+            Some(replaces) => builder.permissions(replaces.permissions()),
+            // Less the bits of the umask.
+            #[cfg(unix)]
+            None => builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)),
+            #[cfg(not(unix))]
+            None => &mut builder,
+        };
+        let mut unfinished = unfinished();
+        loop {
+            let file = builder.tempfile_in(folder)?;
+            if claim(file.as_file(), file.path()) {
+                let path = file.path().to_owned();
+                unfinished.insert(path.clone());
+                return Ok((file, Self(path)));
+            }
+        }
+    }
+
+    /// Removes what killed runs left in `folder`, the first time that this run writes there.
+    fn sweep_once(folder: &Path) {
+        static SWEPT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+        if SWEPT.lock().unwrap_or_else(PoisonError::into_inner).insert(folder.to_owned()) {
+            let [start, end] = Self::NAME;
+            sweep(folder, |path| {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                name.starts_with(start) && name.ends_with(end)
+            });
+        }
+    }
+}
+
+impl Drop for Unfinished {
     fn drop(&mut self) {
-        begun().remove(&self.0);
+        unfinished().remove(&self.0);
     }
 }
 
@@ -84,7 +139,12 @@ pub struct Output {
 
 enum Writer {
     /// Renamed to `path` at the end.
-    Beside { path: PathBuf, file: BufWriter<NamedTempFile>, begun: Begun },
+    Beside {
+        path: PathBuf,
+        replaces: Option<Box<Metadata>>,
+        file: BufWriter<NamedTempFile>,
+        unfinished: Unfinished,
+    },
     /// Devices and pipes such as `/dev/stdout`: renaming over one would destroy it.
     Straight(BufWriter<File>),
 }
@@ -93,20 +153,27 @@ impl Output {
     /// Starts the file `path` in a folder that exists.
     ///
     /// # Errors
-    /// A folder that is missing or not writable; a `path` that is a folder itself.
+    /// A folder that is missing or not writable; a `path` that is a folder itself, or a file that may not be written.
     pub fn create(path: &Path) -> io::Result<Self> {
-        if path.is_dir() {
-            return Err(io::ErrorKind::IsADirectory.into());
-        }
-        if fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-            let file = File::options().write(true).open(path)?;
-            return Ok(Self { writer: Writer::Straight(BufWriter::new(file)) });
-        }
-        // A link stays a link: what it leads to is replaced.
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let (file, begun) = Begun::in_folder(folder)?;
-        Ok(Self { writer: Writer::Beside { path, file: BufWriter::new(file), begun } })
+        let replaces = match fs::metadata(path) {
+            Ok(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+            Ok(there) => {
+                // A folder that is writable lets a read-only file be replaced, and an administrator may open one.
+                if there.is_file() && there.permissions().readonly() {
+                    return Err(io::ErrorKind::PermissionDenied.into());
+                }
+                let file = File::options().write(true).open(path)?;
+                if !there.is_file() {
+                    return Ok(Self { writer: Writer::Straight(BufWriter::new(file)) });
+                }
+                Some(Box::new(there))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(error) => return Err(error),
+        };
+        let path = behind_links(path);
+        let (file, unfinished) = Unfinished::create(folder_of(&path), replaces.as_deref())?;
+        Ok(Self { writer: Writer::Beside { path, replaces, file: BufWriter::new(file), unfinished } })
     }
 
     /// Writes the rest, and puts the file in its place.
@@ -123,22 +190,66 @@ impl Output {
     /// # Errors
     /// A full disk, or a place that cannot be renamed into; nothing is left behind.
     pub fn finish(self) -> io::Result<()> {
-        let (path, file, begun) = match self.writer {
-            Writer::Beside { path, file, begun } => (path, file, begun),
-            Writer::Straight(mut file) => return file.flush(),
+        self.put_in_place().map(drop)
+    }
+
+    /// Puts the file in its place; the file there, to be written further.
+    ///
+    /// # Errors
+    /// As [`Self::finish`].
+    pub(crate) fn put_in_place(self) -> io::Result<File> {
+        let (path, replaces, file, unfinished) = match self.writer {
+            Writer::Beside { path, replaces, file, unfinished } => (path, replaces, file, unfinished),
+            Writer::Straight(file) => return file.into_inner().map_err(io::IntoInnerError::into_error),
         };
         let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
-        file.as_file().sync_all()?;
-        // Temporary files are private; an output is not.
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
+        if let Some(replaces) = replaces {
+            // Only an administrator may give a file away.
+            #[cfg(unix)]
+            {
+                use std::os::unix::fs::{MetadataExt as _, fchown};
+                let _ = fchown(file.as_file(), Some(replaces.uid()), Some(replaces.gid()));
+            }
+            file.as_file().set_permissions(replaces.permissions())?;
         }
-        file.persist(path).map_err(|error| error.error)?;
-        drop(begun);
-        Ok(())
+        file.as_file().sync_all()?;
+        let file = file.persist(&path).map_err(|error| error.error)?;
+        drop(unfinished);
+        // So that a power cut does not bring the old file back. Not every system opens folders.
+        if let Ok(folder) = File::open(folder_of(&path)) {
+            let _ = folder.sync_all();
+        }
+        Ok(file)
     }
+
+    /// Whether this is a device or a pipe, which takes what is written as it comes.
+    pub(crate) const fn is_straight(&self) -> bool {
+        matches!(self.writer, Writer::Straight(_))
+    }
+}
+
+/// Where a file at `path` lies: a link stays a link, also one that leads to no file yet.
+fn behind_links(path: &Path) -> PathBuf {
+    let mut path = path.to_owned();
+    while let Ok(to) = fs::read_link(&path) {
+        path = folder_of(&path).join(to);
+    }
+    path
+}
+
+/// Where a file is, or will be: the same for all names of one place.
+pub(crate) fn place(path: &Path) -> PathBuf {
+    let path = behind_links(path);
+    fs::canonicalize(&path).unwrap_or_else(|_| {
+        let folder = folder_of(&path);
+        let folder = fs::canonicalize(folder).or_else(|_| std::path::absolute(folder));
+        folder.unwrap_or_default().join(path.file_name().unwrap_or_default())
+    })
+}
+
+/// The folder that `path` is in.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Makes the folder of an output where it is missing, and says so.
@@ -149,6 +260,18 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| Failure::file("make the folder", folder, &error))?;
     eprintln!("made the folder {}", folder.display());
     Ok(())
+}
+
+/// Makes the folder of a study where it is missing, and keeps other studies out of it as long as the lock is held.
+pub(crate) fn study_folder(folder: &Path) -> Result<Option<File>, Failure> {
+    make_folder(folder)?;
+    // Not every system opens folders, or locks them.
+    let Ok(lock) = File::open(folder) else { return Ok(None) };
+    if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
+        let what = "another study writes into this folder; wait for its end, or give another folder";
+        return Err(Failure::Usage(format!("{}: {what}", folder.display())));
+    }
+    Ok(Some(lock))
 }
 
 /// Starts an output file, and makes its folder.

@@ -1,13 +1,23 @@
 //! Unsaved changes as files, so that a crash loses none: each window keeps one, and offers those of windows that are gone.
 
 use std::fs::{self, File, TryLockError};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::output::files::write;
+use crate::failure::Failure;
+use crate::output::files::{claim, sweep, write};
 
 /// The unsaved changes of this window.
-pub(super) struct Draft {
+pub(super) struct Drafts {
+    /// Its draft, or why it has none.
+    own: Result<Draft, Failure>,
+    /// Whether a person was told that changes are not kept.
+    told: bool,
+}
+
+/// A file with unsaved changes.
+struct Draft {
     folder: PathBuf,
     /// Is locked while this window is there.
     lock: (PathBuf, File),
@@ -16,60 +26,92 @@ pub(super) struct Draft {
     written: Option<Arc<str>>,
 }
 
-impl Draft {
-    /// Begins a draft in the user's folder for state; `None` where that cannot be written: nothing is kept then.
-    pub fn begin() -> Option<Self> {
-        let state = dirs::state_dir().or_else(dirs::data_local_dir)?;
-        Self::begin_in(state.join("inertia/drafts"))
+impl Drafts {
+    /// Begins a draft in the user's folder for state.
+    pub fn begin() -> Self {
+        let state = dirs::state_dir().or_else(dirs::data_local_dir);
+        let no_folder = || Failure::Usage("there is no home folder; set XDG_STATE_HOME".to_owned());
+        let own = state.ok_or_else(no_folder).and_then(|state| {
+            let folder = state.join("inertia/drafts");
+            Draft::begin(&folder).map_err(|error| Failure::file("write into", &folder, &error))
+        });
+        Self { own, told: false }
     }
 
-    fn begin_in(folder: PathBuf) -> Option<Self> {
-        fs::create_dir_all(&folder).ok()?;
-        // The number of a process comes again: what an earlier one left behind is not its own.
-        let name = |i: u32| folder.join(format!("{}-{i}.ron", std::process::id()));
-        let path = (0..).map(name).find(|path| !path.exists())?;
-        let lock = path.with_extension("lock");
-        let file = File::create(&lock).ok()?;
-        file.try_lock().ok()?;
-        Some(Self { path, lock: (lock, file), folder, written: None })
-    }
-
-    /// Keeps these unsaved changes in place of those before; whether they are kept.
-    pub fn keep(&mut self, unsaved: Option<&Arc<str>>) -> bool {
-        let same = match (&self.written, unsaved) {
-            (Some(written), Some(unsaved)) => Arc::ptr_eq(written, unsaved),
-            (written, unsaved) => written.is_none() && unsaved.is_none(),
+    /// Keeps these unsaved changes in place of those before; whether they are kept. `tell` hears once why they are not.
+    pub fn keep(&mut self, unsaved: Option<&Arc<str>>, tell: impl FnOnce(String)) -> bool {
+        let kept = match &mut self.own {
+            Ok(draft) => draft.keep(unsaved).map_err(|failure| failure.to_string()),
+            Err(_) if unsaved.is_none() => Ok(()),
+            Err(failure) => Err(failure.to_string()),
         };
-        if same {
-            return true;
-        }
-        // A full disk must not stop the window: what cannot be kept is still on the screen.
-        let kept = match unsaved {
-            Some(text) => write(&self.path, text.as_bytes()).map_err(drop),
-            None => fs::remove_file(&self.path).map_err(drop),
-        };
-        if kept.is_ok() {
-            self.written = unsaved.cloned();
+        if let (Err(why), false) = (&kept, self.told) {
+            self.told = true;
+            tell(format!("a crash would lose your unsaved changes: {why}"));
         }
         kept.is_ok()
     }
 
     /// The drafts of windows that are gone, the newest first.
     pub fn left_behind(&self) -> Vec<PathBuf> {
-        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path());
-        let drafts =
-            files.filter(|path| path.extension().is_some_and(|end| end == "ron") && *path != self.path);
-        let mut left: Vec<_> = drafts.filter(|path| is_left(path)).collect();
-        left.sort_by_key(|path| fs::metadata(path).and_then(|file| file.modified()).ok());
-        left.reverse();
-        left
+        self.own.as_ref().map_or_else(|_| Vec::new(), Draft::left_behind)
     }
 
     /// Ends the draft of a window that is closed.
     pub fn end(self) {
-        drop(self.lock.1);
-        let _ = fs::remove_file(self.lock.0);
+        if let Ok(Draft { lock: (path, file), .. }) = self.own {
+            drop(file);
+            let _ = fs::remove_file(path);
+        }
     }
+}
+
+impl Draft {
+    fn begin(folder: &Path) -> io::Result<Self> {
+        fs::create_dir_all(folder)?;
+        // Of windows that were killed without unsaved changes.
+        sweep(folder, |path| is(path, "lock") && !path.with_extension("ron").exists());
+        // The number of a process comes again: what an earlier one left behind is not its own.
+        for path in (0..).map(|i: u32| folder.join(format!("{}-{i}.ron", std::process::id()))) {
+            let lock = path.with_extension("lock");
+            if !path.exists() {
+                let file = File::create(&lock)?;
+                if claim(&file, &lock) {
+                    return Ok(Self { path, lock: (lock, file), folder: folder.to_owned(), written: None });
+                }
+            }
+        }
+        Err(io::ErrorKind::AlreadyExists.into())
+    }
+
+    fn keep(&mut self, unsaved: Option<&Arc<str>>) -> Result<(), Failure> {
+        let same = match (&self.written, unsaved) {
+            (Some(written), Some(unsaved)) => Arc::ptr_eq(written, unsaved),
+            (written, unsaved) => written.is_none() && unsaved.is_none(),
+        };
+        if !same {
+            match unsaved {
+                Some(text) => write(&self.path, text.as_bytes())?,
+                None => fs::remove_file(&self.path)
+                    .map_err(|error| Failure::file("remove", &self.path, &error))?,
+            }
+            self.written = unsaved.cloned();
+        }
+        Ok(())
+    }
+
+    fn left_behind(&self) -> Vec<PathBuf> {
+        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path());
+        let mut left: Vec<_> =
+            files.filter(|path| is(path, "ron") && *path != self.path && is_left(path)).collect();
+        left.sort_by_key(|path| fs::metadata(path).and_then(|file| file.modified()).ok());
+        left.reverse();
+        left
+    }
+}
+
+fn is(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|end| end == extension)
 }
 
 /// Whether the window of the draft is gone.
@@ -86,14 +128,20 @@ pub(super) fn delete(draft: &Path) {
 
 #[cfg(test)]
 mod tests {
+    use std::time::{Duration, SystemTime};
+
     use super::*;
+
+    fn begin(folder: &Path) -> Draft {
+        Draft::begin(folder).expect("a folder that can be written")
+    }
 
     #[test]
     fn a_draft_is_there_while_changes_are_unsaved_and_is_offered_once_its_window_is_gone() {
         let folder = tempfile::tempdir().expect("a folder that can be written");
-        let mut draft = Draft::begin_in(folder.path().to_owned()).expect("a folder that can be written");
+        let mut draft = begin(folder.path());
         let text: Arc<str> = "(version: 1)".into();
-        draft.keep(Some(&text));
+        draft.keep(Some(&text)).expect("a folder that can be written");
         assert_eq!(fs::read_to_string(&draft.path).expect("a folder that can be written"), "(version: 1)");
         // Those of a window that is there are not offered to another one.
         let own = draft.path.clone();
@@ -106,11 +154,65 @@ mod tests {
         assert_eq!(draft.left_behind(), std::slice::from_ref(&other));
         delete(&other);
         assert!(draft.left_behind().is_empty() && !its_lock.exists());
-        draft.keep(None);
+        draft.keep(None).expect("it was there");
         assert!(!own.exists());
-        draft.keep(Some(&text));
+        draft.keep(Some(&text)).expect("a folder that can be written");
         let lock = draft.lock.0.clone();
-        draft.end();
+        Drafts { own: Ok(draft), told: false }.end();
         assert!(own.exists() && !lock.exists());
+    }
+
+    #[test]
+    fn the_newest_draft_is_offered_first() {
+        let folder = tempfile::tempdir().expect("a folder that can be written");
+        let draft = begin(folder.path());
+        let now = SystemTime::now();
+        // Neither in the order of their names nor in that of their making.
+        for (name, age_s) in [("2", 30), ("3", 10), ("1", 20)] {
+            let file = File::create(folder.path().join(name).with_extension("ron")).expect("a folder");
+            file.set_modified(now - Duration::from_secs(age_s)).expect("a file of its own");
+        }
+        let names: Vec<_> = draft
+            .left_behind()
+            .into_iter()
+            .filter_map(|path| path.file_stem()?.to_str()?.parse::<u32>().ok())
+            .collect();
+        assert_eq!(names, [3, 1, 2]);
+    }
+
+    #[test]
+    fn locks_without_drafts_are_swept_and_those_of_windows_that_are_there_stay() {
+        let folder = tempfile::tempdir().expect("a folder that can be written");
+        for name in ["1.lock", "2.lock", "2.ron"] {
+            File::create(folder.path().join(name)).expect("a folder that can be written");
+        }
+        let first = begin(folder.path());
+        let second = begin(folder.path());
+        let there = |name: &str| folder.path().join(name).exists();
+        assert_eq!(["1.lock", "2.lock", "2.ron"].map(there), [false, true, true]);
+        assert!(first.lock.0.exists() && first.lock.0 != second.lock.0);
+        assert_eq!(first.left_behind(), [folder.path().join("2.ron")]);
+    }
+
+    #[test]
+    fn changes_that_cannot_be_kept_are_told_once() {
+        let folder = tempfile::tempdir().expect("a folder that can be written");
+        let [first, second]: [Arc<str>; 2] = ["(version: 1)".into(), "(version: 1, )".into()];
+        let file = folder.path().join("file");
+        fs::write(&file, "").expect("a folder that can be written");
+        let own = Draft::begin(&file).map_err(|error| Failure::file("write into", &file, &error));
+        let mut none = Drafts { own, told: false };
+        let mut gone = Drafts { own: Ok(begin(&folder.path().join("gone"))), told: false };
+        fs::remove_dir_all(folder.path().join("gone")).expect("a folder of its own");
+        for drafts in [&mut none, &mut gone] {
+            let mut told = Vec::new();
+            assert!(drafts.keep(None, |words| told.push(words)), "there is nothing to keep");
+            assert_eq!(told, [] as [String; 0]);
+            for text in [&first, &first, &second] {
+                assert!(!drafts.keep(Some(text), |words| told.push(words)));
+            }
+            let [words] = &told[..] else { panic!("{told:?}") };
+            assert!(words.starts_with("a crash would lose your unsaved changes: cannot write "), "{words}");
+        }
     }
 }

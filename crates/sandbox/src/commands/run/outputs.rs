@@ -1,19 +1,19 @@
 //! What a run without a window writes: pictures, the states of its ticks, a summary, a bundle, and how it ended.
 
-use std::fs;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use motion::Totals;
 use motion::ledger::Ledger;
 use render::{Film, Image, Quality};
+use scene::{Action, Script};
 use serde_json::Value;
 
 use crate::app::session::Session;
 use crate::commands::run::RunArgs;
 use crate::failure::Failure;
 use crate::output::black_box::{self, BlackBox};
-use crate::output::files::{Output, output_file};
+use crate::output::files::{Output, output_file, place};
 use crate::output::pictures::{Camera, with_settings};
 use crate::output::report::{self, STATE_HEADER, Summary};
 use crate::output::{show, tell};
@@ -132,7 +132,7 @@ fn verdict(args: &RunArgs, session: &Session) -> Result<(), Failure> {
 }
 
 /// Files at one place would be written over each other, or over what is read.
-pub(super) fn refuse_same_files(args: &RunArgs) -> Result<(), Failure> {
+pub(super) fn refuse_same_files(args: &RunArgs, script: Option<&Script>) -> Result<(), Failure> {
     let scene = Path::new(&args.scene);
     let files = [
         ("the scene", Some(scene).filter(|scene| scene.is_file())),
@@ -151,20 +151,50 @@ pub(super) fn refuse_same_files(args: &RunArgs) -> Result<(), Failure> {
             return Err(Failure::Usage(format!("{other} and {flag} name the same file; give two")));
         }
     }
+    if args.frames.is_none() && script.is_none() {
+        return Ok(());
+    }
+    let folder = place(pictures_folder(args));
+    let shots = script.iter().flat_map(|script| &script.steps).filter_map(|step| match &step.action {
+        Action::Screenshot(name) => Some(&**name),
+        _ => None,
+    });
+    let shots: Vec<_> = shots.collect();
+    for (flag, path) in &files {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.parent() == Some(&folder) && (shots.contains(&&*name) || is_numbered(&name)) {
+            let what = "is a name of the pictures and files that the run makes there; give another";
+            return Err(Failure::Usage(format!("{flag}: {} {what}", path.display())));
+        }
+    }
     Ok(())
 }
 
 /// Inputs may be read twice.
 const INPUTS: [&str; 2] = ["--script", "--frame-times"];
 
-/// Where a file is, or will be.
-fn place(path: &Path) -> PathBuf {
-    let there = fs::canonicalize(path);
-    there.unwrap_or_else(|_| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let folder = fs::canonicalize(folder).or_else(|_| std::path::absolute(folder));
-        folder.unwrap_or_default().join(path.file_name().unwrap_or_default())
-    })
+/// Where pictures are written, and what keys of a script write.
+pub(super) fn pictures_folder(args: &RunArgs) -> &Path {
+    args.frames.as_deref().unwrap_or(Path::new("."))
+}
+
+/// Files that a frame writes, as the start and the end of their names.
+pub(super) const PICTURE: [&str; 2] = ["frame", "png"];
+pub(super) const SCREENSHOT: [&str; 2] = ["screenshot", "png"];
+pub(super) const GRAPH: [&str; 2] = ["graph", "csv"];
+pub(super) const BUNDLE: [&str; 2] = ["bundle", "zip"];
+
+/// The name of such a file of that frame.
+pub(super) fn numbered([what, extension]: [&str; 2], frame: u64) -> String {
+    format!("{what}_{frame:06}.{extension}")
+}
+
+/// Whether a frame may write a file of that name.
+fn is_numbered(name: &str) -> bool {
+    let digits = name.trim_matches(|c: char| !c.is_ascii_digit());
+    let is_of =
+        |frame| [PICTURE, SCREENSHOT, GRAPH, BUNDLE].iter().any(|what| numbered(*what, frame) == name);
+    digits.parse().is_ok_and(is_of)
 }
 
 /// A picture of the present state, by `camera` if there is one already.

@@ -1,0 +1,273 @@
+//! Files that the program writes: they keep what was there, are whole whenever a run ends, and are written over nothing else.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::black_box::with_a_fault;
+use crate::harness::{folder, output, program, sandbox, wait_for};
+
+/// A scene that falls, for as long as it is asked to.
+const FALL: &str = "(version: 1, gravity: (), bodies: [(name: \"ball\")])";
+
+/// Lines of `sandbox` that end with a fault of their flags and leave every file as it was.
+#[track_caller]
+fn is_refused(folder: &Path, line: &str, words: &str) {
+    let contents = || {
+        let files = crate::bad_input::listing(folder).into_iter();
+        files.map(|path| (fs::read(&path).ok(), path)).collect::<Vec<_>>()
+    };
+    let before = contents();
+    sandbox(folder, line).fails(2, words);
+    assert_eq!(contents(), before, "{line}");
+}
+
+#[cfg(unix)]
+mod on_unix {
+    use std::os::unix::fs::{PermissionsExt as _, symlink};
+    use std::os::unix::process::ExitStatusExt as _;
+    use std::process::{Child, Stdio};
+    use std::thread::{scope, sleep};
+    use std::time::Instant;
+
+    use lab::cost::{Machine, Report};
+
+    use super::*;
+    use crate::bad_input::listing;
+    use crate::dice::Dice;
+    use crate::harness::root;
+
+    fn mode(path: &Path) -> u32 {
+        fs::metadata(path).unwrap().permissions().mode() & 0o777
+    }
+
+    fn set_mode(path: &Path, mode: u32) {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    }
+
+    #[test]
+    fn a_replaced_file_keeps_its_permissions_and_a_new_one_has_those_of_the_umask() {
+        let folder = folder([("fine.ron", FALL), ("private.csv", ""), ("shared.csv", "")]);
+        let at = |name: &str| folder.path().join(name);
+        set_mode(&at("private.csv"), 0o600);
+        set_mode(&at("shared.csv"), 0o664);
+        for (name, expected) in [("private.csv", 0o600), ("shared.csv", 0o664), ("new.csv", 0o640)] {
+            let line = format!("umask 027; exec \"$0\" run fine.ron --ticks 2 --state {name}");
+            output(Command::new("sh").args(["-c", &line]).arg(program()).current_dir(&folder)).fine();
+            assert!(fs::read_to_string(at(name)).unwrap().starts_with("tick,"));
+            assert_eq!(format!("{:o}", mode(&at(name))), format!("{expected:o}"), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_read_only_file_is_not_replaced() {
+        let folder = folder([("fine.ron", FALL), ("out.csv", "mine")]);
+        set_mode(&folder.path().join("out.csv"), 0o444);
+        is_refused(
+            folder.path(),
+            "run fine.ron --ticks 2 --state out.csv",
+            "cannot write out.csv: it is not permitted",
+        );
+    }
+
+    #[test]
+    fn a_link_that_leads_to_no_file_yet_stays_a_link() {
+        let folder = folder([("fine.ron", FALL), ("sub/inside", "")]);
+        let at = |name: &str| folder.path().join(name);
+        symlink("sub/second", at("first")).unwrap();
+        symlink("../out.csv", at("sub/second")).unwrap();
+        sandbox(&folder, "run fine.ron --ticks 2 --state first").fine();
+        assert!(at("first").is_symlink() && at("sub/second").is_symlink());
+        assert!(fs::read_to_string(at("out.csv")).unwrap().starts_with("tick,"));
+        // Two names of one place.
+        fs::remove_file(at("out.csv")).unwrap();
+        let words = "--state and --summary name the same file";
+        is_refused(folder.path(), "run fine.ron --ticks 2 --state first --summary out.csv", words);
+    }
+
+    #[test]
+    fn a_run_without_standard_output_says_that_its_results_are_lost_and_writes_its_files() {
+        let folder = folder([("fine.ron", FALL)]);
+        let line = "exec \"$0\" run fine.ron --ticks 2 --summary out.json >&-";
+        let said = output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder));
+        said.says(
+            2,
+            "sandbox: cannot write standard output: it is closed; lead it to a file, or to /dev/null\n",
+        );
+        assert!(folder.path().join("out.json").exists());
+        let line = "exec \"$0\" run fine.ron --ticks 2 >/dev/null";
+        output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder)).says(0, "");
+    }
+
+    /// A run that goes on for ever, and draws.
+    struct Endless(Child);
+
+    impl Endless {
+        fn start(folder: &Path, line: &str) -> Self {
+            // A test that runs in the background of a script has learned to ignore interrupts.
+            let mut env = Command::new("env");
+            env.arg("--default-signal=INT,TERM,HUP").arg(program()).args(line.split(' ')).current_dir(folder);
+            let env = env.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+            Self(env.spawn().unwrap())
+        }
+
+        fn signal(&self, signal: &str) {
+            output(Command::new("kill").args([signal, &self.0.id().to_string()])).fine();
+        }
+    }
+
+    impl Drop for Endless {
+        fn drop(&mut self) {
+            let _ = self.0.kill();
+            let _ = self.0.wait();
+        }
+    }
+
+    fn unfinished(folder: &Path) -> Vec<String> {
+        let names =
+            listing(folder).into_iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned());
+        names.filter(|name| name.starts_with(".sandbox-")).collect()
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_run_that_draws_ends_by_a_signal_at_any_moment_and_leaves_no_part_of_a_file() {
+        const LINE: &str =
+            "run fine.ron --ticks 1000000000000 --frames out --frame-every 50 --size 64x64 --film film.png";
+        const SIGNALS: [(&str, i32); 3] = [("-HUP", 1), ("-INT", 2), ("-TERM", 15)];
+        let (start, first) = (Instant::now(), folder([("fine.ron", FALL)]));
+        let run = Endless::start(first.path(), LINE);
+        wait_for("the second picture", || first.path().join("out/frame_000050.png").exists().then_some(()));
+        let started = start.elapsed();
+        drop(run);
+        let signaled = |dice: &mut Dice| {
+            let folder = folder([("fine.ron", FALL)]);
+            let (signal, number) = SIGNALS[dice.below(3)];
+            let mut run = Endless::start(folder.path(), LINE);
+            // From the first instruction to some time after drawing began.
+            sleep(started.mul_f64(0.75 * (1.0 + dice.number())));
+            run.signal(signal);
+            let status = run.0.wait().unwrap();
+            // At first the signal itself ends it.
+            let ended = status.code() == Some(128 + number) || status.signal() == Some(number);
+            assert!(ended, "{signal} was answered by {status}");
+            assert_eq!(unfinished(folder.path()), [] as [String; 0]);
+        };
+        // Several at a time, so that the machine is busy.
+        scope(|threads| {
+            for seed in 0..5 {
+                threads.spawn(move || {
+                    let mut dice = Dice(seed);
+                    (0..40).for_each(|_| signaled(&mut dice));
+                });
+            }
+        });
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn what_a_killed_run_leaves_is_swept_by_the_next_one_and_what_a_living_one_writes_is_not() {
+        let folder = folder([("fine.ron", FALL), ("out/.sandbox-notes", "mine")]);
+        let out = folder.path().join("out");
+        let start = |state: &str| {
+            let before = unfinished(&out);
+            let run = Endless::start(
+                folder.path(),
+                &format!("run fine.ron --ticks 1000000000000 --state out/{state}.csv"),
+            );
+            wait_for("its file", || {
+                (unfinished(&out).len() == 2 && unfinished(&out) != before).then_some(())
+            });
+            run
+        };
+        let killed = start("killed");
+        let left = unfinished(&out);
+        killed.signal("-KILL");
+        drop(killed);
+        assert_eq!(unfinished(&out), left);
+        let living = start("living");
+        let of_living = unfinished(&out);
+        sandbox(&folder, "run fine.ron --ticks 2 --state out/third.csv").fine();
+        assert_eq!(unfinished(&out), of_living);
+        living.signal("-TERM");
+        wait_for("its end", || (unfinished(&out) == [".sandbox-notes"]).then_some(()));
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_second_of_two_studies_into_a_folder_is_told_until_the_first_has_ended() {
+        let folder = folder([("fine.ron", FALL)]);
+        let first = Endless::start(folder.path(), "cost tutorial --out study");
+        wait_for("its report", || folder.path().join("study/report.json").exists().then_some(()));
+        let second = "stability at_rest --ticks 1 --out study";
+        for line in ["cost kepler --quick --replace --out study", second] {
+            sandbox(&folder, line).fails(2, "study: another study writes into this folder");
+        }
+        first.signal("-KILL");
+        drop(first);
+        sandbox(&folder, "cost kepler --quick --out study")
+            .fails(2, "study/report.json: this is the report of `sandbox cost tutorial`");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_report_of_another_origin_is_replaced_only_where_that_is_asked_for() {
+        let folder = folder([("study/report.json", "mine"), ("study/summary.md", "mine")]);
+        let path = folder.path().join("study/report.json");
+        is_refused(folder.path(), "cost kepler --quick --out study", "study/report.json: this is no report");
+        let stored = fs::read_to_string(root().join("docs/cost/report.json")).unwrap();
+        let mut report: Report = serde_json::from_str(&stored).unwrap();
+        report.command = "sandbox cost kepler --quick".to_owned();
+        let store = |report: &Report| fs::write(&path, serde_json::to_string(report).unwrap()).unwrap();
+        report.machine.processor += " of another machine";
+        store(&report);
+        let words = "this report was made by another version or on another machine; give another folder, or --replace";
+        is_refused(folder.path(), "cost kepler --quick --out study", words);
+        report.machine = Machine::here();
+        store(&report);
+        let words = "this is the report of `sandbox cost kepler --quick`";
+        is_refused(folder.path(), "cost duffing --quick --out study", words);
+        let words = "this report has a study of kepler, which is not asked for";
+        is_refused(folder.path(), "cost duffing --quick --out study --resume", words);
+        for line in ["cost duffing --quick --out study --replace", "cost duffing --quick --out study"] {
+            let before = fs::read(&path).unwrap();
+            let _study = Endless::start(folder.path(), line);
+            wait_for("its report", || (fs::read(&path).unwrap() != before).then_some(()));
+        }
+    }
+}
+
+#[test]
+fn a_bundle_is_not_written_over_by_what_is_unpacked_from_it() {
+    let (bundle, _) = with_a_fault();
+    let bytes = bundle.write().unwrap();
+    for name in ["scene.ron", "state.csv", "picture.png", "summary.json"] {
+        let folder = folder([(name, &bytes)]);
+        is_refused(
+            folder.path(),
+            &format!("replay {name} --out ."),
+            &format!("{name}: --out writes a file {name} there"),
+        );
+    }
+}
+
+#[test]
+fn a_file_of_a_run_has_no_name_that_its_pictures_may_have() {
+    let shots = "[(at_s: 0, do: screenshot(\"shot.png\"))]";
+    let folder =
+        folder([("fine.ron", FALL), ("shots.script", shots), ("shot.png", FALL), ("out/inside", "")]);
+    let words = "is a name of the pictures and files that the run makes there; give another";
+    for flags in [
+        "--frames out --state out/frame_000000.png",
+        "--frames out --summary out/../out/frame_1234567.png",
+        "--frames out --film out/bundle_000001.zip",
+        "--frames . --black-box graph_000100.csv",
+        "--script shots.script --state shot.png",
+        "--script shots.script --frames out --summary out/shot.png",
+    ] {
+        is_refused(folder.path(), &format!("run fine.ron --ticks 2 --size 16x16 {flags}"), words);
+    }
+    is_refused(folder.path(), "run ./shot.png --ticks 2 --script shots.script", words);
+    let fine = "--frames out --state out/frame_1.png --summary out/out.json --film frame_000000.png";
+    sandbox(&folder, &format!("run fine.ron --ticks 2 --size 16x16 {fine}")).fine();
+}
