@@ -6,7 +6,7 @@
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -456,6 +456,75 @@ fn a_person_with_keys_alone_goes_the_first_time_path_and_the_recording_repeats_i
     let of_mouse = |action: &Action| matches!(action, Action::MouseDown(_) | Action::Wheel(_));
     assert!(!script.steps.iter().any(|step| of_mouse(&step.action)), "{}", script.to_ron());
     assert_eq!(replayed_by_program(&window, "empty")["state_hash"], reopened.state_hash.as_str());
+}
+
+/// Ends a window that records, by `end`: how the program ended.
+fn ended_while_recording(end: impl FnOnce(&mut Window)) -> ExitStatus {
+    let mut window = Window::open(&[]);
+    window.input(&["key", "g"]);
+    let before = window.screenshot();
+    while window.screenshot().tick < before.tick + 12 {}
+    let last = window.screenshot();
+    // Frames after it.
+    let _ = window.screenshot();
+    end(&mut window);
+    let status = wait_for("the program to end", || window.program.try_wait().unwrap());
+    let (script, recording) = window.recording();
+    let mut seen = Vec::new();
+    replay(&script, &recording, |session, orders| {
+        if orders.contains(&Order::Screenshot(None)) {
+            seen.push((session.ticks(), format!("{:016x}", state_hash(session))));
+        }
+    });
+    assert!(seen.contains(&(last.tick, last.state_hash)), "{seen:?}");
+    let names = fs::read_dir(window.folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    assert!(!names.into_iter().any(|name| name.to_string_lossy().starts_with(".sandbox-")));
+    status
+}
+
+#[test]
+fn what_was_recorded_is_a_recording_however_the_window_ends() {
+    let signal = |signal: &'static str| {
+        ended_while_recording(|window| {
+            let id = window.program.id().to_string();
+            output(Command::new("kill").args([signal, &id])).fine();
+        })
+    };
+    assert_eq!(signal("-TERM").code(), Some(143));
+    assert_eq!(signal("-KILL").code(), None);
+    let status = ended_while_recording(|window| {
+        let _ = window.display.server.kill();
+    });
+    assert_eq!(status.code(), Some(5), "an X server that ends is a missing display");
+}
+
+#[test]
+fn a_scene_that_could_not_be_saved_is_not_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.ron");
+    fs::write(&path, "(version: 1, bodies: [(name: \"ball\", shape: sphere(radius_m: 1))])").unwrap();
+    let size = [1280, 720];
+    let mut window = Window::open_in(folder, &["mine.ron"], &[], [size, size]);
+    window.input(&["key", "m"]);
+    let _ = window.screenshot();
+    window.input(&["key", "k", "ctrl+d"]);
+    let _ = window.screenshot();
+    let other = "(version: 1)";
+    fs::write(&path, other).unwrap();
+    window.input(&["key", "ctrl+q"]);
+    // The first answer, which saves, has the keyboard one frame later.
+    let _ = [window.screenshot(), window.screenshot()];
+    window.input(&["key", "Return"]);
+    let _ = [window.screenshot(), window.screenshot()];
+    assert_eq!(fs::read_to_string(&path).unwrap(), other);
+    // It can be saved once there is a place for it.
+    fs::remove_file(&path).unwrap();
+    window.input(&["key", "ctrl+q"]);
+    let _ = [window.screenshot(), window.screenshot()];
+    window.input(&["key", "Return"]);
+    let status = wait_for("the program to end", || window.program.try_wait().unwrap());
+    assert_eq!(status.code(), Some(0), "{}", window.messages());
+    assert!(fs::read_to_string(&path).unwrap().contains("ball2"));
 }
 
 #[test]

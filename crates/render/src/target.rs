@@ -61,7 +61,7 @@ impl WindowTarget {
             let [width, height] = size_px.map(|side| side.min(gpu.max_side_px()));
             self.config.width = width;
             self.config.height = height;
-            self.surface.configure(&gpu.device, &self.config);
+            self.configure(gpu);
         }
     }
 
@@ -72,6 +72,10 @@ impl WindowTarget {
             return None;
         }
         for attempt in 0..2 {
+            // Asking one that is not configured for a texture panics.
+            if self.lost {
+                return None;
+            }
             match self.surface.get_current_texture() {
                 CurrentSurfaceTexture::Success(texture) => return Some(self.frame(texture)),
                 CurrentSurfaceTexture::Suboptimal(texture) => {
@@ -80,11 +84,11 @@ impl WindowTarget {
                     }
                     // Configuring while a texture of the surface is alive panics.
                     drop(texture);
-                    self.surface.configure(&gpu.device, &self.config);
+                    self.configure(gpu);
                 }
                 CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Lost => {
                     self.lost = attempt == 1;
-                    self.surface.configure(&gpu.device, &self.config);
+                    self.configure(gpu);
                 }
                 CurrentSurfaceTexture::Timeout
                 | CurrentSurfaceTexture::Occluded
@@ -94,7 +98,14 @@ impl WindowTarget {
         None
     }
 
-    /// Whether configuring anew did not bring the surface back: make another with [`Gpu::surface`] and pass it to
+    /// A surface that cannot be configured is lost, as when its display has ended.
+    fn configure(&mut self, gpu: &Gpu) {
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        self.surface.configure(&gpu.device, &self.config);
+        self.lost |= pollster::block_on(scope.pop()).is_some();
+    }
+
+    /// Whether configuring did not bring the surface back: make another with [`Gpu::surface`] and pass it to
     /// [`WindowTarget::replace_surface`].
     pub fn lost(&self) -> bool {
         self.lost

@@ -26,7 +26,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, DeviceEvents};
 use winit::keyboard::{ModifiersState, PhysicalKey};
 use winit::window::{Window, WindowId};
 
-use self::drafts::Draft;
+use self::drafts::Drafts;
 use self::pointer::Pointer;
 use self::recorder::Recorder;
 use self::speed::Speed;
@@ -42,6 +42,7 @@ use crate::output::files::write;
 use crate::output::pictures::write_picture;
 use crate::output::progress::Loading;
 use crate::output::scenes::save_scene;
+use crate::output::tell;
 use crate::view::notices::Topic;
 use crate::view::options::{Options, Overrides};
 use crate::view::stage::Order;
@@ -94,11 +95,12 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let recorder = args.record.as_ref().map(|path| Recorder::new(path, name, args.step.method, args.size));
     let recorder = recorder.transpose()?;
     let event_loop = display::event_loop(name)?;
+    display::end_with(&event_loop);
     let mut shell = Shell {
         session,
         recorder,
         screen: None,
-        draft: Draft::begin(),
+        drafts: Drafts::begin(),
         pointer: Pointer::default(),
         events: Vec::new(),
         down: HashMap::new(),
@@ -120,7 +122,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let remembers = !args.bare && args.script.is_none();
     if remembers {
         shell.arrangement = Some(remembered::read());
-        let left = shell.draft.as_ref().and_then(|draft| draft.left_behind().into_iter().next());
+        let left = shell.drafts.left_behind().into_iter().next();
         // A recording keeps its scene.
         if let Some(draft) = left.filter(|_| shell.recorder.is_none()) {
             shell.session.offer(draft);
@@ -128,23 +130,24 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     }
     // Also while another window has the keyboard: the wheel turns here as well.
     event_loop.listen_device_events(DeviceEvents::Always);
-    event_loop.run_app(&mut shell).map_err(|error| {
+    let ended = event_loop.run_app(&mut shell).map_err(|error| {
         Failure::NoDisplay(format!(
             "the window system failed: {}",
             display::without_place(&error.to_string())
         ))
-    })?;
-    if let Some(draft) = shell.draft.take() {
-        draft.end();
-    }
-    if let Some(mut recorder) = shell.recorder.take() {
-        recorder.record_end(shell.session.frames(), &shell.session.chosen);
-        recorder.finish()?;
-    }
-    if remembers && shell.failure.is_none() {
+    });
+    let ended = ended.and(shell.failure.map_or(Ok(()), Err));
+    shell.drafts.end();
+    if remembers && ended.is_ok() {
         remembered::keep(&shell.session.arrangement());
     }
-    shell.failure.map_or(Ok(()), Err)
+    let recorded = shell
+        .recorder
+        .map_or(Ok(()), |recorder| recorder.finish(shell.session.frames(), &shell.session.chosen));
+    if let (Err(_), Err(failure)) = (&ended, &recorded) {
+        tell(&failure.to_string());
+    }
+    ended.and(recorded)
 }
 
 /// What the window begins with: a scene, or a bundle just before what went wrong in it.
@@ -204,7 +207,7 @@ struct Shell {
     session: Session,
     recorder: Option<Recorder>,
     screen: Option<Screen>,
-    draft: Option<Draft>,
+    drafts: Drafts,
     pointer: Pointer,
     events: Vec<Input>,
     /// What each key meant when it went down: shift may be let go before it.
@@ -468,7 +471,12 @@ impl Shell {
             return;
         };
         if let Some(recorder) = &mut self.recorder {
-            recorder.record(self.session.frames(), time.total(), self.session.chosen.iter().chain(&events));
+            let inputs = self.session.chosen.iter().chain(&events);
+            if let Err(failure) = recorder.record(self.session.frames(), time.total(), inputs) {
+                self.session
+                    .notices
+                    .say(Topic::File, format!("the recording is written at the end: {failure}"));
+            }
         }
         let (before, ticks_before) = (Instant::now(), self.session.ticks());
         let progress_before = self.session.progress();
@@ -558,8 +566,8 @@ impl Shell {
 
     /// Keeps unsaved changes for a crash; whether there is nothing that is not kept.
     fn keep_draft(&mut self) -> bool {
-        let unsaved = self.session.has_unsaved_changes().then_some(&self.session.scene().text);
-        self.draft.as_mut().map_or(unsaved.is_none(), |draft| draft.keep(unsaved))
+        let unsaved = self.session.has_unsaved_changes().then(|| Arc::clone(&self.session.scene().text));
+        self.drafts.keep(unsaved.as_ref(), |words| self.session.notices.say(Topic::File, words))
     }
 
     fn open_scene(&mut self, name: &str) {

@@ -46,7 +46,7 @@ pub use scene::{
     BodySpec, CameraSpec, ExpectSpec, LightSpec, OwnLawsSpec, PushSpec, SCENE_VERSION, Scene, Source,
     StepKind,
 };
-pub use script::{Recording, SCRIPT_VERSION, Script};
+pub use script::{Recording, RecordingText, SCRIPT_VERSION, Script};
 pub use shipped::{FILE_LIMIT, ShippedScene, cases, embedded, find, load, load_case, read_text, shipped};
 pub use spawn::{Appearance, FileIndex, PointRadius, SoftBodyName};
 pub use text::faults::{Fault, SceneError};

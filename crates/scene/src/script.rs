@@ -154,35 +154,87 @@ impl Script {
     /// The script as RON that [`Self::parse`] reads back to the same value, every number to the last bit.
     #[must_use]
     pub fn to_ron(&self) -> String {
-        let (mut ron, indent, end) = match &self.recording {
-            Some(recording) => (recording.head(), "        ", "    ],\n)\n"),
-            None => ("[\n".to_owned(), "    ", "]\n"),
+        let Some(recording) = &self.recording else {
+            return format!(
+                "[\n{}]\n",
+                self.steps.iter().map(|step| line_of(step, "    ")).collect::<String>()
+            );
         };
-        for Step { when, action } in &self.steps {
-            let when = match when {
-                When::Seconds(seconds) => format!("at_s: {seconds:?}"),
-                When::Tick(tick) => format!("at_tick: {tick}"),
-                When::Frame(frame) => format!("at_frame: {frame}"),
-            };
-            ron.push_str(&format!("{indent}({when}, do: {}),\n", written(action)));
-        }
-        ron + end
+        let mut text = RecordingText::new(recording);
+        recording.frame_ends_s.iter().for_each(|end| text.add_frame(*end));
+        self.steps.iter().for_each(|step| text.add_step(step));
+        text.whole(0)
     }
 }
 
-impl Recording {
-    /// What stands before the steps.
-    fn head(&self) -> String {
-        let Self { scene, method, size_px: (width, height), names_settings, frame_ends_s } = self;
+/// A recording as RON, frame by frame.
+#[derive(Clone, Debug)]
+pub struct RecordingText {
+    /// Up to the ends of the frames.
+    head: String,
+    ends: String,
+    steps: String,
+}
+
+impl RecordingText {
+    /// What comes between the ends of the frames and the steps.
+    const BETWEEN: &str = "    ],\n    steps: [\n";
+    /// What comes after the steps.
+    pub const END: &str = "    ],\n)\n";
+
+    /// A recording with that header, without a frame yet.
+    #[must_use]
+    pub fn new(
+        Recording { scene, method, size_px: (width, height), names_settings, .. }: &Recording,
+    ) -> Self {
         let method = method.map(|method| format!("    method: {},\n", method.name())).unwrap_or_default();
         let named = if *names_settings { "    names_settings: true,\n" } else { "" };
-        let ends: String = frame_ends_s.iter().map(|end| format!("        {end:?},\n")).collect();
-        format!(
+        let head = format!(
             "(\n    version: {SCRIPT_VERSION},\n    scene: {},\n{method}    size_px: ({width}, {height}),\n\
-             {named}    frame_ends_s: [\n{ends}    ],\n    steps: [\n",
+             {named}    frame_ends_s: [\n",
             written(scene)
-        )
+        );
+        Self { head, ends: String::new(), steps: String::new() }
     }
+
+    /// Adds a frame that ends at `end` seconds.
+    pub fn add_frame(&mut self, end: f64) {
+        self.ends.push_str(&format!("        {end:?},\n"));
+    }
+
+    /// Adds a step after the others.
+    pub fn add_step(&mut self, step: &Step) {
+        self.steps.push_str(&line_of(step, "        "));
+    }
+
+    /// The whole text, with `room` blanks after the last frame.
+    #[must_use]
+    pub fn whole(&self, room: usize) -> String {
+        let Self { head, ends, steps } = self;
+        format!("{head}{ends}{}{}{steps}{}", " ".repeat(room), Self::BETWEEN, Self::END)
+    }
+
+    /// The lines of the frames, and where they begin in the whole text.
+    #[must_use]
+    pub fn ends(&self) -> (usize, &str) {
+        (self.head.len(), &self.ends)
+    }
+
+    /// The lines of the steps, and where they begin in the whole text with `room` blanks.
+    #[must_use]
+    pub fn steps(&self, room: usize) -> (usize, &str) {
+        (self.head.len() + self.ends.len() + room + Self::BETWEEN.len(), &self.steps)
+    }
+}
+
+/// A step in a line of its own.
+fn line_of(Step { when, action }: &Step, indent: &str) -> String {
+    let when = match when {
+        When::Seconds(seconds) => format!("at_s: {seconds:?}"),
+        When::Tick(tick) => format!("at_tick: {tick}"),
+        When::Frame(frame) => format!("at_frame: {frame}"),
+    };
+    format!("{indent}({when}, do: {}),\n", written(action))
 }
 
 /// What the outermost value of a script is called in paths: the steps of a bare list are called like those of a recording.

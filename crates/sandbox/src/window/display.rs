@@ -39,6 +39,31 @@ pub(super) fn event_loop(scene: &str) -> Result<EventLoop<()>, Failure> {
     }
 }
 
+/// Ends the program with the exit code of a missing display when the X server goes. Xlib would call `exit(1)`, which means that
+/// an expectation failed.
+#[cfg(all(unix, not(target_vendor = "apple")))]
+pub(super) fn end_with(event_loop: &EventLoop<()>) {
+    use winit::platform::x11::EventLoopExtX11 as _;
+    use x11_dl::xlib::{Display, Xlib};
+
+    extern "C" fn ended(_: *mut Display) -> std::ffi::c_int {
+        let failure = Failure::NoDisplay("the display has ended".to_owned());
+        eprintln!("sandbox: {failure}");
+        crate::output::files::end(failure.exit_code().into())
+    }
+    if event_loop.is_x11()
+        && let Ok(xlib) = Xlib::open()
+    {
+        #[expect(unsafe_code, reason = "winit has no function for it")]
+        unsafe {
+            (xlib.XSetIOErrorHandler)(Some(ended));
+        }
+    }
+}
+
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
+pub(super) fn end_with(_: &EventLoop<()>) {}
+
 /// winit's errors name a line of its own source (`os error at ...rs:788: what`), which is no cure; only what remains.
 pub(super) fn without_place(error: &str) -> String {
     let what = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));

@@ -1,67 +1,148 @@
 //! Records inputs and frame times, so that `sandbox run --script` comes to the same state.
+//!
+//! The file is a valid recording from the first frame on. Of its two lists the first one, the ends of the frames, is followed by
+//! blanks: a frame is written over some of them, and its steps over the end of the file. When the blanks are used up, the whole
+//! file is written again with as many as it has frames.
 
+use std::fs::File;
+use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use motion::Method;
-use scene::{Recording, Script, Step, When};
+use scene::{Recording, RecordingText, Step, When};
 
 use crate::app::player::recorded;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::output::files::Output;
 
-/// What was recorded so far.
+/// Fewest blanks after the ends of the frames, bytes: a minute of frames.
+const LEAST_ROOM: usize = 1 << 16;
+
+/// A recording that goes on, and its file.
 pub(super) struct Recorder {
     path: PathBuf,
-    output: Output,
-    script: Script,
-    frame_ends_s: Vec<f64>,
-    scene: String,
-    method: Option<Method>,
-    size_px: (u32, u32),
+    text: RecordingText,
+    last_end: Option<f64>,
+    file: RecordingFile,
+}
+
+enum RecordingFile {
+    /// An older recording stays until the first frame; a device gets the whole text at the end.
+    Waiting(Output),
+    /// Has everything up to the last frame.
+    Growing(Growing),
+    /// Could not be written. What it has stays valid, and the end of the recording tries again.
+    Failed,
+}
+
+/// A file with room for more frames, and how much of the text it has, bytes.
+struct Growing {
+    file: File,
+    ends: usize,
+    steps: usize,
+    room: usize,
+}
+
+impl Growing {
+    /// Puts `text` in the place of `output`.
+    fn start(mut output: Output, text: &RecordingText) -> io::Result<Self> {
+        let (ends, steps) = (text.ends().1.len(), text.steps(0).1.len());
+        let room = ends.max(LEAST_ROOM);
+        output.write_all(text.whole(room).as_bytes())?;
+        Ok(Self { file: output.put_in_place()?, ends, steps, room })
+    }
+
+    /// Writes what `text` has more than the file; `false` if there is no room for it.
+    fn grow(&mut self, text: &RecordingText) -> io::Result<bool> {
+        let (start, ends) = text.ends();
+        let Some(room) = self.room.checked_sub(ends.len() - self.ends) else { return Ok(false) };
+        // First, so that a frame that is there has its steps.
+        let (steps_start, steps) = text.steps(room);
+        let end = steps_start + self.steps;
+        if steps.len() > self.steps
+            && let Err(error) = self.write_at(end, &[&steps[self.steps..], RecordingText::END].concat())
+        {
+            self.write_at(end, RecordingText::END)?;
+            self.file.set_len((end + RecordingText::END.len()) as u64)?;
+            return Err(error);
+        }
+        self.steps = steps.len();
+        self.write_at(start + self.ends, &ends[self.ends..])?;
+        (self.ends, self.room) = (ends.len(), room);
+        Ok(true)
+    }
+
+    fn write_at(&mut self, place: usize, text: &str) -> io::Result<()> {
+        self.file.seek(SeekFrom::Start(place as u64))?;
+        self.file.write_all(text.as_bytes())
+    }
 }
 
 impl Recorder {
     /// Starts a recording that will be written to `path`.
     pub fn new(path: &Path, scene: &str, method: Option<Method>, size: [u32; 2]) -> Result<Self, Failure> {
-        // Found out before a person has played for an hour; an older recording stays until then.
+        // Found out before a person has played for an hour.
         let output = Output::create(path).map_err(|error| Failure::file("write", path, &error))?;
-        Ok(Self {
-            path: path.to_owned(),
-            output,
-            script: Script::default(),
-            method,
-            frame_ends_s: Vec::new(),
+        let recording = Recording {
             scene: scene.to_owned(),
+            method,
             size_px: size.into(),
+            names_settings: true,
+            frame_ends_s: Vec::new(),
+        };
+        let text = RecordingText::new(&recording);
+        Ok(Self { path: path.to_owned(), text, last_end: None, file: RecordingFile::Waiting(output) })
+    }
+
+    /// Records a frame; an error, once, if the file cannot be written.
+    pub fn record<'a>(
+        &mut self,
+        frame: u64,
+        end: f64,
+        events: impl IntoIterator<Item = &'a Input>,
+    ) -> Result<(), Failure> {
+        self.add(frame, end, events);
+        self.write().map_err(|error| {
+            self.file = RecordingFile::Failed;
+            Failure::file("write", &self.path, &error)
         })
     }
 
-    pub fn record<'a>(&mut self, frame: u64, end: f64, events: impl IntoIterator<Item = &'a Input>) {
-        self.frame_ends_s.push(end);
-        let steps =
-            events.into_iter().filter_map(recorded).map(|action| Step { when: When::Frame(frame), action });
-        self.script.steps.extend(steps);
-    }
-
-    /// Records what was chosen in the last frame as a frame that takes no time.
-    pub fn record_end(&mut self, frame: u64, chosen: &[Input]) {
-        if let Some(end) = self.frame_ends_s.last().copied().filter(|_| !chosen.is_empty()) {
-            self.record(frame, end, chosen);
+    fn add<'a>(&mut self, frame: u64, end: f64, events: impl IntoIterator<Item = &'a Input>) {
+        self.last_end = Some(end);
+        self.text.add_frame(end);
+        for action in events.into_iter().filter_map(recorded) {
+            self.text.add_step(&Step { when: When::Frame(frame), action });
         }
     }
 
-    /// Writes the recording.
-    pub fn finish(self) -> Result<(), Failure> {
-        let recording = Recording {
-            scene: self.scene,
-            method: self.method,
-            size_px: self.size_px,
-            names_settings: true,
-            frame_ends_s: self.frame_ends_s,
+    fn write(&mut self) -> io::Result<()> {
+        let done = match &mut self.file {
+            RecordingFile::Waiting(output) => output.is_straight(),
+            RecordingFile::Growing(file) => file.grow(&self.text)?,
+            RecordingFile::Failed => true,
         };
-        let script = Script { recording: Some(recording), ..self.script };
-        let written = self.output.finish_with(script.to_ron().as_bytes());
+        if !done {
+            let output = match std::mem::replace(&mut self.file, RecordingFile::Failed) {
+                RecordingFile::Waiting(output) => output,
+                _ => Output::create(&self.path)?,
+            };
+            self.file = RecordingFile::Growing(Growing::start(output, &self.text)?);
+        }
+        Ok(())
+    }
+
+    /// Records what was chosen in the last frame as a frame that takes no time, and writes the recording without blanks.
+    pub fn finish(mut self, frame: u64, chosen: &[Input]) -> Result<(), Failure> {
+        if let Some(end) = self.last_end.filter(|_| !chosen.is_empty()) {
+            self.add(frame, end, chosen);
+        }
+        let output = match self.file {
+            RecordingFile::Waiting(output) => Ok(output),
+            _ => Output::create(&self.path),
+        };
+        let written = output.and_then(|output| output.finish_with(self.text.whole(0).as_bytes()));
         written.map_err(|error| Failure::file("write", &self.path, &error))
     }
 }
@@ -71,6 +152,7 @@ mod tests {
     use glam::DVec2;
     use lab::cost::{Bench, Plan, Setting, Subject};
     use motion::clock::FrameClock;
+    use scene::Script;
 
     use super::*;
     use crate::app::player::Player;
@@ -126,7 +208,7 @@ mod tests {
         fn frame(&mut self, events: Vec<Input>) {
             let time = self.clock.advance_by(0.05).expect("time goes on");
             let (frame, chosen) = (self.session.frames(), &self.session.chosen);
-            self.recorder.record(frame, time.total(), chosen.iter().chain(&events));
+            self.recorder.record(frame, time.total(), chosen.iter().chain(&events)).expect("a file");
             self.session.advance(&InputFrame { events }, time);
         }
 
@@ -201,8 +283,7 @@ mod tests {
         live.press("Escape");
         // One more in the very last frame.
         live.session.edit(Edit::ApplySetting(Setting { substeps: 7, ..clicked }));
-        live.recorder.record_end(live.session.frames(), &live.session.chosen);
-        live.recorder.finish().expect("a file");
+        live.recorder.finish(live.session.frames(), &live.session.chosen).expect("a file");
         let end = (live.session.setting(), state_hash(&live.session));
         assert_ne!(end.0, chosen);
 
@@ -215,6 +296,51 @@ mod tests {
         let mut unnamed = script;
         unnamed.steps.retain(|step| !step.action.is_experiment());
         assert_eq!(repeated(unnamed, Machine::Slow).0, start);
+    }
+
+    /// The recording in the file at `path`, if it is one.
+    fn read(path: &Path) -> Result<Script, scene::SceneError> {
+        Script::parse("recording.ron", &std::fs::read_to_string(path).expect("a file"))
+    }
+
+    #[test]
+    fn the_file_is_a_recording_of_all_frames_after_each_of_them_and_at_the_end_as_short_as_can_be() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("recording.ron");
+        std::fs::write(&path, "older").expect("a folder");
+        let mut recorder = Recorder::new(&path, "orbit", None, SIZE).expect("a file");
+        assert_eq!(std::fs::read_to_string(&path).expect("a file"), "older", "until the first frame");
+        let (mut ends, mut steps, mut longest) = (Vec::new(), Vec::new(), 0);
+        // Some 17 bytes for each of them: the room is used up, and used up again.
+        for frame in 0..10_000_u32 {
+            let end = f64::from(frame) / 3.0;
+            let wheel = (frame % 5 == 0).then(|| Input::Wheel(f64::from(frame)));
+            recorder.record(u64::from(frame), end, &wheel).expect("a file");
+            ends.push(end);
+            steps.extend(wheel.iter().filter_map(recorded));
+            longest = longest.max(std::fs::metadata(&path).expect("a file").len());
+            if frame % 500 < 2 {
+                let script = read(&path).unwrap_or_else(|error| panic!("frame {frame}: {error}"));
+                assert_eq!(script.recording.expect("a recording").frame_ends_s, ends);
+                assert!(script.steps.into_iter().map(|step| step.action).eq(steps.iter().cloned()));
+            }
+        }
+        assert!(longest < 600_000, "{longest} bytes");
+        recorder.finish(10_000, &[]).expect("a file");
+        let text = std::fs::read_to_string(&path).expect("a file");
+        assert_eq!(text, read(&path).expect("a recording").to_ron());
+        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_recording_into_a_device_is_written_at_its_end() {
+        let mut recorder = Recorder::new(Path::new("/dev/null"), "orbit", None, SIZE).expect("a device");
+        recorder.record(0, 0.1, &[]).expect("a device");
+        recorder.finish(1, &[]).expect("a device");
+        let mut recorder = Recorder::new(Path::new("/dev/full"), "orbit", None, SIZE).expect("a device");
+        recorder.record(0, 0.1, &[]).expect("nothing is written yet");
+        assert!(recorder.finish(1, &[]).is_err());
     }
 
     #[test]
