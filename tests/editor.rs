@@ -150,6 +150,23 @@ fn what_was_set_without_the_editor_is_saved_and_survives_a_change() {
 }
 
 #[test]
+fn undo_and_redo_keep_a_method_that_was_chosen_after_the_change() {
+    let mut cockpit = editor("tutorial");
+    cockpit.click("Sphere");
+    for (keys, bodies) in [("Ctrl+Z", 29), ("Ctrl+Shift+Z", 30)] {
+        cockpit.drive.press("I").press("G").ticks(1);
+        let chosen = |cockpit: &Cockpit| {
+            let session = &cockpit.drive.session;
+            (session.stepper().method(), session.world().resource::<Gravity>().on)
+        };
+        let before = chosen(&cockpit);
+        cockpit.drive.press(keys).ticks(1);
+        assert_eq!(scene(&cockpit).bodies.len(), bodies, "{keys}");
+        assert_eq!(chosen(&cockpit), before, "{keys}");
+    }
+}
+
+#[test]
 fn what_is_switched_off_stays_off_through_a_change_and_a_save() {
     let mut cockpit = editor("everything");
     let switch = |cockpit: &mut Cockpit, effect, on| {

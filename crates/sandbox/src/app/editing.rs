@@ -9,7 +9,7 @@ use glam::DVec3;
 use motion::effects::{self, Effect, EffectState};
 use motion::snapshot::OffResource;
 use motion::{Damping, Gravity, Method, Substeps, TimeStep};
-use scene::{FileIndex, Scene, StepKind, TextEdit};
+use scene::{FileIndex, Scene, SceneError, StepKind, TextEdit};
 
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::app::ui::Question;
@@ -60,8 +60,9 @@ impl Session {
             self.notice(none.to_owned());
             return;
         };
-        // Every text of the document was read before.
-        if let Ok(scene) = self.sim.scene.reread(&text) {
+        // Every text of the document was read before. What was set in the run since the present text stays.
+        let settings = self.settings();
+        if let Ok(scene) = self.with_settings(&text, &settings) {
             let selected = selected_entry(&self.stage).map(|(entry, _)| entry.path());
             self.restart_with(scene, selected.as_deref());
         }
@@ -70,15 +71,24 @@ impl Session {
     /// The text of the scene with the method, step, gravity, damping and switched effects that it has now.
     pub(crate) fn present_text(&mut self) -> Arc<str> {
         let text = Arc::clone(&self.sim.scene.text);
-        let Ok(written) = self.sim.scene.reread(&text) else { return text };
-        let settings = settings(&mut self.stage, &written);
+        let settings = self.settings();
         if settings.is_empty() {
             return text;
         }
-        let adopted = scene::rewrite(&written.name, &text, &settings).ok();
-        // What makes no scene together with its other keys stays a setting of the run.
-        let adopted = adopted.filter(|adopted| written.reread(adopted).is_ok());
-        adopted.map_or(text, Arc::from)
+        self.with_settings(&text, &settings).map_or(text, |scene| scene.text)
+    }
+
+    /// What of the text is set otherwise in the run, as changes of the text.
+    fn settings(&mut self) -> Vec<TextEdit> {
+        let scene = &self.sim.scene;
+        scene.reread(&scene.text).map_or_else(|_| Vec::new(), |written| settings(&mut self.stage, &written))
+    }
+
+    /// The scene of `text` with these settings; without them if they make no scene together with its other keys.
+    fn with_settings(&self, text: &str, settings: &[TextEdit]) -> Result<Scene, SceneError> {
+        let scene = &self.sim.scene;
+        let adopted = scene::rewrite(&scene.name, text, settings).and_then(|adopted| scene.reread(&adopted));
+        adopted.or_else(|_| scene.reread(text))
     }
 
     /// Begins `scene`, another text of the present one, paused; camera, click force and what is drawn stay.

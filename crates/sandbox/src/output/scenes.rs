@@ -27,3 +27,79 @@ pub(crate) fn save_scene(session: &mut Session, file: &SceneFile) -> Result<(), 
     session.saved_scene(file);
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
+    use scene::TextEdit;
+
+    use super::*;
+    use crate::view::options::Options;
+    use crate::view::stage::Order;
+
+    /// A session of a file.
+    fn opened(path: &Path) -> Session {
+        fs::write(path, "(version: 1, bodies: [(name: \"ball\")])").expect("a folder");
+        let scene = scene::load(&path.to_string_lossy()).expect("a scene");
+        Session::new(scene, Options { pictures: false, ..Options::default() })
+    }
+
+    fn change(session: &mut Session, mass_kg: &str) {
+        session.rewrite(&[TextEdit::set("bodies[0]", "mass_kg", mass_kg)], None);
+        assert!(session.has_unsaved_changes());
+    }
+
+    /// Saves as a person does.
+    fn save(session: &mut Session) -> Result<(), Failure> {
+        session.save_scene();
+        let orders = session.take_orders();
+        let [Order::Scene(file)] = &orders[..] else { panic!("{orders:?}") };
+        save_scene(session, file)
+    }
+
+    fn scene_file(folder: &tempfile::TempDir) -> PathBuf {
+        folder.path().join("mine.ron")
+    }
+
+    #[test]
+    fn a_file_that_another_program_changed_is_not_overwritten() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = scene_file(&folder);
+        let mut session = opened(&path);
+        change(&mut session, "2.0");
+        for other in ["", "(version: 1, bodies: [(name: \"ball\"), (name: \"other\")])"] {
+            fs::write(&path, other).expect("a folder");
+            let refused = save(&mut session).expect_err("it was changed").to_string();
+            assert!(
+                refused.contains("it was changed since it was opened; save under another name"),
+                "{refused}"
+            );
+            assert_eq!(fs::read_to_string(&path).expect("a file"), other);
+            assert!(session.has_unsaved_changes());
+        }
+        // A file that is gone is made again.
+        fs::remove_file(&path).expect("a file");
+        save(&mut session).expect("nothing is overwritten");
+        assert!(fs::read_to_string(&path).expect("a file").contains("mass_kg: 2.0"));
+    }
+
+    #[test]
+    fn what_was_saved_is_changed_and_saved_again() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = scene_file(&folder);
+        let mut session = opened(&path);
+        for mass in ["2.0", "3.0", "4.0"] {
+            change(&mut session, mass);
+            save(&mut session).expect("it is its own file");
+            assert!(fs::read_to_string(&path).expect("a file").contains(&format!("mass_kg: {mass}")));
+            assert!(!session.has_unsaved_changes());
+        }
+        // Also by undoing, and without a change.
+        session.undo();
+        save(&mut session).expect("it is its own file");
+        save(&mut session).expect("it is its own file");
+        assert!(fs::read_to_string(&path).expect("a file").contains("mass_kg: 3.0"));
+    }
+}
