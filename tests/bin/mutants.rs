@@ -116,6 +116,41 @@ const MUTANTS: &[Mutant] = &[
         to: "&& met.time_of_impact < f32::INFINITY",
         killed_by: "soft_picking::of_the_layers_of_a_fold_the_closest_is_pushed",
     },
+    Mutant {
+        mistake: "a signal that unloads the graphics driver below its threads",
+        file: "crates/sandbox/src/output/files.rs",
+        from: "signal_hook::low_level::exit(code);",
+        to: "std::process::exit(code);",
+        killed_by: "outputs::on_unix::a_run_that_draws_ends_by_a_signal_at_any_moment_and_leaves_no_part_of_a_file",
+    },
+    Mutant {
+        mistake: "a sweep that takes the files of runs that live",
+        file: "crates/sandbox/src/output/files.rs",
+        from: "            && file.try_lock().is_ok()\n",
+        to: "            && file.metadata().is_ok()\n",
+        killed_by: "outputs::on_unix::what_a_killed_run_leaves_is_swept_by_the_next_one_and_what_a_living_one_writes_is_not",
+    },
+    Mutant {
+        mistake: "a scene that could not be saved is left",
+        file: "crates/sandbox/src/window.rs",
+        from: "Order::Quit | Order::Open(_) if unsaved => {}",
+        to: "Order::Quit | Order::Open(_) if unsaved && false => {}",
+        killed_by: "window::a_scene_that_could_not_be_saved_is_not_left",
+    },
+    Mutant {
+        mistake: "undo and redo that drop what was set since",
+        file: "crates/sandbox/src/app/editing.rs",
+        from: "if let Ok(scene) = self.with_settings(&text, &settings) {",
+        to: "if let Ok(scene) = self.with_settings(&text, &settings[..0]) {",
+        killed_by: "editor::undo_and_redo_keep_a_method_that_was_chosen_after_the_change",
+    },
+    Mutant {
+        mistake: "a scene that is saved without the effects that are switched off",
+        file: "crates/sandbox/src/app/editing.rs",
+        from: "changes.extend(off);",
+        to: "drop(off);",
+        killed_by: "editor::what_is_switched_off_stays_off_through_a_change_and_a_save",
+    },
 ];
 
 fn main() -> ExitCode {
