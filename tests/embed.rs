@@ -6,11 +6,14 @@ mod example;
 
 use bevy_ecs::prelude::*;
 use glam::DVec3;
+use motion::arrays::Bare;
 use motion::clock::StepClock;
+use motion::effects::{Effect, EffectState};
 use motion::groups::Groups;
 use motion::{
-    Dormant, Drag, Emission, Evaluations, Laws, Method, PhysicsBody, PushQueue, Request, Requests, StableId,
-    StepSystems, Stepper, Transform, Well, Wells,
+    Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Evaluations, Forces, Laws, Method,
+    PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems, Stepper, TimeStep, Transform, Well,
+    Wells,
 };
 
 use crate::harness::{Bits, bits};
@@ -143,4 +146,117 @@ fn the_method_of_an_installed_stepper_can_be_changed() {
         reference.tick();
         assert_eq!(state(&mut world), state(&mut reference.world), "tick {tick}");
     }
+}
+
+/// A world with a ball, to misuse.
+fn ball() -> (World, Entity) {
+    let mut world = World::new();
+    let ball = world.spawn(PhysicsBody::with_mass(2.0)).id();
+    (world, ball)
+}
+
+/// What `misuse` panics with.
+#[track_caller]
+fn panic_of(misuse: impl FnOnce()) -> String {
+    let payload = std::panic::catch_unwind(std::panic::AssertUnwindSafe(misuse)).unwrap_err();
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap()
+}
+
+#[test]
+fn a_tick_of_negative_or_infinite_length_is_refused() {
+    let cure = "give a finite `TimeStep` above 0";
+    for step in [-0.01, f64::NAN, f64::INFINITY] {
+        let (mut world, _) = ball();
+        let said = panic_of(|| drop(Stepper::new(&mut world, Method::default(), TimeStep(step))));
+        assert!(said.contains(&format!("{step} s")) && said.contains(cure), "{said}");
+        let (mut world, _) = ball();
+        let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+        world.insert_resource(TimeStep(step));
+        assert!(panic_of(|| stepper.tick(&mut world)).contains(cure));
+        assert_eq!(world.resource::<StepClock>().ticks(), 0);
+        let said = panic_of(|| drop(Bare::<f64>::new(Method::default(), step)));
+        assert!(said.contains(&format!("{step} s")), "{said}");
+        let mut bare = Bare::<f64>::new(Method::default(), 0.01);
+        assert!(panic_of(|| bare.set_step(step)).contains(&format!("{step} s")));
+    }
+}
+
+#[test]
+fn a_world_has_one_installed_stepper() {
+    let (mut world, _) = ball();
+    let mut schedule = Schedule::default();
+    let stepper = |world: &mut World| Stepper::new(world, Method::default(), TimeStep(0.01));
+    stepper(&mut world).install(&mut world, &mut schedule);
+    let second = stepper(&mut world);
+    let said = panic_of(|| second.install(&mut world, &mut Schedule::default()));
+    assert!(said.contains("installed in this world already"), "{said}");
+    let mut second = stepper(&mut world);
+    assert!(panic_of(|| second.tick(&mut world)).contains("run the schedule"));
+    schedule.run(&mut world);
+    assert_eq!(world.resource::<StepClock>().ticks(), 1);
+}
+
+#[test]
+fn a_force_acts_in_one_tick_whenever_a_system_adds_it() {
+    fn push(clock: Res<StepClock>, mut forces: Forces, bodies: Query<Entity, With<PhysicsBody>>) {
+        if clock.ticks() == 3 {
+            bodies.iter().for_each(|body| forces.add(body, DVec3::X * 60.0));
+        }
+    }
+    let speed = |order: fn(&mut Schedule)| {
+        let (mut world, ball) = ball();
+        let mut schedule = Schedule::default();
+        Stepper::new(&mut world, Method::default(), TimeStep(0.01)).install(&mut world, &mut schedule);
+        order(&mut schedule);
+        (0..8).for_each(|_| schedule.run(&mut world));
+        world.get::<PhysicsBody>(ball).unwrap().velocity
+    };
+    let orders: [fn(&mut Schedule); 5] = [
+        |schedule| {
+            schedule.add_systems(push.before(StepSystems::ApplyForces));
+        },
+        |schedule| {
+            schedule.add_systems(push.before(StepSystems::Integrate));
+        },
+        |schedule| {
+            let late = push.after(StepSystems::Integrate).before(StepSystems::ClearForces);
+            schedule.add_systems(late);
+        },
+        |schedule| {
+            let late = push.after(StepSystems::ClearForces).before(StepSystems::Quarantine);
+            schedule.add_systems(late);
+        },
+        |schedule| {
+            schedule.add_systems(push.after(StepSystems::Quarantine));
+        },
+    ];
+    for (number, order) in orders.into_iter().enumerate() {
+        assert_eq!(speed(order), DVec3::X * 60.0 * 0.5 * 0.01, "order {number}");
+    }
+}
+
+#[test]
+fn a_damping_rate_damps_in_a_world_that_declares_no_damping() {
+    for declared in [None, Some(Damping { model: DampingModel::default(), rate: 0.0 })] {
+        let (mut world, ball) = ball();
+        declared.into_iter().for_each(|damping| world.insert_resource(damping));
+        let state = PhysicsBody::with_mass(1.0).moving_at(DVec3::X);
+        let damped = world.spawn((state, DampingRate::new(2.0))).id();
+        world.get_mut::<PhysicsBody>(ball).unwrap().velocity = DVec3::X;
+        let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.1));
+        (0..10).for_each(|_| stepper.tick(&mut world));
+        let speed = |body| world.get::<PhysicsBody>(body).unwrap().velocity.x;
+        assert!((speed(damped) - (-2.0_f64).exp()).abs() < 1e-12, "{}", speed(damped));
+        assert_eq!(speed(ball), 1.0);
+    }
+}
+
+#[test]
+fn a_rate_does_not_switch_on_damping_that_is_off() {
+    let (mut world, _) = ball();
+    world.insert_resource(Damping::TUTORIAL);
+    motion::effects::switch(&mut world, Effect::Damping, false).unwrap();
+    world.spawn((PhysicsBody::with_mass(1.0), DampingRate::new(2.0)));
+    assert_eq!(motion::effects::state(&mut world, Effect::Damping), EffectState::Off);
 }

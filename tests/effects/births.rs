@@ -171,7 +171,9 @@ fn a_particle_that_would_leave_the_range_at_its_birth_stays_where_it_was_born() 
             world.insert_resource(Range { position: 1e9, speed: 50.0 });
         };
         let (mut lab, emitter) = fountain(8, 25.0, 1.0, method, 0.1, prepare);
-        lab.world.get_mut::<Emitter>(emitter).unwrap().launches[3] = Vector::Y * 100.0;
+        let mut faster = lab.world.get::<Emitter>(emitter).unwrap().clone();
+        faster.launches[3] = Vector::Y * 100.0;
+        lab.world.entity_mut(emitter).insert(faster);
         assert_eq!(lab.run(2).state(3), (AT, Vector::Y * 100.0), "{method:?}");
         assert!(lab.is_quarantined(3));
         let records = lab.run(9).records();

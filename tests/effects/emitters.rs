@@ -12,7 +12,7 @@ use motion::{
     Transform,
 };
 
-use crate::harness::{H, Lab, close};
+use crate::harness::{H, Lab};
 
 pub(super) const AT: Vector = Vector::new(1.0, 2.0, 3.0);
 
@@ -126,13 +126,55 @@ fn an_emitter_that_comes_in_the_place_of_another_emits() {
 }
 
 #[test]
-fn a_clock_that_begins_again_leaves_no_births_behind() {
-    let (mut lab, emitter) = verlet(4, 4.0, 9.0, 0.5);
-    lab.run(1).world.entity_mut(emitter).remove::<Emitter>();
-    lab.world.insert_resource(StepClock::default());
-    // Born in the middle of the tick.
-    let before = lab.x(1);
-    close(lab.run(1).x(1).y - before.y, 0.5 * launch(1).y, 1e-12);
+fn particles_of_an_emitter_that_is_gone_are_dormant() {
+    type Act = fn(&mut World, Entity);
+    let ends: [Act; 3] = [
+        |world, emitter| assert!(world.despawn(emitter)),
+        |world, emitter| {
+            world.entity_mut(emitter).remove::<Emitter>();
+        },
+        |world, emitter| {
+            motion::effects::switch(world, Effect::Emitters, false).unwrap();
+            assert!(world.despawn(emitter));
+        },
+    ];
+    for end in ends {
+        let (mut lab, emitter) = verlet(20, 50.0, 0.3, H);
+        assert!(living(lab.run(12)).len() > 3);
+        end(&mut lab.world, emitter);
+        let before = lab.run(1).states();
+        assert!(living(&lab).is_empty());
+        assert_eq!(lab.run(3).states(), before);
+    }
+}
+
+#[test]
+fn an_emitter_may_be_given_another_pool() {
+    let (mut lab, emitter) = verlet(20, 50.0, 0.3, H);
+    lab.run(12);
+    let pool: Vec<_> = (0..4).map(|_| lab.world.spawn(PhysicsBody::with_mass(1.0)).id()).collect();
+    let other = Emitter { pool: pool.clone(), ..lab.world.get::<Emitter>(emitter).unwrap().clone() };
+    lab.world.entity_mut(emitter).insert(other);
+    lab.run(40);
+    assert!(living(&lab).is_empty());
+    let above = |body: &Entity| lab.world.get::<Transform>(*body).unwrap().position.y > AT.y;
+    assert!(pool.iter().all(above), "each of them was born");
+}
+
+#[test]
+fn bodies_of_a_pool_wait_for_their_birth_whether_spawned_dormant_or_not() {
+    let run = |prepare: fn(&mut World)| {
+        let (mut lab, _) = fountain(20, 50.0, 0.3, Method::VelocityVerlet, H, prepare);
+        (living(&lab), lab.run(9).states(), living(&lab))
+    };
+    let awake = run(|world| {
+        world.insert_resource(Gravity::EARTH);
+        for body in world.query_filtered::<Entity, With<Dormant>>().iter(world).collect::<Vec<_>>() {
+            world.entity_mut(body).remove::<Dormant>();
+        }
+    });
+    assert!(awake.0.is_empty() && !awake.2.is_empty());
+    assert_eq!(awake, run(|world| world.insert_resource(Gravity::EARTH)));
 }
 
 #[test]

@@ -5,8 +5,9 @@ use bevy_ecs::system::RunSystemOnce as _;
 use motion::clock::StepClock;
 use motion::systems::{Bodies, Unmarked};
 use motion::units::Vector;
-use motion::{Damping, Drag, Gravity, Method, PhysicsBody, PushQueue, Request, Static, Transform};
+use motion::{Damping, Drag, Elastic, Gravity, Method, PhysicsBody, PushQueue, Request, Static, Transform};
 
+use crate::environment::Start;
 use crate::harness::{H, Lab};
 
 fn is_static(lab: &Lab, body: Entity) -> bool {
@@ -64,6 +65,53 @@ fn one_that_is_given_a_velocity_or_a_mass_moves_from_then_on() {
     lab.ask(Request::Impulse(floor, Vector::X)).ask(Request::SetPosition(floor, Vector::Z)).run(1);
     assert!(is_static(&lab, floor));
     assert_eq!(lab.state(floor), (Vector::Z, Vector::ZERO));
+}
+
+#[test]
+fn code_that_gives_a_static_body_a_mass_or_a_velocity_moves_it() {
+    type Write = fn(&mut World, Entity);
+    let writes: [Write; 4] = [
+        |world, body| {
+            world.entity_mut(body).insert(PhysicsBody::with_mass(1.0));
+        },
+        |world, body| {
+            world.entity_mut(body).insert(PhysicsBody::IMMOVABLE.moving_at(-Vector::Y));
+        },
+        |world, body| world.get_mut::<PhysicsBody>(body).unwrap().velocity = -Vector::Y,
+        |world, body| {
+            for mut state in world.query_filtered::<&mut PhysicsBody, With<Static>>().iter_mut(world) {
+                state.inverse_mass = 1.0;
+            }
+            assert!(world.get::<PhysicsBody>(body).unwrap().inverse_mass > 0.0);
+        },
+    ];
+    for method in Method::ALL {
+        for (number, write) in writes.into_iter().enumerate() {
+            let mut lab = Lab::new(method, H).with_gravity();
+            let floor = lab.body(0.0, Vector::ZERO);
+            lab.body(1.0, Vector::ZERO);
+            lab.run(3);
+            assert!(is_static(&lab, floor));
+            write(&mut lab.world, floor);
+            lab.run(2);
+            assert!(!is_static(&lab, floor) && lab.x(floor).y < 10.0, "{method:?}, write {number}");
+        }
+    }
+}
+
+#[test]
+fn an_anchor_that_is_given_a_mass_is_pulled_by_its_spring() {
+    // At rest, and moving steadily.
+    for velocity in [Vector::ZERO, Vector::Z] {
+        let mut lab = Lab::new(Method::SemiImplicitEuler, H);
+        let anchor = lab.body(0.0, velocity);
+        let ball = lab.spawn(Start { x: Vector::new(2.0, 10.0, 0.0), v: Vector::ZERO, w: 1.0 });
+        lab.spring([anchor, ball], Elastic { stiffness: 50.0, damping: 0.0, rest_length: 1.0 });
+        lab.run(2);
+        let state = PhysicsBody { velocity, inverse_mass: 1.0 };
+        lab.world.entity_mut(anchor).insert(state);
+        assert!(lab.run(2).v(anchor).x > 0.0, "{velocity}");
+    }
 }
 
 #[test]

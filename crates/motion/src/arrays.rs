@@ -15,7 +15,7 @@ use crate::laws::damping::Damping;
 use crate::laws::{Gravity, Law};
 use crate::methods::table::Method;
 use crate::real::Real;
-use crate::state::clock::StepClock;
+use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::StableId;
 use crate::state::method_state::CachedAcceleration;
 use crate::state::range::Range;
@@ -78,8 +78,12 @@ type Residues<T> = [Vec<[T; 3]>; 2];
 
 impl<T: Real> Bare<T> {
     /// Makes arrays without bodies, to be integrated by `method` in ticks of `step` seconds.
+    ///
+    /// # Panics
+    /// If `step` is negative or not finite.
     #[must_use]
     pub fn new(method: Method, step: T) -> Self {
+        TimeStep(step.to_f64()).check();
         Self {
             positions: Vec::new(),
             bodies: Vec::new(),
@@ -207,7 +211,11 @@ impl<T: Real> Bare<T> {
     }
 
     /// Sets the length of a tick, s.
+    ///
+    /// # Panics
+    /// If it is negative or not finite.
     pub fn set_step(&mut self, step: T) {
+        TimeStep(step.to_f64()).check();
         self.step = step.to_f64();
     }
 

@@ -52,7 +52,7 @@ fn set_apart(lab: &mut Lab, body: Entity, kind: usize) {
             mark_method(body, Some(method));
             body
         }
-        8 => body.insert(DampingRate::new(rate.unwrap_or(7.0))),
+        8 => body.insert(DampingRate::new(rate.unwrap_or(0.0))),
         9 => body.insert((Orientation::default(), SpeedLimit(1e30), OwnSubsteps(substeps))),
         10 => body.insert(AxisLocks::default()),
         _ => body,

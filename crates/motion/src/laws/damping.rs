@@ -1,8 +1,11 @@
 //! Damping: the scene's as a resource, a body's own rate as a component.
 
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 
 use crate::real::Real;
+use crate::state::switched_off::OffResource;
 use crate::units::Scalar;
 
 /// How velocity decays. Every model takes a rate c in 1/s; q = c h is the decay of one step of h seconds.
@@ -98,8 +101,19 @@ impl Damping {
 }
 
 /// A body's own damping rate c, in place of the scene's, 1/s, at least 0. Present only on bodies with their own rate.
+///
+/// In a world without [`Damping`] the first rate declares it, with the default model and the rate 0 for every other body.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
+#[component(on_insert = declare_damping)]
 pub struct DampingRate(Scalar);
+
+fn declare_damping(mut world: DeferredWorld, _: HookContext) {
+    let is_declared =
+        world.contains_resource::<Damping>() || world.contains_resource::<OffResource<Damping>>();
+    if !is_declared {
+        world.commands().insert_resource(Damping { model: DampingModel::default(), rate: 0.0 });
+    }
+}
 
 impl DampingRate {
     /// Makes a damping rate of `rate`, 1/s, at least 0.

@@ -4,11 +4,12 @@
 //! the tick is integrated, because at its end it no longer lives. A particle that is born in the tick starts at its
 //! emitter with its launch velocity, and is integrated over the rest of the tick.
 
+use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 
 use crate::state::clock::{StepClock, TimeStep};
 use crate::state::components::{PhysicsBody, Quarantined, Transform};
-use crate::state::emitter::{Dormant, Emission, Emissions, Emitter, Particle, Tick};
+use crate::state::emitter::{Dormant, Emission, Emissions, Emitter, EmittersChanged, Particle, Tick};
 use crate::state::method_state::{LastAcceleration, LastStep};
 use crate::state::previous_position::PreviousPosition;
 use crate::state::switched_off::Off;
@@ -99,8 +100,21 @@ pub fn emit_particles(
     changes.drain(..).for_each(|change| change.apply(world));
 }
 
-/// Prepares pools: marks their bodies as [`Particle`]s. Returns whether there are emitters, or living particles of
-/// emitters that are off.
+/// Makes the particles dormant that are in none of the `pools`: their emitter was removed.
+fn retire(world: &mut World, pools: &EntityHashSet) {
+    let mut particles = world.query_filtered::<(Entity, Has<Quarantined>), With<Particle>>();
+    let particles = particles.iter(world).filter(|(body, _)| !pools.contains(body));
+    for (body, is_quarantined) in particles.collect::<Vec<_>>() {
+        let mut body = world.entity_mut(body);
+        body.remove::<Particle>();
+        if !is_quarantined {
+            body.insert(Dormant);
+        }
+    }
+}
+
+/// Prepares pools: marks their bodies as [`Particle`]s, [`Dormant`] unless they live. Returns whether there are emitters,
+/// or living particles of emitters that are off.
 pub(crate) fn prepare(world: &mut World) -> bool {
     let mut pools = Vec::new();
     let mut emits = false;
@@ -109,22 +123,27 @@ pub(crate) fn prepare(world: &mut World) -> bool {
         emits |= on.is_some() || emission.living() > 0;
         if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {
             emission.fit(emitter);
-            pools.extend_from_slice(&emitter.pool);
+            let lives = (0..).map(|slot| emission.lives(slot));
+            pools.extend(emitter.pool.iter().copied().zip(lives));
         }
     }
     let mut dormant = Vec::new();
-    for body in pools {
-        if let Ok(mut body) = world.get_entity_mut(body)
+    for (body, lives) in &pools {
+        if let Ok(mut body) = world.get_entity_mut(*body)
             && !body.contains::<Particle>()
         {
-            body.insert(Particle);
             // Every particle is once in the table of the living, so that births find room there and allocate nothing.
-            if body.take::<Dormant>().is_some() {
+            body.insert(Particle).remove::<Dormant>();
+            if !lives && !body.contains::<Quarantined>() {
                 dormant.push((body.id(), Dormant));
             }
         }
     }
     world.insert_batch(dormant);
+    if world.get_resource::<EmittersChanged>().is_none_or(|changed| changed.0) {
+        retire(world, &pools.into_iter().map(|(body, _)| body).collect());
+        world.insert_resource(EmittersChanged(false));
+    }
     if emits {
         // Not replaced: births of the coming tick may be in it already.
         world.get_resource_or_init::<Emissions>().over = false;

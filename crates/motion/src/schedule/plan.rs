@@ -13,7 +13,7 @@ use crate::schedule::emission;
 use crate::state::archetypes::{contains, may_exist};
 use crate::state::components::{AxisLocks, PhysicsBody, SpeedLimit};
 use crate::state::coupling::Grouped;
-use crate::state::emitter::Emitter;
+use crate::state::emitter::EmittersChanged;
 use crate::state::range::Range;
 use crate::state::static_bodies::Static;
 use crate::state::substeps::{OwnSubsteps, Substeps};
@@ -102,8 +102,8 @@ pub(crate) struct PlanInputs {
     range: bool,
     substeps: u32,
     mutual_gravity: bool,
-    /// The number of emitters: the pool of each is prepared with the plan.
-    emitters: u32,
+    /// Whether emitters came or went: the pool of each is prepared with the plan.
+    emitters_changed: bool,
 }
 
 impl PlanInputs {
@@ -118,10 +118,7 @@ impl PlanInputs {
             range: world.contains_resource::<Range>(),
             substeps: Substeps::count(world.get_resource()),
             mutual_gravity: world.contains_resource::<MutualGravity>(),
-            emitters: world.components().component_id::<Emitter>().map_or(0, |emitter| {
-                let kinds = world.archetypes().iter().filter(|kind| kind.contains(emitter));
-                kinds.map(Archetype::len).sum()
-            }),
+            emitters_changed: world.get_resource::<EmittersChanged>().is_some_and(|changed| changed.0),
         }
     }
 }

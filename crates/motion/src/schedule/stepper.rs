@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use crate::groups::{Groups, is_outdated};
+use crate::groups::is_outdated;
 use crate::laws::own::OwnLaws;
 use crate::methods::table::Method;
 use crate::schedule::claimed_evaluations::ClaimedEvaluations;
@@ -13,11 +13,10 @@ use crate::schedule::systems::{
     StepSystems, apply_forces, clear_forces, inner_schedule, insert_step_resources, step_schedule,
 };
 use crate::state::clock::{StepClock, TimeStep};
-use crate::state::components::PhysicsBody;
-use crate::state::coupling::CouplingChanged;
 use crate::state::emitter::Emissions;
+use crate::state::forces::PushedBodies;
 use crate::state::method_state::LastAcceleration;
-use crate::state::static_bodies::mark_static;
+use crate::state::static_bodies::{StaticWatch, mark_static};
 use crate::tick::quarantine::quarantine_bodies;
 use crate::tick::which::Which;
 
@@ -30,19 +29,19 @@ use crate::tick::which::Which;
 ///   [`Drag`](crate::Drag), [`Wells`](crate::Wells), [`Laws`](crate::Laws), [`MutualGravity`](crate::MutualGravity),
 ///   [`Substeps`](crate::Substeps), [`Range`](crate::Range), [`TimeStep`], [`Threads`](crate::Threads);
 /// - bodies, springs and emitters spawned or despawned;
-/// - components inserted into bodies or removed from them, such as [`OwnLaws`].
+/// - components inserted into bodies or removed from them, such as [`OwnLaws`] or another
+///   [`PhysicsBody`](crate::PhysicsBody);
+/// - a mass or a velocity given to a body that was immovable and at rest.
 ///
 /// A running body's velocity, position, inverse mass and method are changed by a [`Request`](crate::Request): the method
-/// state of position Verlet belongs to the old values, and so do the counts of evaluations and the mark
-/// [`Static`](crate::Static). Under position Verlet use requests for gravity and damping too: they first bring
-/// velocities to the time of the positions.
+/// state of position Verlet belongs to the old values, and so do the counts of evaluations and the groups. Under position
+/// Verlet use requests for gravity and damping too: they first bring velocities to the time of the positions.
 pub struct Stepper {
     plan: StepPlan,
     schedule: Schedule,
     /// What the plan was made from.
     inputs: PlanInputs,
-    /// How many bodies there were then.
-    bodies: usize,
+    statics: StaticWatch,
     /// Whether it is in a schedule of the user's, which has the rest of the tick.
     installed: bool,
     claimed: ClaimedEvaluations,
@@ -56,7 +55,8 @@ impl Stepper {
     /// Prepares `world` for ticks of `step` and compiles the schedule of `method`.
     ///
     /// # Panics
-    /// When two systems of the schedule access the same data in no stated order, which is a bug of this crate.
+    /// If `step` is negative or not finite. When two systems of the schedule access the same data in no stated order,
+    /// which is a bug of this crate.
     #[must_use]
     pub fn new(world: &mut World, method: Method, step: TimeStep) -> Self {
         insert_step_resources(world, step);
@@ -73,8 +73,8 @@ impl Stepper {
     fn compile_plan(world: &mut World, plan: StepPlan, installed: bool) -> Self {
         let mut schedule = if installed { inner_schedule(world, &plan) } else { step_schedule(world, &plan) };
         schedule.initialize(world).expect("the systems of a tick are totally ordered");
-        let (inputs, bodies) = (PlanInputs::of(world), count_bodies(world));
-        Self { plan, schedule, inputs, bodies, installed, claimed: ClaimedEvaluations::default() }
+        let (inputs, statics) = (PlanInputs::of(world), StaticWatch::new(world));
+        Self { plan, schedule, inputs, statics, installed, claimed: ClaimedEvaluations::default() }
     }
 
     /// Puts the physics into your own schedule. Each run of it is one tick: the systems of [`StepSystems`], in that
@@ -100,8 +100,12 @@ impl Stepper {
     /// ```
     ///
     /// # Panics
-    /// As [`Stepper::new`].
+    /// As [`Stepper::new`], and if `world` has an installed stepper already: two would simulate every tick twice.
     pub fn install(self, world: &mut World, schedule: &mut Schedule) {
+        assert!(
+            !world.contains_resource::<Installed>(),
+            "a stepper is installed in this world already; change it with `Stepper::installed`"
+        );
         let stepper = Self::compile(world, self.plan.method, true);
         world.insert_resource(Installed(Some(stepper)));
         let sets = (
@@ -134,9 +138,13 @@ impl Stepper {
     /// Simulates one tick.
     ///
     /// # Panics
-    /// As [`Stepper::new`], and if the stepper is [installed](Stepper::install): then run its schedule.
+    /// As [`Stepper::new`], and if `world` has an [installed](Stepper::install) stepper: then run its schedule. If
+    /// [`TimeStep`] was set to a length that is negative or not finite.
     pub fn tick(&mut self, world: &mut World) {
-        assert!(!self.installed, "run the schedule that the stepper is installed in");
+        assert!(
+            !world.contains_resource::<Installed>(),
+            "a stepper is installed in this world; run the schedule that it is installed in"
+        );
         self.integrate(world);
         if self.finish(world) {
             // The world remembers removed components for its user, and every birth removes one.
@@ -154,8 +162,9 @@ impl Stepper {
     /// Brings the schedule up to date: carries out requests, and compiles again where the world asks for it. Idempotent.
     pub(crate) fn make_ready(&mut self, world: &mut World) {
         self.carry_out_requests(world);
-        if self.notice_added_bodies(world)
-            || is_outdated(world)
+        world.resource::<TimeStep>().check();
+        self.statics.release(world);
+        if is_outdated(world)
             || PlanInputs::of(world) != self.inputs
             || world.get_resource::<Emissions>().is_some_and(|emissions| emissions.over)
         {
@@ -196,7 +205,6 @@ impl Stepper {
         if method == self.plan.method {
             return;
         }
-        self.notice_added_bodies(world);
         let bodies = Which::of_method(world, None);
         leave_methods(world, bodies);
         *self = Self::compile(world, method, self.installed);
@@ -209,25 +217,14 @@ impl Stepper {
     /// As [`Stepper::new`].
     pub fn recompile(&mut self, world: &mut World) {
         mark_static(world);
-        self.notice_added_bodies(world);
         let plan = StepPlan::of(world, self.plan.method);
         forget_accelerations(world, &plan);
         if plan == self.plan {
-            (self.inputs, self.bodies) = (PlanInputs::of(world), count_bodies(world));
+            self.inputs = PlanInputs::of(world);
             self.claimed = ClaimedEvaluations::default();
         } else {
             *self = Self::compile_plan(world, plan, self.installed);
         }
-    }
-
-    /// Has the groups compiled again if bodies were added or removed: mutual gravity acts on an added body, and a
-    /// removed one may have held a spring.
-    fn notice_added_bodies(&self, world: &mut World) -> bool {
-        let changed = world.contains_resource::<Groups>() && count_bodies(world) != self.bodies;
-        if changed {
-            CouplingChanged::set(world);
-        }
-        changed
     }
 
     /// The method of every body that has none of its own.
@@ -256,17 +253,12 @@ impl Stepper {
 /// [`StepSystems::Integrate`] of a user's schedule.
 fn integrate_bodies(world: &mut World) {
     Stepper::installed(world, Stepper::integrate);
+    world.resource_mut::<PushedBodies>().close();
 }
 
 /// The end of [`StepSystems::Quarantine`] of a user's schedule.
 fn finish_tick(world: &mut World) {
     Stepper::installed(world, Stepper::finish);
-}
-
-fn count_bodies(world: &World) -> usize {
-    let Some(body) = world.components().component_id::<PhysicsBody>() else { return 0 };
-    let kinds = world.archetypes().iter().filter(|kind| kind.contains(body));
-    kinds.map(|kind| kind.len() as usize).sum()
 }
 
 /// Removes the cached accelerations of bodies for which no law is called any more.

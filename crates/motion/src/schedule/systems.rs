@@ -36,7 +36,7 @@ struct Step;
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StepSystems {
     /// Applies queued pushes: they become the [`Force`](crate::Force) of their bodies. Order a system that adds forces
-    /// before [`StepSystems::Integrate`].
+    /// before [`StepSystems::Integrate`]; one that is added later acts in the next tick.
     ApplyForces,
     /// Integrates the tick: carries out requests, emits particles, and brings velocities and positions to its end.
     Integrate,
@@ -191,7 +191,11 @@ fn remember_state<State: Component + Default>(
 
 /// Inserts the resources that the systems of a tick need. [`Gravity`](crate::Gravity) and the other effects are for you
 /// to add.
+///
+/// # Panics
+/// If `step` is negative or not finite.
 pub fn insert_step_resources(world: &mut World, step: TimeStep) {
+    step.check();
     world.insert_resource(step);
     world.init_resource::<StepClock>();
     world.init_resource::<Evaluations>();
@@ -209,7 +213,8 @@ pub fn apply_forces(mut queue: ResMut<PushQueue>, mut forces: Forces) {
     }
 }
 
-/// Clears the forces of this tick. A push that is to last is added again in the next one.
+/// Clears the forces of this tick, and opens the next one to the forces that were added too late for this one. To push a
+/// body for longer, add the force in every tick.
 pub fn clear_forces(mut forces: Forces) {
     forces.clear();
 }

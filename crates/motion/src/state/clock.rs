@@ -4,9 +4,21 @@ use bevy_ecs::prelude::*;
 
 use crate::units::Scalar;
 
-/// Length of a tick, s: positive and finite.
+/// Length of a tick, s: finite and at least 0. A tick of length 0 moves nothing, as in a frame in which no time passes.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct TimeStep(pub Scalar);
+
+impl TimeStep {
+    /// # Panics
+    /// If the length is negative or not finite.
+    pub(crate) fn check(self) {
+        let Self(step) = self;
+        assert!(
+            step >= 0.0 && step.is_finite(),
+            "a tick cannot take {step} s; give a finite `TimeStep` above 0"
+        );
+    }
+}
 
 /// Why a number was refused as a time or rate.
 #[derive(Clone, Copy, Debug, PartialEq)]

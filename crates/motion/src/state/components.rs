@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 use bytemuck::{Pod, Zeroable};
 
+use crate::state::coupling::structure_changed;
 use crate::units::{Rotation, Scalar, Vector};
 
 /// Position of a thing in the world.
@@ -32,6 +33,7 @@ impl Transform {
 #[derive(Component, Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 #[require(Transform, Force)]
+#[component(summary_tick, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct PhysicsBody {
     /// Linear velocity, m/s.
     pub velocity: Vector,

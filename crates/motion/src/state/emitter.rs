@@ -1,6 +1,8 @@
 //! Emitters: each has a fixed pool of particles, which are born one after another and return when their life is over.
 
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 
 use crate::state::clock::StepClock;
 use crate::units::{Scalar, Vector};
@@ -19,7 +21,11 @@ const FREE: u64 = u64::MAX;
 /// spawned, or while it was off, are skipped.
 ///
 /// A particle that is born within a tick is integrated over the rest of that tick, in as many substeps as a whole one.
+///
+/// The component is immutable: insert another one to change it. If it is removed, its particles become [`Dormant`] before
+/// the next tick; switch the effect off to let them live out their lives.
 #[derive(Component, Clone, Debug, PartialEq)]
+#[component(immutable, on_insert = emitters_changed, on_discard = emitters_changed)]
 #[require(Emission)]
 pub struct Emitter {
     /// Particles per second, above 0.
@@ -28,7 +34,7 @@ pub struct Emitter {
     pub life: Scalar,
     /// Position at which particles are born, m.
     pub position: Vector,
-    /// The pool of bodies, each [`Dormant`] until it is born.
+    /// The pool of bodies. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
     pub pool: Vec<Entity>,
     /// Velocity at birth of each body of the pool, m/s.
     pub launches: Vec<Vector>,
@@ -41,12 +47,23 @@ pub struct Emitter {
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dormant;
 
+/// Whether emitters were inserted or removed since their pools were prepared.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct EmittersChanged(pub bool);
+
+fn emitters_changed(mut world: DeferredWorld, _: HookContext) {
+    if let Some(mut changed) = world.get_resource_mut::<EmittersChanged>() {
+        changed.0 = true;
+    }
+}
+
 /// Marks a body of an emitter's pool, living or [`Dormant`].
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Particle;
 
 /// The particles that an emitter has emitted so far. Every [`Emitter`] has one.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
+#[component(on_discard = emitters_changed)]
 pub struct Emission {
     /// Number of the next particle to be born.
     next: u64,

@@ -7,9 +7,22 @@ use bevy_ecs::system::SystemParam;
 use crate::state::components::Force;
 use crate::units::Vector;
 
-/// Bodies whose [`Force`] is cleared at the end of the tick; a body that was pushed twice is listed twice.
+/// Bodies whose [`Force`] is cleared at the end of the tick, and the forces that came too late for it.
 #[derive(Resource, Debug, Default)]
-pub struct PushedBodies(pub(crate) Vec<Entity>);
+pub struct PushedBodies {
+    /// A body that was pushed twice is listed twice.
+    pub(crate) bodies: Vec<Entity>,
+    /// Forces that were added after the integration, for the next tick.
+    late: Vec<Push>,
+    is_closed: bool,
+}
+
+impl PushedBodies {
+    /// Keeps forces that are added from now on for the next tick: this one is integrated.
+    pub(crate) const fn close(&mut self) {
+        self.is_closed = true;
+    }
+}
 
 /// The only way to write a [`Force`]: the tutorial's `AddForce`.
 #[derive(SystemParam)]
@@ -19,21 +32,28 @@ pub struct Forces<'w, 's> {
 }
 
 impl Forces<'_, '_> {
-    /// Adds `newtons`, N, to the force on `body` in this tick. Does nothing if the entity has no physics or no longer
-    /// exists.
+    /// Adds `newtons`, N, to the force on `body` in this tick, or in the next one if this one is integrated already. Does
+    /// nothing if the entity has no physics or no longer exists.
     pub fn add(&mut self, body: Entity, newtons: Vector) {
-        if let Ok(mut force) = self.forces.get_mut(body) {
+        if self.pushed.is_closed {
+            self.pushed.late.push(Push { body, newtons });
+        } else if let Ok(mut force) = self.forces.get_mut(body) {
             force.bypass_change_detection().0 += newtons;
-            self.pushed.0.push(body);
+            self.pushed.bodies.push(body);
         }
     }
 
-    /// Clears every force that was added since the last call.
+    /// Clears every force of the tick that is over, then adds those that came too late for it.
     pub(crate) fn clear(&mut self) {
-        for body in self.pushed.0.drain(..) {
+        let PushedBodies { bodies, late, is_closed } = &mut *self.pushed;
+        for body in bodies.drain(..) {
             if let Ok(mut force) = self.forces.get_mut(body) {
                 force.bypass_change_detection().0 = Vector::ZERO;
             }
+        }
+        *is_closed = false;
+        for Push { body, newtons } in std::mem::take(late) {
+            self.add(body, newtons);
         }
     }
 }

@@ -146,7 +146,7 @@ impl EnvironmentParam<'_, '_> {
         self.epoch.bypass_change_detection().update(self.laws.changes());
         let Self { pushed, entities, rows, emissions, births, clock, .. } = self;
         rows.clear();
-        rows.extend(pushed.0.iter().filter_map(|body| place_in(entities, *body)));
+        rows.extend(pushed.bodies.iter().filter_map(|body| place_in(entities, *body)));
         rows.sort_unstable();
         rows.dedup();
         births.clear();
