@@ -34,6 +34,7 @@ use crate::real::Real;
 use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
 
+#[cfg(target_arch = "x86_64")]
 pub(crate) use affine::LEVEL;
 pub(crate) use compensated::add_compensated;
 pub(crate) use drive::{TickField, drive};

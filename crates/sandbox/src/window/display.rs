@@ -1,6 +1,5 @@
 //! Finding a display to open a window on, and saying plainly when there is none.
 
-use std::env;
 use std::panic;
 
 use winit::event_loop::{EventLoop, EventLoopBuilder};
@@ -73,6 +72,7 @@ pub(super) fn without_place(error: &str) -> String {
 /// Chooses between X11 and Wayland; `false` if there is no display.
 #[cfg(all(unix, not(target_vendor = "apple")))]
 fn choose(builder: &mut EventLoopBuilder<()>) -> bool {
+    use std::env;
     use std::os::unix::net::UnixStream;
     use std::path::{Path, PathBuf};
 
