@@ -10,6 +10,7 @@ use motion::arrays::Bare;
 use motion::clock::StepClock;
 use motion::effects::{Effect, EffectState};
 use motion::groups::Groups;
+use motion::snapshot;
 use motion::{
     Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Evaluations, Forces, Laws, Method,
     PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems, Stepper, TimeStep, Transform, Well,
@@ -145,6 +146,23 @@ fn the_method_of_an_installed_stepper_can_be_changed() {
         schedule.run(&mut world);
         reference.tick();
         assert_eq!(state(&mut world), state(&mut reference.world), "tick {tick}");
+    }
+}
+
+#[test]
+fn an_installed_stepper_goes_back_to_a_snapshot() {
+    for method in Method::ALL {
+        let (mut world, mut schedule) = example::embed(method);
+        let mut run = |world: &mut World, ticks| {
+            (0..ticks).for_each(|_| schedule.run(world));
+            state(world)
+        };
+        run(&mut world, 20);
+        let saved = Stepper::installed(&mut world, |stepper, world| snapshot::take(world, stepper));
+        let first = run(&mut world, 70);
+        Stepper::installed(&mut world, |stepper, world| snapshot::restore(world, stepper, &saved)).unwrap();
+        assert_eq!(world.resource::<StepClock>().ticks(), 20);
+        assert_eq!(run(&mut world, 70), first, "{method:?}");
     }
 }
 

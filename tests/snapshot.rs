@@ -2,6 +2,7 @@
 
 mod interventions;
 mod shipped;
+mod worlds;
 
 use std::sync::Arc;
 

@@ -65,7 +65,7 @@ fn motion_knows_no_device_no_file_and_no_clock() {
 
 /// The files and folders of `crates/motion/src`: each uses itself and those before it.
 const LAYERS: &[&str] = &[
-    "units", "real", "state", "laws", "methods", "kernels", "tick", "groups", "schedule", "arrays", "observe",
+    "units", "real", "state", "laws", "methods", "kernels", "tick", "groups", "schedule", "snapshot", "arrays", "observe",
 ];
 
 /// The same of `crates/sandbox/src`.

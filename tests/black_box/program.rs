@@ -45,6 +45,19 @@ fn a_nan_push_in_the_middle_of_a_cloth_is_repeated_by_its_bundle() {
     assert!(out.contains(&format!("hash {hash}; the same fault, cloth.r2.c2, tick {}", fault.tick)), "{out}");
 }
 
+/// Written by the program of 2026-11-23: position Verlet, a spring, bodies with methods and a rate of their own, an
+/// emitter; a body is removed and drag switched off before its snapshot at tick 160.
+const FORMAT_1: &[u8] = include_bytes!("format_1.zip");
+
+#[test]
+fn a_bundle_of_an_earlier_program_is_repeated() {
+    let folder = folder();
+    fs::write(folder.path().join("box.zip"), FORMAT_1).unwrap();
+    let out = sandbox(&folder, "replay box.zip").fine();
+    let fault = "the same fault, dust, tick 1401: Force was not finite when integrate looked";
+    assert!(out.contains(&format!("the same state, hash 5bc93ef20a8dfc4c; {fault}")), "{out}");
+}
+
 #[test]
 fn a_stiff_spring_that_explodes_is_found_before_it_is_quarantined() {
     let folder = folder();

@@ -12,7 +12,7 @@ use crate::ghosts::mixed;
 use crate::harness::scene_of;
 
 /// What is asked for, and pushed, before tick number `tick`.
-fn act(run: &mut Simulation, tick: u64) {
+pub(super) fn act(run: &mut Simulation, tick: u64) {
     let body = |name: &str| run.named(name).unwrap();
     let requests = match tick {
         3 => vec![Request::Impulse(body("first"), DVec3::X)],
@@ -50,7 +50,7 @@ fn act(run: &mut Simulation, tick: u64) {
     }
 }
 
-const TICKS: u64 = 32;
+pub(super) const TICKS: u64 = 32;
 
 #[test]
 fn a_run_with_inputs_goes_on_from_any_tick_also_with_inputs_waiting() {

@@ -21,7 +21,7 @@ pub use bundle::{
 pub use distances::Distances;
 pub use input::Input;
 pub use simulation::Simulation;
-pub use snapshot::{BadSnapshot, EffectsState, Snapshot};
+pub use snapshot::{BadSnapshot, Snapshot};
 pub use timeline::{
     Broken, ENERGY_JUMP, Fault, Replay, Rerun, Seek, TIMELINE_BYTES, TIMELINE_SECONDS, Timeline, Watch,
 };

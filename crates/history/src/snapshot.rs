@@ -1,8 +1,6 @@
-//! The whole dynamic state of a running world as plain data, by stable id: taken out between two ticks, put into a
-//! new world of the same scene, and written into files.
+//! Snapshots of scenes: [`motion::snapshot`] by stable id instead of entity, for files and for new worlds of the same
+//! scene.
 //!
-//! What is in it decides every later bit. What the scene says is not in it, nor are cached accelerations: velocity Verlet
-//! and Yoshida 4 evaluate them again.
 //! A simulation is copied in no other way: twins, going back and bundles all restore a snapshot.
 
 mod entries;
@@ -11,6 +9,7 @@ mod take;
 pub(crate) mod words;
 
 use motion::clock::ClockState;
+use motion::snapshot::Effects;
 use motion::{Method, Request};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -18,12 +17,11 @@ use serde::{Deserialize, Serialize};
 use crate::lists::{list, list_bytes};
 use crate::simulation::hash_of_states;
 
-pub use entries::EffectsState;
 pub use restore::BadSnapshot;
 
 #[cfg(test)]
 pub(crate) use entries::RequestEntry;
-use entries::{ClockFields, CountsEntry, EmissionEntry, PushEntry, RecordEntry, SavedFault};
+use entries::{ClockFields, CountsEntry, EffectsFields, EmissionEntry, PushEntry, RecordEntry, SavedFault};
 pub(crate) use entries::{requests, vector};
 pub(crate) use words::Name;
 
@@ -41,7 +39,8 @@ pub struct Snapshot {
     pub(crate) method: Name<Method>,
     /// Substeps of bodies without a number of their own.
     pub(crate) substeps: u32,
-    pub(crate) effects: EffectsState,
+    #[serde(with = "EffectsFields")]
+    pub(crate) effects: Effects,
     pub(crate) counts: CountsEntry,
     /// Things that are there, scenery too: runs of stable ids, ascending, each its first one and its length.
     #[serde(deserialize_with = "list")]
@@ -133,7 +132,7 @@ impl Snapshot {
         } = self;
         let slots = emissions.iter().map(|(_, emission)| list_bytes(&emission.0.slots));
         size_of::<Self>()
-            + effects.list_bytes()
+            + list_bytes(&effects.off)
             + list_bytes(&counts.laws)
             + [things, bodies].map(list_bytes).iter().sum::<usize>()
             + list_bytes(positions)

@@ -39,6 +39,7 @@ pub mod methods;
 mod observe;
 pub mod real;
 mod schedule;
+pub mod snapshot;
 mod state;
 mod tick;
 pub mod units;
@@ -101,13 +102,6 @@ pub mod forecast {
 /// The ledger of energy and momentum: what each cause added, and the residual, which is the error of the method.
 pub mod ledger {
     pub use crate::observe::ledger::{Energies, Ledger, LedgerLines, LedgerTotals};
-}
-
-/// The state that a copy of a world needs in addition to the components and resources at the root of this crate.
-pub mod snapshot {
-    pub use crate::state::emitter::EmissionState;
-    pub use crate::state::method_state::{LastAcceleration, LastStep};
-    pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
 }
 
 /// The systems of a tick one by one, for tests and for schedules that [`Stepper`] does not make.

@@ -1,15 +1,14 @@
 //! What a snapshot is made of, as it is written into files.
 
-use bevy_ecs::prelude::*;
 use motion::clock::ClockState;
-use motion::effects::{Effect, EffectState};
-use motion::snapshot::{EmissionState, OffResource};
+use motion::effects::Effect;
+use motion::snapshot::{Effects, EmissionState};
 use motion::units::{Scalar, Vector};
-use motion::{Damping, DampingModel, Gravity, Method, Request};
+use motion::{Damping, Gravity, Method, Request};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::words::{self, Name};
-use crate::lists::{list, list_bytes};
+use crate::lists::list;
 
 /// A push: stable id and newtons.
 pub(crate) type PushEntry = (u32, [f64; 3]);
@@ -25,59 +24,18 @@ pub(crate) struct ClockFields {
     scene_began: Scalar,
 }
 
-/// Gravity and damping of a world, and what is switched off in it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct EffectsState {
+/// Gravity and damping of a world, and which effects are off.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(remote = "Effects", default)]
+pub(crate) struct EffectsFields {
     /// Acceleration of gravity, m/s², and whether it acts.
-    gravity: Option<([f64; 3], bool)>,
+    #[serde(with = "gravity")]
+    gravity: Option<Gravity>,
     /// Rate of damping, 1/s.
-    damping: Option<(Name<DampingModel>, f64)>,
-    #[serde(deserialize_with = "list")]
-    off: Vec<Name<Effect>>,
-}
-
-impl EffectsState {
-    /// Those of `world`.
-    pub fn of(world: &mut World) -> Self {
-        let gravity = world.get_resource::<Gravity>().map(|g| (g.acceleration.to_array(), g.on));
-        let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| damping);
-        let damping = world.get_resource::<Damping>().or(off);
-        let damping = damping.map(|Damping { model, rate }| (Name(*model), *rate));
-        let off = Effect::ALL
-            .into_iter()
-            .filter(|effect| motion::effects::state(world, *effect) == EffectState::Off);
-        Self { gravity, damping, off: off.map(Name).collect() }
-    }
-
-    /// Whether that effect is switched off.
-    pub(crate) fn is_off(&self, effect: Effect) -> bool {
-        self.off.contains(&Name(effect))
-    }
-
-    /// Bytes of its lists.
-    pub(crate) fn list_bytes(&self) -> usize {
-        let Self { gravity: _, damping: _, off } = self;
-        list_bytes(off)
-    }
-
-    /// Gives them to `world`, a new one of the same scene.
-    pub fn put(&self, world: &mut World) {
-        // What the scene has off at its start may be on. Gravity has its own flag.
-        for effect in Effect::ALL.into_iter().filter(|effect| *effect != Effect::Gravity) {
-            let _ = motion::effects::switch(world, effect, true);
-        }
-        if let Some((acceleration, on)) = self.gravity {
-            world.insert_resource(Gravity { acceleration: Vector::from_array(acceleration), on });
-        }
-        if let Some((Name(model), rate)) = self.damping {
-            world.insert_resource(Damping { model, rate });
-        }
-        for Name(effect) in &self.off {
-            // What only an edit declared is not there.
-            let _ = motion::effects::switch(world, *effect, false);
-        }
-    }
+    #[serde(with = "scene_damping")]
+    damping: Option<Damping>,
+    #[serde(with = "effects")]
+    off: Vec<Effect>,
 }
 
 /// What was counted so far.
@@ -184,6 +142,56 @@ pub(crate) mod vector {
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Vector, D::Error> {
         <[f64; 3]>::deserialize(source).map(Vector::from_array)
+    }
+}
+
+mod gravity {
+    //! Gravity as its acceleration and whether it is on.
+
+    use super::{Deserialize, Deserializer, Gravity, Serialize, Serializer, Vector};
+
+    pub(super) fn serialize<S: Serializer>(
+        gravity: &Option<Gravity>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        gravity.map(|gravity| (gravity.acceleration.to_array(), gravity.on)).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Gravity>, D::Error> {
+        let gravity: Option<([f64; 3], bool)> = Deserialize::deserialize(source)?;
+        Ok(gravity.map(|(acceleration, on)| Gravity { acceleration: Vector::from_array(acceleration), on }))
+    }
+}
+
+mod scene_damping {
+    //! Damping, if there is some.
+
+    use super::{Damping, Deserialize, Deserializer, Name, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(
+        damping: &Option<Damping>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        damping.map(|damping| (Name(damping.model), damping.rate)).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Damping>, D::Error> {
+        let damping: Option<_> = Deserialize::deserialize(source)?;
+        Ok(damping.map(|(Name(model), rate)| Damping { model, rate }))
+    }
+}
+
+mod effects {
+    //! A list of effects.
+
+    use super::{Deserializer, Effect, Name, Serializer, list};
+
+    pub(super) fn serialize<S: Serializer>(all: &[Effect], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(all.iter().copied().map(Name))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(source: D) -> Result<Vec<Effect>, D::Error> {
+        Ok(list(source)?.into_iter().map(|Name(effect)| effect).collect())
     }
 }
 

@@ -5,17 +5,15 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::effects::Effect;
-use motion::snapshot::LastStep;
+use motion::snapshot::{self, EmissionState, LastStep};
 use motion::units::Vector;
 use motion::{
-    Cause, Dormant, Emission, Evaluations, Fault, Iterations, OwnSubsteps, PhysicsBody, PreviousPosition,
-    Push, PushQueue, Quarantine, QuarantineRecord, Quarantined, Requests, StableId, Stepper, Substeps,
-    TimeStep, Transform, mark_method, own_method,
+    Cause, Emission, Evaluations, Fault, Iterations, OwnSubsteps, PhysicsBody, PreviousPosition, Push,
+    QuarantineRecord, StableId, Stepper, Substeps, TimeStep, Transform,
 };
-
 use scene::{FileIndex, Scene, unsolvable};
 
-use super::{EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
+use super::{CountsEntry, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
 use crate::simulation::Simulation;
 
 /// Largest count that a restored run may start from: no run comes near it, and none gets from it beyond a `u64`.
@@ -30,10 +28,6 @@ fn ensure(holds: bool, what: &'static str) -> Result<(), BadSnapshot> {
     if holds { Ok(()) } else { Err(BadSnapshot(what)) }
 }
 
-/// Marks a body while its row is moved to the end of its table.
-#[derive(Component)]
-struct Moved;
-
 impl Simulation {
     /// A simulation of `scene` in that state. It goes on, bit for bit, as the one that the snapshot was taken of; its first
     /// tick evaluates accelerations again that were cached there. `scene` is what that one was spawned from, options that
@@ -47,18 +41,11 @@ impl Simulation {
         let clock = StepClock::from_state(snapshot.clock).ok_or(BadSnapshot("invalid clock"))?;
         let mut world = World::new();
         let bodies = scene.spawn(&mut world);
-        world.insert_resource(Substeps(snapshot.substeps));
-        world.insert_resource(clock);
         snapshot.remove_absent(&mut world, &bodies);
-        snapshot.put_bodies(&mut world, &bodies, &ids);
-        snapshot.effects.put(&mut world);
-        snapshot.put_emissions(&mut world);
-        let mut stepper = Stepper::new(&mut world, snapshot.method.0, TimeStep(snapshot.step_s));
-        snapshot.put_counts(&mut world);
-        snapshot.put_records(&mut world, &bodies);
-        put_in_order(&mut world, &ids);
-        snapshot.put_inputs(&mut world, &bodies);
-        stepper.recompile(&mut world);
+        let state = snapshot.state(&mut world, &bodies, &ids, clock);
+        let mut stepper = Stepper::new(&mut world, state.method, state.step);
+        snapshot::restore(&mut world, &mut stepper, &state)
+            .map_err(|_| BadSnapshot("its bodies are not those of the scene"))?;
         Ok(Self { scene, world, stepper, bodies })
     }
 }
@@ -73,7 +60,7 @@ impl Snapshot {
         let attracted = |id: &u32| !scene.emitters.iter().any(|emitter| emitter.pool.contains(id));
         let own = self.own_methods.iter().filter(|(id, _)| attracted(id));
         let methods = own.map(|(_, Name(method))| *method).chain([self.method.0]);
-        let attracts = scene.mutual_gravity.is_some() && !self.effects.is_off(Effect::MutualGravity);
+        let attracts = scene.mutual_gravity.is_some() && !self.effects.off.contains(&Effect::MutualGravity);
         let solved = |method| unsolvable(method, attracts).is_none();
         ensure({ methods }.all(solved), "its method cannot solve the scene")?;
         let things = expand(&self.things, count).ok_or(BadSnapshot("it has things that the scene lacks"))?;
@@ -115,108 +102,102 @@ impl Snapshot {
         remove(next..bodies.len());
     }
 
-    fn put_bodies(&self, world: &mut World, bodies: &[Entity], ids: &[u32]) {
-        for (id, (position, [x, y, z, inverse_mass])) in
-            ids.iter().zip(self.positions.iter().zip(&self.velocities))
-        {
-            let mut body = world.entity_mut(bodies[*id as usize]);
-            body.insert((
-                Transform::at(Vector::from_array(*position)),
-                PhysicsBody { velocity: Vector::new(*x, *y, *z), inverse_mass: *inverse_mass },
-            ));
-            // Those that have some are given them below.
-            body.remove::<(LastStep, OwnSubsteps, Dormant)>();
-            if own_method(body.as_readonly()).is_some() {
-                mark_method(&mut body, None);
-            }
-        }
-        for (id, Name(method)) in &self.own_methods {
-            if let Some(mut body) = with_physics(world, bodies, *id) {
-                mark_method(&mut body, Some(*method));
-            }
-        }
-        let substeps = |(id, substeps): &(u32, u32)| (*id, OwnSubsteps((*substeps).min(Substeps::MOST)));
-        give(world, bodies, self.own_substeps.iter().map(substeps));
-        give(world, bodies, self.last_steps.iter().map(|(id, step)| (*id, LastStep(*step))));
-        let before = |(id, place): &(u32, [f64; 3])| (*id, PreviousPosition(Vector::from_array(*place)));
-        give(world, bodies, self.drawn_from.iter().map(before));
-        give(world, bodies, self.dormant.iter().map(|id| (*id, Dormant)));
-        give(world, bodies, self.quarantined.iter().map(|id| (*id, Quarantined)));
-    }
-
-    fn put_emissions(&self, world: &mut World) {
-        for (index, mut emission) in world.query::<(&FileIndex, &mut Emission)>().iter_mut(world) {
-            if let Some((_, saved)) = self.emissions.iter().find(|(saved, _)| *saved == index.0) {
-                *emission = Emission::from_state(saved.0.clone());
-            }
-        }
-    }
-
-    fn put_counts(&self, world: &mut World) {
-        let counts = &self.counts;
-        let iterations = Iterations {
-            newton: counts.newton_iterations,
-            cg: counts.cg_iterations,
-            unconverged_steps: counts.unconverged_steps,
-        };
-        let laws = counts.laws.iter().map(|(Name(law), count)| (*law, *count));
-        world.insert_resource(Evaluations::going_on(counts.accelerations, laws, iterations));
-    }
-
-    fn put_records(&self, world: &mut World, bodies: &[Entity]) {
-        let records = self.records.iter().map(|record| {
-            let (fault, other_end) = match record.fault {
-                SavedFault::Found => (Fault::Found, None),
-                SavedFault::Law(Name(name)) => (Fault::Law(name), None),
-                SavedFault::Spring(end) => match bodies.get(end as usize) {
-                    Some(body) => (Fault::Spring(*body), Some(StableId(end))),
-                    // It never had an id.
-                    None => (Fault::Spring(Entity::PLACEHOLDER), None),
-                },
-                SavedFault::Overflow => (Fault::Overflow, None),
-                SavedFault::Range(bound) => (Fault::Range(bound), None),
-                SavedFault::Request => (Fault::Request, None),
-            };
-            let cause = Cause { system: record.system.0, component: record.component.0, fault };
-            let (id, body) = (StableId(record.body), bodies[record.body as usize]);
-            QuarantineRecord { body, id: Some(id), other_end, tick: record.tick, cause }
+    /// It in `world`, which has the `bodies` of its scene; `ids` are those of its own in their order.
+    fn state(
+        &self,
+        world: &mut World,
+        bodies: &[Entity],
+        ids: &[u32],
+        clock: StepClock,
+    ) -> snapshot::Snapshot {
+        let mut emitters = world.query_filtered::<(Entity, &FileIndex), With<Emission>>();
+        let emissions = emitters.iter(world).map(|(emitter, FileIndex(index))| {
+            let saved = self.emissions.iter().find(|(saved, _)| saved == index);
+            (emitter, saved.map_or_else(EmissionState::default, |(_, saved)| saved.0.clone()))
         });
-        world.insert_resource(Quarantine::going_on(records.collect()));
-    }
-
-    fn put_inputs(&self, world: &mut World, bodies: &[Entity]) {
+        let emissions = emissions.collect();
         let there = |id: u32| bodies.get(id as usize).copied().filter(|body| world.get_entity(*body).is_ok());
-        let push = |(id, newtons): &PushEntry| {
-            Some(Push { body: there(*id)?, newtons: Vector::from_array(*newtons) })
+        let moves = |id: u32| there(id).filter(|body| world.get::<PhysicsBody>(*body).is_some());
+        let pushes = |pushes: &[PushEntry]| -> Vec<_> {
+            let push = |(id, newtons): &PushEntry| {
+                Some(Push { body: there(*id)?, newtons: Vector::from_array(*newtons) })
+            };
+            pushes.iter().filter_map(push).collect()
         };
-        let mut queue = PushQueue::default();
-        for Push { body, newtons } in self.pushes.iter().filter_map(push) {
-            queue.push_once(body, newtons);
+        let state = |[x, y, z, inverse_mass]: &[f64; 4]| PhysicsBody {
+            velocity: Vector::new(*x, *y, *z),
+            inverse_mass: *inverse_mass,
+        };
+        let before = |place: &[f64; 3]| PreviousPosition(Vector::from_array(*place));
+        snapshot::Snapshot {
+            clock,
+            step: TimeStep(self.step_s),
+            method: self.method.0,
+            substeps: Substeps(self.substeps),
+            effects: self.effects.clone(),
+            evaluations: self.evaluations(),
+            bodies: ids.iter().map(|id| bodies[*id as usize]).collect(),
+            transforms: self.positions.iter().map(|at| Transform::at(Vector::from_array(*at))).collect(),
+            states: self.velocities.iter().map(state).collect(),
+            previous_positions: of_bodies(&self.drawn_from, moves, before),
+            last_steps: of_bodies(&self.last_steps, moves, |last| LastStep(*last)),
+            own_methods: of_bodies(&self.own_methods, moves, |method| method.0),
+            own_substeps: of_bodies(&self.own_substeps, moves, |own| OwnSubsteps((*own).min(Substeps::MOST))),
+            quarantined: self.quarantined.iter().copied().filter_map(moves).collect(),
+            records: self.records.iter().map(|record| record.of(bodies)).collect(),
+            dormant: self.dormant.iter().copied().filter_map(moves).collect(),
+            emissions,
+            forces: Vec::new(),
+            pushes: pushes(&self.pushes),
+            sustained: pushes(&self.sustained),
+            requests: self.requests.iter().filter_map(|request| request.rename(there)).collect(),
         }
-        queue.sustain(self.sustained.iter().filter_map(push));
-        let mut requests = Requests::default();
-        self.requests
-            .iter()
-            .filter_map(|request| request.rename(there))
-            .for_each(|request| requests.ask(request));
-        world.insert_resource(queue);
-        world.insert_resource(requests);
+    }
+
+    fn evaluations(&self) -> Evaluations {
+        let CountsEntry { accelerations, laws, newton_iterations, cg_iterations, unconverged_steps } =
+            &self.counts;
+        let iterations = Iterations {
+            newton: *newton_iterations,
+            cg: *cg_iterations,
+            unconverged_steps: *unconverged_steps,
+        };
+        Evaluations::going_on(
+            *accelerations,
+            laws.iter().map(|(Name(law), count)| (*law, *count)),
+            iterations,
+        )
     }
 }
 
-/// The body of that id, if it is there and has physics.
-fn with_physics<'w>(world: &'w mut World, bodies: &[Entity], id: u32) -> Option<EntityWorldMut<'w>> {
-    let body = world.get_entity_mut(*bodies.get(id as usize)?).ok()?;
-    body.contains::<PhysicsBody>().then_some(body)
+impl RecordEntry {
+    /// It in a world that has these `bodies`.
+    fn of(&self, bodies: &[Entity]) -> QuarantineRecord {
+        let (fault, other_end) = match self.fault {
+            SavedFault::Found => (Fault::Found, None),
+            SavedFault::Law(Name(name)) => (Fault::Law(name), None),
+            SavedFault::Spring(end) => match bodies.get(end as usize) {
+                Some(body) => (Fault::Spring(*body), Some(StableId(end))),
+                // It never had an id.
+                None => (Fault::Spring(Entity::PLACEHOLDER), None),
+            },
+            SavedFault::Overflow => (Fault::Overflow, None),
+            SavedFault::Range(bound) => (Fault::Range(bound), None),
+            SavedFault::Request => (Fault::Request, None),
+        };
+        let cause = Cause { system: self.system.0, component: self.component.0, fault };
+        let (id, body) = (StableId(self.body), bodies[self.body as usize]);
+        QuarantineRecord { body, id: Some(id), other_end, tick: self.tick, cause }
+    }
 }
 
-/// Gives each of those bodies its component.
-fn give<C: Component>(world: &mut World, bodies: &[Entity], all: impl Iterator<Item = (u32, C)>) {
-    for (id, component) in all {
-        if let Some(mut body) = with_physics(world, bodies, id) {
-            body.insert(component);
-        }
-    }
+/// Those of bodies that are there.
+fn of_bodies<Saved, T>(
+    all: &[(u32, Saved)],
+    body: impl Fn(u32) -> Option<Entity>,
+    value: impl Fn(&Saved) -> T,
+) -> Vec<(Entity, T)> {
+    all.iter().filter_map(|(id, saved)| Some((body(*id)?, value(saved)))).collect()
 }
 
 /// The numbers of runs; `None` where there are more than `count`, one is not below it, or a run is empty.
@@ -230,31 +211,6 @@ fn expand(runs: &[[u32; 2]], count: usize) -> Option<Vec<u32>> {
         all.extend(*first..end);
     }
     Some(all)
-}
-
-/// Brings the rows of every table into the order of `ids`.
-fn put_in_order(world: &mut World, ids: &[u32]) {
-    let mut place = vec![u32::MAX; ids.iter().max().map_or(0, |most| *most as usize + 1)];
-    for (number, id) in (0..).zip(ids) {
-        place[*id as usize] = number;
-    }
-    let mut bodies = world.query_filtered::<(Entity, &StableId), With<PhysicsBody>>();
-    let tables: Vec<Vec<_>> = bodies
-        .contiguous_iter(world)
-        .expect("every component of a body is stored in tables")
-        .map(|(bodies, ids)| bodies.iter().copied().zip(ids.iter().map(|id| place[id.0 as usize])).collect())
-        .collect();
-    for mut table in tables {
-        if !table.is_sorted_by_key(|(_, place)| *place) {
-            table.sort_unstable_by_key(|(_, place)| *place);
-            for (body, _) in &table {
-                world.entity_mut(*body).insert(Moved);
-            }
-            for (body, _) in &table {
-                world.entity_mut(*body).remove::<Moved>();
-            }
-        }
-    }
 }
 
 #[cfg(test)]

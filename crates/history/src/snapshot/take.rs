@@ -1,109 +1,77 @@
 //! A snapshot of a simulation.
 
 use bevy_ecs::prelude::*;
-use motion::clock::StepClock;
-use motion::snapshot::LastStep;
-use motion::{
-    Cause, Dormant, Emission, Evaluations, Fault, OwnMethod, OwnSubsteps, PhysicsBody, PreviousPosition,
-    Push, PushQueue, Quarantine, Quarantined, StableId, Substeps, TimeStep, Transform, own_method,
-};
+use motion::snapshot;
+use motion::{Cause, Evaluations, Fault, Push, QuarantineRecord, StableId};
 use scene::FileIndex;
 
-use super::{CountsEntry, EffectsState, EmissionEntry, Name, PushEntry, RecordEntry, SavedFault, Snapshot};
+use super::{CountsEntry, EmissionEntry, Name, RecordEntry, SavedFault, Snapshot};
 use crate::simulation::Simulation;
 
 impl Simulation {
     /// Its state, between two ticks.
     pub fn snapshot(&mut self) -> Snapshot {
-        let (method, world) = (self.method(), &mut self.world);
-        let mut snapshot = Snapshot {
-            clock: (*world.resource::<StepClock>()).into(),
-            step_s: world.resource::<TimeStep>().0,
-            method: Name(method),
-            substeps: world.get_resource::<Substeps>().map_or(1, |substeps| substeps.0),
-            effects: EffectsState::of(world),
-            counts: counts(world.resource::<Evaluations>()),
-            ..Snapshot::default()
+        let state = snapshot::take(&mut self.world, &self.stepper);
+        let mut things: Vec<_> = self.world.query::<&StableId>().iter(&self.world).map(|id| id.0).collect();
+        things.sort_unstable();
+        let id = |body: Entity| self.id(body);
+        let index = |emitter: Entity| self.world.get::<FileIndex>(emitter).map(|index| index.0);
+        let pushes = |pushes: Vec<Push>| -> Vec<_> {
+            let pushes = pushes.into_iter();
+            pushes.filter_map(|push| Some((id(push.body)?, push.newtons.to_array()))).collect()
         };
-        snapshot.take_bodies(world);
-        snapshot.take_emissions(world);
-        snapshot.take_inputs(self);
-        snapshot
+        let velocity = |state: &motion::PhysicsBody| {
+            let [x, y, z] = state.velocity.to_array();
+            [x, y, z, state.inverse_mass]
+        };
+        Snapshot {
+            clock: state.clock.into(),
+            step_s: state.step.0,
+            method: Name(state.method),
+            substeps: state.substeps.0,
+            effects: state.effects,
+            counts: counts(&state.evaluations),
+            things: runs(things),
+            bodies: runs(state.bodies.iter().filter_map(|body| id(*body))),
+            positions: state.transforms.iter().map(|at| at.position.to_array()).collect(),
+            velocities: state.states.iter().map(velocity).collect(),
+            drawn_from: by_id(state.previous_positions, id, |before| before.0.to_array()),
+            quarantined: state.quarantined.into_iter().filter_map(id).collect(),
+            dormant: state.dormant.into_iter().filter_map(id).collect(),
+            own_methods: by_id(state.own_methods, id, Name),
+            own_substeps: by_id(state.own_substeps, id, |substeps| substeps.0),
+            last_steps: by_id(state.last_steps, id, |last| last.0),
+            records: state.records.iter().filter_map(record).collect(),
+            emissions: by_id(state.emissions, index, EmissionEntry),
+            pushes: pushes(state.pushes),
+            sustained: pushes(state.sustained),
+            requests: state.requests.into_iter().filter_map(|request| request.rename(id)).collect(),
+        }
     }
 }
 
-impl Snapshot {
-    fn take_bodies(&mut self, world: &mut World) {
-        let mut things: Vec<_> = world.query::<&StableId>().iter(world).map(|id| id.0).collect();
-        things.sort_unstable();
-        self.things = runs(things);
-        let mut bodies = world.query::<(
-            &StableId,
-            &Transform,
-            &PhysicsBody,
-            Has<Quarantined>,
-            Has<Dormant>,
-            Option<&OwnSubsteps>,
-            Option<&LastStep>,
-            Option<&PreviousPosition>,
-        )>();
-        let bodies = bodies.iter(world);
-        let count = bodies.len();
-        let mut ids = Vec::with_capacity(count);
-        self.positions.reserve_exact(count);
-        self.velocities.reserve_exact(count);
-        for (StableId(id), at, body, quarantined, dormant, substeps, last, before) in bodies {
-            ids.push(*id);
-            self.positions.push(at.position.to_array());
-            let [x, y, z] = body.velocity.to_array();
-            self.velocities.push([x, y, z, body.inverse_mass]);
-            self.quarantined.extend(quarantined.then_some(*id));
-            self.dormant.extend(dormant.then_some(*id));
-            self.own_substeps.extend(substeps.map(|substeps| (*id, substeps.0)));
-            self.last_steps.extend(last.map(|last| (*id, last.0)));
-            self.drawn_from.extend(before.map(|before| (*id, before.0.to_array())));
-        }
-        self.bodies = runs(ids);
-        let mut marked = world.query_filtered::<(EntityRef, &StableId), With<OwnMethod>>();
-        self.own_methods =
-            marked.iter(world).filter_map(|(body, id)| Some((id.0, Name(own_method(body)?)))).collect();
-    }
+/// Those of entities that have an id.
+fn by_id<T, Saved>(
+    all: Vec<(Entity, T)>,
+    id: impl Fn(Entity) -> Option<u32>,
+    saved: impl Fn(T) -> Saved,
+) -> Vec<(u32, Saved)> {
+    all.into_iter().filter_map(|(entity, value)| Some((id(entity)?, saved(value)))).collect()
+}
 
-    fn take_emissions(&mut self, world: &mut World) {
-        let mut emissions = world.query::<(&FileIndex, &Emission)>();
-        self.emissions = emissions
-            .iter(world)
-            .map(|(index, emission)| (index.0, EmissionEntry(emission.state())))
-            .collect();
-    }
-
-    fn take_inputs(&mut self, simulation: &Simulation) {
-        let world = &simulation.world;
-        let records = world.resource::<Quarantine>().records().iter();
-        self.records = records
-            .filter_map(|record| {
-                // The body itself may be gone since.
-                let StableId(body) = record.id?;
-                let Cause { system, component, fault } = record.cause;
-                let fault = match fault {
-                    Fault::Found => SavedFault::Found,
-                    Fault::Law(name) => SavedFault::Law(Name(name)),
-                    Fault::Spring(_) => SavedFault::Spring(record.other_end.map_or(u32::MAX, |id| id.0)),
-                    Fault::Overflow => SavedFault::Overflow,
-                    Fault::Range(bound) => SavedFault::Range(bound),
-                    Fault::Request => SavedFault::Request,
-                };
-                let (system, component) = (Name(system), Name(component));
-                Some(RecordEntry { body, tick: record.tick, system, component, fault })
-            })
-            .collect();
-        let push =
-            |push: &Push| -> Option<PushEntry> { Some((simulation.id(push.body)?, push.newtons.to_array())) };
-        let queue = world.resource::<PushQueue>();
-        self.pushes = queue.edges().iter().filter_map(push).collect();
-        self.sustained = queue.sustained().iter().filter_map(push).collect();
-        self.requests = simulation.requested().collect();
-    }
+fn record(record: &QuarantineRecord) -> Option<RecordEntry> {
+    // The body itself may be gone since.
+    let StableId(body) = record.id?;
+    let Cause { system, component, fault } = record.cause;
+    let fault = match fault {
+        Fault::Found => SavedFault::Found,
+        Fault::Law(name) => SavedFault::Law(Name(name)),
+        Fault::Spring(_) => SavedFault::Spring(record.other_end.map_or(u32::MAX, |id| id.0)),
+        Fault::Overflow => SavedFault::Overflow,
+        Fault::Range(bound) => SavedFault::Range(bound),
+        Fault::Request => SavedFault::Request,
+    };
+    Some(RecordEntry { body, tick: record.tick, system: Name(system), component: Name(component), fault })
 }
 
 fn counts(evaluations: &Evaluations) -> CountsEntry {

@@ -227,6 +227,15 @@ impl Stepper {
         }
     }
 
+    /// Plans again for a world whose bodies were given another state, and its method.
+    pub(crate) fn go_on(&mut self, world: &mut World, method: Method) {
+        if method == self.plan.method {
+            self.recompile(world);
+        } else {
+            *self = Self::compile(world, method, self.installed);
+        }
+    }
+
     /// The method of every body that has none of its own.
     #[must_use]
     pub const fn method(&self) -> Method {

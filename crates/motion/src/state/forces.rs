@@ -22,6 +22,27 @@ impl PushedBodies {
     pub(crate) const fn close(&mut self) {
         self.is_closed = true;
     }
+
+    /// The forces that were added for the coming tick.
+    pub(crate) fn forces(world: &World) -> Vec<Push> {
+        let mut bodies = world.resource::<Self>().bodies.clone();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let push = |body| Some(Push { body, newtons: world.get::<Force>(body)?.0 });
+        bodies.into_iter().filter_map(push).collect()
+    }
+
+    /// Replaces the forces that were added for the coming tick.
+    pub(crate) fn replace(world: &mut World, forces: &[Push]) {
+        let before = std::mem::take(&mut world.resource_mut::<Self>().bodies);
+        let none = before.into_iter().map(|body| Push { body, newtons: Vector::ZERO });
+        for Push { body, newtons } in none.chain(forces.iter().copied()) {
+            if let Some(mut force) = world.get_mut::<Force>(body) {
+                force.0 = newtons;
+            }
+        }
+        world.resource_mut::<Self>().bodies.extend(forces.iter().map(|push| push.body));
+    }
 }
 
 /// The only way to write a [`Force`]: the tutorial's `AddForce`.

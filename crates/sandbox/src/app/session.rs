@@ -5,11 +5,11 @@
 use std::ops::{ControlFlow, Deref, DerefMut};
 use std::sync::Arc;
 
-use history::EffectsState;
 use lab::Row;
 use lab::cost::Study;
 use motion::clock::FrameTime;
 use motion::ledger::Ledger;
+use motion::snapshot::Effects;
 use motion::{TimeStep, remember_positions};
 use scene::{Scene, Source, StepKind};
 
@@ -156,7 +156,7 @@ impl Session {
         let mut next = start(Arc::clone(&stage.sim.scene), stage.run.options);
         hand_over(&mut stage.sim.world, &mut next.world);
         next.world.insert_resource(step);
-        EffectsState::of(&mut stage.sim.world).put(&mut next.world);
+        Effects::of(&mut stage.sim.world).put(&mut next.world);
         next.stepper.recompile(&mut next.world);
         if method != next.method() {
             next.set_method(method);

@@ -3,7 +3,7 @@
 use motion::Method;
 
 use super::*;
-use crate::snapshot::{CountsEntry, EffectsState};
+use crate::snapshot::Effects;
 
 const TEXT: &str = "(version: 1, step_hz: 100, mutual_gravity: (), bodies: [(name: \"a\"), (name: \"b\", position_m: (5, 0, 0))])";
 
@@ -103,7 +103,7 @@ fn a_method_need_not_solve_what_is_off() {
     let off = |snapshot: &mut Snapshot| {
         let mut world = Simulation::new(scene()).world;
         motion::effects::switch(&mut world, Effect::MutualGravity, false).unwrap();
-        (snapshot.method, snapshot.effects) = (Name(Method::ImplicitEuler), EffectsState::of(&mut world));
+        (snapshot.method, snapshot.effects) = (Name(Method::ImplicitEuler), Effects::of(&mut world));
     };
     assert_eq!(said(off), None);
 }

@@ -1,0 +1,407 @@
+//! Snapshots: the state of a world between two ticks as plain data, taken out and put back.
+//!
+//! A restored world goes on with the bits of the world that the snapshot was taken of: for rollback in a network game, for
+//! saving, for trying something out. Laws, springs and options of bodies, such as speed limits, are not in a snapshot, only
+//! which effects are off: they stay as the world has them. Nor are cached accelerations: velocity Verlet and Yoshida 4
+//! evaluate them once more.
+//!
+//! ```
+//! use bevy_ecs::prelude::*;
+//! use motion::prelude::*;
+//! use motion::snapshot;
+//!
+//! let mut world = World::new();
+//! world.insert_resource(Gravity::EARTH);
+//! let ball = |x| (Transform::at(Vector::X * x), PhysicsBody::with_mass(1.0));
+//! let ends = [world.spawn(ball(0.0)).id(), world.spawn(ball(2.0)).id()];
+//! world.spawn(Spring { ends, elastic: Elastic { stiffness: 50.0, damping: 0.1, rest_length: 1.0 } });
+//! let mut stepper = Stepper::new(&mut world, Method::PositionVerlet, TimeStep(1.0 / 120.0));
+//! let second = |world: &mut World, stepper: &mut Stepper| {
+//!     (0..120).for_each(|_| stepper.tick(world));
+//!     ends.map(|end| world.entity(end).components::<&Transform>().position.to_array().map(f64::to_bits))
+//! };
+//!
+//! second(&mut world, &mut stepper);
+//! let saved = snapshot::take(&mut world, &stepper);
+//! let first = second(&mut world, &mut stepper);
+//! snapshot::restore(&mut world, &mut stepper, &saved)?;
+//! assert_eq!(second(&mut world, &mut stepper), first);
+//! # Ok::<(), snapshot::Mismatch>(())
+//! ```
+//!
+//! For a stepper that is [installed](Stepper::installed):
+//!
+//! ```
+//! # use bevy_ecs::prelude::*;
+//! # use motion::{Stepper, snapshot};
+//! # fn save(world: &mut World) -> snapshot::Snapshot {
+//! Stepper::installed(world, |stepper, world| snapshot::take(world, stepper))
+//! # }
+//! ```
+
+use std::fmt;
+
+use bevy_ecs::component::Mutable;
+use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
+use bevy_ecs::prelude::*;
+
+use crate::kernels::evaluations::Evaluations;
+use crate::laws::Gravity;
+use crate::laws::damping::Damping;
+use crate::methods::markers::{OwnMethod, mark_method, own_method};
+use crate::methods::table::Method;
+use crate::schedule::effects::{self, Effect, EffectState};
+use crate::schedule::requests::{Request, Requests};
+use crate::schedule::stepper::Stepper;
+use crate::state::clock::{StepClock, TimeStep};
+use crate::state::components::{PhysicsBody, Quarantined, Transform};
+use crate::state::coupling::CouplingChanged;
+use crate::state::emitter::{Dormant, Emission};
+use crate::state::forces::{Push, PushQueue, PushedBodies};
+use crate::state::previous_position::PreviousPosition;
+use crate::state::substeps::{OwnSubsteps, Substeps};
+use crate::tick::quarantine::{Quarantine, QuarantineRecord};
+
+pub use crate::state::emitter::EmissionState;
+pub use crate::state::method_state::{LastAcceleration, LastStep};
+pub use crate::state::switched_off::{Off, OffResource, SpringsOff};
+
+/// The state of a world between two ticks. It names bodies and emitters by their entities.
+///
+/// To restore it into another world, as after loading a file, replace each [`Entity`] by that of the other world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// The clock of ticks.
+    pub clock: StepClock,
+    /// Length of a tick.
+    pub step: TimeStep,
+    /// The method of bodies without their own.
+    pub method: Method,
+    /// Substeps of bodies without their own number.
+    pub substeps: Substeps,
+    /// Gravity and damping, and which effects are off.
+    pub effects: Effects,
+    /// Evaluations so far.
+    pub evaluations: Evaluations,
+    /// The bodies, in the order of their tables: neighbors share calls of laws, so that counts of evaluations depend on it.
+    pub bodies: Vec<Entity>,
+    /// Position of each of the bodies.
+    pub transforms: Vec<Transform>,
+    /// Velocity and inverse mass of each of the bodies.
+    pub states: Vec<PhysicsBody>,
+    /// Previous positions, in worlds that draw between ticks.
+    pub previous_positions: Vec<(Entity, PreviousPosition)>,
+    /// Method state of position Verlet.
+    pub last_steps: Vec<(Entity, LastStep)>,
+    /// Bodies with their own method.
+    pub own_methods: Vec<(Entity, Method)>,
+    /// Bodies with their own number of substeps.
+    pub own_substeps: Vec<(Entity, OwnSubsteps)>,
+    /// Quarantined bodies.
+    pub quarantined: Vec<Entity>,
+    /// Why and when bodies were quarantined.
+    pub records: Vec<QuarantineRecord>,
+    /// Particles that do not live.
+    pub dormant: Vec<Entity>,
+    /// What each emitter has emitted.
+    pub emissions: Vec<(Entity, EmissionState)>,
+    /// Forces that were added for the next tick.
+    pub forces: Vec<Push>,
+    /// Pushes that wait for the next tick.
+    pub pushes: Vec<Push>,
+    /// Sustained pushes.
+    pub sustained: Vec<Push>,
+    /// Requests that wait for the next tick.
+    pub requests: Vec<Request>,
+}
+
+/// Gravity and damping of a world, and which effects are off.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Effects {
+    /// Gravity, if it is declared.
+    pub gravity: Option<Gravity>,
+    /// Damping, on or off, if it is declared.
+    pub damping: Option<Damping>,
+    /// Effects that are off.
+    pub off: Vec<Effect>,
+}
+
+/// The bodies or emitters in which a world and a snapshot differ.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mismatch {
+    /// Those of the snapshot that the world lacks.
+    pub missing: Vec<Entity>,
+    /// Those of the world that the snapshot lacks.
+    pub unknown: Vec<Entity>,
+}
+
+impl fmt::Display for Mismatch {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { missing, unknown } = self;
+        write!(
+            out,
+            "the world lacks {} bodies or emitters of the snapshot and has {} that the snapshot lacks, first {}; spawn and \
+             despawn until they are the same",
+            missing.len(),
+            unknown.len(),
+            missing.iter().chain(unknown).next().unwrap_or(&Entity::PLACEHOLDER)
+        )
+    }
+}
+
+impl std::error::Error for Mismatch {}
+
+/// Takes the state of `world`, which `stepper` simulates, between two ticks.
+#[must_use]
+pub fn take(world: &mut World, stepper: &Stepper) -> Snapshot {
+    let (mut bodies, mut transforms, mut states) = (Vec::new(), Vec::new(), Vec::new());
+    let mut tables = world.query::<(Entity, &Transform, &PhysicsBody)>();
+    for table in tables.contiguous_iter(world).expect("bodies are stored in tables") {
+        bodies.extend_from_slice(table.0);
+        transforms.extend_from_slice(table.1);
+        states.extend_from_slice(table.2);
+    }
+    let mut own = world.query_filtered::<EntityRef, With<OwnMethod>>();
+    let own_methods = own.iter(world).filter_map(|body| Some((body.id(), own_method(body)?))).collect();
+    let mut emissions = world.query::<(Entity, &Emission)>();
+    let emissions = emissions.iter(world).map(|(emitter, emission)| (emitter, emission.state())).collect();
+    Snapshot {
+        clock: *world.resource(),
+        step: *world.resource(),
+        method: stepper.method(),
+        substeps: world.get_resource().copied().unwrap_or_default(),
+        effects: Effects::of(world),
+        evaluations: world.resource::<Evaluations>().clone(),
+        bodies,
+        transforms,
+        states,
+        previous_positions: all(world),
+        last_steps: all(world),
+        own_methods,
+        own_substeps: all(world),
+        quarantined: marked::<Quarantined>(world),
+        records: world.resource::<Quarantine>().records().to_vec(),
+        dormant: marked::<Dormant>(world),
+        emissions,
+        forces: PushedBodies::forces(world),
+        pushes: world.resource::<PushQueue>().edges().to_vec(),
+        sustained: world.resource::<PushQueue>().sustained().to_vec(),
+        requests: world.resource::<Requests>().pending().collect(),
+    }
+}
+
+/// Puts `world` and its `stepper` into the state of `snapshot`.
+///
+/// # Errors
+/// If the bodies or emitters of `world` are not those of `snapshot`; nothing is changed then.
+pub fn restore(world: &mut World, stepper: &mut Stepper, snapshot: &Snapshot) -> Result<(), Mismatch> {
+    snapshot.check(world)?;
+    let Snapshot { clock, step, substeps, effects, evaluations, records, forces, .. } = snapshot;
+    effects.put(world);
+    world.insert_resource(*clock);
+    world.insert_resource(*step);
+    if world.get_resource::<Substeps>().copied().unwrap_or_default() != *substeps {
+        world.insert_resource(*substeps);
+    }
+    snapshot.put_methods(world, stepper.method());
+    snapshot.put_bodies(world);
+    for (emitter, state) in &snapshot.emissions {
+        if let Some(mut emission) = world.get_mut::<Emission>(*emitter) {
+            *emission = Emission::from_state(state.clone());
+        }
+    }
+    stepper.go_on(world, snapshot.method);
+    // Compiling groups and preparing pools moves bodies to other tables.
+    snapshot.put_in_order(world);
+    world.insert_resource(evaluations.clone());
+    world.insert_resource(Quarantine::going_on(records.clone()));
+    PushedBodies::replace(world, forces);
+    let mut queue = PushQueue::default();
+    snapshot.pushes.iter().for_each(|push| queue.push_once(push.body, push.newtons));
+    queue.sustain(snapshot.sustained.iter().copied());
+    world.insert_resource(queue);
+    let mut requests = Requests::default();
+    snapshot.requests.iter().for_each(|request| requests.ask(*request));
+    world.insert_resource(requests);
+    Ok(())
+}
+
+impl Effects {
+    /// Those of `world`.
+    pub fn of(world: &mut World) -> Self {
+        let off = world.get_resource::<OffResource<Damping>>().map(|OffResource(damping)| *damping);
+        Self {
+            gravity: world.get_resource().copied(),
+            damping: world.get_resource().copied().or(off),
+            off: Effect::ALL
+                .into_iter()
+                .filter(|effect| effects::state(world, *effect) == EffectState::Off)
+                .collect(),
+        }
+    }
+
+    /// Gives them to `world`, as far as it declares them.
+    pub fn put(&self, world: &mut World) {
+        let switch = |world: &mut World, to_off: bool| {
+            for effect in Effect::ALL.into_iter().filter(|effect| self.off.contains(effect) == to_off) {
+                // An effect that was never declared is off anyway.
+                let _ = effects::switch(world, effect, !to_off);
+            }
+        };
+        switch(world, false);
+        match self.gravity {
+            Some(gravity) => world.insert_resource(gravity),
+            None => drop(world.remove_resource::<Gravity>()),
+        }
+        match self.damping {
+            Some(damping) => world.insert_resource(damping),
+            None => drop(world.remove_resource::<Damping>()),
+        }
+        switch(world, true);
+    }
+}
+
+impl Snapshot {
+    fn check(&self, world: &mut World) -> Result<(), Mismatch> {
+        let same = world
+            .query_filtered::<Entity, With<PhysicsBody>>()
+            .iter(world)
+            .eq(self.bodies.iter().copied())
+            && marked::<Emission>(world).into_iter().eq(self.emissions.iter().map(|(emitter, _)| *emitter));
+        if same {
+            return Ok(());
+        }
+        let then: EntityHashSet =
+            self.bodies.iter().copied().chain(self.emissions.iter().map(|(emitter, _)| *emitter)).collect();
+        let now: EntityHashSet =
+            world.query_filtered::<Entity, Or<(With<PhysicsBody>, With<Emission>)>>().iter(world).collect();
+        let [mut missing, mut unknown] =
+            [then.difference(&now), now.difference(&then)].map(|some| some.copied().collect::<Vec<_>>());
+        missing.sort_unstable();
+        unknown.sort_unstable();
+        if missing.is_empty() && unknown.is_empty() { Ok(()) } else { Err(Mismatch { missing, unknown }) }
+    }
+
+    /// Gives the bodies their methods. Accelerations that were cached by another one are not kept.
+    fn put_methods(&self, world: &mut World, present: Method) {
+        let then: EntityHashMap<Method> = self.own_methods.iter().copied().collect();
+        let mut own = world.query_filtered::<EntityRef, With<OwnMethod>>();
+        let gone = own.iter(world).map(|body| body.id()).filter(|body| !then.contains_key(body));
+        let gone: Vec<_> = gone.map(|body| (body, None)).collect();
+        let given = self.own_methods.iter().map(|(body, method)| (*body, Some(*method)));
+        let mut changed = present != self.method;
+        for (body, method) in gone.into_iter().chain(given) {
+            let Ok(mut body) = world.get_entity_mut(body) else { continue };
+            if own_method(body.as_readonly()) != method {
+                mark_method(&mut body, method);
+                changed = true;
+            }
+        }
+        if changed {
+            for body in marked::<LastAcceleration>(world) {
+                world.entity_mut(body).remove::<LastAcceleration>();
+            }
+        }
+    }
+
+    fn put_bodies(&self, world: &mut World) {
+        let mut bodies = world.query::<(Entity, &mut Transform, &mut PhysicsBody)>();
+        let rows = self.transforms.iter().zip(&self.states);
+        let mut mass_changed = false;
+        let mut put =
+            |mut transform: Mut<Transform>, mut state: Mut<PhysicsBody>, then: (&Transform, &PhysicsBody)| {
+                mass_changed |= state.inverse_mass.to_bits() != then.1.inverse_mass.to_bits();
+                (*transform, *state) = (*then.0, *then.1);
+            };
+        let is_in_order = bodies.iter(world).map(|(body, ..)| body).eq(self.bodies.iter().copied());
+        if is_in_order {
+            for ((_, transform, state), then) in bodies.iter_mut(world).zip(rows) {
+                put(transform, state, then);
+            }
+        } else {
+            for (body, then) in self.bodies.iter().zip(rows) {
+                if let Ok((_, transform, state)) = bodies.get_mut(world, *body) {
+                    put(transform, state, then);
+                }
+            }
+        }
+        give(world, &self.previous_positions);
+        give(world, &self.last_steps);
+        give(world, &with(&self.dormant, Dormant));
+        let regrouped = [
+            give(world, &with(&self.quarantined, Quarantined)),
+            give(world, &self.own_substeps),
+            mass_changed,
+        ];
+        if regrouped.contains(&true) {
+            CouplingChanged::set(world);
+        }
+    }
+
+    /// Brings the rows of every table into the order of the bodies.
+    fn put_in_order(&self, world: &mut World) {
+        /// Marks a body while its row is moved to the end of its table.
+        #[derive(Component)]
+        struct Moved;
+
+        let mut bodies = world.query_filtered::<Entity, With<PhysicsBody>>();
+        if bodies.iter(world).eq(self.bodies.iter().copied()) {
+            return;
+        }
+        let place: EntityHashMap<usize> = self.bodies.iter().copied().zip(0..).collect();
+        let tables = bodies.contiguous_iter(world).expect("entities are stored in tables");
+        let tables: Vec<_> = tables.map(<[Entity]>::to_vec).collect();
+        for mut table in tables {
+            if !table.is_sorted_by_key(|body| place[body]) {
+                table.sort_unstable_by_key(|body| place[body]);
+                for body in &table {
+                    world.entity_mut(*body).insert(Moved);
+                }
+                for body in &table {
+                    world.entity_mut(*body).remove::<Moved>();
+                }
+            }
+        }
+    }
+}
+
+/// Every entity with that component, and its value.
+fn all<C: Component + Clone>(world: &mut World) -> Vec<(Entity, C)> {
+    world.query::<(Entity, &C)>().iter(world).map(|(entity, value)| (entity, value.clone())).collect()
+}
+
+fn marked<C: Component>(world: &mut World) -> Vec<Entity> {
+    world.query_filtered::<Entity, With<C>>().iter(world).collect()
+}
+
+fn with<C: Copy>(bodies: &[Entity], value: C) -> Vec<(Entity, C)> {
+    bodies.iter().map(|body| (*body, value)).collect()
+}
+
+/// Gives exactly these entities the component; whether one was added, removed or changed.
+fn give<C: Component<Mutability = Mutable> + Clone + PartialEq>(
+    world: &mut World,
+    then: &[(Entity, C)],
+) -> bool {
+    let mut now = world.query::<(Entity, &mut C)>();
+    let mut changed = false;
+    if now.iter(world).map(|(entity, _)| entity).eq(then.iter().map(|(entity, _)| *entity)) {
+        for ((_, mut value), (_, then)) in now.iter_mut(world).zip(then) {
+            changed |= *value != *then;
+            *value = then.clone();
+        }
+        return changed;
+    }
+    let wanted: EntityHashSet = then.iter().map(|(entity, _)| *entity).collect();
+    for entity in marked::<C>(world).into_iter().filter(|entity| !wanted.contains(entity)) {
+        world.entity_mut(entity).remove::<C>();
+    }
+    for (entity, then) in then {
+        if let Some(mut value) = world.get_mut::<C>(*entity) {
+            *value = then.clone();
+        } else if let Ok(mut entity) = world.get_entity_mut(*entity) {
+            entity.insert(then.clone());
+        }
+    }
+    true
+}
