@@ -65,7 +65,8 @@ fn motion_knows_no_device_no_file_and_no_clock() {
 
 /// The files and folders of `crates/motion/src`: each uses itself and those before it.
 const LAYERS: &[&str] = &[
-    "units", "real", "state", "laws", "methods", "kernels", "tick", "groups", "schedule", "snapshot", "arrays", "observe",
+    "units", "real", "state", "laws", "methods", "kernels", "tick", "groups", "schedule", "snapshot",
+    "arrays", "observe",
 ];
 
 /// The same of `crates/sandbox/src`.
@@ -238,6 +239,72 @@ fn only_scene_parses_files() {
     for name in ["motion", "pick", "render", "lab", "report", "sandbox"] {
         never(&format!("crates/{name}/src"), &own.each_ref().map(|file| &**file), &["ron::", "Deserialize"]);
     }
+}
+
+/// What a place may become f32 of without a difference: sizes, directions, a streak, and what is one already.
+const NO_PLACES: &[&str] = &[
+    "half_extents()",
+    "half_extents",
+    "direction()",
+    "direction",
+    "(body.velocity * EXPOSURE_S)",
+    "(-eye)",
+    "self.local(corner)",
+    "origin",
+];
+
+/// Conversions of vectors to f32 in `text` that are of no difference, with their lines.
+fn whole_places(text: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    for (line, code) in code(text).enumerate() {
+        for (at, _) in code.match_indices(".as_vec3()") {
+            let before = &code[..at];
+            // The last group in parentheses, or the last name.
+            let mut depth = 0;
+            let starts = |(_, c): &(usize, char)| {
+                depth += i32::from(*c == ')') - i32::from(*c == '(');
+                depth < 0 || depth == 0 && !(*c == '(' || c.is_alphanumeric() || matches!(c, '_' | '.' | ')'))
+            };
+            let start = before.char_indices().rev().find(starts).map_or(0, |(place, c)| place + c.len_utf8());
+            let receiver = &before[start..];
+            let is_difference = receiver.starts_with('(') && receiver.contains(" - ");
+            if !is_difference && !NO_PLACES.iter().any(|fine| receiver.ends_with(fine)) {
+                found.push((line + 1, receiver.to_owned()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn places_become_f32_only_as_differences_from_what_is_near() {
+    for (text, is_whole) in [
+        ("let x = at.position.as_vec3();", true),
+        ("f(self.place(body).as_vec3())", true),
+        ("(place * 2.0).as_vec3()", true),
+        ("(at.position - eye).as_vec3()", false),
+        ("let [a, b] = [a, b].map(|at| (at - self.eye).as_vec3());", false),
+        ("shape.half_extents().as_vec3()", false),
+    ] {
+        assert_eq!(!whole_places(text).is_empty(), is_whole, "{text}");
+    }
+    let mut found = Vec::new();
+    for (path, text) in sources().iter().filter(|(path, _)| in_folder(path, "crates")) {
+        let folders = ["crates/pick/src", "crates/sandbox/src"];
+        if folders.iter().any(|folder| in_folder(path, folder)) {
+            let before_tests = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let tests =
+                path.components().any(|part| part.as_os_str() == "tests") || path.ends_with("tests.rs");
+            let whole = if tests { Vec::new() } else { whole_places(before_tests) };
+            found.extend(whole.into_iter().map(|(line, what)| format!("{}:{line}: {what}", path.display())));
+        } else if !path
+            .components()
+            .any(|part| ["tests", "benches"].map(|name| name.as_ref()).contains(&part.as_os_str()))
+        {
+            assert!(!text.contains(".as_vec3()"), "{} makes places f32", path.display());
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
 }
 
 #[test]

@@ -171,14 +171,24 @@ pub trait Integrator: Copy + Default + Send + Sync + 'static {
     ) -> (F::Space, F::Space);
 }
 
-/// Evaluates an expression with the type of a method.
+/// Evaluates an expression with the type of a method; `@count` is the number of methods. Has the list that the compiler
+/// holds the enum, the claims and the colors to.
 macro_rules! with_method {
     ($method:expr, $name:ident => $do:expr) => {
+        $crate::methods::with_method!(@list @each $method, $name => $do;)
+    };
+    (@count) => {
+        $crate::methods::with_method!(@list @length)
+    };
+    (@list $($then:tt)*) => {
         $crate::methods::with_method!(
-            @each $method, $name => $do;
+            $($then)*
             ExplicitEuler SemiImplicitEuler ImplicitEuler PositionVerlet VelocityVerlet
             RungeKutta2Midpoint RungeKutta2Heun RungeKutta4 Yoshida4
         )
+    };
+    (@length $($each:ident)*) => {
+        [$(stringify!($each)),*].len()
     };
     (@each $method:expr, $name:ident => $do:expr; $($each:ident)*) => {
         match $method {

@@ -1,6 +1,6 @@
 //! The color and the short name of each method, in pictures, panels and figures alike.
 
-use motion::Method;
+use motion::{METHODS, Method};
 
 /// How a method is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub const REFERENCE_INK: Ink = Ink { short: "reference", srgb: [255, 255, 255] }
 /// Design), then wine and indigo of Tol (2021, "muted"). Any two of them, and white, stay apart for people who do
 /// not see red, green or blue (Machado, Oliveira, Fernandes 2009): by 16 or more in CIELAB, where 2.3 is just
 /// noticed.
-pub const INKS: [Ink; 9] = [
+pub const INKS: [Ink; METHODS.len()] = [
     Ink { short: "EE", srgb: [213, 94, 0] },
     Ink { short: "SIE", srgb: [230, 159, 0] },
     Ink { short: "IE", srgb: [240, 228, 66] },

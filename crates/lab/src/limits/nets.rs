@@ -36,8 +36,8 @@ const MOST: f64 = 1e3;
 
 /// Ticks of a run: what is 0.1 % beyond the limit without damping has failed by then.
 const TICKS: u32 = 400;
-/// The same of Runge-Kutta 4, whose growth begins slowly; the others' like a root.
-const TICKS_OF_RK4: u32 = 2_000;
+/// The same of methods that are not symplectic: their growth begins slowly, that of the others like a root.
+const TICKS_OF_SLOW_GROWTH: u32 = 2_000;
 /// The same of a method that has no limit.
 const TICKS_OF_NO_LIMIT: u32 = 100;
 
@@ -132,7 +132,7 @@ impl Net {
         } else if theory.is_infinite() {
             (Criterion::Amplitude, largest_stable(0.1, 1.3, |z| stepped(z).stays(TICKS_OF_NO_LIMIT)))
         } else {
-            let ticks = if method == Method::RungeKutta4 { TICKS_OF_RK4 } else { TICKS };
+            let ticks = if method.claims().symplectic { TICKS } else { TICKS_OF_SLOW_GROWTH };
             (Criterion::Amplitude, between(theory, |z| stepped(z).stays(ticks)))
         };
         Limit { system: self.name.clone(), method: method.name(), criterion, measured, theory }

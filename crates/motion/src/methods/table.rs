@@ -2,6 +2,7 @@
 //!
 //! These claims are written nowhere else: `sandbox list methods`, the documents, the panel and the tests read this table.
 
+use super::with_method;
 use crate::units::Scalar;
 
 /// A method of integration.
@@ -90,7 +91,7 @@ const fn of_order(order: u32) -> Claims {
 }
 
 /// One row per method, in the order of [`Method`].
-pub const METHODS: [Claims; 9] = [
+pub const METHODS: [Claims; with_method!(@count)] = [
     Claims {
         method: Method::ExplicitEuler,
         name: "explicit_euler",
@@ -184,6 +185,7 @@ impl Method {
         let mut all = [Self::ExplicitEuler; METHODS.len()];
         let mut i = 0;
         while i < METHODS.len() {
+            assert!(METHODS[i].method as usize == i, "the claims are in the order of the enum");
             all[i] = METHODS[i].method;
             i += 1;
         }

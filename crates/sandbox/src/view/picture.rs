@@ -1,4 +1,4 @@
-//! From the world to a plain frame: the one place where drawn state becomes f32, relative to the camera.
+//! From the world to a plain frame, in f32 relative to the camera.
 
 use bevy_ecs::prelude::*;
 use glam::{DVec3, Vec3};
