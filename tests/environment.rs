@@ -63,6 +63,11 @@ impl Formula {
         Self { of_velocity, ..self }
     }
 
+    /// Its acceleration at a time, s.
+    pub fn at(&self, time: f64, body: BodyState<f64>) -> DVec3 {
+        (self.acceleration)(EvaluationTime { time, within_step: time }, body)
+    }
+
     /// It jumps at that time, s.
     pub fn jumping_at(self, time: f64) -> Self {
         Self { jumps: vec![time], ..self }

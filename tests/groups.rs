@@ -1,5 +1,6 @@
 //! Groups: springs, soft bodies, mutual gravity and air on sheets, integrated by every method.
 
+mod called;
 mod conserved;
 mod hostile;
 mod implicit;

@@ -18,6 +18,7 @@ mod yoshida;
 use std::ops::{Add, Mul, Sub};
 
 pub use euler::{ExplicitEuler, SemiImplicitEuler};
+pub(crate) use implicit_euler::MOST_HALVINGS;
 pub use implicit_euler::{ImplicitEuler, MOST_ITERATIONS, Newton, newton_velocity};
 pub use runge_kutta::{RungeKutta2Heun, RungeKutta2Midpoint, RungeKutta4};
 pub(crate) use verlet::Synchronize;

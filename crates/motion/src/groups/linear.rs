@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
 use super::coupling::{Coupling, SheetRow, in_air, is_open, rate_along};
-use super::pull::{SpringRow, axis};
+use super::pull::{SpringRow, axis, positive};
 use super::rows::row_of;
 use super::states_of;
 use crate::laws::damping::{Damping, DampingRate};
@@ -324,7 +324,7 @@ impl Stiff {
         let d = at[ends[1]] - at[ends[0]];
         let (n, taut) = axis(d, elastic.rest_length);
         let along = if n == DVec3::ZERO && taut == 0.0 { 0.0 } else { elastic.stiffness };
-        let across = elastic.stiffness * taut;
+        let across = elastic.stiffness * positive(taut);
         Self { ends, n, along, across, damping: elastic.damping }
     }
 }

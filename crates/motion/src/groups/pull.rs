@@ -39,16 +39,20 @@ struct Block<T> {
 }
 
 /// The direction of a spring whose second end is at `d` from the first, and its stiffness across that direction as a
-/// fraction of its stiffness. A spring shorter than at rest has none, see [`Solver`](super::Solver). A spring without
-/// a length pulls alike in all directions if its rest length is 0, and is skipped if not.
+/// fraction of its stiffness, which is negative for a spring shorter than at rest. A spring without a length pulls alike
+/// in all directions if its rest length is 0, and is skipped if not.
 pub(super) fn axis<T: Real>(d: T::Vector, rest_length: T) -> (T::Vector, T) {
     let length = d.dot(d).sqrt();
     if length > T::ZERO {
-        let taut = T::ONE - rest_length / length;
-        (d * (T::ONE / length), if taut > T::ZERO { taut } else { T::ZERO })
+        (d * (T::ONE / length), T::ONE - rest_length / length)
     } else {
         (T::Vector::ZERO, if rest_length == T::ZERO { T::ONE } else { T::ZERO })
     }
+}
+
+/// A number, or 0 if it is negative or NaN.
+pub(super) fn positive<T: Real>(x: T) -> T {
+    if x > T::ZERO { x } else { T::ZERO }
 }
 
 /// Springs, in the order in which their forces are summed.

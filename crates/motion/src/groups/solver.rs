@@ -15,15 +15,21 @@ use crate::real::Real;
 /// they are repulsive, and for mutual gravity, the law acts as at the start of the step. The masses are the only
 /// preconditioner, because no other one keeps momentum when the iteration is stopped early.
 ///
-/// One linear solve is not stable for every stiffness: a chain of twenty links of 1e8 N/m and 1 kg that cracks like a
-/// whip at 60 Hz gains energy, and with five Newton iterations it does not (`tests/groups/implicit.rs`).
+/// Where a called law depends on the state of a body, Newton's method continues from there until it converges, as it does
+/// for single bodies, with the exact derivatives of all but mutual gravity. Their matrix is neither symmetric nor definite:
+/// generalized conjugate residuals solve it, with the definite matrix above as preconditioner.
+///
+/// Springs and air alone are solved by one linear solve, which is not stable for every stiffness: a chain of twenty links
+/// of 1e8 N/m and 1 kg that cracks like a whip at 60 Hz gains energy, and with five Newton iterations it does not
+/// (`tests/groups/implicit.rs`).
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
     /// Norm of the residual, relative to that of the right side, at which the iteration stops.
     pub tolerance: f64,
     /// Iterations after which a step is taken as it is, and counted as not converged; at least 1.
     pub most_iterations: u32,
-    /// Newton iterations after the linearized step, towards the solution of the nonlinear step.
+    /// Largest number of Newton iterations after the linearized step of a group without laws that depend on the state of a
+    /// body. With such laws it is at least [`MOST_ITERATIONS`](crate::methods::MOST_ITERATIONS).
     pub newton_iterations: u32,
 }
 
@@ -33,6 +39,10 @@ impl Default for Solver {
         Self { tolerance: 1e-8, most_iterations: 500, newton_iterations: 0 }
     }
 }
+
+/// Largest number of directions that generalized conjugate residuals keep before they start again, and of all directions.
+const KEPT_DIRECTIONS: usize = 10;
+const MOST_DIRECTIONS: usize = 60;
 
 /// Arrays of an iteration for `A y = r`, reused for the next one.
 #[derive(Debug, Default)]
@@ -45,6 +55,10 @@ pub(super) struct Gradients<T: Real> {
     p: RowArray<T>,
     /// The product with the direction; scratch space between two solves.
     pub q: RowArray<T>,
+    /// Directions of [`Gradients::solve_exact`] and their products of length 1.
+    directions: Vec<[RowArray<T>; 2]>,
+    /// Its solution and its residual.
+    whole: [RowArray<T>; 2],
 }
 
 /// How a solve ended.
@@ -73,8 +87,7 @@ impl<T: Real> Gradients<T> {
         movable: usize,
         mut multiply: impl FnMut(&[Row<T>], &mut [Row<T>]),
     ) -> Solved {
-        let least = if T::WIDE { 0.0 } else { 1e-5 };
-        let tolerance = T::of(solver.tolerance.max(least));
+        let tolerance = solver.tolerance::<T>();
         self.y.fill([T::ZERO; 4]);
         self.p.copy(&self.r);
         let mut squared = dot(&self.r[..movable], &self.r[..movable]);
@@ -103,9 +116,77 @@ impl<T: Real> Gradients<T> {
         // The square of a tiny number is 0: no tolerance is below that.
         Solved { iterations, converged: converged || squared < T::SNAP, is_finite }
     }
+
+    /// [`Gradients::solve`] for a matrix that need not be symmetric or definite: `multiply` multiplies by it if its first
+    /// argument is true, and else by the definite matrix that is the preconditioner (generalized conjugate residuals:
+    /// Eisenstat, Elman, Schultz 1983).
+    pub fn solve_exact(
+        &mut self,
+        solver: Solver,
+        movable: usize,
+        mut multiply: impl FnMut(bool, &[Row<T>], &mut [Row<T>]),
+    ) -> Solved {
+        let [mut sum, mut left] = std::mem::take(&mut self.whole);
+        let mut directions = std::mem::take(&mut self.directions);
+        sum.resize(self.r.len());
+        sum.fill([T::ZERO; 4]);
+        left.copy(&self.r);
+        let tolerance = solver.tolerance::<T>();
+        let enough = dot(&left[..movable], &left[..movable]) * tolerance * tolerance;
+        let mut all = Solved { iterations: 0, converged: false, is_finite: true };
+        for number in 0..MOST_DIRECTIONS {
+            self.r.copy(&left);
+            let Solved { iterations, is_finite, .. } =
+                self.solve(solver, movable, |p, q| multiply(false, p, q));
+            all.iterations += iterations;
+            all.is_finite &= is_finite;
+            multiply(true, &self.y, &mut self.q);
+            let (y, q) = (&mut self.y[..movable], &mut self.q[..movable]);
+            let kept = number % KEPT_DIRECTIONS;
+            for [direction, product] in &directions[..kept] {
+                let share = dot(product, q);
+                advance(y, direction, -share);
+                advance(q, product, -share);
+            }
+            let length = dot(q, q).sqrt();
+            // Not finite, or lost to rounding.
+            if !(length > T::ZERO && length.is_finite()) {
+                break;
+            }
+            for part in [&mut *y, &mut *q].into_iter().flat_map(<[Row<T>]>::as_flattened_mut) {
+                *part = *part * (T::ONE / length);
+            }
+            let share = dot(&left[..movable], q);
+            advance(&mut sum[..movable], y, share);
+            advance(&mut left[..movable], q, -share);
+            let squared = dot(&left[..movable], &left[..movable]);
+            all.converged = squared.is_at_most(enough) || squared < T::SNAP;
+            if all.converged {
+                break;
+            }
+            if directions.len() == kept {
+                directions.push(<[RowArray<T>; 2]>::default());
+            }
+            let [direction, product] = &mut directions[kept];
+            direction.copy(y);
+            product.copy(q);
+        }
+        self.y.copy(&sum);
+        self.whole = [sum, left];
+        self.directions = directions;
+        all
+    }
 }
 
-fn dot<T: Real>(a: &[Row<T>], b: &[Row<T>]) -> T {
+impl Solver {
+    /// The tolerance in the precision of T.
+    fn tolerance<T: Real>(self) -> T {
+        T::of(self.tolerance.max(if T::WIDE { 0.0 } else { 1e-5 }))
+    }
+}
+
+/// The sum of the products of two arrays.
+pub(super) fn dot<T: Real>(a: &[Row<T>], b: &[Row<T>]) -> T {
     // Four sums, one per lane, always in the same order.
     let mut sums = [T::ZERO; 4];
     for (a, b) in a.iter().zip(b) {
@@ -114,7 +195,8 @@ fn dot<T: Real>(a: &[Row<T>], b: &[Row<T>]) -> T {
     sums[0] + sums[1] + sums[2]
 }
 
-fn advance<T: Real>(sum: &mut [Row<T>], by: &[Row<T>], factor: T) {
+/// Adds `factor` times `by`.
+pub(super) fn advance<T: Real>(sum: &mut [Row<T>], by: &[Row<T>], factor: T) {
     for (sum, by) in sum.as_flattened_mut().iter_mut().zip(by.as_flattened()) {
         *sum += *by * factor;
     }

@@ -8,7 +8,7 @@ use crate::methods::table::Method;
 use crate::real::Real;
 
 /// Implicit Euler: `v1 = v + a(x1, v1) h; x1 = x + v1 h` (Curtiss, Hirschfelder 1952). Order 1, stable at every step
-/// size. The acceleration is that at the end of the step, so that each step solves an equation. Oscillations are damped
+/// size for linear attractive forces and drag. The acceleration is that at the end of the step, so that each step solves an equation. Oscillations are damped
 /// with a damping ratio of w h / 2.
 ///
 /// With constant forces and linear drag c the step has a closed form, `v1 = v + a(v) h / (1 + c h)`. Otherwise Newton's
@@ -23,7 +23,7 @@ pub struct ImplicitEuler;
 pub const MOST_ITERATIONS: u32 = 50;
 
 /// Largest number of times that a correction which increases the residual is halved.
-const MOST_HALVINGS: u32 = 8;
+pub(crate) const MOST_HALVINGS: u32 = 8;
 
 /// Result of an implicit solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

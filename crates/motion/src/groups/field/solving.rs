@@ -6,9 +6,10 @@ use crate::groups::combination::Combination;
 use crate::groups::coupling::{is_open, vector};
 use crate::groups::linear::LinearStep;
 use crate::groups::rows::{Row, RowArray};
-use crate::groups::solver::{Gradients, Solved};
+use crate::groups::solver::{Gradients, Solved, advance, dot};
 use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::Field as _;
+use crate::methods::{ImplicitEuler, MOST_HALVINGS, MOST_ITERATIONS};
 use crate::real::{Real, RealMatrix as _, RealVector as _};
 
 /// Arrays of a solve, reused for the next one.
@@ -19,6 +20,8 @@ pub(super) struct Workspace<T: Real> {
     x: RowArray<T>,
     /// Velocities before the solve, with the kicks that precede it.
     before: RowArray<T>,
+    /// Velocities that a Newton iteration tries.
+    tried: RowArray<T>,
 }
 
 impl<T: Real> GroupField<'_, T> {
@@ -72,25 +75,20 @@ impl<T: Real> GroupField<'_, T> {
         if let Some(gain) = &mut gain {
             self.kick_by_constants(gain);
         }
-        if self.environment.solver.newton_iterations > 0 {
-            work.before.copy(&v);
-        }
+        work.before.copy(&v);
         work.x.copy(self.rows.x);
         work.fit(self);
-        work.linearize(self, &v);
+        let follows_state = work.linearize(self, &v, false);
         work.force(self, &v);
         work.right_side(self, &v, false);
-        work.iterate(self, &mut v, gain.as_deref_mut());
-        for _ in 0..self.environment.solver.newton_iterations {
-            let h = self.step();
-            for (x, (start, v)) in work.x.iter_mut().zip(self.rows.x.iter().zip(v.iter())) {
-                (0..3).for_each(|axis| x[axis] = start[axis] + v[axis] * h);
-            }
-            work.linearize(self, &v);
-            work.force(self, &v);
-            work.right_side(self, &v, true);
-            work.iterate(self, &mut v, gain.as_deref_mut());
+        let mut converged = work.iterate(self, &mut v, gain.as_deref_mut());
+        let most = self.environment.solver.newton_iterations;
+        if follows_state {
+            converged = work.converge(self, &mut v, gain.as_deref_mut(), most.max(MOST_ITERATIONS));
+        } else {
+            work.converge(self, &mut v, gain.as_deref_mut(), most);
         }
+        self.statistics.iterations.unconverged_steps += u64::from(!converged);
         self.scratch.slots[start] = v;
         self.scratch.workspace = work;
         // One row is enough: the solution depends on all of them.
@@ -127,19 +125,22 @@ impl<T: Real> Workspace<T> {
         self.linear.fit(field.coupling.rows, &field.rows.w[..field.coupling.movable]);
     }
 
-    /// Linearizes all laws at the positions of this workspace and the velocities `v`.
-    fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>]) {
+    /// Linearizes all laws at the positions of this workspace and the velocities `v`. Returns whether a called law depends
+    /// on the state of its body.
+    fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>], exact: bool) -> bool {
         let Self { linear, x, .. } = self;
         let step = (field.end(), field.step());
-        linear.linearize(field.coupling, field.environment.shared.laws.drag, step, x, v);
+        linear.linearize(field.coupling, field.environment.shared.laws.drag, step, exact, x, v);
+        let mut follows_state = false;
         if field.calls() {
             linear.expect_laws();
             field.each_call(|row, law| {
                 let (position, velocity) = (vector(&x[row]), vector(&v[row]));
                 let body = BodyState { position, velocity, inverse_mass: field.rows.w[row] };
-                linear.add_law(row, law, step, body);
+                follows_state |= linear.add_law(row, law, step, body) || law.depends_on_velocity();
             });
         }
+        follows_state
     }
 
     /// The forces of the coupling, N.
@@ -163,7 +164,7 @@ impl<T: Real> Workspace<T> {
             let mut a = [0, 1, 2].map(|axis| called[row][axis] - rate * v[row][axis]);
             if !is_newton {
                 let moved = match self.linear.local.get(row) {
-                    Some((_, moved)) => moved.times(vector(&v[row])).to_array(),
+                    Some(local) => local.moved.times(vector(&v[row])).to_array(),
                     None => [T::ZERO; 3],
                 };
                 a = [0, 1, 2].map(|axis| a[axis] + moved[axis]);
@@ -180,8 +181,86 @@ impl<T: Real> Workspace<T> {
         self.gradients.q = called;
     }
 
-    /// Adds the solution to `v`, and to `gain` if there is one.
-    fn iterate(&mut self, field: &mut GroupField<'_, T>, v: &mut [Row<T>], mut gain: Option<&mut [Row<T>]>) {
+    /// The residual of the implicit step `v1 = v0 + h a(x0 + h v1, v1)`, times the roots of the masses.
+    fn residual(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>]) {
+        let h = field.step();
+        for (x, (start, v)) in self.x.iter_mut().zip(field.rows.x.iter().zip(v)) {
+            (0..3).for_each(|axis| x[axis] = start[axis] + v[axis] * h);
+        }
+        self.force(field, v);
+        self.right_side(field, v, true);
+    }
+
+    /// Continues from `v` by Newton's method, for at most so many iterations. Returns whether it has converged.
+    fn converge(
+        &mut self,
+        field: &mut GroupField<'_, T>,
+        v: &mut [Row<T>],
+        mut gain: Option<&mut [Row<T>]>,
+        most: u32,
+    ) -> bool {
+        if most == 0 {
+            return false;
+        }
+        let (movable, half) = (field.coupling.movable, T::of(0.5));
+        let mut tried = std::mem::take(&mut self.tried);
+        self.residual(field, v);
+        let mut converged = false;
+        for _ in 0..most {
+            let before = dot(&self.gradients.r[..movable], &self.gradients.r[..movable]);
+            self.linearize(field, v, true);
+            let Solved { iterations, is_finite, .. } = self.solve(field, true);
+            field.statistics.iterations.newton += 1;
+            field.statistics.iterations.cg += u64::from(iterations);
+            if !is_finite {
+                self.show_broken(field, v, gain.as_deref_mut());
+                break;
+            }
+            let Self { gradients, linear, .. } = self;
+            for (y, root) in gradients.y[..movable].iter_mut().zip(&linear.root) {
+                (0..3).for_each(|axis| y[axis] = y[axis] * *root);
+            }
+            converged = self.is_small(field, v);
+            let mut part = T::ONE;
+            let accepted = converged
+                || (0..=MOST_HALVINGS).any(|_| {
+                    tried.copy(v);
+                    advance(&mut tried[..movable], &self.gradients.y, part);
+                    self.residual(field, &tried);
+                    let after = dot(&self.gradients.r[..movable], &self.gradients.r[..movable]);
+                    let is_better = after.is_at_most(before);
+                    part = if is_better { part } else { part * half };
+                    is_better
+                });
+            if accepted {
+                for sum in [Some(&mut *v), gain.as_deref_mut()].into_iter().flatten() {
+                    advance(&mut sum[..movable], &self.gradients.y, part);
+                }
+            }
+            if converged || !accepted {
+                break;
+            }
+        }
+        self.tried = tried;
+        converged
+    }
+
+    /// Whether a correction of `v` is below the tolerance, or moves the bodies by less than the rounding of positions.
+    fn is_small(&self, field: &GroupField<'_, T>, v: &[Row<T>]) -> bool {
+        let movable = field.coupling.movable;
+        let largest = |rows: &[Row<T>]| {
+            let parts = rows[..movable].iter().flat_map(|row| &row[..3]);
+            parts.fold(T::ZERO, |most, part| if part.abs().is_at_most(most) { most } else { part.abs() })
+        };
+        let size = largest(&self.gradients.y);
+        // Several springs round at each body.
+        let rounding = T::EPSILON * T::of(16.0) * largest(&self.x);
+        size <= ImplicitEuler::tolerance::<T>() * (largest(v) + largest(&self.before))
+            || size * field.step() <= rounding
+    }
+
+    /// Solves for the residual in the arrays of the gradients, with exact derivatives or with their definite part.
+    fn solve(&mut self, field: &GroupField<'_, T>, exact: bool) -> Solved {
         let Self { linear, gradients, .. } = self;
         let movable = field.coupling.movable;
         let locked = field.scratch.classes.list.iter().any(|class| class.locks.is_some());
@@ -189,25 +268,47 @@ impl<T: Real> Workspace<T> {
             let Class { rate, locks, .. } = field.class(row);
             (*rate, if locked { *locks } else { None })
         };
-        let (h, sheets) = (field.step(), &field.coupling.sheets);
-        let Solved { iterations, converged, is_finite } =
-            gradients
-                .solve(field.environment.solver, movable, |p, q| linear.multiply(h, sheets, row_terms, p, q));
-        if !is_finite {
-            // The velocities of these rows show it; those of the other rows stay as they are.
-            for sum in [Some(&mut *v), gain.as_deref_mut()].into_iter().flatten() {
-                for (v, r) in sum[..movable].iter_mut().zip(gradients.r.iter()) {
-                    (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
-                }
-            }
-            field.look(|field| field.broken(&gradients.r).collect());
+        let (h, sheets, solver) = (field.step(), &field.coupling.sheets, field.environment.solver);
+        if exact {
+            gradients.solve_exact(solver, movable, |exact, p, q| {
+                linear.multiply(h, sheets, row_terms, exact, p, q);
+            })
+        } else {
+            gradients.solve(solver, movable, |p, q| linear.multiply(h, sheets, row_terms, false, p, q))
         }
+    }
+
+    /// Makes velocities infinite or NaN where the right side was: those of the other rows stay as they are.
+    fn show_broken(&self, field: &mut GroupField<'_, T>, v: &mut [Row<T>], gain: Option<&mut [Row<T>]>) {
+        let r = &self.gradients.r;
         for sum in [Some(v), gain].into_iter().flatten() {
-            for ((v, y), root) in sum[..movable].iter_mut().zip(gradients.y.iter()).zip(&linear.root) {
+            for (v, r) in sum[..field.coupling.movable].iter_mut().zip(r.iter()) {
+                (0..3).filter(|axis| !r[*axis].is_finite()).for_each(|axis| v[axis] = r[axis]);
+            }
+        }
+        field.look(|field| field.broken(r).collect());
+    }
+
+    /// Adds the solution of the linearized step to `v`, and to `gain` if there is one. Returns whether it converged.
+    fn iterate(
+        &mut self,
+        field: &mut GroupField<'_, T>,
+        v: &mut [Row<T>],
+        mut gain: Option<&mut [Row<T>]>,
+    ) -> bool {
+        let Solved { iterations, converged, is_finite } = self.solve(field, false);
+        if !is_finite {
+            self.show_broken(field, v, gain.as_deref_mut());
+        }
+        let Self { linear, gradients, .. } = self;
+        for sum in [Some(v), gain].into_iter().flatten() {
+            for ((v, y), root) in
+                sum[..field.coupling.movable].iter_mut().zip(gradients.y.iter()).zip(&linear.root)
+            {
                 (0..3).for_each(|axis| v[axis] += y[axis] * *root);
             }
         }
         field.statistics.iterations.cg += u64::from(iterations);
-        field.statistics.iterations.unconverged_steps += u64::from(!converged);
+        converged
     }
 }

@@ -1,9 +1,9 @@
 //! An implicit Euler step of a group, linearized: the matrix that its solver multiplies by.
 
 use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along, vector};
-use crate::groups::pull::{SpringRow, axis};
+use crate::groups::pull::{SpringRow, axis, positive};
 use crate::groups::rows::{Row, RowArray};
-use crate::laws::{BodyState, Drag, EvaluationTime, Law};
+use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealMatrix as _, RealVector as _};
 use crate::state::components::AxisLocks;
 
@@ -21,15 +21,28 @@ struct Stiff<T: Real> {
     damping: T,
 }
 
+/// Derivatives of the called laws of a row.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::groups) struct Local<T: Real> {
+    /// `-h da/dv - h² da/dx` of attractive laws.
+    attractive: T::Matrix,
+    /// What is missing there from that of all laws.
+    rest: T::Matrix,
+    /// `h da/dx` of attractive laws.
+    pub moved: T::Matrix,
+}
+
 /// Derivatives of the forces on a group by its state: the matrix `1 + h W^½ D W^½ + h² W^½ K W^½` of
-/// [`Solver`](crate::groups::Solver).
+/// [`Solver`](crate::groups::Solver), and what it lacks of the exact one.
 #[derive(Debug, Default)]
 pub(in crate::groups) struct LinearStep<T: Real> {
     springs: Vec<Stiff<T>>,
     /// Normal n and `h m (c + k |u| + k (u·n)² / |u|)`, kg, of triangles in air: the derivative along n.
     sheets: Vec<(T::Vector, T)>,
-    /// The laws of single bodies, if there are any: `-h da/dv - h² da/dx`, and `h da/dx`.
-    pub local: Vec<(T::Matrix, T::Matrix)>,
+    /// The called laws by row, if there are any.
+    pub local: Vec<Local<T>>,
+    /// Springs that are shorter than at rest, by number, with `h² k (1 - L0 / L)`, kg, which is negative.
+    compressed: Vec<(usize, T)>,
     /// Square roots of inverse masses.
     pub root: Vec<T>,
     /// Forces of what is coupled, N.
@@ -48,21 +61,29 @@ impl<T: Real> LinearStep<T> {
         self.root.extend(movable.iter().map(|w| if *w > T::ZERO { w.sqrt() } else { T::ZERO }));
     }
 
-    /// Derivatives of springs and air in steps of `h` at the state `x`, `v`, without those of laws that are called.
+    /// Derivatives of springs and air in steps of `h` at the state `x`, `v`, without those of laws that are called. With
+    /// `exact`, also of the forces across springs that are shorter than at rest.
     pub fn linearize(
         &mut self,
         coupling: &Coupling<T>,
         drag: Option<&Drag>,
         (at, h): (EvaluationTime<T>, T),
+        exact: bool,
         x: &[Row<T>],
         v: &[Row<T>],
     ) {
-        self.springs.clear();
-        self.springs.extend(coupling.springs.iter().map(|SpringRow { ends: [a, b], elastic }| {
+        let Self { springs, compressed, .. } = self;
+        springs.clear();
+        compressed.clear();
+        springs.extend(coupling.springs.iter().enumerate().map(|(number, spring)| {
+            let SpringRow { ends: [a, b], elastic } = spring;
             let d = vector(&x[b as usize]) - vector(&x[a as usize]);
             let (n, taut) = axis(d, elastic.rest_length);
             let along = h * h * elastic.stiffness;
-            let across = along * taut;
+            if exact && taut < T::ZERO {
+                compressed.push((number, along * taut));
+            }
+            let across = along * positive(taut);
             Stiff { ends: [a, b], n, along, across, damping: h * elastic.damping }
         }));
         self.sheets.clear();
@@ -80,24 +101,29 @@ impl<T: Real> LinearStep<T> {
 
     /// Makes room for the derivatives of laws that are called for single rows.
     pub fn expect_laws(&mut self) {
-        self.local.resize(self.root.len(), (T::Matrix::ZERO, T::Matrix::ZERO));
+        let zero = T::Matrix::ZERO;
+        self.local.resize(self.root.len(), Local { attractive: zero, rest: zero, moved: zero });
     }
 
-    /// Adds the derivatives of a law that is called for a row.
+    /// Adds the derivatives of a law that is called for a row. Returns whether any of them is not zero.
     pub fn add_law(
         &mut self,
         row: usize,
         law: &dyn Law<T>,
         (at, h): (EvaluationTime<T>, T),
         body: BodyState<T>,
-    ) {
+    ) -> bool {
         if body.inverse_mass.is_at_most(T::ZERO) {
-            return;
+            return false;
         }
-        let jacobians = law.jacobians(at, body);
-        let [by_x, by_v] = [jacobians.position, jacobians.velocity].map(attractive_part::<T>);
-        let (sum, moved) = self.local[row];
-        self.local[row] = (sum - by_v * h - by_x * (h * h), moved + by_x * h);
+        let Jacobians { position, velocity } = law.jacobians(at, body);
+        let [by_x, by_v] = [position, velocity].map(attractive_part::<T>);
+        let Local { attractive, rest, moved } = self.local[row];
+        let rest = rest - (velocity - by_v) * h - (position - by_x) * (h * h);
+        let attractive = attractive - by_v * h - by_x * (h * h);
+        self.local[row] = Local { attractive, rest, moved: moved + by_x * h };
+        let is_zero = |matrix: T::Matrix| columns::<T>(matrix).as_flattened().iter().all(|x| *x == T::ZERO);
+        !(is_zero(position) && is_zero(velocity))
     }
 
     /// Adds what the springs pull less after `h` at the velocities `v`: the forces become `f - h K v`.
@@ -111,17 +137,19 @@ impl<T: Real> LinearStep<T> {
         }
     }
 
-    /// `q = A p`, without a matrix; `row_terms` gives the rate of linear drag and the locks of a row.
+    /// `q = A p`, without a matrix; `row_terms` gives the rate of linear drag and the locks of a row. A is the exact
+    /// derivative if `exact`, and else its positive definite part.
     pub fn multiply(
         &mut self,
         h: T,
         sheets: &[SheetRow<T>],
         row_terms: impl Fn(usize) -> (T, Option<AxisLocks>),
+        exact: bool,
         p: &[Row<T>],
         q: &mut [Row<T>],
     ) {
         // Once: finding where an array begins is more than what is done to a row.
-        let Self { springs, sheets: normals, local, root, forces, scaled } = self;
+        let Self { springs, sheets: normals, local, compressed, root, forces, scaled } = self;
         let (forces, scaled): (&mut [Row<T>], &mut [Row<T>]) = (forces, scaled);
         let movable = root.len();
         for ((scaled, p), root) in scaled[..movable].iter_mut().zip(p).zip(&*root) {
@@ -135,6 +163,14 @@ impl<T: Real> LinearStep<T> {
             add(&mut forces[a], -change);
             add(&mut forces[b], change);
         }
+        for (number, across) in compressed.iter().take_while(|_| exact) {
+            let Stiff { ends, n, .. } = springs[*number];
+            let [a, b] = ends.map(|end| end as usize);
+            let d = vector(&scaled[b]) - vector(&scaled[a]);
+            let change = (d - n * n.dot(d)) * *across;
+            add(&mut forces[a], -change);
+            add(&mut forces[b], change);
+        }
         for (SheetRow { corners, .. }, (n, strength)) in sheets.iter().zip(&*normals) {
             let [a, b, c] = corners.map(|corner| vector(&scaled[corner as usize]));
             let ninth = T::of(1.0 / 9.0);
@@ -144,7 +180,10 @@ impl<T: Real> LinearStep<T> {
         for row in 0..movable {
             let (root, (rate, locks)) = (root[row], row_terms(row));
             let local = match local.get(row) {
-                Some((local, _)) => local.times(vector(&p[row])).to_array(),
+                Some(Local { attractive, rest, .. }) if exact => {
+                    (*attractive + *rest).times(vector(&p[row])).to_array()
+                }
+                Some(Local { attractive, .. }) => attractive.times(vector(&p[row])).to_array(),
                 None => [T::ZERO; 3],
             };
             for axis in 0..3 {
@@ -166,14 +205,18 @@ impl<T: Real> Stiff<T> {
     }
 }
 
-/// The symmetric part of a derivative if it has no positive eigenvalue, and zero if it has one.
-fn attractive_part<T: Real>(derivative: T::Matrix) -> T::Matrix {
-    let unit = |axis: usize| {
+/// The columns of a matrix.
+fn columns<T: Real>(matrix: T::Matrix) -> [[T; 3]; 3] {
+    [0, 1, 2].map(|axis| {
         let mut unit = [T::ZERO; 3];
         unit[axis] = T::ONE;
-        T::Vector::from_array(unit)
-    };
-    let columns = [0, 1, 2].map(|axis| derivative.times(unit(axis)).to_array());
+        matrix.times(T::Vector::from_array(unit)).to_array()
+    })
+}
+
+/// The symmetric part of a derivative if it has no positive eigenvalue, and zero if it has one.
+fn attractive_part<T: Real>(derivative: T::Matrix) -> T::Matrix {
+    let columns = columns::<T>(derivative);
     let half = T::of(0.5);
     let s = |i: usize, j: usize| -((columns[i][j] + columns[j][i]) * half);
     let minor = |i: usize, j: usize| s(i, i) * s(j, j) - s(i, j) * s(i, j);
