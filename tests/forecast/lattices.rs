@@ -27,6 +27,18 @@ fn a_large_lattice_is_not_accused() {
     assert!(!margin.is_unstable && (margin.limit - 2.0).abs() < 1e-3, "{margin:?}");
 }
 
+/// The first products leave an interval with the limit in it: the search goes on.
+#[test]
+fn a_large_lattice_near_its_limit_is_decided() {
+    for (part, is_unstable) in [(1.007, true), (0.99, false)] {
+        let stiffness = (2.0 * part * 120.0_f64).powi(2) / (61.0_f64.powi(3) * 52.0 / 3.0);
+        let margin = worst(&format!(
+            "lattice(cells: (60, 60, 60), size_m: (1, 1, 1), mass_kg: 1, stiffness_n_m: {stiffness:?})"
+        ));
+        assert!(margin.is_unstable == is_unstable && !margin.may_be_unstable(), "{margin:?}");
+    }
+}
+
 /// The largest of `m w² / k` of a cloth without an end, over all waves.
 fn fastest_wave() -> f64 {
     let wave = |i: i32, j: i32| {

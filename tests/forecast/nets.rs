@@ -3,7 +3,7 @@
 use glam::DVec3;
 use lab::limits::Net;
 use motion::forecast::{Forecast, LimitingPart, Margin};
-use motion::{Damping, DampingModel, Drag, Elastic, Method, OwnLaws, Substeps, Well, Wells};
+use motion::{Damping, DampingModel, Drag, Elastic, Method, MutualGravity, OwnLaws, Substeps, Well, Wells};
 
 use crate::dice::Dice;
 use crate::groups::lab::{Environment, Lab, Net as Springs, Start, elastic};
@@ -339,4 +339,41 @@ fn many_rates_of_damping_are_taken_together() {
     };
     let (few, many) = (around(4), around(last));
     assert!((few.limit / many.limit - 1.0).abs() < 0.02, "{few:?} {many:?}");
+}
+
+/// Two bodies on a circle have `w² = G (m + m') / r³`.
+#[test]
+fn mutual_gravity_has_the_frequency_of_the_fastest_pair() {
+    for (part, is_unstable) in [(0.95, false), (1.05, true)] {
+        let h = 1.0 / 60.0;
+        let w = 2.0 * part / h;
+        let far = Start::of(5.0, DVec3::X * 40.0, DVec3::ZERO);
+        let pair = [Start::of(1.0, DVec3::ZERO, DVec3::ZERO), Start::of(3.0, DVec3::Y * 2.0, DVec3::ZERO)];
+        let attraction = Some(MutualGravity { constant: w * w * 8.0 / 4.0, softening: 0.0 });
+        let around = Environment { attraction, ..Environment::default() };
+        let mut rig = Springs::free([far, pair[0], pair[1]]).lab(&around, Method::SemiImplicitEuler, h);
+        let margin = worst(&forecast(&mut rig));
+        assert_eq!(margin.part, LimitingPart::MutualGravity([rig.bodies[1], rig.bodies[2]]));
+        assert!((margin.value - 2.0 * part).abs() < 1e-9 && margin.is_unstable == is_unstable, "{margin:?}");
+    }
+}
+
+/// A list of all of them would be searched for each.
+#[test]
+fn of_many_wells_the_fastest_are_listed() {
+    let well = |number: u32| Well {
+        position: DVec3::X * f64::from(number + 1),
+        strength: if number == 700 { 1e12 } else { 1.0 },
+        softening: 0.0,
+    };
+    let around = Environment { wells: Some(Wells((0..1000).map(well).collect())), ..Environment::default() };
+    let net = Springs::free([Start::of(1.0, DVec3::ZERO, DVec3::ZERO)]);
+    let mut rig = net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0);
+    let forecast = forecast(&mut rig);
+    assert_eq!(forecast.margins().len(), 64);
+    assert_eq!(worst(&forecast).part, LimitingPart::Well(700, rig.bodies[0]));
+    let listed = |number| {
+        forecast.margins().iter().any(|margin| margin.part == LimitingPart::Well(number, rig.bodies[0]))
+    };
+    assert!((0..63).all(listed));
 }

@@ -2,6 +2,10 @@
 
 use std::fs;
 
+use bevy_ecs::entity::Entity;
+use motion::Method;
+use motion::forecast::{Cure, LimitingPart, Margin};
+use sandbox::ForecastRow;
 use serde_json::Value;
 
 use crate::harness::{Said, folder, sandbox, summarized};
@@ -179,4 +183,25 @@ fn at_most_three_lines_are_said() {
     assert_eq!(lines.len(), 4, "{}", said.err);
     assert!(lines[0].contains("spring a4 - b4") && lines[3].contains("2 more are unstable"), "{lines:?}");
     assert_eq!(summary["forecast"].as_array().unwrap().len(), 5);
+}
+
+/// A net so large that its value is known to 0.3 % only.
+#[test]
+fn what_cannot_be_decided_says_so() {
+    let margin = Margin {
+        part: LimitingPart::Damping(Entity::PLACEHOLDER),
+        bodies: 1_000_000,
+        method: Method::SemiImplicitEuler,
+        substeps: 1,
+        value: 1.996,
+        at_most: 2.004,
+        limit: 2.0,
+        is_unstable: false,
+        growth_per_s: 1.0,
+        cure: Cure { substeps: Some(2), method: None },
+    };
+    assert!(margin.may_be_unstable());
+    let row = ForecastRow { margin, element: "lattice".to_owned(), cure: "needs 2 substeps".to_owned() };
+    let line = "lattice: c h = 1.996 to 2.004, within 0.3 % of the limit of semi_implicit_euler, 2; needs 2 substeps";
+    assert_eq!((row.verdict(), row.line().as_str()), ("at its limit", line));
 }

@@ -137,6 +137,20 @@ impl<T: Real> Coupling<T> {
         self.attraction(law, rows.map(|row| self.mass(row, w)), rows.map(|row| vector(&x[row])))
     }
 
+    /// Square of the angular frequency, 1/s², at which two rows would orbit each other at their distance; 0 at the same
+    /// position.
+    pub fn squared_frequency(&self, law: &MutualGravity, rows: [usize; 2], x: &[Row<T>], w: &[T]) -> T {
+        let [from, to] = rows.map(|row| vector(&x[row]));
+        // A row that does not move follows no other.
+        let [mass, other] = [[0, 1], [1, 0]].map(|[of, by]| {
+            let follows = rows[by] < self.movable && w[rows[by]] > T::ZERO;
+            if follows { self.mass(rows[of], w) } else { T::ZERO }
+        });
+        self.reach(law, from, to).map_or(T::ZERO, |(_, inverse)| {
+            T::of(law.constant) * (mass + other) * inverse * inverse * inverse
+        })
+    }
+
     /// The vector r from one body to another and `(r² + s²)^(-1/2)`; `None` at the same position.
     fn reach(&self, law: &MutualGravity, from: T::Vector, to: T::Vector) -> Option<(T::Vector, T)> {
         let (r, s) = (to - from, T::of(law.softening));

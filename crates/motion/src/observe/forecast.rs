@@ -37,6 +37,8 @@ pub enum LimitingPart {
     Well(usize, Entity),
     /// Another law, by its name, on a body.
     Law(&'static str, Entity),
+    /// The mutual gravity of two bodies.
+    MutualGravity([Entity; 2]),
 }
 
 /// The changes that would make an unstable part stable.
@@ -64,7 +66,8 @@ pub struct Margin {
     /// This is a lower bound: a mode that is predicted to grow does grow.
     pub value: Scalar,
     /// Upper bound of the value. It is within 1 % of the value, except for groups of more than some 30,000 bodies
-    /// without a regular structure.
+    /// without a regular structure. If the limit is in between, the search continues until it is not, or until the bound
+    /// is within 0.1 %; for groups of more than a million bodies it may end earlier.
     pub at_most: Scalar,
     /// The value above which the mode grows: the next such limit above the current value if that is stable. 0 if no
     /// step is stable, or if the limit is below 5e-3 for one mode or 0.05 for several; infinite if every step is
@@ -74,7 +77,7 @@ pub struct Margin {
     pub is_unstable: bool,
     /// Factor of growth per second, after many seconds; 1 if it does not grow.
     pub growth_per_s: Scalar,
-    /// The changes that would make it stable, even if the value is its upper bound. Empty if it is stable.
+    /// The changes that would make it stable, even if the value is its upper bound. Empty if it is known to be stable.
     pub cure: Cure,
 }
 
@@ -83,6 +86,12 @@ impl Margin {
     #[must_use]
     pub fn is_known(&self) -> bool {
         self.at_most <= 1.01 * self.value || self.at_most == self.value
+    }
+
+    /// Whether it is unknown if the mode grows: the limit is between the value and its upper bound.
+    #[must_use]
+    pub fn may_be_unstable(&self) -> bool {
+        !self.is_unstable && (self.value..self.at_most).contains(&self.limit)
     }
 
     /// Value over limit: the mode grows above 1.
@@ -110,7 +119,8 @@ pub struct SpringMargin {
 /// together, which Lanczos's iteration finds. The single fastest mode suffices without damping, or with the same
 /// damping everywhere. Groups of up to four bodies are not reduced.
 ///
-/// The forecast ignores mutual gravity, and wells and own laws of bodies in groups together with their springs.
+/// Mutual gravity is that of the fastest pair at its present distance. The forecast does not combine mutual gravity, wells
+/// and own laws with the springs of a group.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Forecast {
     margins: Vec<Margin>,
@@ -145,7 +155,8 @@ impl Forecast {
         forecast.add_groups(world, scenes, springs);
         forecast.margins.sort_by(|a, b| {
             let by_ratio = b.ratio().total_cmp(&a.ratio());
-            b.is_unstable.cmp(&a.is_unstable).then(by_ratio).then(b.value.total_cmp(&a.value))
+            let rank = |margin: &Margin| (margin.is_unstable, margin.may_be_unstable());
+            rank(b).cmp(&rank(a)).then(by_ratio).then(b.value.total_cmp(&a.value))
         });
         forecast
     }
@@ -185,6 +196,7 @@ impl Forecast {
             };
             let spring_margins = springs.then_some(&mut self.springs);
             self.margins.extend(groups::margin(world, coupling, bodies, stepping, spring_margins));
+            self.margins.extend(groups::attraction_margin(world, coupling, bodies, stepping));
         }
     }
 }

@@ -384,7 +384,7 @@ const MOST_WARNINGS: usize = 3;
 fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<Vec<String>, Failure> {
     let scene = session.scene().name.clone();
     let rows = session.forecast_start(frame);
-    let line = |row: &ForecastRow| format!("{scene} is unstable: {}", row.line());
+    let line = |row: &ForecastRow| format!("{scene} is {}: {}", row.verdict(), row.line());
     let mut lines: Vec<_> = rows.iter().take(MOST_WARNINGS).map(line).collect();
     if args.refuse_unstable && !lines.is_empty() {
         return Err(Failure::Expectation(lines.swap_remove(0)));

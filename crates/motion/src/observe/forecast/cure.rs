@@ -91,9 +91,15 @@ impl LinearSystem {
         let limit = self.limit(stepping, value);
         // A mode faster by this factor is stable at the current steps if this one is stable at steps longer by it.
         let longer = Stepping { tick: stepping.tick * at_most.max(value) / value, ..stepping };
-        let cure = if is_unstable { self.cure(longer, limit > 0.0) } else { Cure::default() };
         let Stepping { method, substeps, .. } = stepping;
-        Margin { part, bodies, method, substeps, value, at_most, limit, is_unstable, growth_per_s, cure }
+        let cure = Cure::default();
+        let margin =
+            Margin { part, bodies, method, substeps, value, at_most, limit, is_unstable, growth_per_s, cure };
+        if is_unstable || margin.may_be_unstable() {
+            Margin { cure: self.cure(longer, limit > 0.0), ..margin }
+        } else {
+            margin
+        }
     }
 
     fn cure(&self, stepping: Stepping, has_limit: bool) -> Cure {
@@ -168,4 +174,44 @@ fn halved(stable: &dyn Fn(Scalar) -> bool, mut low: Scalar, mut high: Scalar, ti
         if stable(middle) { low = middle } else { high = middle }
     }
     low
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy_ecs::prelude::*;
+
+    use super::*;
+
+    /// The margin of an oscillator of which `w h` is known to be between two numbers, at 60 Hz.
+    fn margin(known: [Scalar; 2]) -> Margin {
+        let stepping = Stepping {
+            method: Method::SemiImplicitEuler,
+            tick: 1.0 / 60.0,
+            substeps: 1,
+            may_be_implicit: true,
+        };
+        let w = known[0] * 60.0;
+        let part = LimitingPart::Damping(Entity::PLACEHOLDER);
+        LinearSystem::one(Modes::one(w * w, 0.0, None)).margin(part, 1, known, stepping)
+    }
+
+    #[test]
+    fn a_cure_is_that_of_the_largest_value_that_is_possible() {
+        // `w h` is below 2 from 8 substeps on where it is 14, and from 6 on where it is 10.
+        let [known, least, most] = [[10.0, 14.0], [10.0; 2], [14.0; 2]].map(|known| margin(known).cure);
+        assert_eq!(known, most);
+        assert_eq!([least, most].map(|cure| cure.substeps), [Some(6), Some(8)]);
+    }
+
+    #[test]
+    fn an_interval_with_the_limit_in_it_is_neither_stable_nor_unstable() {
+        let undecided = margin([1.99, 2.01]);
+        assert!(!undecided.is_unstable && undecided.may_be_unstable(), "{undecided:?}");
+        assert_eq!(undecided.cure.substeps, Some(2));
+        for (known, is_unstable) in [([1.98, 1.99], false), ([2.01, 2.02], true)] {
+            let margin = margin(known);
+            assert!(margin.is_unstable == is_unstable && !margin.may_be_unstable(), "{margin:?}");
+            assert_eq!(margin.cure != Cure::default(), is_unstable);
+        }
+    }
 }

@@ -7,8 +7,9 @@ use super::lanczos::{Largest, dot, largest, orthogonalize};
 use super::matrix::Matrix;
 use super::modes::{MOST, Modes, Stepping};
 use super::{LimitingPart, Margin, SpringMargin};
-use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger};
-use crate::laws::damping::Damping;
+use crate::groups::{Contributor, Coupling, LinearGroup, Solver, larger, row_of, states_of};
+use crate::laws::MutualGravity;
+use crate::laws::damping::{Damping, DampingRate};
 use crate::units::Scalar;
 
 /// The margin of a group, if anything acts in it. Adds the margins of its springs to `spring_margins`, if given.
@@ -63,21 +64,60 @@ fn group_margin(
 ) -> Option<Margin> {
     let damping = world.get_resource::<Damping>().copied();
     let undamped_step = (stepping.method.claims().stability_limit == 0.0).then_some(h);
-    let LimitingMode { system, mode: y, quotients: [stiffness, rate], excess } =
-        limiting_mode(group, damping, short, bounds, undamped_step)?;
-    let name = |row: usize| bodies[row];
-    let (part, value, above) = match group.largest_contributor([short * short, 2.0 * short], &y)? {
-        Contributor::Spring(ends) => {
-            (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), excess.sqrt())
-        }
-        Contributor::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, excess),
-        Contributor::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, excess),
-        Contributor::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, excess),
-    };
     let solver = world.get_resource::<Solver>().copied().unwrap_or_default();
-    let converges = converges(solver, group, h * h * stiffness + h * rate);
-    let stepping = Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
-    Some(system.margin(part, group.movable(), [value, value * above], stepping))
+    // Also the power of the value that the eigenvalue is proportional to.
+    let with_threshold = |threshold| {
+        let LimitingMode { system, mode: y, largest, quotients: [stiffness, rate], excess } =
+            limiting_mode(group, damping, short, bounds, undamped_step, threshold)?;
+        let name = |row: usize| bodies[row];
+        let (part, value, power) = match group.largest_contributor([short * short, 2.0 * short], &y)? {
+            Contributor::Spring(ends) => (LimitingPart::Spring(ends.map(name)), h * stiffness.sqrt(), 2.0),
+            Contributor::Damper(ends) => (LimitingPart::Damper(ends.map(name)), h * rate, 1.0),
+            Contributor::Drag(row) => (LimitingPart::Drag(name(row)), h * rate, 1.0),
+            Contributor::Damping(row) => (LimitingPart::Damping(name(row)), h * rate, 1.0),
+        };
+        let converges = converges(solver, group, h * h * stiffness + h * rate);
+        let stepping = Stepping { may_be_implicit: stepping.may_be_implicit && converges, ..stepping };
+        let at_most = value * libm::pow(excess, 1.0 / power);
+        let margin = system.margin(part, group.movable(), [value, at_most], stepping);
+        Some((margin, largest * libm::pow(margin.limit / value, power)))
+    };
+    let (margin, threshold) = with_threshold(None)?;
+    if margin.may_be_unstable() {
+        return Some(with_threshold(Some(threshold))?.0);
+    }
+    Some(margin)
+}
+
+/// The margin of the mutual gravity of a group, alone: that of the pair that would orbit each other fastest at its present
+/// distance. `None` if no body attracts another.
+pub(super) fn attraction_margin(
+    world: &World,
+    coupling: &Coupling<Scalar>,
+    bodies: &[Entity],
+    stepping: Stepping,
+) -> Option<Margin> {
+    let law = world.get_resource::<MutualGravity>().filter(|_| coupling.attracts)?;
+    let states = states_of(world, bodies);
+    let (x, w): (Vec<_>, Vec<_>) =
+        states.iter().map(|state| (row_of(state.position), state.inverse_mass)).unzip();
+    let pairs = (0..coupling.movable).flat_map(|a| (a + 1..coupling.rows).map(move |b| [a, b]));
+    let fastest = pairs.map(|pair| (coupling.squared_frequency(law, pair, &x, &w), pair));
+    let (stiffness, pair) =
+        fastest.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(most, _)| *most > 0.0)?;
+    let value = stepping.tick / f64::from(stepping.substeps) * stiffness.sqrt();
+    let damping = world.get_resource::<Damping>().copied();
+    let rate = |row: usize| world.get::<DampingRate>(bodies[row]).map(DampingRate::rate);
+    let damping = damping.map(|scenes| {
+        let least = pair
+            .into_iter()
+            .filter(|row| *row < coupling.movable)
+            .map(|row| rate(row).unwrap_or(scenes.rate));
+        Damping { rate: least.fold(Scalar::INFINITY, Scalar::min), ..scenes }
+    });
+    let part = LimitingPart::MutualGravity(pair.map(|row| bodies[row]));
+    let system = LinearSystem::one(Modes::one(stiffness, 0.0, damping));
+    Some(system.margin(part, coupling.movable, [value; 2], stepping))
 }
 
 /// The margin of a group whose fastest mode may be infinitely fast; `shares` are those of its springs in it.
@@ -131,6 +171,8 @@ struct LimitingMode {
     system: LinearSystem,
     /// The mode, a vector of length 1.
     mode: Vec<Scalar>,
+    /// The largest eigenvalue, scaled to about 1.
+    largest: Scalar,
     /// Its Rayleigh quotients of stiffness, 1/s², and of damping, 1/s.
     quotients: [Scalar; 2],
     /// Upper bound over lower bound of the largest eigenvalue; at least 1.
@@ -139,7 +181,8 @@ struct LimitingMode {
 
 /// Finds the mode that decides whether a group is stable at steps of about `h` seconds. This is the fastest mode or,
 /// for a method that is stable only with damping, at steps of `undamped_step` seconds, the one with too little damping.
-/// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping.
+/// `stiffest`, 1/s², and `rate`, 1/s, are bounds of the stiffness and of the damping. With a `threshold`, the search goes
+/// on until it is known on which side of it the largest eigenvalue is.
 ///
 /// Modes are Ritz vectors, which are never faster than the fastest mode: a stable group never appears unstable.
 fn limiting_mode(
@@ -148,6 +191,7 @@ fn limiting_mode(
     h: Scalar,
     [stiffest, rate]: [Scalar; 2],
     undamped_step: Option<Scalar>,
+    threshold: Option<Scalar>,
 ) -> Option<LimitingMode> {
     let n = group.coordinates();
     let alike = group.uniform_rate().zip(group.uniform_damping());
@@ -161,7 +205,7 @@ fn limiting_mode(
     let count = if alike.is_some() { 1 } else { MOST };
     let bound = (factors[0] * stiffest + factors[1] * rate).min(group.bound(factors));
     let Largest { pairs, at_most } =
-        largest(n, count, bound, |y, out| group.apply(factors, alike.is_none(), y, out));
+        largest(n, count, bound, threshold, |y, out| group.apply(factors, alike.is_none(), y, out));
     // None if numbers have overflowed.
     let (value, fastest) = pairs.first()?.clone();
     let excess = if value > 0.0 { (at_most / value).max(1.0) } else { 1.0 };
@@ -171,7 +215,7 @@ fn limiting_mode(
         let parts = [stiffness, 0.0].map(|stiffness| Modes::one(stiffness, all, scenes(own)));
         let system = LinearSystem::apart(parts.to_vec());
         let quotients = [stiffness, quotient(group, [0.0, 1.0], &fastest)];
-        return Some(LimitingMode { system, mode: fastest, quotients, excess });
+        return Some(LimitingMode { system, mode: fastest, largest: value, quotients, excess });
     }
     let undamped: Vec<_> = undamped_step.map_or_else(Vec::new, |h| {
         // A mode of explicit Euler grows if h² w² - h c is above 0; the shift makes every eigenvalue positive.
@@ -180,7 +224,11 @@ fn limiting_mode(
             group.apply([h * h, -h], true, y, out);
             out.iter_mut().zip(y).for_each(|(out, y)| *out += shift * y);
         };
-        largest(n, MOST_UNDAMPED, h * h * stiffest + shift, less).pairs.into_iter().map(|(_, y)| y).collect()
+        largest(n, MOST_UNDAMPED, h * h * stiffest + shift, None, less)
+            .pairs
+            .into_iter()
+            .map(|(_, y)| y)
+            .collect()
     });
     let limiting = undamped.first().unwrap_or(&fastest).clone();
     let basis: Vec<Vec<Scalar>> = if n <= MOST {
@@ -199,7 +247,7 @@ fn limiting_mode(
     let rate = group.rates().first().map(|_| rate.sum::<Scalar>());
     let guess = Modes::one(stiffness, (all - own).max(0.0), scenes(rate));
     let system = LinearSystem::joined(modes, guess);
-    Some(LimitingMode { system, mode: limiting, quotients: [stiffness, all], excess })
+    Some(LimitingMode { system, mode: limiting, largest: value, quotients: [stiffness, all], excess })
 }
 
 /// An orthonormal basis of up to `most` of `vectors`; skips a vector that the earlier ones span.

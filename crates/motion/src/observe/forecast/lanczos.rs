@@ -12,6 +12,8 @@ const LEAST_VECTORS: usize = 8;
 /// Largest number of products with the operator, and of numbers in all their results.
 const MOST_PRODUCTS: usize = 400;
 const MOST_WORK: usize = 100_000_000;
+/// The second one to decide on which side of a threshold an eigenvalue is.
+const MOST_WORK_TO_DECIDE: usize = 400_000_000;
 
 /// Relative distance between the bounds of the largest eigenvalue at which the iteration stops; its root is then known
 /// to half of that. The second one holds after [`ENOUGH_WORK`].
@@ -32,11 +34,13 @@ pub(crate) struct Largest {
 
 /// Finds up to `count` of the largest eigenpairs of an operator on `n` numbers that is symmetric, positive
 /// semidefinite, and has no eigenvalue above `bound` (Lanczos 1950, restarted with the best half of the basis: Wu,
-/// Simon 2000). Finds fewer if `n` or the memory limits the basis.
+/// Simon 2000). Finds fewer if `n` or the memory limits the basis. With a `threshold`, the iteration goes on until the
+/// largest eigenvalue is known to be above or below it, or to the first of [`TOLERANCES`].
 pub(crate) fn largest(
     n: usize,
     count: usize,
     bound: f64,
+    threshold: Option<f64>,
     mut apply: impl FnMut(&[f64], &mut [f64]),
 ) -> Largest {
     if n == 0 {
@@ -84,9 +88,13 @@ pub(crate) fn largest(
         });
         let may_end = m >= (2 * count).min(most);
         let work = products * n;
-        let tolerance = TOLERANCES[usize::from(work >= ENOUGH_WORK)];
-        let is_enough =
-            at_most <= value * (1.0 + tolerance) || products >= MOST_PRODUCTS || work >= MOST_WORK;
+        let tolerance = TOLERANCES[usize::from(work >= ENOUGH_WORK && threshold.is_none())];
+        let is_decided = threshold.is_some_and(|threshold| value >= threshold || at_most < threshold);
+        let most_work = if threshold.is_some() { MOST_WORK_TO_DECIDE } else { MOST_WORK };
+        let is_enough = at_most <= value * (1.0 + tolerance)
+            || is_decided
+            || products >= MOST_PRODUCTS
+            || work >= most_work;
         if is_whole || may_end && is_enough {
             break;
         }
@@ -241,7 +249,7 @@ mod tests {
     #[test]
     fn the_largest_of_a_chain_is_its_closed_form() {
         for n in [1_u32, 2, 5, 40, 300] {
-            let Largest { pairs, at_most } = largest(n as usize, 3, f64::INFINITY, chain);
+            let Largest { pairs, at_most } = largest(n as usize, 3, f64::INFINITY, None, chain);
             let exact = 2.0 + 2.0 * libm::cos(std::f64::consts::PI / f64::from(n + 1));
             let (value, vector) = &pairs[0];
             assert!((value / exact - 1.0).abs() <= TOLERANCES[0], "{n}: {value} for {exact}");
@@ -258,7 +266,7 @@ mod tests {
             let exact = 2.0 + 2.0 * libm::cos(std::f64::consts::PI / f64::from(n + 1));
             for bound in [4.0, 6.0] {
                 let mut products = 0;
-                let Largest { pairs, at_most } = largest(n as usize, 1, bound, |x, out| {
+                let Largest { pairs, at_most } = largest(n as usize, 1, bound, None, |x, out| {
                     products += 1;
                     chain(x, out);
                 });
@@ -271,6 +279,18 @@ mod tests {
                 assert!(value >= 0.98 * exact, "{n}: {value} in {products}");
             }
         }
+    }
+
+    #[test]
+    fn a_threshold_near_the_largest_of_a_long_chain_is_decided() {
+        let n = 30_000_u32;
+        let exact = 2.0 + 2.0 * libm::cos(std::f64::consts::PI / f64::from(n + 1));
+        let find = |threshold| largest(n as usize, 1, 6.0, threshold, chain);
+        assert!(find(Some(0.995 * exact)).pairs[0].0 >= 0.995 * exact);
+        assert!(find(Some(1.005 * exact)).at_most < 1.005 * exact);
+        // Neither is known without it.
+        let Largest { pairs, at_most } = find(None);
+        assert!(pairs[0].0 < 0.995 * exact && at_most > 1.005 * exact, "{} {at_most}", pairs[0].0);
     }
 
     /// Ritz values of a basis that has lost orthogonality would exceed every eigenvalue.
@@ -286,7 +306,7 @@ mod tests {
             out[..rest].iter_mut().step_by(3).zip(product).for_each(|(out, product)| *out = product);
         };
         for third in [20_u32, 39, 60, 200] {
-            let found = largest(3 * third as usize, 12, f64::INFINITY, apply);
+            let found = largest(3 * third as usize, 12, f64::INFINITY, None, apply);
             let exact = 2.0 + 2.0 * libm::cos(std::f64::consts::PI / f64::from(third + 1));
             let value = found.pairs[0].0;
             assert!(
@@ -298,14 +318,14 @@ mod tests {
 
     #[test]
     fn nothing_is_the_largest_of_nothing() {
-        assert!(largest(0, 3, f64::INFINITY, |_, _| ()).pairs.is_empty());
-        assert_eq!(largest(4, 2, f64::INFINITY, |_, out| out.fill(0.0)).pairs[0].0, 0.0);
+        assert!(largest(0, 3, f64::INFINITY, None, |_, _| ()).pairs.is_empty());
+        assert_eq!(largest(4, 2, f64::INFINITY, None, |_, out| out.fill(0.0)).pairs[0].0, 0.0);
     }
 
     #[test]
     fn what_is_not_finite_has_no_largest() {
         for wrong in [f64::NAN, f64::INFINITY, 1e300] {
-            let found = largest(5, 2, f64::INFINITY, |x, out| {
+            let found = largest(5, 2, f64::INFINITY, None, |x, out| {
                 out.iter_mut().zip(x).for_each(|(out, x)| *out = wrong * wrong * x);
             });
             assert!(found.pairs.is_empty() && found.at_most == f64::INFINITY, "{wrong}: {found:?}");

@@ -41,7 +41,12 @@ struct StepClass {
     stepping: Stepping,
     bodies: usize,
     fastest: Vec<(Limit, Option<Oscillator>)>,
+    /// The fastest for each well, by its number.
+    wells: Vec<Option<Oscillator>>,
 }
+
+/// Largest number of wells that are listed for the bodies of a class: the fastest.
+const MOST_WELLS: usize = 64;
 
 impl Forecast {
     pub(super) fn add_single_bodies(&mut self, world: &mut World, scenes: Stepping) {
@@ -84,7 +89,7 @@ impl Forecast {
                 damping: options.damping(damping).map_or(0.0, |damping| damping.rate),
             };
             let class = classes.iter().position(|class| class.stepping == stepping).unwrap_or_else(|| {
-                classes.push(StepClass { stepping, bodies: 0, fastest: Vec::new() });
+                classes.push(StepClass { stepping, bodies: 0, fastest: Vec::new(), wells: Vec::new() });
                 classes.len() - 1
             });
             let class = &mut classes[class];
@@ -109,6 +114,7 @@ impl Forecast {
             }
         }
         for mut class in classes {
+            class.list_wells();
             class.fastest.sort_by_key(|(limit, _)| limit.rank());
             let fastest =
                 class.fastest.iter().filter_map(|(limit, oscillator)| Some((*limit, (*oscillator)?)));
@@ -141,14 +147,28 @@ impl Limit {
 impl StepClass {
     /// Keeps an oscillator if it is the fastest so far.
     fn keep(&mut self, limit: Limit, oscillator: Oscillator) {
-        let place = self.fastest.iter().position(|(known, _)| *known == limit).unwrap_or_else(|| {
-            self.fastest.push((limit, None));
-            self.fastest.len() - 1
-        });
-        let fastest = &mut self.fastest[place].1;
+        let fastest = if let Limit::Well(number) = limit {
+            self.wells.resize(self.wells.len().max(number + 1), None);
+            &mut self.wells[number]
+        } else {
+            let place = self.fastest.iter().position(|(known, _)| *known == limit).unwrap_or_else(|| {
+                self.fastest.push((limit, None));
+                self.fastest.len() - 1
+            });
+            &mut self.fastest[place].1
+        };
         if limit.speed(&oscillator) > fastest.as_ref().map_or(0.0, |fastest| limit.speed(fastest)) {
             *fastest = Some(oscillator);
         }
+    }
+
+    /// Moves the fastest wells into the list.
+    fn list_wells(&mut self) {
+        let wells = self.wells.drain(..).enumerate();
+        let mut wells: Vec<_> = wells.map(|(number, well)| (Limit::Well(number), well)).collect();
+        let speed = |well: &(Limit, Option<Oscillator>)| well.1.map_or(0.0, |well| well.stiffness);
+        wells.sort_by(|a, b| speed(b).total_cmp(&speed(a)));
+        self.fastest.extend(wells.into_iter().take(MOST_WELLS));
     }
 
     /// The margin of these bodies at a limit, of which the oscillator is the fastest.
@@ -170,7 +190,8 @@ impl StepClass {
 /// Largest restoring rate of a derivative in any direction.
 fn restoring_rate(derivative: DMat3) -> Scalar {
     let symmetric = (derivative + derivative.transpose()) * -0.5;
-    let found =
-        largest(3, 1, Scalar::INFINITY, |x, out| (symmetric * DVec3::from_slice(x)).write_to_slice(out));
+    let found = largest(3, 1, Scalar::INFINITY, None, |x, out| {
+        (symmetric * DVec3::from_slice(x)).write_to_slice(out)
+    });
     found.pairs.first().map_or(0.0, |(value, _)| *value)
 }

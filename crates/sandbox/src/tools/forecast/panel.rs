@@ -35,7 +35,12 @@ pub(super) fn show(ui: &mut Ui, rows: &[ForecastRow]) {
 fn sentence(rows: &[ForecastRow]) -> String {
     let unstable = rows.iter().filter(|row| row.margin.is_unstable).count();
     match (rows.first(), unstable) {
-        (None, _) => "nothing here can become unstable: no springs, damping, drag or wells".to_owned(),
+        (None, _) => {
+            "nothing here can become unstable: no springs, damping, drag, wells or mutual gravity".to_owned()
+        }
+        (Some(row), 0) if row.margin.may_be_unstable() => {
+            format!("{}: {}", row.verdict(), row.element)
+        }
         (Some(row), 0) if row.margin.limit.is_infinite() => "stable: nothing here has a limit".to_owned(),
         (Some(row), 0) => {
             format!("stable: {:.0} % of the limit at {}", 100.0 * row.margin.ratio(), row.element)
@@ -62,9 +67,11 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
     let substeps = if margin.substeps > 1 { format!(" x {}", margin.substeps) } else { String::new() };
     let bodies = if margin.bodies == 1 { "body" } else { "bodies" };
     ui.weak(format!("{}{substeps}, {} {bodies}", margin.method.claims().title, margin.bodies));
-    if margin.is_unstable {
+    if !row.cure.is_empty() {
         let color = inks::words(ui.visuals(), CURE);
         ui.label(RichText::new(&row.cure).color(color).strong());
+    }
+    if margin.is_unstable {
         ui.weak(format!("grows {} times per second", digits(margin.growth_per_s)));
     }
 }

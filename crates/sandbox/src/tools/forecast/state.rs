@@ -39,7 +39,10 @@ impl ForecastRow {
     #[must_use]
     pub const fn symbol(&self) -> &'static str {
         match self.margin.part {
-            LimitingPart::Spring(_) | LimitingPart::Well(..) | LimitingPart::Law(..) => "w h",
+            LimitingPart::Spring(_)
+            | LimitingPart::Well(..)
+            | LimitingPart::Law(..)
+            | LimitingPart::MutualGravity(_) => "w h",
             LimitingPart::Damper(_) | LimitingPart::Drag(_) | LimitingPart::Damping(_) => "c h",
         }
     }
@@ -48,11 +51,17 @@ impl ForecastRow {
     #[must_use]
     pub(crate) fn value(&self) -> String {
         let Margin { value, at_most, .. } = self.margin;
-        if self.margin.is_known() {
+        if self.margin.is_known() && !self.margin.may_be_unstable() {
             digits(value)
         } else {
             format!("{} to {}", digits(value), digits(at_most))
         }
+    }
+
+    /// What is said of a row that is unstable, or may be.
+    #[must_use]
+    pub const fn verdict(&self) -> &'static str {
+        if self.margin.is_unstable { "unstable" } else { "at its limit" }
     }
 
     /// One line for it.
@@ -61,6 +70,12 @@ impl ForecastRow {
         let Self { margin, element, cure } = self;
         let (symbol, value, method) = (self.symbol(), self.value(), margin.method.name());
         let limit = match margin.limit {
+            limit if margin.may_be_unstable() => {
+                let apart = (limit / margin.value).max(margin.at_most / limit) - 1.0;
+                // Rounded up: the interval is not narrower than it says.
+                let percent = format!("{:.1} %", (1000.0 * apart).ceil() / 10.0);
+                format!("within {percent} of the limit of {method}, {}", digits(limit))
+            }
             0.0 => format!("{method} is never stable here"),
             limit if limit.is_infinite() => format!("{method} has no limit here"),
             limit => format!("the limit of {method} is {}", digits(limit)),
@@ -76,7 +91,7 @@ impl ForecastRow {
 }
 
 fn cure_in_words(margin: &Margin) -> String {
-    if !margin.is_unstable {
+    if !(margin.is_unstable || margin.may_be_unstable()) {
         return String::new();
     }
     match (margin.cure.substeps, margin.cure.method.map(Method::name)) {
@@ -120,7 +135,7 @@ pub(crate) struct Forecast {
 }
 
 impl Forecast {
-    /// The unstable rows at the start of the scene.
+    /// The rows at the start of the scene that are unstable, or may be.
     pub fn at_start(&self) -> &[ForecastRow] {
         &self.at_start
     }
@@ -135,22 +150,22 @@ impl Forecast {
         self.shown.as_ref().map(|shown| shown.springs.get(&in_order(ends)).copied().unwrap_or(0.0))
     }
 
-    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the unstable rows for the summary;
-    /// tells and returns those whose growth would soon be seen.
+    /// Computes the forecast at the start of a scene with frames of that length, s. Keeps the rows that are unstable, or may be, for the
+    /// summary; tells and returns those whose growth would soon be seen.
     pub fn begin(&mut self, stage: &mut Stage, frame: f64) -> Vec<ForecastRow> {
         if stage.sim.scene.step == StepKind::Frame {
             stage.sim.world.insert_resource(TimeStep(frame));
         }
         let tick = stage.sim.world.resource::<TimeStep>().0;
-        let grows = |row: &ForecastRow| row.margin.is_unstable;
+        let grows = |row: &ForecastRow| row.margin.is_unstable || row.margin.may_be_unstable();
         self.at_start = rows(stage).into_iter().filter(grows).collect();
         let is_seen = |row: &&ForecastRow| {
             let a_second = row.margin.growth_per_s;
-            a_second.max(a_second.powf(tick)) >= TOLD_GROWTH
+            a_second.max(a_second.powf(tick)) >= TOLD_GROWTH || row.margin.may_be_unstable()
         };
         let told: Vec<_> = self.at_start.iter().filter(is_seen).cloned().collect();
         if let Some(worst) = told.first() {
-            stage.notices.say(Topic::Forecast, format!("unstable: {}", worst.line()));
+            stage.notices.say(Topic::Forecast, format!("{}: {}", worst.verdict(), worst.line()));
         }
         told
     }
@@ -189,6 +204,7 @@ fn part_name(stage: &Stage, part: LimitingPart) -> String {
         LimitingPart::Damper([a, b]) => format!("damper {} - {}", name(a), name(b)),
         LimitingPart::Drag(body) => format!("drag on {}", name(body)),
         LimitingPart::Damping(body) => format!("damping of {}", name(body)),
+        LimitingPart::MutualGravity([a, b]) => format!("mutual gravity {} - {}", name(a), name(b)),
         LimitingPart::Well(number, body) => format!("well {number} at {}", name(body)),
         LimitingPart::Law(law, body) => format!("{} at {}", law.replace('_', " "), name(body)),
     }
