@@ -3,14 +3,22 @@
 use glam::DVec3;
 use history::{EnergyState, Simulation, Timeline};
 use motion::effects::Effect;
-use motion::{Method, PushQueue, Request};
+use motion::{Method, PushQueue, Request, TimeStep};
 
 use crate::ghosts::mixed;
+use crate::harness::scene_of;
 use crate::snapshot::{Outcome, outcome};
 
 /// Nothing is known of its energy.
-const UNWATCHED: EnergyState =
-    EnergyState { largest_j: 0.0, looked_tick: 0, looked_j: 0.0, growth: None, look: None };
+const UNWATCHED: EnergyState = EnergyState {
+    largest_j: 0.0,
+    looked_tick: 0,
+    looked_j: 0.0,
+    total_j: None,
+    fed: false,
+    growth: None,
+    look: None,
+};
 
 /// What acts before tick number `tick`.
 fn act(run: &mut Simulation, tick: u64) {
@@ -113,4 +121,22 @@ fn more_than_a_minute_is_not_kept() {
     }
     let first = *timeline.range().start();
     assert!((400..=500).contains(&first), "{first}");
+}
+
+#[test]
+fn every_tick_is_sought_with_the_length_that_it_had() {
+    let scene = "(version: 1, gravity: (), bodies: [(name: \"ball\", velocity_m_s: (3, 8, 0))])";
+    let mut run = Simulation::new(scene_of(scene));
+    let mut timeline = Timeline::new(&mut run, 1 << 20, UNWATCHED).unwrap();
+    let mut hashes = vec![run.hash()];
+    for tick in 0..80_u32 {
+        run.world.insert_resource(TimeStep(0.01 + 0.001 * f64::from(tick / 3 % 7)));
+        timeline.before_tick(&run);
+        run.tick();
+        timeline.after_tick(&mut run, UNWATCHED);
+        hashes.push(run.hash());
+    }
+    for (tick, hash) in (0..).zip(&hashes) {
+        assert_eq!(timeline.seek(&run.scene, tick).unwrap().simulation.hash(), *hash, "tick {tick}");
+    }
 }
