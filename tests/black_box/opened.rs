@@ -1,7 +1,9 @@
 //! Bundles that are opened as sessions.
 
 use history::Bundle;
+use motion::Substeps;
 use motion::clock::FrameClock;
+use sandbox::input::{Experiment, Input};
 use sandbox::report::state_hash;
 use sandbox::{Options, Repetition, Session};
 
@@ -183,17 +185,59 @@ fn the_first_fault_of_a_scene_is_saved_by_itself_where_that_was_asked_for() {
     assert!(!saves(again.press("P").run(10, 0.01)) && again.session.paused());
 }
 
+/// A thrown ball, one tick per frame.
+fn thrown() -> Drive {
+    Drive::text("(version: 1, step: frame, gravity: (), bodies: [(name: \"ball\", velocity_m_s: (3, 8, 0))])")
+}
+
 #[test]
 fn steps_of_frames_are_repeated_with_their_own_lengths() {
-    let mut then = Drive::shipped("frame_step").recording();
-    for frame in 0..40 {
-        then.frame(0.01 + 0.001 * f64::from(frame % 7), []);
-    }
+    let length = |frame: u32| 0.01 + 0.001 * f64::from(frame % 7);
+    let mut then = thrown().recording();
+    (0..40).for_each(|frame| drop(then.frame(length(frame), [])));
+    let mut steady = thrown();
+    assert_ne!(steady.run(40, 0.02).hash(), then.hash(), "the lengths of steps change nothing");
     let (mut drive, repetition) = reopened(&then.session.bundle(None).unwrap(), true);
     assert!(repetition.same(), "{repetition:?}");
     drive.session.seek(5);
     drive.press("P").run(35, 0.02);
     assert_eq!((drive.session.ticks(), state_hash(&drive.session)), (40, then.hash()));
+}
+
+/// The last step before and the first step after going back have the same length, which differs from that in between.
+#[test]
+fn a_bundle_made_after_going_back_repeats_the_steps_that_were_taken_then() {
+    let mut drive = thrown().recording();
+    drive.run(3, 0.01).frame(0.02, []);
+    drive.session.seek(3);
+    drive.press("P").frame(0.02, []);
+    let (again, repetition) = reopened(&drive.session.bundle(None).unwrap(), false);
+    assert!(repetition.same(), "{repetition:?}");
+    assert_eq!((again.session.ticks(), again.hash()), (drive.session.ticks(), drive.hash()));
+    let mut straight = thrown();
+    straight.run(3, 0.01).run(u32::try_from(drive.session.ticks()).unwrap() - 3, 0.02);
+    assert_eq!(drive.hash(), straight.hash());
+}
+
+#[test]
+fn going_back_brings_back_the_substeps_of_then() {
+    let substeps = |count| Input::Experiment(Experiment::Substeps(count));
+    let mut drive = recording();
+    let mut hashes = go(&mut drive, 0..20);
+    drive.give([substeps(7)]);
+    hashes.extend(go(&mut drive, 20..40));
+    for tick in [10, 20, 30, 40] {
+        drive.session.seek(tick);
+        let now = drive.session.world().resource::<Substeps>().0;
+        assert_eq!((now == 7, drive.hash()), (tick > 20, hashes[tick as usize - 1]), "tick {tick}");
+    }
+    // And from there on.
+    drive.session.seek(10);
+    drive.press("P");
+    let mut never = recording();
+    let expected = go(&mut never, 0..30);
+    assert_eq!(go(&mut drive, 10..30), expected[10..]);
+    assert_ne!(expected[20..], hashes[20..30], "substeps change nothing");
 }
 
 #[test]

@@ -102,15 +102,33 @@ fn a_particle_takes_nothing_of_another_life_with_it() {
     let gravity = |world: &mut World| world.insert_resource(Gravity::EARTH);
     let (mut lab, _) = fountain(1, 1.0, 0.5, Method::PositionVerlet, 0.125, gravity);
     let body = lab.bodies[0];
-    lab.insert(body, PreviousPosition(AT));
     let alive = |lab: &Lab| (lab.state(body), lab.world.get::<PhysicsBody>(body).unwrap().inverse_mass);
     let first = alive(lab.run(3));
     assert_eq!(lab.world.get::<LastStep>(body), Some(&LastStep(0.125)));
     lab.run(1);
     assert!(lab.world.get::<Dormant>(body).is_some());
-    assert_eq!(lab.world.get::<PreviousPosition>(body), Some(&PreviousPosition(AT)));
+    assert_eq!(lab.world.get::<LastStep>(body), Some(&LastStep(0.0)));
+    // Position Verlet would go on from a step that another life has taken.
+    lab.insert(body, LastStep(0.125));
     assert_eq!(alive(lab.run(4 + 3)), first);
-    assert_eq!(lab.world.get::<PreviousPosition>(body), Some(&PreviousPosition(AT)));
+}
+
+#[test]
+fn a_particle_is_not_drawn_from_where_another_life_left_it() {
+    let (mut lab, _) = fountain(1, 1.0, 0.5, Method::PositionVerlet, 0.125, |_| ());
+    let body = lab.bodies[0];
+    let before = |lab: &Lab| lab.world.get::<PreviousPosition>(body).unwrap().0;
+    // Dead after four ticks of eight, and born in the ninth.
+    for ticks in [3, 1, 4, 1] {
+        lab.insert(body, PreviousPosition(Vector::splat(1e3)));
+        lab.run(ticks);
+        let tick = (now(&lab) / 0.125).round();
+        assert_eq!(
+            before(&lab),
+            if tick == 4.0 || tick == 9.0 { AT } else { Vector::splat(1e3) },
+            "tick {tick}"
+        );
+    }
 }
 
 #[test]

@@ -310,3 +310,21 @@ mod effect {
         Effect::from_name(&name).ok_or_else(|| de::Error::unknown_variant(&name, &NAMES))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tick starts at a product or a quotient of its number, which may round to the number beside the time.
+    #[test]
+    fn a_late_time_comes_with_the_tick_that_starts_at_it_and_not_before() {
+        let length = 1.0 / 120.0;
+        for at in [0.5_f64, 1e4, 1e8, 3e8] {
+            let when = When::Seconds(at);
+            for start in [at, at.next_down(), at.next_up(), (at * 120.0) * length] {
+                assert!(when.has_come(0, start, length), "{at} s, tick at {start:?} s");
+            }
+            assert!(!when.has_come(0, at - length, length), "{at} s");
+        }
+    }
+}

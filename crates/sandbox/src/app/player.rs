@@ -78,7 +78,7 @@ impl Player {
     pub fn of_frame(&mut self, frame: u64, ticks: u64, total: f64) -> Vec<Input> {
         let mut events = std::mem::take(&mut self.afterwards);
         // Frame times are quotients: the frame that ends at 0.5 s may end a rounding earlier.
-        let reached = |time: f64| time <= total + 1e-9;
+        let reached = |time: f64| time - total <= 1e-9_f64.max(4.0 * f64::EPSILON * total);
         let over = self.held.extract_if(.., |(until, _)| reached(*until));
         events.extend(over.map(|(_, key)| Input::KeyUp(key)));
         while let Some((_, step)) = self.of_frames.pop_front_if(|(_, step)| match step.when {
