@@ -6,7 +6,9 @@ mod fixture;
 use std::collections::BTreeMap;
 
 use fixture::{fall, oscillator, report, rest};
-use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Report, Study, Truth};
+use lab::cost::{
+    Accuracy, Cell, Cost, Drift, Failure, Host, Outcome, Precision, Report, Study, TickTime, TimedTick, Truth,
+};
 use motion::Method;
 use report::{CELLS_HEADER, Table, files, json, table, tables, words};
 
@@ -150,6 +152,69 @@ fn the_cheapest_for_an_error_keeps_it_and_nothing_cheaper_does() {
 }
 
 #[test]
+fn headlines_are_read_from_the_table_that_they_head() {
+    for study in [oscillator(), fall()] {
+        let table = table_of(&study, "Cheapest for an error within 10 s");
+        for (beginning, column, ends) in [
+            ("Cheapest by evaluations: ", "cheapest by evaluations", "."),
+            ("Cheapest by time with 1 body: ", "cheapest by time", "."),
+        ] {
+            let said = words(&study);
+            let said =
+                sentence(&said, beginning).strip_prefix(beginning).unwrap().trim_end_matches(ends).to_owned();
+            let place = table.header.iter().position(|title| title == column).unwrap();
+            // "A at 5 Hz (x 2) = B at 5 Hz (x 2)" names A = B; rows with the same methods are one span.
+            let names = |cell: &str| {
+                cell.split(" = ")
+                    .map(|part| part.split(" at ").next().unwrap().to_owned())
+                    .collect::<Vec<_>>()
+            };
+            let rows: Vec<_> = table
+                .rows
+                .iter()
+                .map(|row| (names(&row[place]), row[0].replace("below ", "down to ")))
+                .collect();
+            let spans: Vec<_> = rows
+                .chunk_by(|a, b| a.0 == b.0)
+                .map(|span| format!("{} {}", span[0].0.join(" = "), span.last().unwrap().1))
+                .collect();
+            let said: Vec<_> = said.split(", then ").map(|span| span.replace(" (exact)", "")).collect();
+            assert_eq!(said.len(), spans.len(), "{said:#?} {spans:#?}");
+            for (said, span) in said.iter().zip(&spans) {
+                assert!(span.starts_with(said.as_str()), "{said} is not {span}");
+            }
+        }
+    }
+}
+
+#[test]
+fn settings_that_cost_the_same_are_called_ties() {
+    let table = table_of(&fall(), "Cheapest for an error");
+    let last = &table.rows.last().unwrap()[1];
+    assert!(last.starts_with("position Verlet at ") && last.contains(" = velocity Verlet at "), "{last}");
+}
+
+#[test]
+fn methods_tie_with_the_first_of_their_rank_and_not_with_each_other_in_a_chain() {
+    let methods = [Method::SemiImplicitEuler, Method::VelocityVerlet, Method::PositionVerlet];
+    let time = |(ns, method)| TickTime {
+        method,
+        precision: Precision::F64,
+        host: Host::World,
+        fixed_ns: 0.0,
+        ns_per_body_step: ns,
+        substeps: Some(1),
+        yardstick_ns: 1.0,
+        // A spread of 2 %.
+        points: vec![TimedTick { body_steps: 1.0, ns, quartiles: [1.0, 1.02, 1.04] }],
+    };
+    let tick_times = [100.0, 101.5, 103.0].into_iter().zip(methods).map(time).collect();
+    let study = Study { timed_bodies: Some(1), tick_times, ..fall() };
+    let tied: Vec<_> = study.ranking().into_iter().map(|place| (place.method, place.tied)).collect();
+    assert_eq!(tied, [(methods[0], false), (methods[1], true), (methods[2], false)]);
+}
+
+#[test]
 fn what_explicit_euler_is_worth_is_said() {
     let study = oscillator();
     assert_eq!(table_of(&study, "Methods").cell("explicit Euler", "best choice"), "never");
@@ -237,7 +302,7 @@ fn exact_methods_are_called_exact() {
         assert_eq!(table.cell(euler, "order"), "1.0");
     }
     let words = words(&fall());
-    assert_eq!(words[0], "Velocity Verlet is the cheapest, and exact here.");
+    assert!(words[0].ends_with(" then position Verlet = velocity Verlet (exact)."), "{}", words[0]);
     sentence(&words, "Runge-Kutta 4 is exact here; semi-implicit Euler has an error of");
 }
 
@@ -250,7 +315,10 @@ fn energy_is_bounded_or_grows_or_is_lost() {
     }
     let heun = fate("Runge-Kutta 2, Heun");
     assert!(heun.starts_with("x 240: grows as t^1.0 "), "{heun}");
-    assert!(fate("implicit Euler").ends_with("most of it lost"), "{}", fate("implicit Euler"));
+    let lost = fate("implicit Euler");
+    assert!(lost.ends_with(": loses 100 % of the energy at the start"), "{lost}");
+    let grown = fate("explicit Euler");
+    assert!(grown == "x 480: failed" || grown.contains("grows exponentially to "), "{grown}");
 }
 
 #[test]
@@ -277,7 +345,7 @@ fn tables_have_a_row_a_cell() {
     let mut lines = files["cells.csv"].lines();
     assert_eq!(lines.next(), Some(CELLS_HEADER));
     let columns = CELLS_HEADER.split(',').count();
-    assert_eq!(columns, 17);
+    assert_eq!(columns, 18);
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), cells);
     assert!(rows.iter().all(|row| row.len() == columns));

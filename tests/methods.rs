@@ -13,7 +13,7 @@ mod mutants;
 
 pub(crate) mod oracle;
 pub(crate) mod orders;
-mod problems;
+pub mod problems;
 mod pushes;
 mod symmetry;
 mod verlet;
@@ -31,7 +31,7 @@ const SKEW: DVec3 = DVec3::new(0.48, 0.6, 0.64);
 
 /// A method of the table, or a broken one that takes its place.
 #[derive(Clone, Copy)]
-struct Stepper {
+pub struct Stepper {
     name: &'static str,
     /// Whose promises it is held to.
     method: Method,

@@ -1,5 +1,7 @@
 //! The parts of scenes, settings written into scene texts, and what `sandbox recommend` chooses.
 
+mod promise;
+
 use std::fs;
 
 use history::Simulation;

@@ -7,6 +7,7 @@ use lab::cost::{
 use motion::Method;
 
 use super::{finished, plain, studied};
+use crate::effects::allocations::most_held;
 
 /// Runs something else under the name of a method.
 struct Instead {
@@ -51,7 +52,7 @@ fn study(subject: Subject, plan: Plan, make: Box<Make>) -> Study {
 
 #[test]
 fn a_method_of_another_order_than_its_name_shows_as_that() {
-    let subject = Subject::of_problem(problem("duffing").unwrap());
+    let subject = Subject::of_problem(problem("duffing").unwrap()).unwrap();
     let plan = plain(&[Method::VelocityVerlet, Method::RungeKutta4], [64, 128, 256, 512]);
     let study = study(subject, plan, instead(Method::SemiImplicitEuler, None));
     let order = |method| study.order(method, Accuracy::Position).unwrap();
@@ -63,7 +64,7 @@ fn a_method_of_another_order_than_its_name_shows_as_that() {
 
 #[test]
 fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
-    let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap());
+    let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap()).unwrap();
     let plan = plain(&[Method::VelocityVerlet, Method::RungeKutta4], [16, 32]);
     let broken = instead(Method::RungeKutta4, Some(Method::VelocityVerlet));
     let study = study(subject, plan, broken);
@@ -79,7 +80,7 @@ fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
 #[test]
 fn hopeless_runs_are_marks_with_reasons() {
     // Twice the largest stable step and more: w h = 2 pi / 2.
-    let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap());
+    let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap()).unwrap();
     let bench = studied(subject, plain(&Method::ALL, [4]));
     let study = bench.study();
     let failed = |method| study.curve(method, Precision::F64).next().unwrap().errors().is_none();
@@ -94,7 +95,7 @@ fn hopeless_runs_are_marks_with_reasons() {
 
 #[test]
 fn a_study_in_small_pieces_is_the_study_in_one() {
-    let subject = || Subject::of_problem(problem("tetrahedron").unwrap());
+    let subject = || Subject::of_problem(problem("tetrahedron").unwrap()).unwrap();
     let plan = || plain(&Method::ALL, [8, 16]);
     let whole = studied(subject(), plan());
     let mut bench = Bench::new(subject(), plan());
@@ -111,7 +112,7 @@ fn a_study_in_small_pieces_is_the_study_in_one() {
 
 #[test]
 fn a_resumed_study_runs_only_what_is_missing_and_comes_out_the_same() {
-    let subject = || Subject::of_problem(problem("elastic_pendulum").unwrap());
+    let subject = || Subject::of_problem(problem("elastic_pendulum").unwrap()).unwrap();
     let plan = || plain(&[Method::VelocityVerlet, Method::RungeKutta4], [16, 32, 64]);
     let whole = studied(subject(), plan()).study().clone();
     let mut broken_off = whole.clone();
@@ -130,4 +131,15 @@ fn a_resumed_study_runs_only_what_is_missing_and_comes_out_the_same() {
     bench.resume(&whole);
     assert!(bench.is_done());
     assert_eq!(bench.study(), &whole);
+}
+
+#[test]
+fn a_long_run_is_measured_in_the_memory_of_a_short_one() {
+    let held = |seconds| {
+        let scene = scene::load("thousand").unwrap();
+        let plan = plain(&[Method::SemiImplicitEuler, Method::RungeKutta4], [1]);
+        most_held(|| drop(studied(Subject::of_scene(scene, Some(seconds)), plan)))
+    };
+    let (short, long) = (held(0.1), held(3.0));
+    assert!(long < short + short / 20, "{short} bytes, and {long}");
 }

@@ -7,7 +7,7 @@ use super::{plain, studied};
 
 /// A study without times.
 fn study(periods: u32, rungs: Vec<u32>, methods: &[Method]) -> Study {
-    studied(Subject::oscillator(periods), plain(methods, rungs)).study().clone()
+    studied(Subject::oscillator(periods).unwrap(), plain(methods, rungs)).study().clone()
 }
 
 fn octaves(from: u32, to: u32) -> Vec<u32> {
@@ -112,7 +112,7 @@ fn explicit_euler_is_never_on_the_front() {
 #[test]
 fn energy_that_is_lost_and_energy_that_is_invented_have_opposite_signs() {
     let plan = Plan { longer: 1, ..plain(&[Method::ExplicitEuler, Method::ImplicitEuler], [32]) };
-    let bench = studied(Subject::oscillator(5), plan);
+    let bench = studied(Subject::oscillator(5).unwrap(), plan);
     let end = |method| {
         let mut drifts = bench.study().drifts.iter().filter(|drift| drift.setting.method == method);
         let drift = drifts.next().expect("its books were kept");

@@ -9,7 +9,7 @@ fn study() -> Study {
     let methods = [Method::RungeKutta4];
     let rungs: Vec<_> = (0..10).map(|octave| 1 << octave).collect();
     let plan = Plan { single: methods.to_vec(), ..plain(&methods, rungs) };
-    studied(Subject::oscillator(1), plan).study().clone()
+    studied(Subject::oscillator(1).unwrap(), plan).study().clone()
 }
 
 #[test]

@@ -38,24 +38,36 @@ fn costs(method: Method) -> (f64, f64) {
     }
 }
 
-/// A run that only takes time.
+/// A run that takes as long as it is told to.
 struct Priced {
     machine: Arc<Machine>,
     picoseconds: f64,
+    /// Of one body, and its ticks to come: simulated where its errors are measured.
+    run: Option<Box<dyn Runner>>,
+    ticks: u64,
+}
+
+impl Priced {
+    fn run(&mut self) -> Option<&mut Box<dyn Runner>> {
+        let run = self.run.as_mut()?;
+        (0..std::mem::take(&mut self.ticks)).for_each(|_| run.tick());
+        Some(run)
+    }
 }
 
 impl Runner for Priced {
     fn tick(&mut self) {
         self.machine.now.fetch_add(self.picoseconds as u64, Ordering::Relaxed);
+        self.ticks += 1;
     }
     fn states(&mut self) -> Vec<Sample> {
-        Vec::new()
+        self.run().map_or_else(Vec::new, |run| run.states())
     }
     fn counts(&mut self) -> Counts {
-        Counts::default()
+        self.run().map_or_else(Counts::default, |run| run.counts())
     }
     fn failure(&mut self) -> Option<Failure> {
-        None
+        self.run().and_then(|run| run.failure())
     }
 }
 
@@ -67,16 +79,14 @@ fn study(seed: u64, plan: Plan) -> Study {
     let now = Arc::clone(&machine);
     let clock = move || now.now.load(Ordering::Relaxed) as f64 * 1e-12;
     let make: Box<Make> = Box::new(move |subject: &Subject, setting: Setting, host: Host| {
-        // The ladder of this problem begins higher: ticks of one step are those that are timed.
-        if setting.substeps > 1 {
-            return make(subject, setting, host);
-        }
+        let bodies = subject.scene().bodies.len();
+        let run = (bodies == 1).then(|| make(subject, setting, host)).transpose()?;
         let (fixed, each) = costs(setting.method);
-        let ns = fixed + each * subject.scene().bodies.len() as f64;
+        let ns = fixed + each * bodies as f64;
         let picoseconds = 1e3 * ns * (1.0 + 0.05 * machine.disturbance());
-        Ok(Box::new(Priced { machine: Arc::clone(&machine), picoseconds }) as Box<dyn Runner>)
+        Ok(Box::new(Priced { machine: Arc::clone(&machine), picoseconds, run, ticks: 0 }) as Box<dyn Runner>)
     });
-    let subject = Subject::of_problem(problem("kepler").unwrap());
+    let subject = Subject::of_problem(problem("kepler").unwrap()).unwrap();
     super::finished(Bench::with(subject, plan, make, Box::new(clock))).study().clone()
 }
 

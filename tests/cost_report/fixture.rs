@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 use lab::cost::{
-    BLOWN_UP, Cell, Counts, Drift, Errors, FORMAT, Failure, Machine, Outcome, Precision, RateRow, Report,
-    SAMPLES, Setting, Study, Time, Truth,
+    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Machine, Outcome, Precision,
+    RateRow, Report, Setting, Study, Time, Truth,
 };
 use motion::Method;
 
-/// Eight ticks in 10 s, so that the times of comparison are no whole periods of 1 s.
+/// Eight ticks in 10 s.
 const STEP_HZ: f64 = 0.8;
 const SIMULATED_S: f64 = 10.0;
 /// Steps a tick: factors of two, and between them.
@@ -87,22 +87,20 @@ impl Motion {
         })
     }
 
-    /// Largest distances from the truth at the eighths of the run.
+    /// Largest distances from the truth after any step, and the root of their mean square.
     fn errors(&self, method: Method, substeps: u32, (x_scale, v_scale): (f64, f64)) -> Errors {
         let h = 1.0 / (STEP_HZ * f64::from(substeps));
         let steps = (SIMULATED_S * STEP_HZ) as u64 * u64::from(substeps);
-        let every = steps / SAMPLES;
-        let mut largest = Errors { relative: 0.0, position_m: 0.0, velocity_m_s: 0.0 };
+        let (mut largest, mut squares) = (Errors::default(), 0.0);
         for (i, (x, v)) in (1..).zip(self.run(method, h, steps)) {
-            if i % every == 0 {
-                let truth = (self.truth)(i as f64 * h);
-                let (dx, dv) = ((x - truth.0).abs(), (v - truth.1).abs());
-                largest.relative = largest.relative.max((dx / x_scale).hypot(dv / v_scale));
-                largest.position_m = largest.position_m.max(dx);
-                largest.velocity_m_s = largest.velocity_m_s.max(dv);
-            }
+            let truth = (self.truth)(i as f64 * h);
+            let (dx, dv) = ((x - truth.0).abs(), (v - truth.1).abs());
+            largest.relative = largest.relative.max((dx / x_scale).hypot(dv / v_scale));
+            largest.position_m = largest.position_m.max(dx);
+            largest.velocity_m_s = largest.velocity_m_s.max(dv);
+            squares += dx * dx;
         }
-        largest
+        Errors { position_rms_m: (squares / steps as f64).sqrt(), ..largest }
     }
 }
 
@@ -118,6 +116,7 @@ fn rounded(errors: Errors, precision: Precision, steps: f64) -> Errors {
         relative: add(errors.relative),
         position_m: add(errors.position_m),
         velocity_m_s: TAU.mul_add(rounding, errors.velocity_m_s),
+        position_rms_m: add(errors.position_rms_m),
     }
 }
 
@@ -158,7 +157,7 @@ fn cells(motion: &Motion, scales: (f64, f64), precisions: &[Precision]) -> Vec<C
         .collect()
 }
 
-/// The books of the oscillator's energy at a hundred times of a run.
+/// The ledger of the oscillator's energy at a hundred times of a run.
 fn drift(method: Method, long: bool) -> Drift {
     let (substeps, simulated_s) = (480 / method.claims().evaluations, if long { 400.0 } else { 10.0 });
     let h = 1.0 / (STEP_HZ * f64::from(substeps));
@@ -177,6 +176,8 @@ fn drift(method: Method, long: bool) -> Drift {
         setting: Setting { method, substeps, precision: Precision::F64 },
         long,
         simulated_s,
+        scale: EnergyScale::Start,
+        start: 1.0,
         largest: (!failed).then_some(largest),
         series: residuals.chunks(every).enumerate().map(jittered).collect(),
     }
@@ -253,7 +254,7 @@ pub fn rest() -> Study {
     rest.subject = "rest".to_owned();
     (rest.position_scale_m, rest.velocity_scale_m_s) = (0.0, 0.0);
     for cell in &mut rest.cells {
-        cell.outcome = Outcome::Finished(Errors { relative: 0.0, position_m: 0.0, velocity_m_s: 0.0 });
+        cell.outcome = Outcome::Finished(Errors::default());
     }
     for drift in &mut rest.drifts {
         drift.largest = Some(0.0);

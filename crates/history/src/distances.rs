@@ -47,12 +47,41 @@ impl Distances {
         let farther = |best: (u32, f64), body: (u32, f64)| if body.1 > best.1 { body } else { best };
         self.each.iter().copied().filter(|(id, _)| counts(*id)).reduce(farther)
     }
+}
 
-    /// Root of the mean square, m; `None` without bodies.
+/// Distances over many ticks: the largest of each body, and the mean of all squares.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DistancesSoFar {
+    /// By stable id; less than 0 for a body that never moved in both.
+    largest: Vec<f64>,
+    squares: f64,
+    count: f64,
+}
+
+impl DistancesSoFar {
+    /// Adds those of one more tick.
+    pub fn add(&mut self, distances: &Distances) {
+        for (id, distance) in &distances.each {
+            let at = *id as usize;
+            if at >= self.largest.len() {
+                self.largest.resize(at + 1, -1.0);
+            }
+            self.largest[at] = self.largest[at].max(*distance);
+            self.squares += distance * distance;
+            self.count += 1.0;
+        }
+    }
+
+    /// The largest of the bodies that `counts`, m; `None` without any.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "a count of bodies")]
+    pub fn largest(&self, counts: impl Fn(u32) -> bool) -> Option<f64> {
+        let counted = (0..).zip(&self.largest).filter(|(id, distance)| **distance >= 0.0 && counts(*id));
+        counted.map(|(_, distance)| *distance).reduce(f64::max)
+    }
+
+    /// Root of the mean square over all ticks and bodies, m; `None` without any.
+    #[must_use]
     pub fn rms(&self) -> Option<f64> {
-        let sum: f64 = self.each.iter().map(|(_, distance)| distance * distance).sum();
-        (!self.each.is_empty()).then(|| (sum / self.each.len() as f64).sqrt())
+        (self.count > 0.0).then(|| (self.squares / self.count).sqrt())
     }
 }

@@ -18,7 +18,7 @@ pub use bundle::{
     BUNDLE_FORMAT, BadBundle, Bundle, EnergyGrowth, EnergyLook, EnergyState, Event, FaultEntry, Intervention,
     Keyframe, Manifest, Settings,
 };
-pub use distances::Distances;
+pub use distances::{Distances, DistancesSoFar};
 pub use input::Input;
 pub use simulation::Simulation;
 pub use snapshot::{BadSnapshot, Snapshot};

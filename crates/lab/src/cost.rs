@@ -5,10 +5,12 @@
 //! ([`TickTime`]), energy over time ([`Drift`]), a second at several frame rates ([`RateRow`]). A [`Report`] is the studies
 //! of one command and the [`Machine`] that they were made on.
 //!
-//! Error and time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one with samples
-//! and no clock, the other with a clock and no samples.
+//! An error is the largest of all ticks: runs go side by side with the truth, and nothing of their ticks is kept. Error and
+//! time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one without a clock, the other
+//! without a comparison.
 
 mod bench;
+mod choice;
 mod clock;
 mod drift;
 mod exact;
@@ -29,14 +31,15 @@ pub(crate) use runner::laws_of_bodies;
 pub(crate) use truth::larger;
 
 pub use bench::Bench;
+pub use choice::{Answer, Cheapest};
 pub use clock::Clock;
 pub use front::{Accuracy, Cost};
 pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};
 pub use ranking::{Crossing, Place};
 pub use record::{
-    BLOWN_UP, Cell, Counts, Drift, Errors, FORMAT, Failure, Host, Machine, Outcome, Precision, RateRow,
-    Report, SAMPLES, Setting, Study, TickTime, Time, TimedTick, Truth,
+    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome, Precision,
+    RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
 };
 pub use runner::{Make, Runner, Sample, make};
 pub use subject::Subject;

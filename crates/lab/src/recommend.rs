@@ -2,12 +2,13 @@
 //!
 //! A choice is one point of the measured front for each part of a scene; nothing is interpolated.
 
-use crate::cost::{Accuracy, Cost, Setting, Study};
+use crate::cost::{Accuracy, Cell, Cost, Errors, Setting, Study};
 
 /// What is asked of a choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// No body farther than this from the reference at any sample time, m, above 0.
+    /// No body farther than this from the truth after any tick, m, above 0: farther from the reference by no more than this
+    /// less the reference's own error.
     Error(f64),
     /// At most so many ms of thread CPU time for 1/60 s of the scene, above 0.
     Budget(f64),
@@ -27,8 +28,10 @@ pub enum Unit {
 pub struct Point {
     /// Method and substeps.
     pub setting: Setting,
-    /// Largest distance of any of its bodies from the reference, m.
+    /// Largest distance of any of its bodies from the reference after any tick, m.
     pub error_m: f64,
+    /// Root of the mean square of all these distances, m.
+    pub rms_m: f64,
     /// What it costs.
     pub price: f64,
 }
@@ -42,6 +45,8 @@ pub struct Row {
     pub bodies: usize,
     /// The choice, a point of the measured front.
     pub pick: Point,
+    /// Points of other methods that cost the same, as far as it can be told.
+    pub ties: Vec<Point>,
     /// Errors below this cannot be told from the reference's own, m.
     pub reference_error_m: f64,
     /// Its part of the total, 0 to 1.
@@ -137,13 +142,14 @@ pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation,
     if parts.is_empty() {
         return Err(Refusal::NothingMoves);
     }
-    let timed: Vec<_> = parts.iter().map(|part| Front::of(*part, Unit::Milliseconds)).collect();
-    let (unit, fronts) = if timed.iter().all(|front| !front.points.is_empty()) {
+    let fronts = |unit| parts.iter().map(|part| Front::of(*part, unit)).collect::<Vec<_>>();
+    let (timed, counted) = (fronts(Unit::Milliseconds), fronts(Unit::Evaluations));
+    let (unit, fronts) = if timed.iter().all(|front| !front.bounds.is_empty()) {
         (Unit::Milliseconds, timed)
     } else {
-        (Unit::Evaluations, parts.iter().map(|part| Front::of(*part, Unit::Evaluations)).collect())
+        (Unit::Evaluations, counted)
     };
-    if let Some(front) = fronts.iter().find(|front| front.points.is_empty()) {
+    if let Some(front) = fronts.iter().find(|front| front.bounds.is_empty()) {
         return Err(Refusal::NothingFinished { part: front.part.to_owned() });
     }
     let picks = match goal {
@@ -158,70 +164,83 @@ pub fn recommend(parts: &[(&str, &Study)], goal: Goal) -> Result<Recommendation,
     Ok(result(&fronts, &picks, next, unit))
 }
 
+/// A point, and those that tie with it.
+type Pick = (Point, Vec<Point>);
+
 /// The measured front of a part.
 struct Front<'a> {
     part: &'a str,
-    bodies: usize,
-    /// The cheapest first, and each more accurate than those before it.
-    points: Vec<Point>,
+    study: &'a Study,
+    cost: Cost,
+    /// Price of a cost of 1.
+    scale: f64,
     /// The reference's own error, m.
     own: f64,
+    /// The bounds of its points.
+    bounds: Vec<f64>,
 }
 
 impl<'a> Front<'a> {
-    fn of((part, study): (&'a str, &Study), unit: Unit) -> Self {
+    fn of((part, study): (&'a str, &'a Study), unit: Unit) -> Self {
         // A frame of 60 a second.
         let (cost, scale) = match unit {
             Unit::Milliseconds => (Cost::RealTime, 1e3 / 60.0),
             Unit::Evaluations => (Cost::Evaluations, study.bodies.max(1) as f64 / 60.0),
         };
-        let accuracy = Accuracy::Position;
-        let point = |cell| {
-            let price = study.cost(cell, cost)? * scale;
-            Some(Point { setting: cell.setting, error_m: study.error(cell, accuracy)?, price })
-        };
-        let points = study.front(accuracy, cost).into_iter().filter_map(point).collect();
-        Self { part, bodies: study.bodies, points, own: study.truth.own_error().1 }
+        let own = study.truth.own_error().1;
+        let mut front = Self { part, study, cost, scale, own, bounds: Vec::new() };
+        let points = study.front(Accuracy::Position, cost).into_iter().filter_map(|cell| front.point(cell));
+        front.bounds = points.map(|point| front.bound(&point)).collect();
+        front
     }
 
-    /// The error of a point as far as it can be told.
-    const fn error(&self, point: &Point) -> f64 {
-        point.error_m.max(self.own)
+    fn point(&self, cell: &Cell) -> Option<Point> {
+        let (price, errors) = (self.study.cost(cell, self.cost)? * self.scale, cell.errors()?);
+        let Errors { position_m: error_m, position_rms_m: rms_m, .. } = errors;
+        Some(Point { setting: cell.setting, error_m, rms_m, price })
     }
 
-    /// The cheapest point whose error passes.
-    fn cheapest(&self, passes: impl Fn(f64) -> bool) -> Option<Point> {
-        self.points.iter().find(|point| passes(self.error(point))).copied()
+    /// The error that a point keeps for certain, m; errors below the reference's own cannot be told apart.
+    const fn bound(&self, point: &Point) -> f64 {
+        point.error_m.max(self.own) + self.own
+    }
+
+    /// The cheapest point that keeps an error.
+    fn cheapest(&self, error: f64) -> Option<Pick> {
+        let found = self.study.cheapest(Accuracy::Position, self.cost, error)?;
+        let ties = found.ties.into_iter().filter_map(|cell| self.point(cell)).collect();
+        Some((self.point(found.cell)?, ties))
+    }
+
+    /// The most accurate point.
+    fn best(&self) -> Option<Point> {
+        let front = self.study.front(Accuracy::Position, self.cost);
+        front.last().and_then(|cell| self.point(cell))
     }
 }
 
 /// The cheapest choice with no error above `error`, m.
-fn below(fronts: &[Front<'_>], error: f64) -> Result<Vec<Point>, Refusal> {
+fn below(fronts: &[Front<'_>], error: f64) -> Result<Vec<Pick>, Refusal> {
     let pick = |front: &Front<'_>| {
         let part = || front.part.to_owned();
-        // An error of the reference that is not a number is no bound either.
-        if front.own > error || front.own.is_nan() {
-            return Err(Refusal::Uncertain { part: part(), error_m: error, reference_error_m: front.own });
-        }
-        let last = front.points.last().copied();
-        let best = last.ok_or_else(|| Refusal::NothingFinished { part: part() })?;
-        let refusal = Refusal::TooAccurate { part: part(), error_m: error, best };
-        front.cheapest(|of| of <= error).ok_or(refusal)
+        let best = front.best().ok_or_else(|| Refusal::NothingFinished { part: part() })?;
+        front.cheapest(error).ok_or_else(|| {
+            // An error of the reference that is not a number is no bound either.
+            if best.error_m <= error || front.own > error || front.own.is_nan() {
+                Refusal::Uncertain { part: part(), error_m: error, reference_error_m: front.own }
+            } else {
+                Refusal::TooAccurate { part: part(), error_m: error, best }
+            }
+        })
     };
     fronts.iter().map(pick).collect()
 }
 
 /// The choice with the smallest largest error that costs at most `budget`, and the cheapest of those.
-fn within(fronts: &[Front<'_>], budget: f64) -> Result<Vec<Point>, Refusal> {
-    // The largest error of a choice is the error of one of its points: few enough to try each.
-    let mut errors: Vec<f64> =
-        fronts.iter().flat_map(|front| front.points.iter().map(|point| front.error(point))).collect();
-    errors.sort_by(f64::total_cmp);
-    errors.dedup();
+fn within(fronts: &[Front<'_>], budget: f64) -> Result<Vec<Pick>, Refusal> {
     let mut least = f64::INFINITY;
-    for error in errors {
-        let choice: Option<Vec<_>> = fronts.iter().map(|front| front.cheapest(|of| of <= error)).collect();
-        let Some(choice) = choice else { continue };
+    for error in bounds(fronts) {
+        let Some(choice) = choice(fronts, error) else { continue };
         least = total(&choice);
         if least <= budget {
             return Ok(choice);
@@ -231,31 +250,45 @@ fn within(fronts: &[Front<'_>], budget: f64) -> Result<Vec<Point>, Refusal> {
 }
 
 /// The cheapest choice with a smaller largest error than `picks` have, and that error, m.
-fn better(fronts: &[Front<'_>], picks: &[Point]) -> Option<(f64, Vec<Point>)> {
-    let errors = |picks: &[Point]| {
-        let errors = fronts.iter().zip(picks).map(|(front, pick)| front.error(pick));
-        errors.fold(0.0, f64::max)
+fn better(fronts: &[Front<'_>], picks: &[Pick]) -> Option<(f64, Vec<Pick>)> {
+    let bound = |picks: &[Pick]| {
+        let bounds = fronts.iter().zip(picks).map(|(front, (point, _))| front.bound(point));
+        bounds.fold(0.0, f64::max)
     };
-    let now = errors(picks);
-    let next: Vec<_> = fronts.iter().map(|front| front.cheapest(|of| of < now)).collect::<Option<_>>()?;
-    Some((errors(&next), next))
+    let now = bound(picks);
+    let next = choice(fronts, bounds(fronts).into_iter().rfind(|error| *error < now)?)?;
+    Some((bound(&next), next))
 }
 
-fn total(picks: &[Point]) -> f64 {
-    picks.iter().map(|pick| pick.price).sum()
+/// The largest error of a choice is that of one of its points: few enough to try each, ascending.
+fn bounds(fronts: &[Front<'_>]) -> Vec<f64> {
+    let mut bounds: Vec<f64> = fronts.iter().flat_map(|front| front.bounds.iter().copied()).collect();
+    bounds.sort_by(f64::total_cmp);
+    bounds.dedup();
+    bounds
+}
+
+/// The cheapest point of each part that keeps an error.
+fn choice(fronts: &[Front<'_>], error: f64) -> Option<Vec<Pick>> {
+    fronts.iter().map(|front| front.cheapest(error)).collect()
+}
+
+fn total(picks: &[Pick]) -> f64 {
+    picks.iter().map(|(point, _)| point.price).sum()
 }
 
 fn result(
     fronts: &[Front<'_>],
-    picks: &[Point],
-    next: Option<(f64, Vec<Point>)>,
+    picks: &[Pick],
+    next: Option<(f64, Vec<Pick>)>,
     unit: Unit,
 ) -> Recommendation {
     let sum = total(picks);
-    let row = |(front, pick): (&Front<'_>, &Point)| Row {
+    let row = |(front, (pick, ties)): (&Front<'_>, &Pick)| Row {
         part: front.part.to_owned(),
-        bodies: front.bodies,
+        bodies: front.study.bodies,
         pick: *pick,
+        ties: ties.clone(),
         reference_error_m: front.own,
         share: if sum > 0.0 { pick.price / sum } else { 0.0 },
     };
@@ -263,14 +296,16 @@ fn result(
     let first_largest = |of: &dyn Fn(usize) -> f64| {
         (0..rows.len()).fold(0, |largest, i| if of(i) > of(largest) { i } else { largest })
     };
-    let dearest = first_largest(&|i| picks[i].price);
-    let limiting = first_largest(&|i| fronts[i].error(&picks[i]));
-    let rung = |(error_m, next): (f64, Vec<Point>)| {
+    let dearest = first_largest(&|i| rows[i].pick.price);
+    let limiting = first_largest(&|i| fronts[i].bound(&rows[i].pick));
+    let rung = |(error_m, next): (f64, Vec<Pick>)| {
         let total = total(&next);
-        let changed = next.into_iter().enumerate().filter(|(i, point)| *point != picks[*i]);
+        let points = next.into_iter().map(|(point, _)| point).enumerate();
+        let changed = points.filter(|(i, point)| *point != rows[*i].pick);
         Rung { error_m, total, picks: changed.collect() }
     };
-    Recommendation { unit, total: sum, dearest, limiting, next: next.map(rung), rows }
+    let next = next.map(rung);
+    Recommendation { unit, total: sum, dearest, limiting, next, rows }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::tables::outcome;
 /// measured.
 pub const CELLS_HEADER: &str = "subject,method,substeps,precision,step_s,relative_error,position_error_m,\
     velocity_error_m_s,outcome,evaluations_per_body_s,ns_per_body_step,arrays_ns_per_body_step,real_time_factor,\
-    yardsticks,bytes_per_body_step,instructions_per_tick,timed_bodies";
+    yardsticks,bytes_per_body_step,instructions_per_tick,timed_bodies,position_rms_m";
 
 const DRIFT_HEADER: &str = "subject,method,substeps,precision,long,time_s,relative_residual";
 
@@ -46,6 +46,7 @@ pub(crate) fn cells(report: &Report) -> String {
             plain(cell.bytes_per_body_step),
             plain(cell.instructions_per_tick),
             study.size().to_string(),
+            plain(cell.errors().map(|errors| errors.position_rms_m)),
         ]);
         row
     };

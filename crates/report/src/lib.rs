@@ -5,7 +5,6 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test"))]
 
 mod chart;
-mod choice;
 mod csv;
 mod escape;
 mod figures;

@@ -143,7 +143,8 @@ fn shown((kind, drawing): &(Kind, Drawing)) -> String {
         ),
         Kind::Drift(_) => (
             "drift".to_owned(),
-            "The largest share of energy that a method invented or lost until then. Symplectic methods swing within bounds; the others drift.",
+            "The most energy that a method invented or lost until then, as a part of the larger of its energy at the start and its \
+             peak kinetic energy. Symplectic methods swing within bounds; the others drift.",
         ),
     };
     format!(

@@ -1,9 +1,9 @@
 //! What can be read from a study: which errors count, which methods compare at equal cost, what becomes of energy.
 
-use lab::cost::{Accuracy, Cell, Cost, Drift, Failure, Outcome, Precision, Setting, Study};
+use lab::cost::{Accuracy, Cell, Cost, Drift, EnergyScale, Failure, Outcome, Precision, Setting, Study};
 use motion::Method;
 
-use super::numbers::share;
+use super::numbers::{fold, share};
 
 /// Errors in words are those of positions, which is what one sees.
 pub(crate) const SEEN: Accuracy = Accuracy::Position;
@@ -12,9 +12,6 @@ pub(crate) const SEEN: Accuracy = Accuracy::Position;
 /// is not what a comparison hangs on.
 const EQUAL: f64 = 0.15;
 
-/// Steps at which an error exceeds this part of the motion are too coarse for anything.
-const USABLE: f64 = 0.1;
-
 /// Methods that have cells of that precision, in the order of the table.
 pub(crate) fn methods(study: &Study, precision: Precision) -> Vec<Method> {
     Method::ALL.into_iter().filter(|method| study.curve(*method, precision).next().is_some()).collect()
@@ -22,18 +19,12 @@ pub(crate) fn methods(study: &Study, precision: Precision) -> Vec<Method> {
 
 /// Whether methods can be ranked at all.
 pub(crate) fn ranks(study: &Study) -> bool {
-    moves(study) && finished(study) && !reference_uncertain(study)
+    moves(study) && finished(study) && !study.is_uncertain()
 }
 
 /// Whether any run in double precision went through.
 pub(crate) fn finished(study: &Study) -> bool {
     study.in_double().any(|cell| cell.errors().is_some())
-}
-
-/// Whether the truth itself is too uncertain to tell usable runs apart.
-pub(crate) fn reference_uncertain(study: &Study) -> bool {
-    let (_, own_m) = study.truth.own_error();
-    own_m.is_nan() || 10.0 * own_m > USABLE * study.position_scale_m
 }
 
 /// Whether any body moves at all.
@@ -45,11 +36,6 @@ pub(crate) fn moves(study: &Study) -> bool {
 /// Whether an error is above the noise floor: round-off and the truth's own error.
 fn above_noise(study: &Study, cell: &Cell, error: f64) -> bool {
     error > study.trusted(cell, SEEN)
-}
-
-/// Whether the positions of a run that went through are near enough to the truth to be of use.
-pub(crate) fn usable(study: &Study, cell: &Cell) -> bool {
-    cell.errors().is_some_and(|errors| errors.position_m <= USABLE * study.position_scale_m)
 }
 
 /// Two methods at one cost.
@@ -154,31 +140,80 @@ pub(crate) fn floor(study: &Study, method: Method, precision: Precision) -> Opti
     Some((best, least, worse))
 }
 
-/// What became of energy, in words.
+/// What became of energy, in words, and of what the numbers are parts.
 pub(crate) fn fate(drift: &Drift) -> String {
     let Some(largest) = drift.largest else { return "failed".to_owned() };
     if largest < 1e-11 {
         return "round-off".to_owned();
     }
-    let Some((end, residual)) = drift.series.last().copied() else { return "failed".to_owned() };
-    if residual < -0.5 {
-        return "most of it lost".to_owned();
-    }
-    let peak = |later: bool| {
-        let part = drift.series.iter().filter(|(time, _)| (*time > 0.5 * end) == later);
-        part.map(|(_, residual)| residual.abs()).fold(0.0, f64::max)
+    let Some((_, residual)) = drift.series.last().copied() else { return "failed".to_owned() };
+    let of = match drift.scale {
+        EnergyScale::Start => "of the energy at the start",
+        EnergyScale::PeakKinetic => "of the peak kinetic energy",
     };
-    let (early, late) = (peak(false), peak(true));
-    // Samples that keep step with the motion miss its peaks, and then say nothing about growth.
-    let seen = late > 0.5 * largest;
-    if seen && early > 0.0 && late > 1.3 * early {
-        format!("grows as t^{:.1} to {}", (late / early).log2(), share(largest, 2))
-    } else if largest > 0.5 {
-        // Relative to what it became: it cannot grow much beyond.
-        "most of it invented".to_owned()
-    } else {
-        format!("within {}", share(largest, 2))
+    let part = share(largest, 2);
+    match growth(drift, largest) {
+        _ if residual < -0.5 => format!("loses {part} {of}"),
+        Some(Growth::Exponential) => {
+            format!(
+                "grows exponentially to {} times the energy at the start",
+                fold(1.0 + residual / drift.start)
+            )
+        }
+        Some(Growth::Power(power)) => format!("grows as t^{power:.1} to {part} {of}"),
+        Some(Growth::Other) => format!("grows to {part} {of}"),
+        None => format!("within {part} {of}"),
     }
+}
+
+/// How a residual of energy grows.
+enum Growth {
+    /// The energy is the exponential of the time.
+    Exponential,
+    /// The residual is a power of the time.
+    Power(f64),
+    /// Neither fits.
+    Other,
+}
+
+/// Mean deviation of the logarithm of a residual up to which a curve fits it.
+const FITS: f64 = 0.3;
+
+/// Part of the energy at the start from which on an exponential differs from a line.
+const BENDS: f64 = 0.3;
+
+/// How the largest residual so far grows; `None` if it does not.
+fn growth(drift: &Drift, largest: f64) -> Option<Growth> {
+    let (end, _) = drift.series.last()?;
+    let mut so_far = 0.0_f64;
+    let envelope = drift.series.iter().map(|(time, residual)| {
+        so_far = so_far.max(residual.abs());
+        (*time, so_far)
+    });
+    // A run settles before it grows.
+    let points: Vec<_> = envelope.filter(|(time, so_far)| *time > 0.1 * end && *so_far > 0.0).collect();
+    let (_, early) = points.iter().rfind(|(time, _)| *time <= 0.5 * end)?;
+    // Samples that keep step with the motion miss its peaks, and then say nothing about growth.
+    if so_far <= 0.5 * largest || so_far <= 1.3 * early {
+        return None;
+    }
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(&|(time, _)| time.ln()), mean(&|(_, size)| size.ln()));
+    let power =
+        mean(&|(time, size)| (time.ln() - x) * (size.ln() - y)) / mean(&|(time, _)| (time.ln() - x).powi(2));
+    let off_power = mean(&|(time, size)| (size.ln() - y - power * (time.ln() - x)).abs());
+    let start = drift.start;
+    let off_exponential = if start > 0.0 && so_far > BENDS * start {
+        let rate = mean(&|(time, size)| time * (size / start).ln_1p()) / mean(&|(time, _)| time * time);
+        mean(&|(time, size)| (size.ln() - (start * (rate * time).exp_m1()).ln()).abs())
+    } else {
+        f64::INFINITY
+    };
+    Some(match off_power.min(off_exponential) {
+        off if off > FITS => Growth::Other,
+        off if off < off_power => Growth::Exponential,
+        _ => Growth::Power(power),
+    })
 }
 
 /// Failed runs of one method in one precision, for one kind of reason.
@@ -237,4 +272,43 @@ pub(crate) fn failures(study: &Study) -> Vec<FailedRuns<'_>> {
         }
     }
     groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drift(scale: EnergyScale, start: f64, residual: impl Fn(f64) -> f64) -> Drift {
+        let series: Vec<_> = (1..=200).map(|i| f64::from(i) / 20.0).map(|t| (t, residual(t))).collect();
+        Drift {
+            setting: Setting { method: Method::ExplicitEuler, substeps: 1, precision: Precision::F64 },
+            long: false,
+            simulated_s: 10.0,
+            scale,
+            start,
+            largest: series.iter().map(|(_, residual)| residual.abs()).reduce(f64::max),
+            series,
+        }
+    }
+
+    #[test]
+    fn an_exponential_growth_is_called_one_and_shares_say_of_what() {
+        // The energy grows by 162 %, to which the peak kinetic energy comes near.
+        let rate = 2.62_f64.ln() / 10.0;
+        let grown = drift(EnergyScale::PeakKinetic, 0.4, |t| 0.4 * (rate * t).exp_m1());
+        assert_eq!(fate(&grown), "grows exponentially to 2.6 times the energy at the start");
+        // An energy of 0 at the start is no measure.
+        let from_nothing = Drift { start: 0.0, ..grown };
+        assert!(fate(&from_nothing).ends_with("% of the peak kinetic energy"), "{}", fate(&from_nothing));
+        let line = drift(EnergyScale::Start, 1.0, |t| 1e-3 * t);
+        assert_eq!(fate(&line), "grows as t^1.0 to 1 % of the energy at the start");
+        let root = drift(EnergyScale::PeakKinetic, -0.5, |t| 1e-3 * t.sqrt());
+        assert_eq!(fate(&root), "grows as t^0.5 to 0.32 % of the peak kinetic energy");
+        let swing = drift(EnergyScale::Start, -1.0, |t| 1e-3 * (7.0 * t).sin());
+        assert_eq!(fate(&swing), "within 0.1 % of the energy at the start");
+        let jump = drift(EnergyScale::Start, 1.0, |t| if t > 8.0 { 0.2 } else { 1e-6 });
+        assert_eq!(fate(&jump), "grows to 20 % of the energy at the start");
+        let lost = drift(EnergyScale::Start, 1.0, |t| (-t).exp_m1());
+        assert_eq!(fate(&lost), "loses 100 % of the energy at the start");
+    }
 }

@@ -1,14 +1,15 @@
 //! What a study found, as tables.
 
-use lab::cost::{Accuracy, Cell, Cost, Host, Outcome, Place, Precision, RateRow, Study, TickTime};
+use lab::cost::{
+    Accuracy, Answer, Cell, Cheapest, Cost, Host, Outcome, Place, Precision, RateRow, Study, TickTime,
+};
 use motion::Method;
 
-use super::choice::{Answer, answers, leads, never_best};
 use super::numbers::{NONE, duration, length, number, share};
 use super::palette::ink;
-use super::reading::{SEEN, claimed_orders, exact, failures, fate, floor, methods, ranks, usable};
+use super::reading::{SEEN, claimed_orders, exact, failures, fate, floor, methods, ranks};
 use super::table::Table;
-use super::words::{bodies, setting, title};
+use super::words::{answers, bodies, setting, title};
 
 /// The tables of a summary, those that have any rows.
 pub fn tables(study: &Study) -> Vec<Table> {
@@ -21,19 +22,25 @@ fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
     value.map_or_else(|| NONE.to_owned(), text)
 }
 
-/// The cheapest setting for each error.
+/// The cheapest settings for each error, with "=" between those that tie. Of errors with one answer there is the smallest,
+/// which says the others.
 pub(crate) fn cheapest(study: &Study) -> Table {
-    let answers = if ranks(study) { answers(study) } else { Vec::new() };
-    let row = |answer: &Answer<'_>| {
-        let (pick, quick) = (answer.by_evaluations, answer.by_time);
-        let real_time = quick.and_then(|quick| study.cost(quick, Cost::RealTime));
+    let (by_evaluations, by_time) = (answers(study, Cost::Evaluations), answers(study, Cost::Time));
+    let quick = |below_m: f64| by_time.iter().find(|answer| answer.below_m.to_bits() == below_m.to_bits());
+    let rows: Vec<_> = by_evaluations.iter().map(|answer| (answer, quick(answer.below_m))).collect();
+    let picks = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
+        (settings(study, &answer.cheapest), quick.map(|quick| settings(study, &quick.cheapest)))
+    };
+    let is_last = |i: usize| rows.get(i + 1).is_none_or(|next| picks(*next) != picks(rows[i]));
+    let row = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
+        let quickest = quick.map(|quick| quick.cheapest.cell);
+        let real_time = quickest.and_then(|cell| study.cost(cell, Cost::RealTime));
         vec![
             format!("below {}", length(answer.below_m, 2)),
-            setting(study, pick),
-            or_none(study.cost(pick, Cost::Evaluations), |cost| number(cost, 3)),
-            or_none(answer.next, |(method, error)| format!("{}, below {}", title(method), length(error, 2))),
-            or_none(quick, |quick| setting(study, quick)),
-            or_none(quick.and_then(|quick| quick.time), |time| duration(time.ns_per_body_step, 2)),
+            settings(study, &answer.cheapest),
+            or_none(study.cost(answer.cheapest.cell, Cost::Evaluations), |cost| number(cost, 3)),
+            or_none(quick, |quick| settings(study, &quick.cheapest)),
+            or_none(quickest.and_then(|cell| cell.time), |time| duration(time.ns_per_body_step, 2)),
             or_none(real_time, |part| share(part, 2)),
         ]
     };
@@ -41,13 +48,18 @@ pub(crate) fn cheapest(study: &Study) -> Table {
         "error",
         "cheapest by evaluations",
         "evaluations per body per s",
-        "becomes cheaper",
         "cheapest by time",
         "per body per step",
         "of real time",
     ];
     let title = format!("Cheapest for an error within {} s", number(study.simulated_s, 3));
-    Table::numbers(title, header, answers.iter().map(row))
+    Table::words(title, header, (0..rows.len()).filter(|i| is_last(*i)).map(|i| row(rows[i])))
+}
+
+/// The cheapest setting, and those that tie with it.
+fn settings(study: &Study, cheapest: &Cheapest<'_>) -> String {
+    let all = [cheapest.cell].into_iter().chain(cheapest.ties.iter().copied());
+    all.map(|cell| setting(study, cell)).collect::<Vec<_>>().join(" = ")
 }
 
 /// Methods by the time of a step, the shortest first; "=" is on those that tie.
@@ -75,9 +87,9 @@ pub(crate) fn ranking(study: &Study) -> Table {
     let header = [
         "rank".to_owned(),
         "method".to_owned(),
-        "fixed per tick".to_owned(),
-        "per body per step".to_owned(),
-        format!("per body per step with {}", bodies(study.size())),
+        "line: fixed per tick".to_owned(),
+        "line: per body per step".to_owned(),
+        format!("measured: per body per step with {}", bodies(study.size())),
         format!("times {}", base.map_or_else(String::new, |base| title(base.method))),
     ];
     Table::numbers("Time of a step", header, places.iter().enumerate().map(row))
@@ -94,7 +106,11 @@ pub(crate) fn on_arrays(study: &Study) -> Table {
         ]
     };
     let rows = study.tick_times.iter().filter(|of| of.host == Host::Arrays).map(row);
-    Table::numbers("On plain arrays", ["method", "precision", "fixed per tick", "per body per step"], rows)
+    Table::numbers(
+        "On plain arrays",
+        ["method", "precision", "line: fixed per tick", "line: per body per step"],
+        rows,
+    )
 }
 
 /// What each method is worth: its order, whether it is ever the best choice, what single precision leaves of it, and
@@ -102,7 +118,7 @@ pub(crate) fn on_arrays(study: &Study) -> Table {
 pub(crate) fn of_methods(study: &Study) -> Table {
     let ranks = ranks(study);
     let never = [Cost::Evaluations, Cost::Time]
-        .map(|cost| (ranks && !leads(study, cost).is_empty()).then(|| never_best(study, cost)));
+        .map(|cost| (!answers(study, cost).is_empty()).then(|| study.never_best(cost)));
     let best = |method: Method| {
         let by = ["evaluations", "time"].into_iter().zip(&never);
         let by: Vec<_> =
@@ -142,7 +158,7 @@ fn order(study: &Study, method: Method) -> String {
             .to_owned();
     }
     let finest = study.curve(method, Precision::F64).filter(|cell| cell.errors().is_some()).last();
-    let order = study.order(method, SEEN).filter(|_| finest.is_some_and(|cell| usable(study, cell)));
+    let order = study.order(method, SEEN).filter(|_| finest.is_some_and(|cell| study.is_usable(cell)));
     let Some(shows) = order else { return NONE.to_owned() };
     let off = |order: &u32| (shows - f64::from(*order)).abs();
     match claimed_orders(study, method).into_iter().min_by(|a, b| off(a).total_cmp(&off(b))) {
@@ -233,6 +249,7 @@ pub(crate) fn every_run(study: &Study) -> Table {
             duration(1e9 * study.step_s(setting), 3),
             study.error(cell, Accuracy::Relative).map_or_else(|| outcome(cell), |error| number(error, 2)),
             or_none(study.error(cell, SEEN), |error| length(error, 2)),
+            or_none(cell.errors(), |errors| length(errors.position_rms_m, 2)),
             or_none(study.cost(cell, Cost::Evaluations), |cost| number(cost, 3)),
             nanoseconds(Host::World),
             nanoseconds(Host::Arrays),
@@ -246,6 +263,7 @@ pub(crate) fn every_run(study: &Study) -> Table {
         "step",
         "error, relative",
         "error",
+        "rms",
         "evaluations per body per s",
         "per body per step",
         "on arrays",

@@ -1,12 +1,11 @@
 //! What a study found, in a few sentences.
 
-use lab::cost::{Cell, Cost, Crossing, Study, Truth};
+use lab::cost::{Answer, Cell, Cost, Crossing, Study, Truth};
 use motion::Method;
 
-use super::choice::{Lead, leads};
 use super::numbers::{capital, fold, length, number};
 use super::palette::ink;
-use super::reading::{self, SEEN, exact, finished, ranks, reference_uncertain, rounds, usable};
+use super::reading::{self, SEEN, exact, finished, ranks, rounds};
 
 /// What was found in sentences, the answer in one line first.
 pub fn words(study: &Study) -> Vec<String> {
@@ -28,42 +27,44 @@ pub(crate) fn headline(study: &Study) -> String {
     if !finished(study) {
         return "No run in double precision went through: there is nothing to compare.".to_owned();
     }
-    if reference_uncertain(study) {
+    if study.is_uncertain() {
         return format!(
             "The reference is itself uncertain by {}: over {} s this motion ranks no method. A shorter run may.",
             length(study.truth.own_error().1, 2),
             number(study.simulated_s, 3),
         );
     }
-    match &leads(study, Cost::Evaluations)[..] {
-        [] => "Every step that was run is too coarse: no error is below a tenth of the motion.".to_owned(),
-        [one] if exact(study, one.method) => {
-            format!("{} is the cheapest, and exact here.", capital(&title(one.method)))
-        }
-        [one] => {
-            format!("{} is the cheapest at every accuracy that was reached.", capital(&title(one.method)))
-        }
-        leads => format!("Cheapest by evaluations: {}.", spans(study, leads)),
+    let answers = answers(study, Cost::Evaluations);
+    if answers.is_empty() {
+        return "Every step that was run is too coarse: no error is below a tenth of the motion.".to_owned();
     }
+    format!("Cheapest by evaluations: {}.", spans(study, &answers))
 }
 
-/// Names each leading method and the error down to which it leads.
-fn spans(study: &Study, leads: &[Lead]) -> String {
-    let Some((last, before)) = leads.split_last() else { return String::new() };
-    let span = |lead: &Lead| format!("{} down to {}", title(lead.method), length(lead.down_to_m, 2));
-    let spans: Vec<_> = before.iter().map(span).collect();
-    match (exact(study, last.method), spans.is_empty()) {
-        (_, true) => format!("{} at every accuracy", title(last.method)),
-        (true, _) => format!("{}; {} is exact", spans.join(", then "), title(last.method)),
-        _ => format!("{}; {} below", spans.join(", then "), title(last.method)),
-    }
+/// What is cheapest for errors of powers of ten, where methods can be ranked: the rows of the table of the cheapest settings.
+pub(crate) fn answers(study: &Study, cost: Cost) -> Vec<Answer<'_>> {
+    if ranks(study) { study.answers(cost) } else { Vec::new() }
+}
+
+/// Names the methods and the error down to which each is the cheapest, with "=" between those that tie.
+fn spans(study: &Study, answers: &[Answer<'_>]) -> String {
+    let methods = |answer: &Answer<'_>| answer.cheapest.methods();
+    let spans = answers.chunk_by(|a, b| methods(a) == methods(b)).filter_map(|span| {
+        let last = span.last()?;
+        let names: Vec<_> = methods(last).into_iter().map(title).collect();
+        let is_exact = methods(last).into_iter().all(|method| exact(study, method));
+        let until =
+            if is_exact { "(exact)".to_owned() } else { format!("down to {}", length(last.below_m, 2)) };
+        Some(format!("{} {until}", names.join(" = ")))
+    });
+    spans.collect::<Vec<_>>().join(", then ")
 }
 
 /// The tutorial's question: one step of Runge-Kutta 4, or four of semi-implicit Euler?
 fn tutorial(study: &Study) -> Option<String> {
     let (fourth, plain) = (Method::RungeKutta4, Method::SemiImplicitEuler);
     let rounds = rounds(study, fourth, plain);
-    let of_use = rounds.iter().filter(|round| usable(study, round.first) || usable(study, round.second));
+    let of_use = rounds.iter().filter(|round| study.is_usable(round.first) || study.is_usable(round.second));
     let factors: Vec<_> = of_use.filter_map(|round| Some((round, round.factor(study)?))).collect();
     let [(coarse, first), ..] = factors[..] else { return None };
     let (fine, last) = *factors.last()?;
@@ -123,17 +124,19 @@ pub fn time_words(study: &Study) -> Vec<String> {
 
 /// Names the method that leads by time for each error, and the sizes at which others lead.
 fn cheapest_by_time(study: &Study) -> Option<String> {
-    let here = leads(study, Cost::Time);
+    let here = answers(study, Cost::Time);
     if here.is_empty() {
         return None;
     }
-    let methods = |leads: &[Lead]| leads.iter().map(|lead| lead.method).collect::<Vec<_>>();
+    let methods =
+        |answers: &[Answer<'_>]| answers.iter().map(|answer| answer.cheapest.methods()).collect::<Vec<_>>();
     let mut text = format!("Cheapest by time with {}: {}", bodies(study.size()), spans(study, &here));
     let mut last = methods(&here);
     for size in study.sizes().into_iter().filter(|size| *size != study.size()) {
-        let there = leads(&study.at_size(size), Cost::Time);
+        let study = study.at_size(size);
+        let there = answers(&study, Cost::Time);
         if methods(&there) != methods(&here) && methods(&there) != last {
-            text += &format!(". With {}: {}", bodies(size), spans(study, &there));
+            text += &format!(". With {}: {}", bodies(size), spans(&study, &there));
         }
         last = methods(&there);
     }

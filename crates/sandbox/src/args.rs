@@ -4,6 +4,8 @@ use clap::Args;
 use motion::effects::Effect;
 use motion::{DampingModel, Method, Substeps};
 
+use crate::failure::Failure;
+
 /// How a tick is integrated.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct StepArgs {
@@ -31,6 +33,18 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("give a finite number above 0".to_owned()),
     }
+}
+
+/// Ticks that no run comes to the end of: at a microsecond each, a century.
+pub(crate) const MOST_TICKS: f64 = 3e15;
+
+/// Refuses so many seconds at so many ticks per second where no run comes to their end.
+pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
+    if seconds * rate <= MOST_TICKS {
+        return Ok(());
+    }
+    let what = format!("{seconds:e} s at {rate:e} Hz are more ticks than a run can have");
+    Err(Failure::Usage(format!("{what}; give fewer")))
 }
 
 pub(crate) fn rate(text: &str) -> Result<f64, String> {

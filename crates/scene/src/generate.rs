@@ -18,7 +18,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::check::Scope;
-use crate::memory::{Census, gib, too_little_for};
+use crate::memory::{Census, byte_words, too_little_for};
 use crate::raw;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
@@ -109,7 +109,7 @@ fn check_size(raw: &raw::Scene, entries: &[Entry<'_>], faults: &mut Faults) -> O
         springs => format!("{total} bodies and {springs} springs"),
     };
     let have = if by_person { "are allowed" } else { "are free" };
-    let what = format!("{so_many} take some {}, and {} {have}", gib(needed), gib(least));
+    let what = format!("{so_many} take some {}, and {} {have}", byte_words(needed), byte_words(least));
     faults.add(path, what, "give fewer, or more with `--memory GIB`");
     None
 }

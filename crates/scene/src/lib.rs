@@ -34,7 +34,7 @@ pub use edit::{Change, Field, Kind, TextEdit, Value, changes, edit, rewrite};
 pub use entries::Entry;
 pub use frame_times::parse_frame_times;
 pub use generate::BODY_LIMIT;
-pub use memory::allow_memory;
+pub use memory::{Keeps, allow_memory, byte_words, memory};
 pub use parts::Part;
 pub use resolve::declared::key_of_law;
 pub use resolve::springs::unsolvable;

@@ -11,16 +11,31 @@ use crate::scene::{BodySpec, Scene};
 
 /// Bytes of a body beside its entry in the scene: its components, in columns that may have room for twice as many, and
 /// look-ups by entity and by stable id. `tests/bounds.rs` measures what these come to.
-const BODY: u64 = 400;
+const BODY: u64 = 440;
 
 /// What a body takes besides that moves to a table of its own, as members of groups and particles do.
 const MOVED: u64 = 250;
+
+/// What a particle takes besides: its emitter's throw, and its life in the pool.
+const PARTICLE: u64 = 380;
 
 /// What a member of a group takes besides: its rows in the arrays of a step and of a forecast.
 const GROUPED: u64 = 310;
 
 /// Bytes of a spring beside its entry in the scene: its place in the list that forces are computed from.
 const SPRING: u64 = 40;
+
+/// What a body takes besides in a ledger: its rows at both ends of a tick, its record, and its path.
+const LEDGER: u64 = 900;
+
+/// What a body takes besides in a black box: its rows in the snapshot that is made. And what snapshots take at most together.
+const BLACK_BOX: u64 = 300;
+const TIMELINE: u64 = 64 << 20;
+
+/// What a body takes besides in pictures: its instance here and on a device in software, and its place between two ticks.
+/// And what such a device takes.
+const PICTURE: u64 = 1000;
+const DEVICE: u64 = 136 << 20;
 
 /// What is not asked about: a scene of less fits everywhere.
 const SMALL: u64 = 256 << 20;
@@ -63,6 +78,7 @@ impl Census {
             self.bodies.saturating_mul(BODY + size_of::<BodySpec>() as u64),
             self.moved.saturating_mul(MOVED),
             self.grouped.saturating_mul(GROUPED),
+            self.moved.saturating_sub(self.grouped).saturating_mul(PARTICLE),
             self.springs.saturating_mul(SPRING + size_of::<Link>() as u64),
             forecast,
         ]
@@ -71,11 +87,50 @@ impl Census {
     }
 }
 
+/// What a run keeps besides its world. Tables of states are written as they come and keep nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Keeps {
+    /// A ledger of energy and momentum.
+    pub ledger: bool,
+    /// The last minute, to go back in.
+    pub black_box: bool,
+    /// Pictures.
+    pub pictures: bool,
+}
+
+impl Keeps {
+    /// Bytes on top for a scene of so many bodies, at most.
+    fn bytes(self, bodies: u64) -> u64 {
+        let each = |kept: bool, bytes: u64| if kept { bodies.saturating_mul(bytes) } else { 0 };
+        let parts = [
+            each(self.ledger, LEDGER),
+            each(self.black_box, BLACK_BOX),
+            if self.black_box { TIMELINE } else { 0 },
+            each(self.pictures, PICTURE),
+            if self.pictures { DEVICE } else { 0 },
+        ];
+        parts.into_iter().fold(0, u64::saturating_add)
+    }
+}
+
 impl Scene {
-    /// Bytes that a run of the scene takes at most until its first tick is over, without pictures: as estimated before
-    /// any body was made.
+    /// Says by how much a run of the scene that keeps all that exceeds what there is, if it does.
+    ///
+    /// # Errors
+    /// Where it takes more bytes than are allowed, or free.
+    pub fn check_memory(&self, keeps: Keeps) -> Result<(), String> {
+        let bodies = self.bodies.len() as u64;
+        let needed = self.estimated_bytes(keeps);
+        let Some((least, by_person)) = too_little_for(needed) else { return Ok(()) };
+        let have = if by_person { "are allowed" } else { "are free" };
+        let (needed, least) = (byte_words(needed), byte_words(least));
+        Err(format!("{bodies} bodies and what the run keeps of them take some {needed}, and {least} {have}"))
+    }
+
+    /// Bytes that a run of the scene that keeps all that takes at most until its first tick is over: as estimated before any
+    /// body was made.
     #[must_use]
-    pub fn estimated_bytes(&self) -> u64 {
+    pub fn estimated_bytes(&self, keeps: Keeps) -> u64 {
         let bodies = self.bodies.len() as u64;
         let soft = self.soft_bodies.iter();
         let points: u64 = soft.clone().map(|soft| soft.points.len() as u64).sum();
@@ -83,8 +138,15 @@ impl Scene {
         let particles: u64 = self.emitters.iter().map(|emitter| emitter.pool.len() as u64).sum();
         let grouped = if self.mutual_gravity.is_some() { bodies - particles } else { points };
         let springs = links + self.springs.len() as u64;
-        Census { bodies, moved: grouped + particles, grouped, springs }.bytes()
+        let census = Census { bodies, moved: grouped + particles, grouped, springs };
+        census.bytes().saturating_add(keeps.bytes(bodies))
     }
+}
+
+/// Bytes that there are for scenes: what the person allows, or what the machine has free; `None` where it does not say.
+#[must_use]
+pub fn memory() -> Option<u64> {
+    ALLOWED.get().copied().or_else(free)
 }
 
 /// What is allowed, if that is less than `needed` bytes, and whether it was the person who allowed it.
@@ -97,9 +159,14 @@ pub(crate) fn too_little_for(needed: u64) -> Option<(u64, bool)> {
     (needed > least).then_some((least, by_person))
 }
 
-/// Gibibytes in words.
-pub(crate) fn gib(bytes: u64) -> String {
-    format!("{:.1} GiB", bytes as f64 / (1_u64 << 30) as f64)
+/// Bytes in the largest unit of which there is one.
+#[must_use]
+pub fn byte_words(bytes: u64) -> String {
+    let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
+    match units.into_iter().find(|(power, _)| bytes >> power > 0) {
+        Some((power, unit)) => format!("{:.1} {unit}", bytes as f64 / (1_u64 << power) as f64),
+        None => format!("{bytes} B"),
+    }
 }
 
 /// Bytes that this process can still have: the least of what the machine has, what its control groups leave it and

@@ -4,18 +4,19 @@
 //! time there is and the window a tenth of each frame; both get the same numbers, because no job looks at who waits.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use history::REFERENCE_METHOD;
 use motion::Method;
 
 use super::clock::{Clock, thread_time};
 use super::drift::Drifting;
-use super::plan::Plan;
-use super::record::{Cell, Host, Outcome, Precision, Setting, Study, Truth};
-use super::runner::{Make, Sample, make};
+use super::plan::{Plan, work};
+use super::record::{Cell, Failure, Host, Outcome, Precision, Setting, Study, Truth};
+use super::runner::{Make, Runner, make};
 use super::subject::Subject;
 use super::timing::Timings;
-use super::truth::{Sampled, Samples, Target};
+use super::truth::{Compared, Comparison, Reference, Scales, Target};
 use crate::run::movable;
 
 /// A relative error from which a reference is none.
@@ -35,8 +36,8 @@ pub struct Bench {
     make: Box<Make>,
     clock: Box<Clock>,
     study: Study,
-    target: Option<Target>,
-    coarse: Option<Samples>,
+    /// Scales of the truth, once it is known.
+    scales: Option<Scales>,
     timings: Timings,
     jobs: VecDeque<Job>,
     current: Option<(Job, Going)>,
@@ -49,14 +50,16 @@ pub struct Bench {
 
 /// A run that takes many pieces.
 enum Going {
-    Sampled(Sampled),
+    Reference(Box<Reference>),
+    Comparison(Box<Comparison>),
     Drifting(Box<Drifting>),
 }
 
 impl Going {
     fn tick(&mut self) -> bool {
         match self {
-            Self::Sampled(run) => run.tick(),
+            Self::Reference(run) => run.tick(),
+            Self::Comparison(runs) => runs.tick(),
             Self::Drifting(run) => run.tick(),
         }
     }
@@ -64,13 +67,13 @@ impl Going {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Job {
-    /// A run of the reference of so many substeps.
+    /// The reference of so many substeps: its own error, and its scales.
     Reference(u32),
-    /// The error of a cell.
-    Error(usize),
+    /// The errors of the cells from the one to before the other, side by side.
+    Errors(usize, usize),
     /// One pass of a timing.
     Time(usize),
-    /// The books of a setting.
+    /// The ledger of a setting.
     Drift(Setting),
     /// A second at the frame rates.
     Rates,
@@ -127,8 +130,7 @@ impl Bench {
             make,
             clock,
             study,
-            target: None,
-            coarse: None,
+            scales: None,
             timings: Timings::default(),
             jobs: VecDeque::new(),
             current: None,
@@ -166,11 +168,11 @@ impl Bench {
         self.jobs.retain(|job| match job {
             Job::Drift(setting) => !drifted(setting),
             Job::Rates => earlier.rates.is_empty(),
-            Job::Error(at) => !study.cells[*at].is_run(),
+            Job::Errors(from, to) => !study.cells[*from..*to].iter().all(Cell::is_run),
             Job::Time(at) => !timings.is_known(*at, study),
             _ => true,
         });
-        if !self.jobs.iter().any(|job| matches!(job, Job::Error(_))) {
+        if !self.jobs.iter().any(|job| matches!(job, Job::Errors(..))) {
             self.jobs.retain(|job| !matches!(job, Job::Reference(_)));
             self.study.truth.clone_from(&earlier.truth);
             (self.study.position_scale_m, self.study.velocity_scale_m_s) =
@@ -181,13 +183,11 @@ impl Bench {
 
     fn plan_jobs(&mut self, rungs: &[u32]) {
         match self.subject.exact() {
-            Some((exact, _)) => self.aim(Target::closed(&self.subject, exact)),
-            None => {
-                let finest = rungs.last().copied().unwrap_or(1).saturating_mul(self.plan.finer.max(2));
-                self.jobs.extend([Job::Reference(finest / 2), Job::Reference(finest)]);
-            }
+            Some((exact, _)) => self.aim(Target::scales(&self.subject, exact)),
+            None => self.jobs.push_back(Job::Reference(self.plan.reference(rungs).substeps)),
         }
-        self.jobs.extend((0..self.study.cells.len()).map(Job::Error));
+        let batches = self.plan.batches(&self.subject, rungs);
+        self.jobs.extend(batches.into_iter().map(|cells| Job::Errors(cells.start, cells.end)));
         if self.plan.passes > 0 {
             let middle = rungs[rungs.len() / 2];
             self.timings = Timings::of(&mut self.study, &self.subject, &self.plan, middle);
@@ -204,7 +204,7 @@ impl Bench {
         self.weigh();
     }
 
-    /// The settings whose books are kept: every method at the scene's own step, or at the middle of the ladder.
+    /// The settings with a ledger: every method at the scene's own step, or at the middle of the ladder.
     fn drifts(&self, rungs: &[u32]) -> impl Iterator<Item = Setting> + use<> {
         let own = self.subject.own();
         let middle = rungs[rungs.len() / 2];
@@ -240,15 +240,30 @@ impl Bench {
         if self.is_done() { 1.0 } else { (self.done / self.total.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0) }
     }
 
+    /// What is studied, as long as it is at present.
+    pub const fn subject(&self) -> &Subject {
+        &self.subject
+    }
+
     /// What is known so far: a cell that was not run yet is [`Failure::NotRun`](super::Failure::NotRun).
     pub const fn study(&self) -> &Study {
         &self.study
     }
 
-    /// The states that errors are measured from, at each sample time, of the bodies that can move; `None` before the
-    /// reference is run.
-    pub fn truth(&self) -> Option<&[Vec<Sample>]> {
-        self.target.as_ref().map(|target| target.samples.as_slice())
+    /// A run of the reference from its start, of so many substeps.
+    fn reference_of(&self, substeps: u32) -> Result<Box<dyn Runner>, Failure> {
+        let setting = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
+        // The truth is the program's own run, whatever is studied.
+        make(&self.subject.continuous().0, setting, Host::World)
+    }
+
+    /// A run that errors are measured from, from its start; `None` where there is a closed form, or before it is known
+    /// how far the reference is to be trusted.
+    pub fn reference(&self) -> Option<Box<dyn Runner>> {
+        match self.study.truth {
+            Truth::Reference { substeps, .. } if substeps > 0 => self.reference_of(substeps).ok(),
+            _ => None,
+        }
     }
 
     /// One tick, or one timing; `false`: there is nothing left.
@@ -266,20 +281,15 @@ impl Bench {
         let Some(job) = self.jobs.pop_front() else { return false };
         let run = match job {
             Job::Reference(substeps) => {
-                let setting = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
-                // The truth is the program's own run, whatever is studied.
-                let made = make(&self.subject.continuous().0, setting, Host::World);
-                made.map(|runner| Going::Sampled(Sampled::reference(runner, self.subject.ticks)))
+                let pair = self.reference_of(substeps).and_then(|fine| {
+                    let target = Target::run(&self.subject, fine);
+                    Ok(Reference::new(target, self.reference_of(substeps / 2)?, self.subject.ticks))
+                });
+                pair.map(|pair| Going::Reference(Box::new(pair)))
                     .map_err(|failure| self.study.notes.push(format!("no reference: {failure}")))
                     .ok()
             }
-            Job::Error(cell) => {
-                let Cell { setting, outcome, .. } = &mut self.study.cells[cell];
-                let made = (self.make)(&self.subject, *setting, setting.precision.host());
-                made.map(|runner| Going::Sampled(Sampled::new(runner, self.subject.ticks)))
-                    .map_err(|failure| *outcome = Outcome::Failed(failure))
-                    .ok()
-            }
+            Job::Errors(from, to) => self.compare(from..to).map(|runs| Going::Comparison(Box::new(runs))),
             Job::Time(timing) => {
                 let how = (&*self.make, &*self.clock);
                 self.timings.pass(timing, &mut self.study, &self.subject, &self.plan, how);
@@ -307,47 +317,71 @@ impl Bench {
     fn finish(&mut self, job: Job, run: Going) {
         match (job, run) {
             (_, Going::Drifting(run)) => self.study.drifts.extend(run.finish()),
-            (Job::Reference(substeps), Going::Sampled(run)) => self.finish_reference(substeps, run),
-            (Job::Error(cell), Going::Sampled(run)) => {
-                let (samples, _, mut runner) = run.finish();
-                let Some(target) = &self.target else { return };
-                let cell = &mut self.study.cells[cell];
-                cell.outcome = target.judge(&samples, &mut *runner);
-                cell.counts = runner.counts();
-                cell.bytes_per_body_step = runner.bytes_per_body();
+            (Job::Reference(substeps), Going::Reference(run)) => self.finish_reference(substeps, *run),
+            (_, Going::Comparison(runs)) => {
+                for Compared { cell, outcome, mut runner } in runs.finish() {
+                    let cell = &mut self.study.cells[cell];
+                    cell.outcome = outcome;
+                    cell.counts = runner.counts();
+                    cell.bytes_per_body_step = runner.bytes_per_body();
+                }
             }
-            // Done in one go, or without samples.
-            (Job::Time(_) | Job::Drift(_) | Job::Rates, _) => {}
+            (_, Going::Reference(_)) => {}
         }
     }
 
-    fn finish_reference(&mut self, runs: u32, run: Sampled) {
-        let (samples, more, mut runner) = run.finish();
-        if let Some(failure) = runner.failure() {
+    /// The runs of those cells that were not run yet, from their start beside the truth; `None` if there are none, or the
+    /// truth is not known.
+    fn compare(&mut self, cells: Range<usize>) -> Option<Comparison> {
+        let scales = self.scales?;
+        let mut runs = Vec::new();
+        let mut ticks = self.subject.ticks;
+        let mut target = self.reference().map(|run| Target::run(&self.subject, run));
+        for at in cells.filter(|at| !self.study.cells[*at].is_run()).collect::<Vec<_>>() {
+            let setting = self.study.cells[at].setting;
+            // A closed form is known at every step.
+            let closed = self.subject.exact().map(|(exact, _)| (exact, self.subject.by_steps(setting)));
+            let (subject, inner) = match &closed {
+                Some((exact, (subject, inner))) => {
+                    target = Some(Target::closed(subject, *exact));
+                    ticks = subject.ticks;
+                    (subject, *inner)
+                }
+                None => (&self.subject, setting),
+            };
+            match (self.make)(subject, inner, setting.precision.host()) {
+                Ok(run) => runs.push((at, run)),
+                Err(failure) => self.study.cells[at].outcome = Outcome::Failed(failure),
+            }
+        }
+        if runs.is_empty() {
+            return None;
+        }
+        Some(Comparison::new(target?, scales, runs, ticks))
+    }
+
+    fn finish_reference(&mut self, substeps: u32, run: Reference) {
+        let (scales, [relative, position_m], failure) = run.finish();
+        if let Some(failure) = failure {
             self.study.notes.push(format!("the reference itself failed: {failure}"));
         }
-        let target = Target::new(samples.clone(), more, &self.subject);
-        if let Some(coarse) = self.coarse.replace(samples) {
-            let own = target.errors(&coarse);
-            // An error that is not a number is none to go by either.
-            if own.relative.is_nan() || own.relative > TRUSTED {
-                let mut shorter = self.subject.clone();
-                if shorter.halve(CHAOTIC) {
-                    self.begin_again(shorter);
-                    return;
-                }
-                self.study.notes.push(format!(
-                    "the reference itself is only known to {:.1e}: what is nearer to it cannot be told apart",
-                    own.relative
-                ));
+        // An error that is not a number is none to go by either.
+        if relative.is_nan() || relative > TRUSTED {
+            let mut shorter = self.subject.clone();
+            if shorter.halve(CHAOTIC) {
+                self.begin_again(shorter);
+                return;
             }
-            if let Truth::Reference { substeps, relative_error, position_error_m, .. } = &mut self.study.truth
-            {
-                (*substeps, *relative_error, *position_error_m) = (runs, own.relative, own.position_m);
-            }
-            self.coarse = None;
-            self.aim(target);
+            self.study.notes.push(format!(
+                "the reference itself is only known to {relative:.1e}: what is nearer to it cannot be told apart"
+            ));
         }
+        if let Truth::Reference { substeps: own, relative_error, position_error_m, .. } =
+            &mut self.study.truth
+        {
+            (*own, *relative_error, *position_error_m) = (substeps, relative, position_m);
+        }
+        self.aim(scales);
     }
 
     /// Starts over with a shorter run of the same rungs.
@@ -360,10 +394,9 @@ impl Bench {
         *self = Self { credit, ..Self::of_rungs(subject, self.plan.clone(), make, clock, &rungs) };
     }
 
-    fn aim(&mut self, target: Target) {
-        (self.study.position_scale_m, self.study.velocity_scale_m_s) =
-            (target.position_scale, target.velocity_scale);
-        self.target = Some(target);
+    fn aim(&mut self, scales: Scales) {
+        (self.study.position_scale_m, self.study.velocity_scale_m_s) = scales.divisors();
+        self.scales = Some(scales);
     }
 
     /// Notes how much work all jobs are.
@@ -373,26 +406,25 @@ impl Bench {
 
     /// About how much work a job is, in evaluations of a tick.
     fn weight(&self, job: Job) -> f64 {
-        let of = |setting: Setting| {
-            // An implicit step iterates.
-            let solves = if setting.method == Method::ImplicitEuler { 5.0 } else { 1.0 };
-            f64::from(setting.method.claims().evaluations_with_velocity_laws)
-                * f64::from(setting.substeps)
-                * solves
-        };
         let ticks = self.subject.ticks as f64;
+        let finest = self.study.cells.last().map(|cell| cell.setting.substeps);
+        let reference = || work(self.plan.reference(finest.as_slice()));
         match job {
-            Job::Reference(substeps) => 4.0 * f64::from(substeps) * ticks,
-            Job::Error(cell) => of(self.study.cells[cell].setting) * ticks,
+            Job::Reference(_) => 1.5 * reference() * ticks,
+            Job::Errors(from, to) => {
+                let cells = self.study.cells[from..to].iter().map(|cell| work(cell.setting)).sum::<f64>();
+                let beside = if self.subject.exact().is_some() { 0.0 } else { reference() };
+                (cells + beside) * ticks
+            }
             Job::Time(at) => match self.timings.what(at, &self.study) {
                 // As many as there is time for, of some tenths of a microsecond.
                 Some((Some(copies), _)) => (1e7 * self.plan.timed).max(f64::from(copies)),
-                Some((None, setting)) => of(setting) * ticks.min(20.0),
+                Some((None, setting)) => work(setting) * ticks.min(20.0),
                 None => 0.0,
             },
-            Job::Drift(setting) => of(setting) * ticks * f64::from(self.plan.longer),
+            Job::Drift(setting) => work(setting) * ticks * f64::from(self.plan.longer),
             Job::Rates => {
-                super::rates::seconds(&self.subject) as f64 * of(self.subject.own()) * self.study.step_hz
+                super::rates::seconds(&self.subject) as f64 * work(self.subject.own()) * self.study.step_hz
             }
         }
     }

@@ -1,16 +1,16 @@
-//! Energy that a method invents or loses over short and long runs, by the books.
+//! Energy that a method invents or loses over short and long runs, by the ledger.
 
 use history::Simulation;
 use motion::ledger::Ledger;
 
-use super::record::{Drift, Setting};
+use super::record::{Drift, EnergyScale, Setting};
 use super::subject::Subject;
 use super::truth::larger;
 
 /// Points of a series, about.
 const POINTS: u64 = 200;
 
-/// A run whose books are kept.
+/// A run with a ledger.
 pub(crate) struct Drifting {
     setting: Setting,
     run: Simulation,
@@ -20,7 +20,11 @@ pub(crate) struct Drifting {
     /// Length of a tick, s.
     length: f64,
     every: u64,
+    /// J.
     largest: f64,
+    /// J.
+    peak_kinetic: f64,
+    /// Times, s, and residuals, J.
     series: Vec<(f64, f64)>,
     found: Vec<Drift>,
 }
@@ -28,25 +32,22 @@ pub(crate) struct Drifting {
 impl Drifting {
     /// A run of `setting` that is `longer` times as long as the subject's, at least once.
     pub fn new(subject: &Subject, setting: Setting, longer: u32) -> Self {
-        // The ticks of a problem are far longer than its substeps, and books are kept by the tick.
-        let (mut subject, mut inner) = (subject.clone(), setting);
-        if subject.problem.is_some() {
-            subject.scene.step_hz *= f64::from(setting.substeps);
-            subject.ticks *= u64::from(setting.substeps);
-            inner.substeps = 1;
-        }
+        // The ticks of a problem are far longer than its substeps, and a ledger goes by the tick.
+        let by_steps = subject.problem.is_some();
+        let (subject, inner) = if by_steps { subject.by_steps(setting) } else { (subject.clone(), setting) };
         let mut run = subject.run(inner);
         let ledger = Ledger::open(&mut run.world);
         let ticks = subject.ticks * u64::from(longer.max(1));
         Self {
             setting,
             run,
-            ledger,
             short: subject.ticks,
             ticks,
             length: 1.0 / subject.scene.step_hz,
             every: (ticks / POINTS).max(1),
             largest: 0.0,
+            peak_kinetic: ledger.energies().kinetic,
+            ledger,
             series: Vec::new(),
             found: Vec::new(),
         }
@@ -56,13 +57,11 @@ impl Drifting {
     pub fn tick(&mut self) -> bool {
         self.ledger.tick(&mut self.run.stepper, &mut self.run.world);
         let tick = self.run.ticks();
-        let size = self.ledger.relative_residual();
-        // Both energies are 0 where nothing moves.
-        let size = if size.is_nan() && self.ledger.energies().total() == 0.0 { 0.0 } else { size };
-        self.largest = larger(self.largest, size);
-        if tick.is_multiple_of(self.every) && size.is_finite() {
-            let sign = self.ledger.since_opening().energy.residual;
-            self.series.push((self.time(), size.copysign(sign)));
+        self.peak_kinetic = self.peak_kinetic.max(self.ledger.energies().kinetic);
+        let residual = self.ledger.since_opening().energy.residual;
+        self.largest = larger(self.largest, residual).abs();
+        if tick.is_multiple_of(self.every) && residual.is_finite() {
+            self.series.push((self.time(), residual));
         }
         if tick == self.short || tick == self.ticks {
             self.note();
@@ -76,12 +75,23 @@ impl Drifting {
 
     fn note(&mut self) {
         let failed = !self.run.world.resource::<motion::Quarantine>().records().is_empty();
+        let (start, peak) = (self.ledger.energies_at_opening().total(), self.peak_kinetic);
+        let (scale, joules) = if peak > start.abs() {
+            (EnergyScale::PeakKinetic, peak)
+        } else {
+            (EnergyScale::Start, start.abs())
+        };
+        // Both energies are 0 where nothing moves.
+        let relative = |energy: f64| if energy == 0.0 { 0.0 } else { energy / joules };
+        let largest = relative(self.largest);
         self.found.push(Drift {
             setting: self.setting,
             long: self.run.ticks() > self.short,
             simulated_s: self.time(),
-            largest: (self.largest.is_finite() && !failed).then_some(self.largest),
-            series: self.series.clone(),
+            scale,
+            start: relative(start),
+            largest: (largest.is_finite() && !failed).then_some(largest),
+            series: self.series.iter().map(|(time, residual)| (*time, relative(*residual))).collect(),
         });
     }
 

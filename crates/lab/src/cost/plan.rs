@@ -1,11 +1,22 @@
 //! What is run: methods, rungs, precisions, how carefully time is measured, and what there is time for.
 
+use std::ops::Range;
+
 use history::REFERENCE_METHOD;
 use motion::Method;
+use scene::Keeps;
 
 use super::clock::Clock;
 use super::record::{Precision, Setting};
 use super::subject::Subject;
+
+/// Work of the runs that are compared side by side, at least, in that of their reference: as each batch runs it again, it adds
+/// a third at most.
+const BATCH: f64 = 3.0;
+
+/// Memory of the runs that are compared side by side, at most, bytes, and its part of what there is.
+const SIDE_BY_SIDE: u64 = 1 << 30;
+const PART: u64 = 4;
 
 /// Rungs below which none are left out, however long they take.
 const AT_LEAST: usize = 3;
@@ -130,15 +141,37 @@ impl Plan {
 
     /// Evaluations of a tick that all errors take together, about.
     fn evaluations(&self, subject: &Subject, rungs: &[u32]) -> f64 {
-        let steps: f64 = rungs.iter().map(|rung| f64::from(*rung)).sum();
-        let of = |method: &Method| {
-            let solves = if *method == Method::ImplicitEuler { 10.0 } else { 1.0 };
-            let precisions = if self.single.contains(method) { 4.0 } else { 1.0 };
-            f64::from(method.claims().evaluations_with_velocity_laws) * solves * precisions
-        };
-        let finest = f64::from(rungs.last().copied().unwrap_or(1));
-        let reference = if subject.exact().is_some() { 0.0 } else { 6.0 * finest * f64::from(self.finer) };
-        steps * self.methods.iter().map(of).sum::<f64>() + reference
+        let batches = self.batches(subject, rungs).len() as f64;
+        let reference = work(self.reference(rungs));
+        // First beside one of half its substeps, then once per batch.
+        let references = if subject.exact().is_some() { 0.0 } else { (1.5 + batches) * reference };
+        self.settings(rungs).into_iter().map(work).sum::<f64>() + references
+    }
+
+    /// The reference for these rungs.
+    pub(crate) fn reference(&self, rungs: &[u32]) -> Setting {
+        let finest = rungs.last().copied().unwrap_or(1);
+        let substeps = finest.saturating_mul(self.finer.max(2));
+        Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 }
+    }
+
+    /// The places of the settings that are compared with the truth side by side: each alone where there is a closed form.
+    pub(crate) fn batches(&self, subject: &Subject, rungs: &[u32]) -> Vec<Range<usize>> {
+        let enough = BATCH * work(self.reference(rungs));
+        let room = scene::memory().map_or(SIDE_BY_SIDE, |bytes| SIDE_BY_SIDE.min(bytes / PART));
+        let most = usize::try_from(room / subject.scene.estimated_bytes(Keeps::default()).max(1))
+            .unwrap_or(usize::MAX);
+        let most = if subject.exact().is_some() { 1 } else { most.max(1) };
+        let (mut batches, mut first, mut sum) = (Vec::new(), 0, 0.0);
+        let works: Vec<_> = self.settings(rungs).into_iter().map(work).collect();
+        for (at, work) in works.iter().enumerate() {
+            sum += work;
+            if sum >= enough || at + 1 - first >= most || at + 1 == works.len() {
+                batches.push(first..at + 1);
+                (first, sum) = (at + 1, 0.0);
+            }
+        }
+        batches
     }
 
     /// Copies that a problem of so many bodies is timed with, ascending: powers of ten, and those of
@@ -170,10 +203,19 @@ impl Plan {
     }
 }
 
+/// Evaluations of a tick of a setting, about: an implicit step iterates, and compensated sums take twice as long.
+pub(crate) fn work(Setting { method, substeps, precision }: Setting) -> f64 {
+    let solves = if method == Method::ImplicitEuler { 10.0 } else { 1.0 };
+    let sums = if precision == Precision::CompensatedF32 { 2.0 } else { 1.0 };
+    f64::from(method.claims().evaluations_with_velocity_laws) * f64::from(substeps) * solves * sums
+}
+
 /// Thread CPU time of one evaluation of all bodies, s, about.
 fn evaluation(subject: &Subject, substeps: u32, clock: &Clock) -> f64 {
     let probe = Setting { method: REFERENCE_METHOD, substeps, precision: Precision::F64 };
-    let mut run = subject.run(probe);
+    let (by_steps, step) = subject.by_steps(probe);
+    let closed = subject.exact().is_some();
+    let (mut run, substeps) = if closed { (by_steps.run(step), 1) } else { (subject.run(probe), substeps) };
     run.tick();
     let (start, mut ticks) = (clock(), 0.0);
     while ticks < 8.0 && clock() - start < 0.02 {

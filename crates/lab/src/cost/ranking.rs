@@ -205,7 +205,7 @@ impl Study {
     }
 
     /// Part by which prices of a method in time may differ by chance.
-    pub fn spread(&self, method: Method) -> f64 {
+    pub(crate) fn spread(&self, method: Method) -> f64 {
         let times = self.curve(method, Precision::F64).filter_map(|cell| cell.time);
         let mut spreads: Vec<_> = times.map(|time| spread(time.quartiles)).collect();
         spreads.sort_by(f64::total_cmp);

@@ -58,8 +58,9 @@ impl fmt::Display for Setting {
     }
 }
 
-/// How far a run is from the truth, each the largest over the sample times and bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// How far a run is from the truth, over all of its ticks and bodies: the largest of each, and a mean. Ticks of a problem
+/// with a closed form are its steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// `max sqrt((|dx| / X)² + (|dv| / V)²)` with the scales of the study, no unit.
     pub relative: f64,
@@ -67,6 +68,8 @@ pub struct Errors {
     pub position_m: f64,
     /// Largest error of the velocity, m/s. Position Verlet shows the velocity half a step before its positions.
     pub velocity_m_s: f64,
+    /// Root of the mean square of the distances, m.
+    pub position_rms_m: f64,
 }
 
 /// Why a run is a mark and no point.
@@ -271,6 +274,16 @@ impl Truth {
     }
 }
 
+/// What residuals of energy are relative to: the larger of the two over the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EnergyScale {
+    /// The magnitude of the energy at the start.
+    Start,
+    /// The peak kinetic energy.
+    PeakKinetic,
+}
+
 /// Energy that a method invented or lost over a run of f64.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drift {
@@ -281,11 +294,15 @@ pub struct Drift {
     pub long: bool,
     /// Length of the run, s.
     pub simulated_s: f64,
-    /// Largest residual of the books of energy on the way, relative to the larger of the energy at the start
-    /// and the peak kinetic energy; not finite where the run failed (written as null).
+    /// What `start`, `largest` and `series` are relative to.
+    pub scale: EnergyScale,
+    /// Energy at the start.
+    pub start: f64,
+    /// Largest magnitude of the ledger's residual of energy after any tick; not finite where the run failed (written as
+    /// null).
     pub largest: Option<f64>,
-    /// Times, s, and relative residuals of some of the ticks, evenly spread: above 0 what the method invented, below
-    /// 0 what it lost.
+    /// Times, s, and residuals of some of the ticks, evenly spread: above 0 what the method invented, below 0 what it
+    /// lost.
     pub series: Vec<(f64, f64)>,
 }
 
@@ -317,7 +334,7 @@ pub struct Study {
     pub description: String,
     /// Ticks a second: pushes and pictures see these, substeps divide them.
     pub step_hz: f64,
-    /// Ticks of a run: a multiple of [`SAMPLES`].
+    /// Ticks of a run.
     pub ticks: u64,
     /// Length of a run, s.
     pub simulated_s: f64,
@@ -329,7 +346,7 @@ pub struct Study {
     pub own: Setting,
     /// What errors are measured against.
     pub truth: Truth,
-    /// Scale X of positions, m: the largest distance from the origin in the truth at the sample times.
+    /// Scale X of positions, m: the largest distance from the origin in the truth.
     pub position_scale_m: f64,
     /// Scale V of velocities, m/s: the largest speed there.
     pub velocity_scale_m_s: f64,
@@ -348,9 +365,6 @@ pub struct Study {
     /// What a reader has to know: what was switched on, left out, or cut short.
     pub notes: Vec<String>,
 }
-
-/// Times at which a run is compared with the truth: `T k / 8`, k from 1 to 8.
-pub const SAMPLES: u64 = 8;
 
 /// Where and with what it was measured.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -385,7 +399,7 @@ pub struct Report {
 }
 
 /// [`Report::format`] of this program.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 pub(crate) mod method_name {
     use motion::Method;

@@ -2,14 +2,17 @@
 
 use motion::Method;
 use motion::effects::Effect;
-use scene::{Scene, unsolvable};
+use scene::{Scene, SceneError, unsolvable};
 
 use super::problem::{Exact, Problem};
-use super::record::{Precision, SAMPLES, Setting};
+use super::record::{Precision, Setting};
 use crate::run::movable;
 
-/// Ticks between two looks at most: what more there is of a scene of so short ticks is left out.
+/// What more there is of a scene of so short ticks is left out.
 const MOST_TICKS: f64 = 1e15;
+
+/// A run of fewer ticks is made no shorter.
+const LEAST_TICKS: u64 = 16;
 
 /// How long a scene is studied unless someone says so, s.
 const SECONDS: f64 = 10.0;
@@ -28,31 +31,37 @@ pub struct Subject {
 
 impl Subject {
     /// A problem.
-    pub fn of_problem(problem: &Problem) -> Self {
+    ///
+    /// # Errors
+    /// Where its bodies take more memory than is allowed.
+    pub fn of_problem(problem: &Problem) -> Result<Self, SceneError> {
         Self::of_text(*problem, &(problem.scene)(), problem.description.to_owned())
     }
 
     /// The harmonic oscillator over so many whole periods, at least 1.
-    pub fn oscillator(periods: u32) -> Self {
+    ///
+    /// # Errors
+    /// As [`Self::of_problem`].
+    pub fn oscillator(periods: u32) -> Result<Self, SceneError> {
         let problem = super::problem::problem("harmonic_oscillator").expect("a problem of the list");
         let text = super::problem::oscillator_scene(periods.max(1));
         let description = format!("A mass on an ideal spring, {periods} periods");
         Self::of_text(Problem { ladder: (1, 8192), ..*problem }, &text, description)
     }
 
-    fn of_text(problem: Problem, text: &str, description: String) -> Self {
-        let scene = Scene::parse(problem.name, text).expect("the scenes of problems are right");
-        Self {
+    fn of_text(problem: Problem, text: &str, description: String) -> Result<Self, SceneError> {
+        let scene = Scene::parse(problem.name, text)?;
+        Ok(Self {
             scene: Scene { description, ..scene },
             problem: Some(problem),
-            ticks: SAMPLES,
+            ticks: problem.ticks,
             yields: false,
             notes: Vec::new(),
-        }
+        })
     }
 
-    /// A scene from its start, for `seconds` rounded up to a multiple of [`SAMPLES`] ticks; if `None`, for 10, or
-    /// less where that takes too long or the motion is chaotic.
+    /// A scene from its start, for `seconds` rounded up to whole ticks; if `None`, for 10, or less where that takes too
+    /// long or the motion is chaotic.
     ///
     /// Gravity that waits for someone to switch it on is switched on, or there would be nothing to see; a note
     /// says so.
@@ -64,16 +73,16 @@ impl Subject {
             gravity.on = true;
             notes.push("gravity, which waits for the key G in this scene, is on from the start".to_owned());
         }
-        let eighth = seconds.unwrap_or(SECONDS) * scene.step_hz / SAMPLES as f64;
-        let ticks = (eighth - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64 * SAMPLES;
+        let ticks = seconds.unwrap_or(SECONDS) * scene.step_hz;
+        let ticks = (ticks - 1e-9).ceil().clamp(1.0, MOST_TICKS) as u64;
         Self { scene, problem: None, ticks, yields: seconds.is_none(), notes }
     }
 
     /// Makes it half as long, with a note that says why, if it may be.
     pub(crate) fn halve(&mut self, why: &str) -> bool {
-        let halves = self.yields && self.ticks >= 2 * SAMPLES;
+        let halves = self.yields && self.ticks >= LEAST_TICKS;
         if halves {
-            self.ticks = (self.ticks / 2).next_multiple_of(SAMPLES);
+            self.ticks = self.ticks.div_ceil(2);
             self.notes.retain(|note| !note.ends_with(why));
             self.notes.push(format!("the first {:.3} s alone: {why}", self.seconds()));
         }
@@ -101,6 +110,14 @@ impl Subject {
             }));
         }
         subject
+    }
+
+    /// The same run in shorter ticks, each a step of `setting`.
+    pub(crate) fn by_steps(&self, setting: Setting) -> (Self, Setting) {
+        let mut subject = self.clone();
+        subject.scene.step_hz *= f64::from(setting.substeps);
+        subject.ticks *= u64::from(setting.substeps);
+        (subject, Setting { substeps: 1, ..setting })
     }
 
     /// The word for it on the command line.

@@ -1,119 +1,226 @@
-//! What runs are compared with.
-
-use glam::DVec3;
+//! What runs are compared with, tick by tick: of a run nothing stays but its largest error and the mean of its squares,
+//! so that a long run takes no more memory than a short one.
 
 use super::problem::State;
-use super::record::{BLOWN_UP, Errors, Failure, Outcome, SAMPLES};
+use super::record::{BLOWN_UP, Errors, Failure, Outcome};
 use super::runner::{Runner, Sample};
 use super::subject::Subject;
 use crate::run::movable;
 
-/// The states of a run at its sample times, each of the bodies that can move.
-pub(crate) type Samples = Vec<Vec<Sample>>;
+/// Times at which the scales of a closed form are read.
+const LOOKS: u32 = 1024;
 
-/// A run that is looked at at its sample times.
-pub(crate) struct Sampled {
-    runner: Box<dyn Runner>,
-    tick: u64,
-    ticks: u64,
-    samples: Samples,
-    /// States between the samples, for scales.
-    more: Option<Samples>,
+/// Scales of the motion of a truth: the largest distance of a body from the origin, m, and the largest speed, m/s.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Scales {
+    position_m: f64,
+    velocity_m_s: f64,
 }
 
-/// States of a reference that its scales are read from, about: the samples alone might all be of one phase.
-const LOOKS: u64 = 64;
-
-impl Sampled {
-    pub fn new(runner: Box<dyn Runner>, ticks: u64) -> Self {
-        Self { runner, tick: 0, ticks, samples: Vec::new(), more: None }
+impl Scales {
+    fn add(&mut self, states: &[Sample]) {
+        for (_, x, v) in states {
+            self.position_m = self.position_m.max(x.length());
+            self.velocity_m_s = self.velocity_m_s.max(v.length());
+        }
     }
 
-    /// The same with looks in between.
-    pub fn reference(runner: Box<dyn Runner>, ticks: u64) -> Self {
-        Self { more: Some(Vec::new()), ..Self::new(runner, ticks) }
+    /// Position and velocity, to divide by: 1 for what is 0 or not finite.
+    pub const fn divisors(self) -> (f64, f64) {
+        (divisor(self.position_m), divisor(self.velocity_m_s))
+    }
+}
+
+const fn divisor(scale: f64) -> f64 {
+    if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
+}
+
+/// Where the states of a target come from.
+enum Source {
+    Closed(fn(f64) -> Vec<State>),
+    Run(Box<dyn Runner>),
+}
+
+/// The true motion of the bodies that can move, one tick after the other.
+pub(crate) struct Target {
+    source: Source,
+    movable: Vec<u32>,
+    tick: u64,
+    step_hz: f64,
+    states: Vec<Sample>,
+}
+
+impl Target {
+    fn of(subject: &Subject, source: Source) -> Self {
+        let movable = movable(&subject.scene).map(|(id, _)| id).collect();
+        Self { source, movable, tick: 0, step_hz: subject.scene.step_hz, states: Vec::new() }
+    }
+
+    /// The closed form of a problem.
+    pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<State>) -> Self {
+        Self::of(subject, Source::Closed(exact))
+    }
+
+    /// A run at far finer steps.
+    pub fn run(subject: &Subject, runner: Box<dyn Runner>) -> Self {
+        Self::of(subject, Source::Run(runner))
+    }
+
+    /// Goes to the end of the next tick.
+    fn tick(&mut self) {
+        self.tick += 1;
+        match &mut self.source {
+            Source::Closed(exact) => {
+                let states = exact(self.tick as f64 / self.step_hz);
+                self.states = self.movable.iter().zip(states).map(|(id, (x, v))| (*id, x, v)).collect();
+            }
+            Source::Run(runner) => {
+                runner.tick();
+                self.states = runner.states();
+                self.states.retain(|(id, ..)| self.movable.binary_search(id).is_ok());
+            }
+        }
+    }
+
+    /// Scales of the closed form of a problem over its run.
+    pub fn scales(subject: &Subject, exact: fn(f64) -> Vec<State>) -> Scales {
+        let mut scales = Scales::default();
+        for k in 0..=LOOKS {
+            let states = exact(subject.seconds() * f64::from(k) / f64::from(LOOKS));
+            scales.add(&states.into_iter().map(|(x, v)| (0, x, v)).collect::<Vec<_>>());
+        }
+        scales
+    }
+}
+
+/// How far a run was from the truth so far.
+#[derive(Clone, Copy, Debug, Default)]
+struct Deviation {
+    largest: Errors,
+    /// Sum of squares of distances, m², and how many there are.
+    squares: f64,
+    count: f64,
+}
+
+impl Deviation {
+    /// Looks at a run at the end of a tick.
+    fn look(&mut self, truth: &[Sample], run: &[Sample], (position_m, velocity_m_s): (f64, f64)) {
+        let mut rest = run.iter();
+        for (id, x, v) in truth {
+            let found = rest.find(|(other, ..)| other == id);
+            let (dx, dv) =
+                found.map_or((f64::NAN, f64::NAN), |(_, ox, ov)| (ox.distance(*x), ov.distance(*v)));
+            let relative = (dx / position_m).hypot(dv / velocity_m_s);
+            let Errors { relative: r, position_m: p, velocity_m_s: w, .. } = &mut self.largest;
+            (*r, *p, *w) = (larger(*r, relative), larger(*p, dx), larger(*w, dv));
+            self.squares += dx * dx;
+        }
+        self.count += truth.len() as f64;
+    }
+
+    fn errors(&self) -> Errors {
+        let mean = if self.count > 0.0 { self.squares / self.count } else { 0.0 };
+        Errors { position_rms_m: mean.sqrt(), ..self.largest }
+    }
+}
+
+/// A reference of a subject, beside a run of half its substeps: how uncertain it is, and its scales.
+pub(crate) struct Reference {
+    truth: Target,
+    coarse: Box<dyn Runner>,
+    apart: Deviation,
+    scales: Scales,
+    ticks: u64,
+}
+
+impl Reference {
+    pub fn new(truth: Target, coarse: Box<dyn Runner>, ticks: u64) -> Self {
+        Self { truth, coarse, apart: Deviation::default(), scales: Scales::default(), ticks }
     }
 
     /// Simulates one tick; whether it was the last.
     pub fn tick(&mut self) -> bool {
-        self.runner.tick();
-        self.tick += 1;
-        if self.tick.is_multiple_of(self.ticks / SAMPLES) {
-            self.samples.push(self.runner.states());
-        } else if let Some(more) = &mut self.more
-            && self.tick.is_multiple_of((self.ticks / LOOKS).max(1))
-        {
-            more.push(self.runner.states());
-        }
-        self.tick == self.ticks
+        self.truth.tick();
+        self.coarse.tick();
+        self.scales.add(&self.truth.states);
+        self.apart.look(&self.truth.states, &self.coarse.states(), (1.0, 1.0));
+        self.truth.tick == self.ticks
     }
 
-    /// The states at the sample times, those in between, and the run.
-    pub fn finish(self) -> (Samples, Samples, Box<dyn Runner>) {
-        (self.samples, self.more.unwrap_or_default(), self.runner)
-    }
-}
-
-/// The truth at the sample times, and its scales.
-#[derive(Clone, Debug)]
-pub(crate) struct Target {
-    pub samples: Samples,
-    pub position_scale: f64,
-    pub velocity_scale: f64,
-}
-
-impl Target {
-    /// The target from states of `subject` at the sample times, with `more` states in between; keeps movable bodies only.
-    pub fn new(mut samples: Samples, mut more: Samples, subject: &Subject) -> Self {
-        let movable: Vec<u32> = movable(&subject.scene).map(|(id, _)| id).collect();
-        for sample in samples.iter_mut().chain(&mut more) {
-            sample.retain(|(id, ..)| movable.binary_search(id).is_ok());
-        }
-        let largest = |part: fn(&Sample) -> DVec3| {
-            let states = samples.iter().chain(&more).flatten();
-            let lengths = states.map(|sample| part(sample).length());
-            let largest = lengths.fold(0.0, f64::max);
-            if largest > 0.0 && largest.is_finite() { largest } else { 1.0 }
+    /// Its scales, its own relative error and that of positions, m, and why it failed, if it did.
+    pub fn finish(self) -> (Scales, [f64; 2], Option<Failure>) {
+        let (Errors { position_m, velocity_m_s, .. }, scales) = (self.apart.errors(), self.scales.divisors());
+        // Not below the largest of any one time.
+        let relative = (position_m / scales.0).hypot(velocity_m_s / scales.1);
+        let failure = match self.truth.source {
+            Source::Run(mut runner) => runner.failure(),
+            Source::Closed(_) => None,
         };
-        let (position_scale, velocity_scale) = (largest(|(_, x, _)| *x), largest(|(.., v)| *v));
-        Self { samples, position_scale, velocity_scale }
+        (self.scales, [relative, position_m], failure)
+    }
+}
+
+/// One of the runs that are compared with the same truth.
+struct Run {
+    cell: usize,
+    runner: Box<dyn Runner>,
+    deviation: Deviation,
+}
+
+/// Runs side by side with the truth, all at the same tick.
+pub(crate) struct Comparison {
+    truth: Target,
+    scales: (f64, f64),
+    runs: Vec<Run>,
+    /// The run whose turn it is.
+    turn: usize,
+    ticks: u64,
+}
+
+/// What a run came to, and the run.
+pub(crate) struct Compared {
+    pub cell: usize,
+    pub outcome: Outcome,
+    pub runner: Box<dyn Runner>,
+}
+
+impl Comparison {
+    /// Runs by their cells, for so many ticks.
+    pub fn new(truth: Target, scales: Scales, runs: Vec<(usize, Box<dyn Runner>)>, ticks: u64) -> Self {
+        let run = |(cell, runner)| Run { cell, runner, deviation: Deviation::default() };
+        let runs = runs.into_iter().map(run).collect();
+        Self { truth, scales: scales.divisors(), runs, turn: 0, ticks }
     }
 
-    /// The target from the closed form of a problem.
-    pub fn closed(subject: &Subject, exact: fn(f64) -> Vec<State>) -> Self {
-        let time = |k: u64| (subject.ticks / SAMPLES * k) as f64 / subject.scene.step_hz;
-        let state = |t| movable(&subject.scene).zip(exact(t)).map(|((id, _), (x, v))| (id, x, v)).collect();
-        let between = |k: u64| time(SAMPLES) * k as f64 / (16 * LOOKS) as f64;
-        let samples = (1..=SAMPLES).map(|k| state(time(k))).collect();
-        Self::new(samples, (0..=16 * LOOKS).map(|k| state(between(k))).collect(), subject)
-    }
-
-    /// How far `run` is from it.
-    pub fn errors(&self, run: &Samples) -> Errors {
-        let mut errors = Errors { relative: 0.0, position_m: 0.0, velocity_m_s: 0.0 };
-        for (truth, sample) in self.samples.iter().zip(run) {
-            let mut rest = sample.iter();
-            for (id, x, v) in truth {
-                let found = rest.find(|(other, ..)| other == id);
-                let (dx, dv) =
-                    found.map_or((f64::NAN, f64::NAN), |(_, ox, ov)| (ox.distance(*x), ov.distance(*v)));
-                let relative = (dx / self.position_scale).hypot(dv / self.velocity_scale);
-                errors.relative = larger(errors.relative, relative);
-                errors.position_m = larger(errors.position_m, dx);
-                errors.velocity_m_s = larger(errors.velocity_m_s, dv);
-            }
+    /// Simulates one tick of one run; whether that was the last of the last one.
+    pub fn tick(&mut self) -> bool {
+        if self.turn == 0 {
+            self.truth.tick();
         }
-        errors
+        if let Some(Run { runner, deviation, .. }) = self.runs.get_mut(self.turn) {
+            runner.tick();
+            deviation.look(&self.truth.states, &runner.states(), self.scales);
+        }
+        self.turn += 1;
+        if self.turn < self.runs.len() {
+            return false;
+        }
+        self.turn = 0;
+        self.truth.tick == self.ticks
     }
 
-    /// What became of a run.
-    pub fn judge(&self, samples: &Samples, runner: &mut dyn Runner) -> Outcome {
-        if let Some(failure) = runner.failure() {
-            return Outcome::Failed(failure);
-        }
-        let errors = self.errors(samples);
-        // Written so that an error that is not a number fails.
-        if errors.relative <= BLOWN_UP { Outcome::Finished(errors) } else { Outcome::Failed(Failure::BlewUp) }
+    /// What became of each run.
+    pub fn finish(self) -> impl Iterator<Item = Compared> {
+        self.runs.into_iter().map(|Run { cell, mut runner, deviation }| {
+            let errors = deviation.errors();
+            let outcome = match runner.failure() {
+                Some(failure) => Outcome::Failed(failure),
+                // Written so that an error that is not a number fails.
+                None if errors.relative <= BLOWN_UP => Outcome::Finished(errors),
+                None => Outcome::Failed(Failure::BlewUp),
+            };
+            Compared { cell, outcome, runner }
+        })
     }
 }
 

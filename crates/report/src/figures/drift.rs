@@ -15,7 +15,7 @@ pub(super) fn figure(study: &Study, long: bool) -> Option<Drawing> {
     let lines: Vec<_> = drifts.iter().map(|drift| largest_so_far(drift)).collect();
     let x = Axis::linear("simulated time, s", simulated_s, |value| number(value, 3));
     let residuals = lines.iter().flatten().map(|(_, residual)| *residual);
-    let y = Axis::logarithmic("energy invented or lost so far, relative", residuals, power);
+    let y = Axis::logarithmic("energy invented or lost so far, as a part of it", residuals, power);
     let run = if long { "a long run" } else { "a short run" };
     let title = format!("{}: energy over {run}, in double precision", study.subject);
     let mut chart = Chart::new(title, x, y, 540);

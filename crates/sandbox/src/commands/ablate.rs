@@ -7,7 +7,7 @@ use render::{Gpu, Offscreen, Quality, Renderer};
 use scene::Scene;
 
 use crate::app::session::{Session, SwitchedBy};
-use crate::args::{above_0, positive};
+use crate::args::{above_0, check_seconds, positive};
 use crate::commands::effects;
 use crate::commands::list::Format;
 use crate::output::show;
@@ -42,6 +42,7 @@ pub(crate) struct AblateArgs {
 /// Does what `sandbox ablate` says.
 pub(crate) fn run(args: &AblateArgs) -> Result<(), Failure> {
     let scene = scene::load(&args.scene)?;
+    args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and saturating")]
     let ticks = args.seconds.map_or(args.ticks, |seconds| ((seconds * scene.step_hz).round() as u64).max(1));
     let mut camera = if args.no_pictures { None } else { Pictures::new() };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use lab::cost::{Bench, FORMAT, Machine, PROBLEMS, Plan, Report, Study, Subject, problem};
 
-use crate::args::{bodies, positive};
+use crate::args::{bodies, check_seconds, positive};
 use crate::commands::instructions::{self, TicksOf};
 use crate::commands::list::Format;
 use crate::output::show;
@@ -139,9 +139,12 @@ fn names(args: &CostArgs) -> Vec<&str> {
 /// The problems and scenes of those names.
 fn subjects(names: &[&str], seconds: Option<f64>) -> Result<Vec<Subject>, Failure> {
     let subject = |name: &str| match problem(name) {
-        Some(problem) => Ok(Subject::of_problem(problem)),
+        Some(problem) => Ok(Subject::of_problem(problem)?),
         None => match scene::load(name) {
-            Ok(scene) => Ok(Subject::of_scene(scene, seconds)),
+            Ok(scene) => {
+                seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
+                Ok(Subject::of_scene(scene, seconds))
+            }
             Err(error) => {
                 let problems: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
                 Err(Failure::Usage(format!("{error}\nor name a problem: {}", problems.join(", "))))

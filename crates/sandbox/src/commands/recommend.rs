@@ -9,7 +9,7 @@ use report::numbers::{count, json_number as number, three_digits};
 use scene::{Part, Scene, Source};
 use serde_json::{Value, json};
 
-use crate::args::positive;
+use crate::args::{check_seconds, positive};
 use crate::commands::list::Format;
 use crate::failure::Failure;
 use crate::output::files::{Output, output_file};
@@ -46,7 +46,7 @@ pub(crate) struct RecommendArgs {
 #[derive(Args, Clone, Copy, Debug)]
 #[group(required = true, multiple = false)]
 pub(crate) struct GoalArgs {
-    /// The cheapest below this largest position error, meters
+    /// The cheapest with at most this position error after every tick, meters
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = positive)]
     pub error: Option<f64>,
     /// The most accurate within this thread CPU time for 1/60 s, milliseconds
@@ -66,6 +66,7 @@ pub(crate) fn run(args: &RecommendArgs) -> Result<(), Failure> {
     let scene = scene::load(&args.scene)?;
     let parts = scene.parts();
     check(&args.scene, &scene, &parts).map_err(Failure::Usage)?;
+    args.seconds.map_or(Ok(()), |seconds| check_seconds(seconds, scene.step_hz))?;
     // Opened before the runs: a place that cannot be written is found out now.
     let target = args.apply.as_deref().map(|path| Target::open(path, &scene)).transpose()?;
     let studies = measure(&parts, args);
@@ -161,8 +162,18 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
         Unit::Milliseconds => "ms",
         Unit::Evaluations => "evaluations",
     };
-    let heading =
-        ["part", "bodies", "over s", "method", "substeps", "error m", "reference's own", price, "share"];
+    let heading = [
+        "part",
+        "bodies",
+        "over s",
+        "method",
+        "substeps",
+        "error m",
+        "rms m",
+        "reference's own",
+        price,
+        "share",
+    ];
     let heading = heading.map(str::to_owned).to_vec();
     let line = |(row, study): (&Row, &Study)| {
         vec![
@@ -172,6 +183,7 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
             row.pick.setting.method.name().to_owned(),
             row.pick.setting.substeps.to_string(),
             format!("{:.2e}", row.pick.error_m),
+            format!("{:.2e}", row.pick.rms_m),
             format!("{:.1e}", row.reference_error_m),
             three_digits(row.pick.price),
             format!("{:.0} %", row.share * 100.0),
@@ -187,11 +199,21 @@ fn table(scene: &Scene, found: &Recommendation, studies: &[Study]) -> String {
     text += &format!("total {} {price}\n", three_digits(found.total));
     let dearest = &found.rows[found.dearest];
     text += &format!("the price is set by {}: {:.0} % of it\n", dearest.part, dearest.share * 100.0);
+    text += &found.rows.iter().map(|row| tie_words(row, price)).collect::<String>();
     text += &next_words(found, price);
     for (row, study) in found.rows.iter().zip(studies) {
         study.notes.iter().for_each(|note| text += &format!("{}: {note}\n", row.part));
     }
     text
+}
+
+/// Names the settings that cost the same as the choice.
+fn tie_words(row: &Row, price: &str) -> String {
+    let tie = |point: &Point| {
+        format!("{} ({:.2e} m, {} {price})", point.setting, point.error_m, three_digits(point.price))
+    };
+    let ties: Vec<_> = row.ties.iter().map(tie).collect();
+    if ties.is_empty() { String::new() } else { format!("{} ties with {}\n", row.part, ties.join(", ")) }
 }
 
 fn next_words(found: &Recommendation, price: &str) -> String {
@@ -211,6 +233,7 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
             "method": point.setting.method.name(),
             "substeps": point.setting.substeps,
             "error_m": number(point.error_m),
+            "rms_m": number(point.rms_m),
             "price": number(point.price),
         })
     };
@@ -220,6 +243,7 @@ fn json(scene: &Scene, found: &Recommendation, parts: &[Part], studies: &[Study]
             "entries": part.entries.iter().map(scene::Entry::path).collect::<Vec<_>>(),
             "bodies": row.bodies,
             "pick": point(&row.pick),
+            "ties": row.ties.iter().map(point).collect::<Vec<_>>(),
             "share": number(row.share),
             "reference_error_m": number(row.reference_error_m),
             "study": study,

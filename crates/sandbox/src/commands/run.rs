@@ -9,13 +9,15 @@ use motion::DampingModel;
 use motion::clock::{FrameClock, FrameTime};
 use motion::effects::Effect;
 use render::{Film, Quality};
-use scene::{Action, Scene, Script, StepKind};
+use scene::{Action, Keeps, Scene, Script, StepKind};
 
 use crate::app::actions;
 use crate::app::player::Player;
 use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session, Simulated, SwitchedBy};
-use crate::args::{StepArgs, above_0, damping, effect, positive, rate, size, whole};
+use crate::args::{
+    MOST_TICKS, StepArgs, above_0, check_seconds, damping, effect, positive, rate, size, whole,
+};
 use crate::failure::Failure;
 use crate::input::InputFrame;
 use crate::output::bundle::write_bundle;
@@ -168,9 +170,6 @@ impl FrameEnds {
     }
 }
 
-/// Ticks that no run comes to the end of: at a microsecond each, a century.
-const MOST_TICKS: f64 = 3e15;
-
 /// Whether a script presses a key that needs the last minute.
 fn goes_back(script: &Script) -> bool {
     let mut keys = script.steps.iter().filter_map(|step| step.action.key());
@@ -231,6 +230,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         threads: args.step.threads,
     };
     refuse_same_files(args, script.as_ref())?;
+    let keeps = Keeps {
+        ledger: keeps_ledger(args, &scene),
+        black_box: args.black_box.is_some() || goes_back,
+        pictures: wants_pictures,
+    };
+    scene.check_memory(keeps).map_err(|what| {
+        let cure = "give fewer bodies, leave outputs out, or give more with --memory";
+        Failure::Usage(format!("{}: {what}; {cure}", args.scene))
+    })?;
     loading.next();
     let mut session = Session::new(scene, options);
     if let Some(script) = script {
@@ -398,10 +406,14 @@ fn forecast_start(args: &RunArgs, session: &mut Session, frame: f64) -> Result<V
 
 /// Keeps the ledger that was asked for, or that a bound of the energy is checked by.
 fn keep_ledger(args: &RunArgs, session: &mut Session) {
-    let bounds_energy = session.scene().expect.is_some_and(|expect| expect.energy_drift_below.is_some());
-    if args.ledger || args.assert && bounds_energy {
+    if keeps_ledger(args, session.scene()) {
         session.keep_ledger();
     }
+}
+
+fn keeps_ledger(args: &RunArgs, scene: &Scene) -> bool {
+    let bounds_energy = scene.expect.is_some_and(|expect| expect.energy_drift_below.is_some());
+    args.ledger || args.assert && bounds_energy
 }
 
 /// Shorter runs are not announced, s.
@@ -442,12 +454,8 @@ fn tick_limit(args: &RunArgs, scene: &Scene, ends: &FrameEnds) -> Result<Option<
         (None, None, FrameEnds::Lengths(_) | FrameEnds::Recorded(_)) => return Ok(None),
         (None, seconds, _) => {
             let seconds = seconds.unwrap_or(DEFAULT_SECONDS);
-            let ticks = (seconds * rate).round();
-            if ticks > MOST_TICKS {
-                let what = format!("{seconds:e} s at {rate:e} Hz are more ticks than a run can have");
-                return Err(Failure::Usage(format!("{what}; give fewer")));
-            }
-            ticks as u64
+            check_seconds(seconds, rate)?;
+            (seconds * rate).round() as u64
         }
     };
     #[expect(clippy::cast_precision_loss, reason = "a bound")]

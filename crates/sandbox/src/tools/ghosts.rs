@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 
 use egui::{Align2, Painter, Rect, Ui};
 use motion::TimeStep;
+use motion::clock::FrameTime;
 use render::Frame;
 
 use self::state::{MOST_BODIES, Twins};
@@ -55,12 +56,19 @@ impl Tool for Ghosts {
     /// A tick of the ghosts, with what the coming one of the world takes in.
     fn before_tick(&mut self, stage: &Stage, last: bool) {
         let Some(twins) = &mut self.twins else { return };
+        twins.add_distances(stage);
         let (step, inputs) = (*stage.sim.world.resource::<TimeStep>(), stage.sim.pending());
         for twin in twins.all() {
             if last {
                 twin.remember_positions();
             }
             twin.tick(step, &inputs);
+        }
+    }
+
+    fn after_ticks(&mut self, stage: &mut Stage, _: bool, _: FrameTime) {
+        if let Some(twins) = &mut self.twins {
+            twins.add_distances(stage);
         }
     }
 

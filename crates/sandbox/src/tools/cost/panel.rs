@@ -226,6 +226,9 @@ fn hint(study: &Study, cell: &Cell, axes: Axes) -> String {
         "{}: {rate:.0} steps per s\nerror {error:.2e}{unit}, {evaluations:.0} evaluations per s",
         title(cell.setting)
     );
+    if let Some(errors) = cell.errors() {
+        words += &format!("\nerror of positions: rms {:.2e} m", errors.position_rms_m);
+    }
     if let Some(time) = &cell.time {
         words += &format!(
             "\n{:.1} ns per body per step, {:.0} times real time",

@@ -28,11 +28,11 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage, docks: bool)
     }
     if docks {
         // As headings, they would be wider than the dock.
-        ui.weak(format!("distance of {}, and rms of all", subject(stage)));
+        ui.weak(format!("distance of {}: now, at most so far; rms of all", subject(stage)));
     }
-    Grid::new("ghosts").num_columns(3).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
+    Grid::new("ghosts").num_columns(4).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
         if !docks {
-            for heading in ["", subject(stage).as_str(), "rms of all"] {
+            for heading in ["", subject(stage).as_str(), "at most", "rms of all"] {
                 ui.weak(heading);
             }
             ui.end_row();
@@ -89,7 +89,9 @@ fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>) {
         GhostState::Unsolvable(_) => ui.weak("cannot"),
         GhostState::Solid | GhostState::Runs => ui.label(row.distance.map_or_else(String::new, meters)),
     };
-    ui.label(row.rms.map_or_else(String::new, meters));
+    for over_all_ticks in [row.largest, row.rms] {
+        ui.label(over_all_ticks.map_or_else(String::new, meters));
+    }
 }
 
 /// What words in the picture keep away from.

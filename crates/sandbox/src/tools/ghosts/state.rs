@@ -1,11 +1,11 @@
 //! Ghosts: twins of the world by every method, which take in what it takes in, and a fine reference.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use bevy_ecs::prelude::*;
 use glam::{DVec2, DVec3};
-use history::{Distances, Failure, Simulation, Twin};
+use history::{Distances, DistancesSoFar, Failure, Simulation, Twin};
 use motion::{Method, PreviousPosition, SoftBody, Transform};
 use report::{Ink, ink};
 use scene::{FileIndex, unsolvable};
@@ -29,7 +29,9 @@ pub struct GhostRow {
     /// How far the selected body is from where the reference has it, m; of a soft body, its farthest point. Where
     /// nothing that moves is selected, the farthest of all bodies.
     pub distance: Option<f64>,
-    /// Root of the mean square of the distances of all bodies, m.
+    /// The largest distance of these bodies after any tick since the ghosts started, m.
+    pub largest: Option<f64>,
+    /// Root of the mean square of the distances of all bodies after all these ticks, m.
     pub rms: Option<f64>,
 }
 
@@ -71,6 +73,10 @@ pub(super) struct Twins {
     pub hidden: BTreeSet<Option<Method>>,
     /// Stable ids of what thin lines join: the ends of springs, the points of ropes, the neighbors on surfaces.
     pub edges: Vec<[u32; 2]>,
+    /// Distances of the runs after all ticks so far, by whether the run is the solid one, and by method.
+    so_far: BTreeMap<(bool, Method), DistancesSoFar>,
+    /// The tick that was added last.
+    added: Option<u64>,
 }
 
 /// One of the runs that are compared: solid or a ghost, not the reference.
@@ -101,6 +107,10 @@ impl<'a> Track<'a> {
     pub fn ink(&self) -> Ink {
         ink(self.method)
     }
+
+    const fn key(&self) -> (bool, Method) {
+        (self.solid, self.method)
+    }
 }
 
 impl Twins {
@@ -108,7 +118,28 @@ impl Twins {
         let declared = leader.scene.mutual_gravity.is_some();
         let solving = Method::ALL.into_iter().filter(|method| unsolvable(*method, declared).is_none());
         let twins = solving.map(|method| Twin::new(leader, method, None)).collect();
-        Self { reference: Twin::reference(leader), twins, hidden, edges: edges::of(&leader.scene) }
+        Self {
+            reference: Twin::reference(leader),
+            twins,
+            hidden,
+            edges: edges::of(&leader.scene),
+            so_far: BTreeMap::new(),
+            added: None,
+        }
+    }
+
+    /// Adds the distances after the last tick, unless it was added before.
+    pub fn add_distances(&mut self, stage: &Stage) {
+        let now = Some(stage.sim.ticks());
+        if self.added == now {
+            return;
+        }
+        self.added = now;
+        let tracks: Vec<_> =
+            self.tracks(stage).into_iter().map(|track| (track.key(), track.distances)).collect();
+        for (key, distances) in tracks {
+            self.so_far.entry(key).or_default().add(&distances);
+        }
     }
 
     pub fn all(&mut self) -> impl Iterator<Item = &mut Twin> {
@@ -167,14 +198,15 @@ impl Ghosts {
                 (Some(failure), _) => GhostState::Failed(words_of(stage, failure)),
                 (None, None) => GhostState::Runs,
             };
+            let counts = |id| focus.contains(&id);
+            let so_far = track.and_then(|track| twins.so_far.get(&track.key()));
             GhostRow {
                 method: Some(method),
                 state,
                 shown: twins.shows(Some(method)),
-                distance: track
-                    .and_then(|track| track.distances.farthest(|id| focus.contains(&id)))
-                    .map(|(_, d)| d),
-                rms: track.and_then(|track| track.distances.rms()),
+                distance: track.and_then(|track| track.distances.farthest(counts)).map(|(_, d)| d),
+                largest: so_far.and_then(|so_far| so_far.largest(counts)),
+                rms: so_far.and_then(DistancesSoFar::rms),
             }
         };
         let failed = twins.reference.failure().map(|failure| GhostState::Failed(words_of(stage, failure)));
@@ -183,6 +215,7 @@ impl Ghosts {
             state: failed.unwrap_or(GhostState::Runs),
             shown: twins.shows(None),
             distance: None,
+            largest: None,
             rms: None,
         };
         Method::ALL.into_iter().map(of_method).chain([reference]).collect()
