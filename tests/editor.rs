@@ -8,7 +8,7 @@ use motion::effects::Effect;
 use motion::{Damping, Drag, Gravity, Method};
 use sandbox::input::{Button, Input};
 use sandbox::{Order, Overrides, Panel, SwitchedBy};
-use scene::Scene;
+use scene::{BodySpec, Scene};
 
 use crate::cockpit::Cockpit;
 use crate::dice::Dice;
@@ -126,6 +126,76 @@ fn a_grid_taken_apart_runs_as_before() {
     cockpit.click("Take apart");
     assert_eq!(scene(&cockpit).bodies, before);
     assert!(cockpit.drive.session.body("grid-x4-z4").is_some());
+}
+
+/// The boxes around two bodies of the scene overlap.
+fn overlap(a: &BodySpec, b: &BodySpec) -> bool {
+    let half = |body: &BodySpec| body.shape.map_or(DVec3::splat(0.15), |shape| shape.half_extents());
+    (a.position - b.position).abs().cmplt(half(a) + half(b) - 1e-9).all()
+}
+
+#[test]
+fn what_is_added_or_copied_stands_free_and_near_with_few_digits() {
+    let mut cockpit = editor("tutorial");
+    let added =
+        [vec!["Sphere"; 6], vec!["Box", "Particle", "Post", "Jelly", "Rope", "Sphere", "Jelly"]].concat();
+    let written = scene(&cockpit).bodies.len();
+    for button in added {
+        cockpit.click(button);
+    }
+    let bodies = &scene(&cockpit).bodies;
+    for (at, body) in bodies.iter().enumerate().skip(written) {
+        // Points of one soft body are not free of each other.
+        let others = bodies[..at].iter().filter(|other| other.shape.is_some());
+        assert!(body.shape.is_none() || others.clone().all(|other| !overlap(body, other)), "{body:?}");
+        let digits = body.position.to_array().map(|part| format!("{part:?}").len());
+        assert!(body.shape.is_none() || digits.iter().all(|length| *length < 8), "{}", body.position);
+    }
+
+    let mut cockpit = editor("tutorial");
+    let player = cockpit.seen("player");
+    cockpit.drive.click(Button::Left, player).ticks(1);
+    let from = cockpit.drive.x("player");
+    for _ in 0..40 {
+        cockpit.drive.press("Ctrl+D").ticks(1);
+    }
+    let last = cockpit.drive.selected().unwrap();
+    assert_eq!(last, "player41");
+    let far = cockpit.drive.x(&last).distance(from);
+    assert!(far < 40.0 * 4.0, "{far} m");
+    let text = Arc::clone(&scene(&cockpit).text);
+    assert!(!text.contains("00000"), "{text}");
+
+    // A copy of a jelly is beside all of it.
+    let mut cockpit = editor("jelly");
+    cockpit.drive.press("K").press("Ctrl+D").ticks(1);
+    let [first, second] = [0, 1].map(|index| {
+        let entry = scene(&cockpit).entry_at(&format!("soft_bodies[{index}]")).unwrap();
+        entry.bodies.map(|id| scene(&cockpit).bodies[id as usize].position).collect::<Vec<_>>()
+    });
+    let [least, most] = [DVec3::min, DVec3::max].map(|end| first.iter().copied().reduce(end).unwrap());
+    assert!(second.iter().all(|point| point.cmplt(least).any() || point.cmpgt(most).any()));
+}
+
+#[test]
+fn deleting_one_body_of_a_grid_asks_whether_alone() {
+    for (answer, left, name) in [
+        ("Delete it alone", 28, Some("grid-x4-z3")),
+        ("Delete all 25", 4, None),
+        ("Keep it", 29, Some("grid.x4.z3")),
+    ] {
+        let mut cockpit = editor("tutorial");
+        let pixel = cockpit.seen("grid.x4.z4");
+        cockpit.drive.click(Button::Left, pixel).press("Delete").ticks(2);
+        assert_eq!(scene(&cockpit).bodies.len(), 29, "asked before");
+        cockpit.click(answer);
+        assert_eq!(scene(&cockpit).bodies.len(), left, "{answer}");
+        assert!(name.is_none_or(|name| cockpit.drive.session.body(name).is_some()), "{answer}");
+        assert!(cockpit.drive.session.body("grid-x4-z4").is_none());
+        cockpit.drive.press("Ctrl+Z").ticks(1);
+        assert_eq!(scene(&cockpit).bodies.len(), 29, "{answer}: one change");
+        assert!(cockpit.drive.session.body("grid.x4.z4").is_some());
+    }
 }
 
 #[test]
@@ -332,6 +402,9 @@ impl Deed {
             Self::Delete(body) => {
                 select(cockpit, body);
                 cockpit.drive.press("Delete").ticks(1);
+                if cockpit.drive.session.asks() {
+                    cockpit.click(if body % 2 == 0 { "Delete it alone" } else { "Delete all 25" });
+                }
             }
             Self::Move(body, by) => {
                 let pixel = select(cockpit, body);

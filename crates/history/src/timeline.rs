@@ -103,6 +103,11 @@ impl Timeline {
         self.keyframes.iter().map(|keyframe| (keyframe.snapshot.ticks(), keyframe.state_hash))
     }
 
+    /// Ticks of the snapshots with the simulated times then, s, ascending.
+    pub fn times(&self) -> impl Iterator<Item = (u64, f64)> + '_ {
+        self.keyframes.iter().map(|keyframe| (keyframe.snapshot.ticks(), keyframe.seconds))
+    }
+
     /// Bytes that it takes.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -46,7 +46,10 @@ impl Key {
     /// The key that types `character`.
     #[must_use]
     pub fn character(character: char) -> Self {
-        Self { name: character.to_uppercase().collect(), ctrl: false, shift: false }
+        let mut upper = character.to_uppercase();
+        // The upper case of some letters is several of them, which no key types.
+        let name = if upper.len() == 1 { upper.next() } else { None };
+        Self { name: name.unwrap_or(character).to_string(), ctrl: false, shift: false }
     }
 
     /// The same key with the control key held.
@@ -147,6 +150,8 @@ pub enum Input {
     Scaled(f64),
     /// The dock gets this width, points.
     DockWidth(f64),
+    /// The panels are arranged as that text says.
+    Arrange(String),
     /// An experiment on the bodies.
     Experiment(Experiment),
 }

@@ -4,7 +4,7 @@ pub(crate) mod cost;
 mod curves;
 pub(crate) mod editor;
 pub(crate) mod effects;
-mod finder;
+pub(crate) mod finder;
 pub(crate) mod forecast;
 pub(crate) mod ghosts;
 mod graphs;

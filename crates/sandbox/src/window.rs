@@ -31,7 +31,7 @@ use self::pointer::Pointer;
 use self::recorder::Recorder;
 use self::speed::Speed;
 use self::wheel::Wheel;
-use crate::app::actions::{binding, key_of_word};
+use crate::app::actions::{Binding, binding, key_of_word};
 use crate::app::script::{load_script, player_of};
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::args::{StepArgs, size};
@@ -117,15 +117,20 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         speed: Speed::default(),
         failure: None,
         arrangement: None,
+        files: None,
     };
     shell.session.forecast_start(1.0 / DEFAULT_FPS);
     let remembers = !args.bare && args.script.is_none();
     if remembers {
-        shell.arrangement = Some(remembered::read());
+        shell.arrangement = Some(remembered::read(remembered::ARRANGEMENT));
         let left = shell.drafts.left_behind().into_iter().next();
-        // A recording keeps its scene.
-        if let Some(draft) = left.filter(|_| shell.recorder.is_none()) {
-            shell.session.offer(draft);
+        // A recording keeps its scene, and shows no list that another machine does not have.
+        if shell.recorder.is_none() {
+            shell.session.remember_files(remembered::files());
+            shell.files = Some(shell.session.files().to_owned());
+            if let Some(draft) = left {
+                shell.session.offer(draft);
+            }
         }
     }
     // Also while another window has the keyboard: the wheel turns here as well.
@@ -139,7 +144,7 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
     let ended = ended.and(shell.failure.map_or(Ok(()), Err));
     shell.drafts.end();
     if remembers && ended.is_ok() {
-        remembered::keep(&shell.session.arrangement());
+        remembered::keep(remembered::ARRANGEMENT, &shell.session.arrangement());
     }
     let recorded = shell
         .recorder
@@ -229,6 +234,8 @@ struct Shell {
     failure: Option<Failure>,
     /// How the panels are to be arranged when the window is there.
     arrangement: Option<String>,
+    /// The scene files that were remembered last, if they are.
+    files: Option<Vec<PathBuf>>,
 }
 
 impl ApplicationHandler for Shell {
@@ -240,12 +247,9 @@ impl ApplicationHandler for Shell {
             Ok(screen) => {
                 let size = screen.window.inner_size();
                 self.events.push(Input::Resized([size.width, size.height]));
-                let scale = screen.window.scale_factor();
-                self.events.push(Input::Scaled(scale));
-                if let Some(arrangement) = self.arrangement.take() {
-                    // As input of the first frame, so that a recording has it too.
-                    self.events.extend(self.session.input_to_arrange(&arrangement, size.into(), scale));
-                }
+                self.events.push(Input::Scaled(screen.window.scale_factor()));
+                // As input of the first frame, so that a recording has it too.
+                self.events.extend(self.arrangement.take().map(Input::Arrange));
                 self.screen = Some(screen);
                 self.start = Instant::now();
             }
@@ -370,7 +374,8 @@ impl Shell {
         match event.state {
             ElementState::Pressed => {
                 let Some(key) = keys::named(event, self.modifiers) else { return };
-                if !event.repeat || self.session.takes_text() {
+                let repeats = || binding(&key).is_some_and(Binding::repeats);
+                if !event.repeat || self.session.takes_text() || repeats() {
                     self.mode_changes |= binding(&key).is_some_and(|row| row.name == "toggle_mode");
                     self.events.push(Input::KeyDown(key.clone()));
                     self.down.insert(event.physical_key, key);
@@ -402,6 +407,9 @@ impl Shell {
     /// One frame: what happened since the last one, ticks, a picture if it is seen.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
         let now = Instant::now();
+        let hidden = self.is_hidden();
+        // A recording is repeated with panels in every frame.
+        self.session.set_unseen(hidden && self.recorder.is_none());
         self.unsettled = self.unsettled.saturating_sub(1);
         if std::mem::take(&mut self.rested) {
             // What ended the rest happened now, not ever since it began.
@@ -416,7 +424,6 @@ impl Shell {
             let [corner, size] = self.session.view_area();
             self.pointer.follow(&screen.window, holds, corner + size / 2.0);
         }
-        let hidden = self.is_hidden();
         let drawn = !hidden
             && self.draw().unwrap_or_else(|failure| {
                 self.fail(event_loop, failure);
@@ -453,6 +460,16 @@ impl Shell {
             }
         }
         self.keep_draft();
+        self.keep_files();
+    }
+
+    /// Remembers which files were opened and saved, at once: a crash forgets none.
+    fn keep_files(&mut self) {
+        let files = self.session.files();
+        if self.files.as_deref().is_some_and(|kept| kept != files) {
+            remembered::keep_files(files);
+            self.files = Some(files.to_owned());
+        }
     }
 
     /// Brings a window back that has something to ask.

@@ -43,6 +43,8 @@ pub enum Action {
     Scale(f64),
     /// The dock gets that width, points, above 0.
     DockWidth(f64),
+    /// Arranges the panels as that text says, which is what the window remembers; for recordings.
+    Arrange(String),
     /// Pushes a body for one tick, N.
     Push(String, #[serde(with = "triple")] DVec3),
     /// Gives a body an impulse, N s.

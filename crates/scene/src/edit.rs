@@ -18,6 +18,7 @@ use crate::text::faults::{Faults, SceneError};
 pub use crate::text::kinds::Kind;
 use crate::text::locate;
 use bracket::{Bracket, Piece};
+pub use entries::moved_place;
 pub use fields::{Field, Value};
 pub use rewrite::{TextEdit, rewrite};
 

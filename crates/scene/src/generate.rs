@@ -129,11 +129,13 @@ pub(crate) const NAME_LIMIT: usize = 100;
 
 /// Names stand in scripts, tables and generated names, so they are plain words.
 fn check_name(name: &str, scope: Scope, faults: &mut Faults) {
+    // An umlaut may be a letter and the dots on it.
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '\u{300}'..='\u{36f}');
     let length = name.chars().count();
     if length > NAME_LIMIT {
         let what = format!("{length} characters are too many for a name");
         faults.add(scope.key("name"), what, format!("give at most {NAME_LIMIT}"));
-    } else if name.is_empty() || !name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-')) {
+    } else if name.is_empty() || !name.chars().all(is_plain) {
         let cure = "use letters, digits, `_` and `-`";
         faults.add(scope.key("name"), format!("{name:?} cannot be a name"), cure);
     }

@@ -42,6 +42,8 @@ pub(crate) enum Does {
     While(Hold),
     /// Happens when the key goes down.
     Once(fn(&mut Session)),
+    /// Happens when the key goes down, and again and again while it is held.
+    Repeatedly(fn(&mut Session)),
     /// Opens or closes a panel.
     Open(Panel),
 }
@@ -60,10 +62,21 @@ pub struct Binding {
     pub(crate) does: Does,
 }
 
+impl Binding {
+    /// Whether its key does it again and again while it is held.
+    pub(crate) const fn repeats(&self) -> bool {
+        matches!(self.does, Does::Repeatedly(_))
+    }
+}
+
 type Keys = &'static [&'static str];
 
 const fn once(name: &'static str, keys: Keys, what: &'static str, does: fn(&mut Session)) -> Binding {
     Binding { name, keys, when: When::Always, what, does: Does::Once(does) }
+}
+
+const fn repeated(name: &'static str, keys: Keys, what: &'static str, does: fn(&mut Session)) -> Binding {
+    Binding { name, keys, when: When::Always, what, does: Does::Repeatedly(does) }
 }
 
 const fn fly(name: &'static str, keys: Keys, what: &'static str, along: DVec3) -> Binding {
@@ -120,16 +133,21 @@ const FIRST: &[Binding] = &[
         name: "change_force",
         keys: &["Ctrl"],
         when: When::Always,
-        what: "held, the wheel changes the click force",
+        what: "held, the wheel changes the click force, and a click selects also what cannot be moved",
         does: Does::While(Hold::ChangeForce),
     },
     once("frame", &["F"], "frame the selection, or everything that moves", Session::frame_view),
     once("pause", &["P"], "pause or go on", |session| session.view.paused ^= true),
-    once("step", &["."], "pause and simulate one tick", |session| {
+    repeated("step", &["."], "pause and simulate one tick; held, one after the other", |session| {
         session.view.paused = true;
         session.hands.steps_asked += 1;
     }),
-    once("step_back", &[","], "pause and go one tick back, up to a minute", Session::step_back),
+    repeated(
+        "step_back",
+        &[","],
+        "pause and go one tick back, up to a minute; held, one after the other",
+        Session::step_back,
+    ),
     once("slower", &["-"], "half the speed; the tick stays the same", |session| session.set_pace(0.5)),
     once("faster", &["="], "twice the speed; the tick stays the same", |session| session.set_pace(2.0)),
     once("previous_scene", &["["], "previous scene", |session| session.open_neighbor(-1)),

@@ -1,9 +1,7 @@
-//! How a person arranged the panels: as text, and as the input that brings it back.
+//! How a person arranged the panels: as text, and brought back from it.
 
-use crate::app::actions::key_of_word;
+use crate::app::actions::named;
 use crate::app::session::Session;
-use crate::app::ui::Ui;
-use crate::input::Input;
 use crate::tools::{Panel, TOOLS};
 
 /// The action that hides what a person never hid.
@@ -33,36 +31,34 @@ impl Session {
         text
     }
 
-    /// The input that arranges the panels as `text` says, in a window of that size on a display of that scale. Unknown lines
-    /// change nothing; without one about them, the bars and the dock are shown.
-    #[must_use]
-    pub fn input_to_arrange(&self, text: &str, size_px: [u32; 2], scale: f64) -> Vec<Input> {
+    /// Arranges the panels as `text` says, whatever is open or asked. Unknown lines change nothing; without one about them, the bars
+    /// and the dock are shown.
+    pub(crate) fn arrange(&mut self, text: &str) {
         let states: Vec<_> = text.lines().filter_map(|line| line.split_once(' ')).collect();
         let state = |name: &str| states.iter().find(|(other, _)| *other == name).map(|(_, state)| *state);
-        let presses =
+        let count =
             |name: &str| state(name).and_then(|count| count.parse().ok()).unwrap_or(0).clamp(0, MOST_SIZES);
-        let sizes: isize = presses("larger") - presses("smaller");
-        let resized = (0..sizes.abs()).map(|_| if sizes > 0 { "larger" } else { "smaller" });
-        let width = Ui::width_of(size_px, scale, sizes);
-        let switched = self.switches(width).into_iter().flat_map(|(name, on)| {
+        let sizes: isize = count("larger") - count("smaller");
+        for _ in 0..sizes.abs() {
+            self.ui.zoom_by(sizes.signum());
+        }
+        for (name, on) in self.switches(self.ui.width()) {
             let wanted = match state(name) {
-                Some("on") => Some(true),
-                Some("off") => Some(false),
-                _ => (name == COCKPIT).then_some(true),
+                Some("on") => true,
+                Some("off") => false,
+                _ if name == COCKPIT => true,
+                _ => continue,
             };
-            // Twice leaves the scenes as they are, and as a person's choice: else they follow the width of the window.
-            let presses = match wanted {
-                Some(wanted) if wanted != on => 1,
-                Some(_) if name == BROWSER => 2,
-                _ => 0,
-            };
-            std::iter::repeat_n(name, presses)
-        });
-        let keys = resized.chain(switched).filter_map(|name| key_of_word(name).ok());
+            if name == BROWSER {
+                self.ui.cockpit.set_browser(wanted);
+            } else if let Some(binding) = named(name).filter(|_| wanted != on) {
+                self.act(binding.does);
+            }
+        }
         let dock_width = state(DOCK_WIDTH).and_then(|points| points.parse().ok());
-        let dock_width = dock_width.filter(|points: &f64| points.is_finite() && *points > 0.0);
-        let taps = keys.flat_map(|key| [Input::KeyDown(key.clone()), Input::KeyUp(key)]);
-        taps.chain(dock_width.map(Input::DockWidth)).collect()
+        if let Some(points) = dock_width.filter(|points: &f64| points.is_finite() && *points > 0.0) {
+            self.ui.cockpit.set_dock_width(points);
+        }
     }
 
     /// Actions that switch something on and off, and whether it is on, on a screen of that width in points.

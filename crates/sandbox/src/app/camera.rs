@@ -36,7 +36,7 @@ impl Session {
 
     /// Whether the wheel zooms: it changes the force of a click while there is something to push, or Ctrl is held.
     pub(crate) fn zooms(&self) -> bool {
-        let pushes = self.sim.scene.push.is_some() && self.seen.selection.is_some();
+        let pushes = self.sim.scene.push.is_some() && self.moves_selection();
         self.moves_camera() && !pushes && !self.hands.held.changes_force()
     }
 

@@ -128,6 +128,11 @@ impl Cockpit {
         self.browses = Some(!self.browses(width));
     }
 
+    /// Shows the scenes or hides them, on a screen of any width.
+    pub const fn set_browser(&mut self, shown: bool) {
+        self.browses = Some(shown);
+    }
+
     /// Whether a person said that the scenes are shown or not.
     pub fn has_chosen_browser(&self) -> bool {
         self.browses.is_some()

@@ -82,6 +82,7 @@ impl Session {
             }
             Input::Scaled(scale) => self.ui.set_scale(*scale),
             Input::DockWidth(points) => self.ui.cockpit.set_dock_width(*points),
+            Input::Arrange(text) => self.arrange(text),
             Input::Experiment(experiment) => self.experiment(experiment),
         }
     }
@@ -112,7 +113,7 @@ impl Session {
     /// Does at once what a key or a button is for.
     pub(crate) fn act(&mut self, does: Does) {
         match does {
-            Does::Once(does) => does(self),
+            Does::Once(does) | Does::Repeatedly(does) => does(self),
             Does::Open(panel) => self.toggle(panel),
             Does::While(_) => {}
         }
@@ -319,20 +320,33 @@ impl Session {
         self.tools.editor.handle = None;
     }
 
+    /// Whether a click selects what cannot be moved. Within the cockpit a scene does not say so: there a click beside a body
+    /// deselects.
+    pub(crate) fn selects_immovable(&self) -> bool {
+        let by_scene = self.sim.scene.select_immovable && !self.ui.cockpit.shown;
+        by_scene || self.hands.held.selects_immovable()
+    }
+
     /// Selects what is under the pointer; nothing there clears the selection, and so does what cannot be moved, unless it is
     /// wanted.
     fn select(&mut self) {
         let ray = self.picking_ray();
-        let wanted = self.hands.held.selects_immovable() || self.sim.scene.select_immovable;
+        let wanted = self.selects_immovable();
         let hit = self.cast(&ray).map(|hit| hit.entity);
         self.seen.selection = hit.filter(|hit| wanted || self.is_movable(*hit));
     }
 
-    /// Pushes the selection if it is under the pointer; beside it, a drag orbits.
+    /// Pushes the selection if it is under the pointer; beside it, or where it cannot be moved, a drag orbits.
     fn push_or_orbit(&mut self) {
-        if !self.push_selected() && self.moves_camera() {
+        let pushes = self.push_selected() && self.moves_selection();
+        if !pushes && self.moves_camera() {
             self.hands.drag = Some(Drag::Orbit(self.pivot()));
         }
+    }
+
+    /// Whether something is selected that forces move.
+    pub(crate) fn moves_selection(&self) -> bool {
+        self.seen.selection.is_some_and(|thing| self.is_movable(thing))
     }
 
     /// Pushes the selection along the ray, if the ray meets it first; whether it does.

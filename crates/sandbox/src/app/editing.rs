@@ -9,18 +9,16 @@ use glam::DVec3;
 use motion::effects::{self, Effect, EffectState};
 use motion::snapshot::OffResource;
 use motion::{Damping, Gravity, Method, Substeps, TimeStep};
-use scene::{FileIndex, Scene, SceneError, StepKind, TextEdit};
+use scene::{Entry, FileIndex, Scene, SceneError, StepKind, TextEdit};
 
 use crate::app::session::{DEFAULT_FPS, Session};
 use crate::app::ui::Question;
 use crate::tools::Panel;
-use crate::tools::editor::{Editor, Handle, NEAR_POINTS, selected_entry, triple};
+use crate::tools::editor::{Editor, Handle, NEAR_POINTS, free_move, selected_entry, triple};
 use crate::tools::tool::Answer;
+use crate::view::notices::Topic;
 use crate::view::stage::{Mode, Order, SceneFile, Stage, View};
 use crate::view::things::Thing;
-
-/// How far beside its original a copy stands, as a share of the distance from the camera.
-const BESIDE: f64 = 0.04;
 
 impl Session {
     /// Makes changes in the text of the scene and restarts with it, paused; the entry at the path `select` is selected then.
@@ -30,8 +28,17 @@ impl Session {
             return;
         }
         let before = self.present_text();
-        let name = self.sim.scene.name.clone();
-        let after = scene::rewrite(&name, &before, changes).and_then(|text| self.sim.scene.reread(&text));
+        let after = self.rewritten(&before, changes);
+        self.take_change(before, after, select);
+    }
+
+    /// The scene of another text of the present one.
+    fn rewritten(&self, text: &str, changes: &[TextEdit]) -> Result<Scene, SceneError> {
+        let scene = &self.sim.scene;
+        scene::rewrite(&scene.name, text, changes).and_then(|text| scene.reread(&text))
+    }
+
+    fn take_change(&mut self, before: Arc<str>, after: Result<Scene, SceneError>, select: Option<&str>) {
         match after {
             Ok(scene) => {
                 self.tools.editor.document(&self.stage.sim.scene).changed(before);
@@ -57,7 +64,7 @@ impl Session {
     fn go_to_text(&mut self, none: &str, other: fn(&mut Editor, Arc<str>) -> Option<Arc<str>>) {
         let present = self.present_text();
         let Some(text) = other(&mut self.tools.editor, present) else {
-            self.notice(none.to_owned());
+            self.notices.say(Topic::Editor, none.to_owned());
             return;
         };
         // Every text of the document was read before. What was set in the run since the present text stays.
@@ -86,9 +93,7 @@ impl Session {
 
     /// The scene of `text` with these settings; without them if they make no scene together with its other keys.
     fn with_settings(&self, text: &str, settings: &[TextEdit]) -> Result<Scene, SceneError> {
-        let scene = &self.sim.scene;
-        let adopted = scene::rewrite(&scene.name, text, settings).and_then(|adopted| scene.reread(&adopted));
-        adopted.or_else(|_| scene.reread(text))
+        self.rewritten(text, settings).or_else(|_| self.sim.scene.reread(text))
     }
 
     /// Begins `scene`, another text of the present one, paused; camera, click force and what is drawn stay.
@@ -137,40 +142,59 @@ impl Session {
         thing.entity(&mut self.sim)
     }
 
-    /// Adds a copy of the selection beside it.
+    /// Adds a copy of the selection beside it, where nothing is.
     pub(crate) fn duplicate(&mut self) {
         let Some((entry, _)) = self.edited_entry() else { return };
-        let Some(at) = self.seen.selection.and_then(|thing| self.drawn_position(thing)) else { return };
-        let view = self.viewpoint();
-        let wanted = BESIDE * at.distance(view.position) * view.right();
+        let right = self.viewpoint().right();
         // Along one axis, as a person would put it there.
-        let (axis, along) = [DVec3::X, DVec3::Y, DVec3::Z]
-            .map(|axis| (axis, axis.dot(wanted)))
-            .into_iter()
-            .fold((DVec3::X, 0.0_f64), |most, next| if next.1.abs() > most.1.abs() { next } else { most });
-        let by = axis * ((along * 10.0).round() / 10.0);
-        let copy = self.sim.scene.copied(&entry.path(), by);
-        let path = format!("{}[{}]", entry.list, self.sim.scene.count(entry.list));
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * axis.dot(right).signum());
+        let axis = axes.into_iter().max_by(|a, b| a.dot(right).total_cmp(&b.dot(right))).unwrap_or(DVec3::X);
+        let scene = &self.sim.scene;
+        let (original, path) = (entry.path(), format!("{}[{}]", entry.list, scene.count(entry.list)));
+        let by = free_move(scene, &scene.copied(&original, DVec3::ZERO), &path, &[axis], true);
+        let copy = scene.copied(&original, by);
         self.rewrite(&copy, Some(&path));
     }
 
-    /// Removes the selection from the scene.
+    /// Removes the selection from the scene. One of several bodies that an entry makes: asks whether alone.
     pub(crate) fn delete(&mut self) {
-        if let Some((entry, _)) = self.edited_entry() {
-            let without = self.sim.scene.without(&entry.path());
-            self.rewrite(&without, None);
+        let Some((entry, name)) = self.edited_entry() else { return };
+        if matches!(entry.list, "grids" | "clouds") && entry.bodies.len() > 1 {
+            let body = self.seen.selection.and_then(|thing| self.seen.ids.get(&thing).copied());
+            let alone = body.filter(|_| !self.sim.scene.apart(&entry.path()).is_empty());
+            self.ask_person(Question::Deleting { name, entry, alone });
+        } else {
+            self.delete_entry(&entry);
         }
     }
 
+    fn delete_entry(&mut self, entry: &Entry) {
+        let without = self.sim.scene.without(&entry.path());
+        self.rewrite(&without, None);
+    }
+
+    /// Takes a grid or a cloud apart and removes the body with that stable id from it.
+    fn delete_alone(&mut self, entry: &Entry, body: u32) {
+        let scene = &self.sim.scene;
+        let place = scene.count("bodies") + (body - entry.bodies.start) as usize;
+        let before = self.present_text();
+        let apart = self.rewritten(&before, &self.sim.scene.apart(&entry.path()));
+        let after = apart.and_then(|apart| {
+            let without = apart.without(&format!("bodies[{place}]"));
+            self.rewritten(&apart.text, &without)
+        });
+        self.take_change(before, after, None);
+    }
+
     /// The entry of the selection, while the editor is open.
-    fn edited_entry(&mut self) -> Option<(scene::Entry, String)> {
+    fn edited_entry(&mut self) -> Option<(Entry, String)> {
         if !self.ui.shows(Panel::Editor) {
-            self.notice("M opens the editor, which can do that".to_owned());
+            self.notices.say(Topic::Editor, "M opens the editor, which can do that".to_owned());
             return None;
         }
         let entry = selected_entry(&self.stage);
         if entry.is_none() {
-            self.notice("nothing is selected".to_owned());
+            self.notices.say(Topic::Editor, "nothing is selected".to_owned());
         }
         entry
     }
@@ -238,6 +262,18 @@ impl Session {
         self.run.note_file(path);
     }
 
+    /// Scene files that were opened or saved, the newest last.
+    #[must_use]
+    pub fn files(&self) -> &[PathBuf] {
+        &self.run.files
+    }
+
+    /// Remembers scene files of earlier windows, the newest last.
+    pub fn remember_files(&mut self, mut files: Vec<PathBuf>) {
+        files.append(&mut self.run.files);
+        files.iter().for_each(|file| self.run.note_file(file));
+    }
+
     /// Whether the scene has changes that no file has.
     #[must_use]
     pub fn has_unsaved_changes(&self) -> bool {
@@ -250,11 +286,16 @@ impl Session {
             self.orders.push(order);
             return;
         }
+        self.ask_person(Question::Leaving(order));
+    }
+
+    /// Asks a question, with a free pointer.
+    fn ask_person(&mut self, question: Question) {
         if self.view.mode == Mode::Camera {
             self.toggle_mode();
         }
         self.let_go();
-        self.ui.question = Some(Question::Leaving(order));
+        self.ui.question = Some(question);
     }
 
     /// Whether something is asked.
@@ -265,7 +306,7 @@ impl Session {
 
     /// Asks whether to go on with the unsaved changes in the file `draft`.
     pub fn offer(&mut self, draft: PathBuf) {
-        self.ui.question = Some(Question::LeftBehind(draft));
+        self.ask_person(Question::LeftBehind(draft));
     }
 
     /// Goes on with a scene that no file has.
@@ -288,6 +329,12 @@ impl Session {
             (Some(Question::Leaving(order)), _) => {
                 self.save_scene();
                 self.orders.push(order);
+            }
+            (Some(Question::Deleting { entry, .. }), Answer::All) => self.delete_entry(&entry),
+            (Some(Question::Deleting { entry, alone, .. }), _) => {
+                if let Some(body) = alone {
+                    self.delete_alone(&entry, body);
+                }
             }
             (Some(Question::LeftBehind(draft)), Answer::Discard) => self.orders.push(Order::Forget(draft)),
             (Some(Question::LeftBehind(draft)), _) => self.orders.push(Order::Restore(draft)),

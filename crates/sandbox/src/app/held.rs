@@ -19,7 +19,8 @@ pub(crate) enum Hold {
     Push(DVec3),
     /// Lets clicks select what cannot be moved.
     SelectImmovable,
-    /// Lets the wheel change the force of a click, whatever it does without.
+    /// Lets the wheel change the force of a click, whatever it does without, and clicks select what cannot be moved: where a window
+    /// manager takes clicks with Alt for itself, they never arrive.
     ChangeForce,
 }
 
@@ -157,7 +158,7 @@ impl Held {
 
     /// Whether a key is held that lets clicks select what cannot be moved.
     pub fn selects_immovable(&self) -> bool {
-        self.keys.iter().any(|(_, hold)| *hold == Hold::SelectImmovable)
+        self.keys.iter().any(|(_, hold)| matches!(hold, Hold::SelectImmovable | Hold::ChangeForce))
     }
 
     /// Whether a key is held that lets the wheel change the force of a click.

@@ -71,7 +71,7 @@ fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) ->
     let (words, answers) = match question {
         Question::Leaving(_) => (
             format!("The changes of {scene} are not saved."),
-            [
+            vec![
                 (format!("Save as {file}"), Answer::Save),
                 ("Discard them".to_owned(), Answer::Discard),
                 ("Stay".to_owned(), Answer::Cancel),
@@ -79,12 +79,20 @@ fn ask(context: &egui::Context, question: &Question, scene: &str, file: &str) ->
         ),
         Question::LeftBehind(_) => (
             "A window was closed before its changes were saved.".to_owned(),
-            [
+            vec![
                 ("Open them".to_owned(), Answer::Open),
                 ("Delete them".to_owned(), Answer::Discard),
                 ("Ask again next time".to_owned(), Answer::Cancel),
             ],
         ),
+        Question::Deleting { name, entry, alone } => {
+            let (count, alone) =
+                (entry.bodies.len(), alone.map(|_| ("Delete it alone".to_owned(), Answer::Alone)));
+            let others =
+                [(format!("Delete all {count}"), Answer::All), ("Keep it".to_owned(), Answer::Cancel)];
+            let words = format!("{name} is one of the {count} bodies that {} makes.", entry.path());
+            (words, alone.into_iter().chain(others).collect())
+        }
     };
     let asked = egui::Modal::new(Id::unique("question")).show(context, |ui| {
         ui.label(words);

@@ -78,6 +78,9 @@ impl Session {
         let found = past.found.take();
         let news = found.as_ref().is_some_and(|fault| past.passed != Some(fault.tick));
         past.met &= !news;
+        if let Some(found) = &found {
+            past.bad_from = Some(past.bad_from.map_or(found.tick, |bad| bad.min(found.tick)));
+        }
         if found.as_ref().map(|fault| fault.tick) != past.fault.as_ref().map(|fault| fault.tick) {
             past.fault = found.or(past.fault.take());
         }
@@ -189,8 +192,12 @@ impl Session {
     fn tell_of_last_good_tick(&mut self) {
         let now = self.ticks();
         let before = self.fault().is_none_or(|fault| now < fault.tick);
-        let which = if before { "the last good one" } else { "the oldest that is kept" };
-        let good = format!("back at tick {now}, {which}");
+        let which = match self.past.as_ref().is_none_or(|past| past.is_good(now)) {
+            true => "the last good tick",
+            false if before => "the tick before; the run went wrong earlier",
+            false => "the oldest tick that is kept",
+        };
+        let good = format!("back at {}, {which}", self.times().words(now));
         // An opened bundle is in a file already, and so is the first fault of a scene. Later faults may be many.
         if self.settings.saves_faults && !self.repeats() {
             self.settings.saves_faults = false;

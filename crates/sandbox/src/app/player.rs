@@ -137,6 +137,7 @@ impl Player {
             Action::Resize(width, height) => Input::Resized([width, height]),
             Action::Scale(scale) => Input::Scaled(scale),
             Action::DockWidth(points) => Input::DockWidth(points),
+            Action::Arrange(text) => Input::Arrange(text),
             Action::Push(body, newtons) => experiment(Experiment::Push(body, newtons.to_array())),
             Action::Impulse(body, value) => of_body(body, Request::Impulse, value),
             Action::SetVelocity(body, value) => of_body(body, Request::SetVelocity, value),
@@ -171,6 +172,7 @@ pub fn recorded(input: &Input) -> Option<Action> {
         Input::Experiment(Experiment::Method(method)) => Action::SetMethod(*method),
         Input::Experiment(Experiment::Substeps(substeps)) => Action::SetSubsteps(*substeps),
         Input::DockWidth(points) => Action::DockWidth(*points),
+        Input::Arrange(text) => Action::Arrange(text.clone()),
         Input::Experiment(_) => return None,
     })
 }

@@ -213,9 +213,11 @@ impl Session {
         }
         let Tools { graphs, ghosts, .. } = &mut self.tools;
         graphs.sample(&mut self.stage, ghosts, self.ui.shows(Panel::Graphs));
-        if self.run.options.pictures || self.ui.any_open() || self.ui.closing() {
+        let has_panels = self.run.options.pictures || self.ui.any_open() || self.ui.closing();
+        // Unseen, what is typed and clicked waits for the layout that shows what it does.
+        if has_panels && !self.run.unseen {
             self.lay_out_panels(time);
-        } else {
+        } else if !has_panels {
             self.ui.forget();
             self.notices.clear();
         }
@@ -325,7 +327,9 @@ impl Session {
     pub fn picture(&mut self) -> render::Frame {
         let forecast = &self.tools.forecast;
         let ratio = |ends| forecast.spring_ratio(ends).unwrap_or(0.0);
-        let mut frame = self.stage.begin_picture(forecast.shown().is_some().then_some(&ratio as _));
+        let immovable = self.selects_immovable();
+        let mut frame =
+            self.stage.begin_picture(forecast.shown().is_some().then_some(&ratio as _), immovable);
         for (_, tool) in self.tools.each() {
             tool.draw(&self.stage, &mut frame);
         }
@@ -342,6 +346,11 @@ impl Session {
     /// Tells the HUD what the shell measured.
     pub const fn set_measured(&mut self, measured: Measured) {
         self.stage.run.measured = Some(measured);
+    }
+
+    /// Lets the next frames do without panels, because no picture of them is seen, or lay them out again.
+    pub const fn set_unseen(&mut self, unseen: bool) {
+        self.stage.run.unseen = unseen;
     }
 
     /// Leaves an order for the next frame, because this one could not carry it out.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Vec2};
 use motion::clock::FrameTime;
+use scene::Entry;
 
 pub(super) use self::focus::{reveal as reveal_focus, show as show_focus};
 use crate::app::cockpit::Cockpit;
@@ -37,6 +38,8 @@ pub(crate) enum Question {
     Leaving(Order),
     /// What is to become of unsaved changes that were left in this file.
     LeftBehind(PathBuf),
+    /// Whether to delete the body of that name, or all bodies of its entry. `alone` is its stable id, where it can go by itself.
+    Deleting { name: String, entry: Entry, alone: Option<u32> },
 }
 
 /// Which panels are open, and egui.

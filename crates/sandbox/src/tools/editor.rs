@@ -4,10 +4,11 @@
 
 mod document;
 mod form;
+mod free;
 mod handles;
 mod parts;
 
-use egui::{Align2, CollapsingHeader, RichText, TextEdit, Ui};
+use egui::{Align2, CollapsingHeader, Painter, Rect, RichText, TextEdit, Ui};
 use glam::DVec3;
 use motion::clock::FrameTime;
 use motion::{PhysicsBody, SoftBody, Substeps, TimeStep};
@@ -16,9 +17,10 @@ use scene::{Entry, Scene, TextEdit as Change};
 
 pub(crate) use self::document::Document;
 use self::form::{Form, LISTS};
+pub(crate) use self::free::free_move;
 pub(crate) use self::handles::{Handle, NEAR_POINTS};
-use self::parts::PARTS;
 pub(crate) use self::parts::triple;
+use self::parts::{PARTS, nearest};
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::inks;
 use crate::view::marks::FAULT;
@@ -32,6 +34,9 @@ const SIZE: f64 = 0.015;
 
 /// Distance below which what is added becomes no smaller, m.
 const NEAREST: f64 = 0.01;
+
+/// Where what is added goes if something is in its way.
+const OUTWARD: [DVec3; 5] = [DVec3::Y, DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z];
 
 /// Distance at which something is added where the view shows nothing, m.
 const AWAY: f64 = 20.0;
@@ -149,13 +154,16 @@ impl Editor {
             ui.label("Add");
             for (words, list, text) in PARTS {
                 if ui.button(words).clicked() {
-                    let place = place(desk.stage);
+                    let mut place = place(desk.stage);
                     let scene = &desk.stage.sim.scene;
                     let name = scene.fresh_name(&words.to_lowercase());
                     let index = scene.count(list);
-                    let entry = text(&name, &place, parts::color(index + scene.count("bodies")));
-                    let added = vec![Change::add(list, entry)];
-                    desk.edits.push(Edit::Rewrite(added, Some(format!("{list}[{index}]"))));
+                    let (path, color) =
+                        (format!("{list}[{index}]"), parts::color(index + scene.count("bodies")));
+                    let added = |place: &Place| vec![Change::add(list, text(&name, place, color))];
+                    let by = free_move(scene, &added(&place), &path, &OUTWARD, false);
+                    place.at = scene::moved_place(place.at, by);
+                    desk.edits.push(Edit::Rewrite(added(&place), Some(path)));
                 }
             }
             let mut joins = self.joins.is_some();
@@ -193,7 +201,7 @@ impl Editor {
     /// The entry of the selection.
     fn selection(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let Some((entry, name)) = selected_entry(desk.stage) else {
-            ui.weak("Click a body to change it; Alt+click selects also what cannot be moved.");
+            ui.weak("Click a body to change it; Ctrl+click selects also what cannot be moved.");
             return;
         };
         let (path, scene) = (entry.path(), &desk.stage.sim.scene);
@@ -258,9 +266,9 @@ impl Editor {
                     if key == "camera" && ui.button("Use the present view").clicked() {
                         let camera = &desk.stage.view.camera;
                         changes.extend([
-                            Change::set("camera", "position_m", triple(camera.position)),
-                            Change::set("camera", "pitch_deg", format!("{:?}", camera.pitch)),
-                            Change::set("camera", "yaw_deg", format!("{:?}", camera.yaw)),
+                            Change::set("camera", "position_m", triple(parts::five_digits(camera.position))),
+                            Change::set("camera", "pitch_deg", format!("{:?}", nearest(camera.pitch, 0.01))),
+                            Change::set("camera", "yaw_deg", format!("{:?}", nearest(camera.yaw, 0.01))),
                         ]);
                     }
                 });
@@ -324,11 +332,14 @@ impl Tool for Editor {
     }
 
     fn draw(&self, stage: &Stage, frame: &mut Frame) {
-        if self.has_handles {
-            handles::add_handles(stage, frame);
-        }
         if let Some(handle) = &self.handle {
             handle.draw(stage, frame);
+        }
+    }
+
+    fn write(&self, stage: &Stage, painter: &Painter, _: Option<Rect>, _: Vec<Rect>) {
+        if self.has_handles {
+            handles::paint_handles(stage, painter);
         }
     }
 }
@@ -370,7 +381,7 @@ fn place(stage: &mut Stage) -> Place {
     let size = round(SIZE * distance);
     let at = ray.at(distance) + if hit.is_some() { DVec3::Y * size } else { DVec3::ZERO };
     let step = 0.1 * size;
-    Place { at: (at / step).round() * step, size, substep: substep(stage) }
+    Place { at: at.to_array().map(|part| nearest(part, step)).into(), size, substep: substep(stage) }
 }
 
 /// 1, 2 or 5 times a power of ten that is near.

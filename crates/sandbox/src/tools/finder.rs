@@ -1,6 +1,8 @@
 //! Find a scene by a part of its name, or open a file by its path.
 
-use egui::{Align2, Key, TextEdit, Ui};
+use std::path::{Path, PathBuf};
+
+use egui::{Align2, Key, RichText, TextEdit, Ui};
 
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::stage::Stage;
@@ -42,6 +44,11 @@ impl Tool for Finder {
         } else if found.is_empty() && !is_path {
             ui.weak("no scene has this in its name");
         }
+        let query = self.query.to_lowercase();
+        if let Some(path) = your_files(ui, &desk.stage.run.files, query.trim()) {
+            desk.edits.push(Edit::Open(path));
+            desk.closes = true;
+        }
         for (row, scene) in found.into_iter().enumerate() {
             let clicked = ui.selectable_label(row == 0, scene.name).clicked();
             if !desk.closes && (clicked || (enter && row == 0)) {
@@ -50,4 +57,18 @@ impl Tool for Finder {
             }
         }
     }
+}
+
+/// Lists scene files with `query` in their paths, the newest first, by their names; the one that is clicked.
+pub(crate) fn your_files(ui: &mut Ui, files: &[PathBuf], query: &str) -> Option<String> {
+    let paths = files.iter().rev().map(|path| path.display().to_string());
+    let paths: Vec<_> = paths.filter(|path| path.to_lowercase().contains(query)).collect();
+    if !paths.is_empty() {
+        ui.add_space(6.0);
+        ui.label(RichText::new("Your files").strong());
+    }
+    paths.into_iter().fold(None, |clicked, path| {
+        let name = Path::new(&path).file_name().and_then(|name| name.to_str()).unwrap_or(&path);
+        if ui.button(name).on_hover_text(&path).clicked() { Some(path) } else { clicked }
+    })
 }

@@ -1,11 +1,14 @@
 //! The help panel: the table of named actions.
 
-use egui::{Align2, Grid, RichText, ScrollArea, Ui, Vec2};
+use egui::{Align2, Grid, Label, RichText, ScrollArea, Ui, Vec2};
 
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 
 /// Points of the window's frame and title, and some around it.
 const MARGINS: Vec2 = Vec2::new(32.0, 64.0);
+
+/// Points that the longest keys, and the room beside the words, take of a column.
+const KEYS: f32 = 200.0;
 
 /// The keys and the mouse.
 #[derive(Default)]
@@ -38,10 +41,11 @@ impl Tool for Help {
                 ui.spacing_mut().item_spacing.x = 24.0;
                 // Two columns: one would be higher than a small window.
                 for (half, rows) in keys.chunks(keys.len().div_ceil(2)).enumerate() {
-                    Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
+                    let grid = Grid::new(half).num_columns(2).striped(true).spacing([12.0, 2.0]);
+                    grid.max_col_width(0.5 * most.x - KEYS).show(ui, |ui| {
                         for (input, what, when) in rows {
                             ui.label(RichText::new(input).monospace().strong());
-                            ui.label(*what).on_hover_text(*when);
+                            ui.add(Label::new(*what).wrap()).on_hover_text(*when);
                             ui.end_row();
                         }
                     });

@@ -7,7 +7,7 @@ use crate::view::hud::mouse_hint;
 use crate::view::inks;
 use crate::view::marks::FAULT;
 use crate::view::recorded::Within;
-use crate::view::stage::QuarantinedBody;
+use crate::view::stage::{QuarantinedBody, Stage};
 
 /// Going back in the last minute; the recording is the stage's.
 #[derive(Default)]
@@ -31,33 +31,45 @@ impl Tool for Timeline {
         ui.set_width(width);
         mouse_hint(ui, desk.stage);
         match &desk.stage.within() {
-            Some(within) => scrubber(ui, within, desk.stage.paused(), width, desk.edits),
+            Some(within) => scrubber(ui, within, desk.stage, width, desk.edits),
             None => drop(ui.label("nothing is kept: too many bodies, or a run without going back")),
         }
-        quarantined(ui, desk.stage.quarantined_here());
+        quarantined(ui, desk.stage);
     }
 }
 
-fn scrubber(ui: &mut Ui, within: &Within, paused: bool, width: f32, edits: &mut Vec<Edit>) {
-    let mut tick = within.at;
+#[expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "ticks below 2^53, bytes for people"
+)]
+fn scrubber(ui: &mut Ui, within: &Within, stage: &Stage, width: f32, edits: &mut Vec<Edit>) {
+    let (mut tick, times) = (within.at, &within.times);
+    let (first, last) = (*within.range.start(), *within.range.end());
     ui.spacing_mut().slider_width = width - 90.0;
-    let slider = Slider::new(&mut tick, within.range.clone()).show_value(true).prefix("tick ");
+    // A range of one tick would put the handle into the middle.
+    let slider = Slider::new(&mut tick, first..=last.max(first + 1))
+        .custom_formatter(|tick, _| times.words(tick as u64))
+        .custom_parser(|text| {
+            let seconds: f64 = text.trim().trim_end_matches('s').trim_end().parse().ok()?;
+            Some(times.tick(seconds) as f64)
+        });
     if ui.add(slider).changed() && tick != within.at {
         edits.push(Edit::Seek(tick));
     }
     marks(ui, within, width);
     ui.horizontal(|ui| {
-        let (first, last) = (*within.range.start(), *within.range.end());
         let back = [("|<", first), ("<", within.at.saturating_sub(1).max(first))];
         for (text, to) in back.into_iter().chain([(">|", last)]) {
             if ui.add_enabled(within.at != to, egui::Button::new(text)).clicked() {
                 edits.push(Edit::Seek(to));
             }
         }
-        if let Some(fault) = &within.fault
+        if let Some(good) = stage.last_good()
             && ui.button("last good tick").clicked()
         {
-            edits.push(Edit::Seek(fault.tick.saturating_sub(1)));
+            edits.push(Edit::Seek(good));
         }
         if ui.button("save bundle").on_hover_text("one file that `sandbox replay` runs again").clicked() {
             edits.push(Edit::SaveBundle);
@@ -65,7 +77,7 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, width: f32, edits: &mut 
     });
     if let Some(fault) = &within.fault {
         let color = inks::words(ui.visuals(), FAULT);
-        ui.colored_label(color, format!("tick {} goes wrong: {}", fault.tick, fault.what));
+        ui.colored_label(color, format!("at {}: {}", times.words(fault.tick), fault.what));
     }
     if within.left > 0 {
         ui.label(format!("seeking: {} ticks left to simulate again", within.left));
@@ -74,10 +86,9 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, width: f32, edits: &mut 
             true => "going on from here repeats what came after; doing something drops it",
             false => "going on from here drops what came after",
         });
-    } else if paused {
+    } else if stage.paused() {
         ui.label("the present, paused");
     }
-    #[expect(clippy::cast_precision_loss, reason = "bytes for people")]
     let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
     ui.weak(format!(
         "snapshots: {}, {:.2} of {:.0} MiB",
@@ -88,10 +99,12 @@ fn scrubber(ui: &mut Ui, within: &Within, paused: bool, width: f32, edits: &mut 
 }
 
 /// Which bodies were quarantined, when, by which system and why.
-fn quarantined(ui: &mut Ui, bodies: &[QuarantinedBody]) {
+fn quarantined(ui: &mut Ui, stage: &Stage) {
+    let (bodies, times) = (stage.quarantined_here(), stage.times());
     for QuarantinedBody { body, tick, what, system, cause, .. } in bodies.iter().take(LISTED) {
         ui.separator();
-        ui.label(format!("{body}: quarantined in tick {tick} by {system}, cause {cause}"));
+        let at = times.words(*tick);
+        ui.label(format!("{body}: quarantined at {at} by {system}, cause {cause}"));
         ui.weak(what);
     }
     if bodies.len() > LISTED {

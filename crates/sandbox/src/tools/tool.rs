@@ -24,12 +24,15 @@ pub struct ToolRow {
     pub what: &'static str,
 }
 
-/// What a person says of changes that would be lost, or were left behind.
+/// What a person answers to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
     Save,
     Open,
     Discard,
+    /// One body alone, or all of its entry.
+    Alone,
+    All,
     Cancel,
 }
 
@@ -49,7 +52,7 @@ pub(crate) enum Edit {
     Open(String),
     /// Changes the scene's text, and restarts it with the entry of that path selected.
     Rewrite(Vec<TextEdit>, Option<String>),
-    /// What is to become of unsaved changes.
+    /// Answers the question that is asked.
     Answer(Answer),
     /// Does the action of that name, as its key does.
     Act(&'static str),

@@ -16,6 +16,12 @@ const MARGIN: f32 = 8.0;
 /// Points that three components of two digits before the point need.
 const WIDTH: f32 = 340.0;
 
+/// Lengths, m, and velocities, m/s, that rounding leaves of what would be 0.
+const NOISE: f64 = 1e-14;
+
+/// The same as a share of what was added up.
+const ROUNDING: f64 = 1e-12;
+
 /// So many springs of one body are listed each by itself.
 const SPRINGS: usize = 3;
 
@@ -139,17 +145,17 @@ fn causes(forces: &[(String, DVec3)]) -> Vec<(&str, String)> {
         return Vec::new();
     }
     let listed = acting.iter().take(CAUSES);
-    let mut rows: Vec<_> = listed.map(|(cause, newtons)| (&**cause, vector(*newtons, "N"))).collect();
+    let mut rows: Vec<_> = listed.map(|(cause, newtons)| (&**cause, vector(*newtons, 0.0, "N"))).collect();
     if let Some(others) = acting.get(CAUSES..).filter(|others| !others.is_empty()) {
-        rows.push(("by others", vector(others.iter().map(|(_, newtons)| *newtons).sum(), "N")));
+        rows.push(("by others", vector(others.iter().map(|(_, newtons)| *newtons).sum(), 0.0, "N")));
     }
     rows
 }
 
 pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     let mut rows = vec![
-        ("position", vector(selected.position, "m")),
-        ("displacement", vector(selected.displacement, "m")),
+        ("position", vector(selected.position, NOISE, "m")),
+        ("displacement", vector(selected.displacement, NOISE, "m")),
     ];
     let Some(body) = selected.body else {
         rows.push(("physics", "none: scenery".to_owned()));
@@ -161,19 +167,21 @@ pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     }
     let movable = body.inverse_mass > 0.0;
     let force: DVec3 = selected.forces.iter().map(|(_, newtons)| *newtons).sum();
+    let largest = selected.forces.iter().map(|(_, newtons)| length(*newtons)).fold(0.0, f64::max);
+    let noise = ROUNDING * largest;
     let weight = selected.forces.iter().find(|(cause, _)| cause == "by gravity");
     let weight = weight.map_or(DVec3::ZERO, |(_, newtons)| *newtons);
     rows.extend([
-        ("velocity", vector(body.velocity, "m/s")),
-        ("speed", format!("{} m/s", three_decimals(length(body.velocity)))),
-        ("acceleration", vector(force * body.inverse_mass, "m/s²")),
-        ("force", vector(force, "N")),
+        ("velocity", vector(body.velocity, NOISE, "m/s")),
+        ("speed", format!("{} m/s", scalar(length(body.velocity), NOISE))),
+        ("acceleration", vector(force * body.inverse_mass, noise * body.inverse_mass, "m/s²")),
+        ("force", vector(force, noise, "N")),
     ]);
     rows.extend(causes(&selected.forces));
     rows.extend([
         ("mass", if movable { format!("{} kg", three_decimals(body.mass())) } else { "infinite".to_owned() }),
         ("inverse mass", format!("{} 1/kg", three_decimals(body.inverse_mass))),
-        ("momentum", vector(body.momentum(), "kg m/s")),
+        ("momentum", vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
         ("weight", format!("{} N", three_decimals(length(weight)))),
     ]);
     if movable {
@@ -186,9 +194,15 @@ pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     rows
 }
 
-/// Three components with a unit.
-fn vector(v: DVec3, unit: &str) -> String {
-    format!("({}, {}, {}) {unit}", three_decimals(v.x), three_decimals(v.y), three_decimals(v.z))
+/// Three components with a unit. What is below `noise`, or rounding beside the largest of them, is 0.
+fn vector(v: DVec3, noise: f64, unit: &str) -> String {
+    let noise = noise.max(ROUNDING * v.abs().max_element());
+    let [x, y, z] = v.to_array().map(|part| scalar(part, noise));
+    format!("({x}, {y}, {z}) {unit}")
+}
+
+fn scalar(value: f64, noise: f64) -> String {
+    three_decimals(if value.abs() < noise { 0.0 } else { value })
 }
 
 /// What the points have together. No acceleration: pins hold a soft body with forces that only its springs know.
@@ -206,12 +220,12 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
         "infinite".to_owned()
     };
     vec![
-        ("velocity", vector(body.velocity, "m/s")),
-        ("speed", format!("{} m/s", three_decimals(length(body.velocity)))),
+        ("velocity", vector(body.velocity, NOISE, "m/s")),
+        ("speed", format!("{} m/s", scalar(length(body.velocity), NOISE))),
         ("points", counted),
         ("springs", springs.to_string()),
         ("mass", mass),
-        ("momentum", vector(body.momentum(), "kg m/s")),
+        ("momentum", vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
         ("kinetic energy", format!("{} J", three_decimals(soft.kinetic_energy))),
         ("energy in springs", format!("{} J", three_decimals(soft.spring_energy))),
     ]
@@ -221,4 +235,19 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
 fn length(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest > 0.0 && largest.is_finite() { (v / largest).length() * largest } else { largest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_rounding_leaves_is_0_and_what_is_small_is_not() {
+        let of = |x, y| vector(DVec3::new(x, y, 0.0), NOISE, "m/s");
+        assert_eq!(of(0.0, 2.142e-31), "(0.000, 0.000, 0.000) m/s");
+        assert_eq!(of(3.0, -4.4e-13), "(3.000, 0.000, 0.000) m/s");
+        assert_eq!(of(3e-9, 4e-9), "(3.000e-9, 4.000e-9, 0.000) m/s");
+        assert_eq!(vector(DVec3::X * 6e-24, 0.0, "N"), "(6.000e-24, 0.000, 0.000) N");
+        assert_eq!(scalar(f64::NAN, NOISE), "NaN");
+    }
 }

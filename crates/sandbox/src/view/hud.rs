@@ -146,8 +146,9 @@ fn state(stage: &Stage) -> Vec<(String, Color32)> {
     let method = stepper.method().claims().title;
     let (bodies, scene_s) = (stage.sim.bodies.len(), world.resource::<StepClock>().scene_seconds());
     let step_hz = 1.0 / world.resource::<TimeStep>().0;
+    let word = if bodies == 1 { "body" } else { "bodies" };
     let mut lines = vec![
-        (format!("{}   {bodies} bodies   {method}{own}", stage.sim.scene.name), THIN),
+        (format!("{}   {bodies} {word}   {method}{own}", stage.sim.scene.name), THIN),
         (format!("{scene_s:.2} s at {} Hz", (step_hz * 1e6).round() / 1e6), THIN),
     ];
     // Paused, frames are drawn when something changes.

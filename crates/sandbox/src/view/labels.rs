@@ -50,7 +50,7 @@ impl Stage {
         let words = match self.ticks().checked_sub(fault.tick) {
             None if self.ticks() + 1 == fault.tick => "goes wrong in the next tick".to_owned(),
             Some(0) => "went wrong in this tick".to_owned(),
-            _ => format!("goes wrong in tick {}", fault.tick),
+            _ => format!("goes wrong at {}", self.times().words(fault.tick)),
         };
         let body = *self.sim.bodies.get(fault.body? as usize)?;
         let label = self.label(body, &format!("{} {words}", self.name(body)), around);

@@ -3,6 +3,9 @@
 /// How long a notice stays, s.
 const NOTICE_S: f64 = 4.0;
 
+/// Notices without a topic of their own that are shown at once.
+const MOST_OTHERS: usize = 3;
+
 /// What a notice is about. Of each topic but the last there is one notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Topic {
@@ -10,6 +13,8 @@ pub(crate) enum Topic {
     File,
     Fault,
     Forecast,
+    /// What the editor could not do.
+    Editor,
     Gravity,
     Ghosts,
     Method,
@@ -37,7 +42,15 @@ pub(crate) struct Notices(Vec<Notice>);
 impl Notices {
     /// Says something for a few seconds, in place of what was said of its topic before.
     pub fn say(&mut self, topic: Topic, text: String) {
-        if topic != Topic::Other {
+        if topic == Topic::Other {
+            self.0.retain(|notice| notice.text != text);
+            let others = self.0.iter().filter(|notice| notice.topic == topic).count();
+            if others >= MOST_OTHERS
+                && let Some(oldest) = self.0.iter().position(|notice| notice.topic == topic)
+            {
+                self.0.remove(oldest);
+            }
+        } else {
             self.retract(topic);
         }
         self.0.push(Notice { topic, text, until: None });

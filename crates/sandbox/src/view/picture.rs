@@ -39,8 +39,8 @@ pub(crate) type Ratio<'a> = Option<&'a dyn Fn([Entity; 2]) -> f64>;
 
 impl Stage {
     /// The picture of the present state, up to what other runs and arrows add. Springs have the colors of `ratio` where there
-    /// is one.
-    pub(crate) fn begin_picture(&mut self, ratio: Ratio<'_>) -> Frame {
+    /// is one; a click would select `immovable` things, too, or not.
+    pub(crate) fn begin_picture(&mut self, ratio: Ratio<'_>, immovable: bool) -> Frame {
         self.update_targets();
         let eye = self.view.camera.position;
         let view = self.viewpoint();
@@ -67,7 +67,7 @@ impl Stage {
             ground: self.ground(),
             ..Default::default()
         };
-        let hovered = self.hovered();
+        let hovered = self.hovered(immovable);
         self.add_shapes(&mut frame, hovered);
         self.add_soft_bodies(&mut frame, ratio, hovered);
         self.add_springs(&mut frame, ratio);
@@ -92,6 +92,8 @@ impl Stage {
         for (i, entity) in targets.entities().iter().enumerate() {
             let look = looks.get(&self.sim.world, *entity).copied().unwrap_or(PLAIN);
             let selected = self.seen.selection == Some(*entity);
+            // Within the cockpit the outline says it of what cannot be moved, which may be as large as a floor.
+            let tinted = selected && (self.run.view_px.is_none() || self.is_movable(*entity));
             let [r, g, b] = look.color;
             let mut surface = if look.checker { render::CHECKER } else { 0 };
             if selected || hovered == Some(*entity) {
@@ -103,7 +105,7 @@ impl Stage {
                 surface,
                 half_extents: shape.half_extents().as_vec3().to_array(),
                 orientation: targets.orientation(i).to_array(),
-                color: if selected { SELECTED } else { [r, g, b, 1.0] },
+                color: if tinted { SELECTED } else { [r, g, b, 1.0] },
                 ..Default::default()
             };
             match shape {

@@ -110,8 +110,8 @@ impl Stage {
         }
     }
 
-    /// What a click would select, within the cockpit.
-    pub(crate) fn hovered(&mut self) -> Option<Entity> {
+    /// What a click would select within the cockpit, `immovable` things, too, or not.
+    pub(crate) fn hovered(&mut self, immovable: bool) -> Option<Entity> {
         let [corner, size] = self.view_area();
         let at = self.view.pointer - corner;
         let inside = at.cmpge(DVec2::ZERO).all() && at.cmple(size).all();
@@ -120,7 +120,7 @@ impl Stage {
             return None;
         }
         let ray = self.picking_ray();
-        self.cast(&ray).map(|hit| hit.entity).filter(|thing| self.is_movable(*thing))
+        self.cast(&ray).map(|hit| hit.entity).filter(|thing| immovable || self.is_movable(*thing))
     }
 
     /// Smallest radius with which ropes are drawn, as a share of the distance.

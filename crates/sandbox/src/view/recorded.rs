@@ -17,6 +17,8 @@ pub(crate) struct Recorded {
     pub met: bool,
     /// The tick of a fault that the person was told of: going on goes through it, if nothing is done before.
     pub passed: Option<u64>,
+    /// The first tick of the run that went wrong: no tick from there on is a good one.
+    pub bad_from: Option<u64>,
     /// Whether going on from the past repeats what came from outside, until something else does.
     pub repeats: bool,
     /// The seek to another tick, while it takes frames.
@@ -32,7 +34,22 @@ pub(crate) struct Way {
 
 impl Recorded {
     pub const fn new(timeline: Timeline, watch: Watch) -> Self {
-        Self { timeline, watch, found: None, fault: None, met: true, passed: None, repeats: false, way: None }
+        Self {
+            timeline,
+            watch,
+            found: None,
+            fault: None,
+            met: true,
+            passed: None,
+            bad_from: None,
+            repeats: false,
+            way: None,
+        }
+    }
+
+    /// Whether nothing went wrong up to the end of tick number `tick`.
+    pub fn is_good(&self, tick: u64) -> bool {
+        self.bad_from.is_none_or(|bad| tick < bad)
     }
 
     /// One tick, entered into `ledger` if there is one.
@@ -50,9 +67,71 @@ pub(crate) struct Within {
     /// Ticks left to simulate until then.
     pub left: u64,
     pub keyframes: Vec<u64>,
+    pub times: Times,
     pub fault: Option<Fault>,
     /// Whether going on repeats what is ahead, instead of dropping it.
     pub repeats: bool,
     pub bytes: usize,
     pub cap: usize,
+}
+
+/// The times of a scene at the ends of its ticks, known at some of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Times {
+    /// Ticks and scene times, s, ascending; at least one.
+    pub known: Vec<(u64, f64)>,
+    /// Length of a tick where nothing later is known, s.
+    pub step: f64,
+}
+
+#[expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "counts of ticks below 2^53"
+)]
+impl Times {
+    /// The times that are known before and after something, and the length of the ticks between them, s.
+    fn around(&self, before: impl Fn(&(u64, f64)) -> bool) -> (u64, f64, f64) {
+        let next = self.known.partition_point(before).max(1);
+        let (tick, seconds) = self.known[next - 1];
+        let step = self.known.get(next).map(|(then, later)| (later - seconds) / (then - tick) as f64);
+        (tick, seconds, step.unwrap_or(self.step))
+    }
+
+    /// The scene's time at the end of tick number `tick`, s.
+    pub fn seconds(&self, tick: u64) -> f64 {
+        let (then, seconds, step) = self.around(|(known, _)| *known <= tick);
+        seconds + (tick as f64 - then as f64) * step
+    }
+
+    /// The tick that ends nearest to that time of the scene, s.
+    pub fn tick(&self, seconds: f64) -> u64 {
+        let (tick, then, step) = self.around(|(_, known)| *known <= seconds);
+        (tick as f64 + ((seconds - then) / step).round()).max(0.0) as u64
+    }
+
+    /// The scene's time at the end of tick number `tick`, in words: with so many decimals that the next tick has other ones.
+    pub fn words(&self, tick: u64) -> String {
+        let decimals = (-self.step.log10()).ceil().clamp(2.0, 9.0) as usize;
+        // A sum may be a rounding below 0, and -0.00 is no time.
+        format!("{:.decimals$} s", self.seconds(tick).max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_those_of_the_ticks_and_lead_back_to_them() {
+        // At 100 Hz, then at 50 Hz.
+        let times = Times { known: vec![(1000, 0.0), (1100, 1.0), (1150, 2.0)], step: 0.02 };
+        for (tick, seconds) in [(1000, 0.0), (1050, 0.5), (1100, 1.0), (1125, 1.5), (1200, 3.0)] {
+            assert!((times.seconds(tick) - seconds).abs() < 1e-12);
+            assert_eq!(times.tick(seconds), tick);
+        }
+        assert_eq!(times.words(1051), "0.51 s");
+        assert_eq!(Times { step: 1.0 / 120.0, ..times }.words(1000), "0.000 s");
+    }
 }

@@ -1,10 +1,11 @@
 //! The last minute of a simulation, recorded for going back, and what went wrong in it.
 
 use history::{Fault, Intervention, TIMELINE_BYTES, Timeline, Watch};
-use motion::PushQueue;
+use motion::clock::StepClock;
+use motion::{PushQueue, TimeStep};
 
 use crate::view::notices::Topic;
-use crate::view::recorded::{Recorded, Within};
+use crate::view::recorded::{Recorded, Times, Within};
 use crate::view::stage::{Order, Stage};
 
 impl Stage {
@@ -74,7 +75,9 @@ impl Stage {
             }
             // What was gone back behind, and is not ahead any more, is no fault.
             let head = *past.timeline.range().end();
-            past.fault.take_if(|fault| fault.tick > head);
+            let passed = past.passed;
+            past.fault.take_if(|fault| fault.tick > head && passed != Some(fault.tick));
+            past.bad_from.take_if(|bad| *bad > head);
             self.forget_ahead();
         }
     }
@@ -95,9 +98,8 @@ impl Stage {
     /// Gives up a seek, for what was done here made it worthless.
     pub(crate) fn give_up_seek(&mut self) {
         if let Some(way) = self.past.as_mut().and_then(|past| past.way.take()) {
-            let to = way.seek.to();
-            self.notices
-                .say(Topic::Place, format!("the seek to tick {to} was canceled: the run was changed"));
+            let to = self.times().words(way.seek.to());
+            self.notices.say(Topic::Place, format!("the seek to {to} was canceled: the run was changed"));
         }
     }
 
@@ -110,6 +112,24 @@ impl Stage {
         }
     }
 
+    /// The times of the scene at the ends of recorded ticks.
+    pub(crate) fn times(&self) -> Times {
+        let (clock, now) = (self.sim.world.resource::<StepClock>(), self.ticks());
+        let began = clock.seconds() - clock.scene_seconds();
+        let mut known: Vec<_> = self.past.iter().flat_map(|past| past.timeline.times()).collect();
+        known.iter_mut().for_each(|(_, seconds)| *seconds -= began);
+        known.retain(|(tick, _)| *tick != now);
+        known.insert(known.partition_point(|(tick, _)| *tick < now), (now, clock.scene_seconds()));
+        Times { known, step: self.sim.world.resource::<TimeStep>().0 }
+    }
+
+    /// The tick before the first that went wrong, if that can be gone to.
+    pub(crate) fn last_good(&self) -> Option<u64> {
+        let past = self.past.as_ref()?;
+        let bad = past.bad_from.or(past.fault.as_ref().map(|fault| fault.tick))?;
+        Some(bad.saturating_sub(1)).filter(|good| past.timeline.range().contains(good))
+    }
+
     /// Where in the last minute it is.
     pub(crate) fn within(&self) -> Option<Within> {
         let Recorded { timeline, fault, repeats, way, .. } = &**self.past.as_ref()?;
@@ -118,6 +138,7 @@ impl Stage {
             at: way.as_ref().map_or_else(|| self.ticks(), |way| way.seek.to()),
             left: way.as_ref().map_or(0, |way| way.seek.ticks_left()),
             keyframes: timeline.keyframes().map(|(tick, _)| tick).collect(),
+            times: self.times(),
             fault: fault.clone(),
             repeats: *repeats,
             bytes: timeline.bytes(),

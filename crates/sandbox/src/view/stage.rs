@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::num::NonZero;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
@@ -205,6 +205,8 @@ pub(crate) struct Run {
     /// Red, green and blue of what is around it.
     pub surround: [u8; 3],
     pub measured: Option<Measured>,
+    /// No picture of the coming frame is seen: its panels are not laid out.
+    pub unseen: bool,
     pub frames: u64,
     /// Scene files that were opened or saved, the newest last.
     pub files: Vec<PathBuf>,
@@ -220,7 +222,8 @@ pub(crate) struct Run {
 impl Run {
     /// Remembers a scene file.
     pub fn note_file(&mut self, path: &Path) {
-        self.files.retain(|other| other != path);
+        let same = |other: &PathBuf| absolute(other).ok() == absolute(path).ok();
+        self.files.retain(|other| !same(other));
         self.files.push(path.to_owned());
     }
 }

@@ -40,10 +40,11 @@ impl Stage {
         let seen = self.seen.records_seen;
         let records = self.sim.world.resource::<Quarantine>().records()[seen..].to_vec();
         self.seen.records_seen += records.len();
+        let times = self.times();
         for (number, QuarantineRecord { body, tick, cause, .. }) in (seen..).zip(records) {
             let (body, what, Cause { system, component, fault }) = (self.name(body), cause.what(), cause);
             if number < TOLD {
-                self.notice(format!("{body} was quarantined in tick {tick}: {what}"));
+                self.notice(format!("{body} was quarantined at {}: {what}", times.words(tick)));
             }
             let cause = match fault {
                 Fault::Law(law) => format!("law {law}"),
@@ -81,7 +82,7 @@ impl Stage {
     pub(crate) fn quarantined_because(&self, body: Entity) -> Option<String> {
         let records = self.sim.world.resource::<Quarantine>().records();
         let record = records.iter().find(|record| record.body == body)?;
-        Some(format!("in tick {} by {}", record.tick, record.cause.system))
+        Some(format!("at {} by {}", self.times().words(record.tick), record.cause.system))
     }
 
     /// Those of this world.

@@ -1,32 +1,54 @@
-//! The file that remembers how the panels were arranged when the window was closed.
+//! The files that remember, from window to window, how the panels were arranged and which scene files were opened last.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{PathBuf, absolute};
 
 use crate::output::files::write;
 
 /// Longest file that is read, bytes: an arrangement has a few hundred.
-const MOST: u64 = 4096;
+const MOST: u64 = 65_536;
 
-/// Where it lies in the user's folder for settings.
-fn path() -> Option<PathBuf> {
-    Some(dirs::config_dir()?.join("inertia/window"))
+/// So many scene files are remembered.
+const MOST_FILES: usize = 12;
+
+/// How the panels are arranged.
+pub(super) const ARRANGEMENT: &str = "window";
+
+/// The scene files, one in each line, the newest last.
+const FILES: &str = "files";
+
+/// Where the file of that name lies in the user's folder for settings.
+fn path(name: &str) -> Option<PathBuf> {
+    Some(dirs::config_dir()?.join("inertia").join(name))
 }
 
-/// What the last window left; nothing if there is no such file, or it cannot be read.
-pub(super) fn read() -> String {
+/// What the last window left under that name; nothing if there is no such file, or it cannot be read.
+pub(super) fn read(name: &str) -> String {
     let small = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() <= MOST);
-    path().filter(small).and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default()
+    path(name).filter(small).and_then(|path| fs::read_to_string(path).ok()).unwrap_or_default()
 }
 
 /// Writes it, whole or not at all. A failure is told and changes nothing: the next window starts as if none had been before.
-pub(super) fn keep(arrangement: &str) {
-    let Some(path) = path() else { return };
+pub(super) fn keep(name: &str, text: &str) {
+    let Some(path) = path(name) else { return };
     let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
     let written = folder.map_err(|error| error.to_string());
-    let written =
-        written.and_then(|()| write(&path, arrangement.as_bytes()).map_err(|failure| failure.to_string()));
+    let written = written.and_then(|()| write(&path, text.as_bytes()).map_err(|failure| failure.to_string()));
     if let Err(error) = written {
-        eprintln!("the arrangement of the panels is not remembered: {error}");
+        eprintln!("{} is not written: {error}", path.display());
     }
+}
+
+/// The scene files of earlier windows that are still there, the newest last.
+pub(super) fn files() -> Vec<PathBuf> {
+    read(FILES).lines().map(PathBuf::from).filter(|path| path.is_file()).collect()
+}
+
+/// Remembers these scene files, the newest last.
+pub(super) fn keep_files(files: &[PathBuf]) {
+    let newest = &files[files.len().saturating_sub(MOST_FILES)..];
+    let line =
+        |path: &PathBuf| absolute(path).ok()?.to_str().filter(|path| !path.contains('\n')).map(str::to_owned);
+    let lines: Vec<_> = newest.iter().filter_map(line).collect();
+    keep(FILES, &lines.join("\n"));
 }

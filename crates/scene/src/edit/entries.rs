@@ -281,10 +281,21 @@ fn moved(fields: &[Field], by: DVec3) -> Vec<(&'static str, Value)> {
             None if field.key != PREVIOUS => DVec3::ZERO,
             _ => return None,
         };
-        Some((field.key, Value::from(at + by)))
+        Some((field.key, Value::from(moved_place(at, by))))
     };
     let places = fields.iter().filter(|field| PLACES.contains(&field.key) || field.key == PREVIOUS);
     places.filter_map(place).collect()
+}
+
+/// The place `by` away from `at`, m, with no more decimals than both have: 34.7 + 0.1 is 34.8.
+#[must_use]
+pub fn moved_place(at: DVec3, by: DVec3) -> DVec3 {
+    let decimals = |number: f64| number.to_string().split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let sum = |i: usize| {
+        let (sum, decimals) = (at[i] + by[i], decimals(at[i]).max(decimals(by[i])));
+        format!("{sum:.decimals$}").parse().unwrap_or(sum)
+    };
+    DVec3::new(sum(0), sum(1), sum(2))
 }
 
 /// A body as a person writes it.

@@ -10,6 +10,7 @@ use egui::{
 };
 
 use crate::app::ui::reveal_focus;
+use crate::tools::finder::your_files;
 use crate::tools::tool::Edit;
 
 /// Makes the groups: titles, scenes and their pictures, PNG files that `scripts/pictures` draws.
@@ -22,6 +23,13 @@ macro_rules! groups {
 }
 
 type Group = (&'static str, &'static [(&'static str, &'static [u8])]);
+
+/// Words by which the search finds all scenes of a group, beside its title.
+const ALSO_FOUND_BY: [(&str, &str); 3] = [
+    ("Methods", "accuracy error energy conserved order"),
+    ("Springs and soft bodies", "cloth jelly elastic energy stiffness"),
+    ("Particles", "emitters"),
+];
 
 /// The groups; scenes of none come under the last.
 const GROUPS: &[Group] = groups! {
@@ -38,20 +46,23 @@ const PICTURE: Vec2 = Vec2::new(160.0, 90.0);
 
 /// Title and scenes of every group.
 static SCENES: LazyLock<Vec<(&str, Vec<Entry>)>> = LazyLock::new(|| {
-    let entry = |name, png| {
+    let entry = |title: &str, name: &'static str, png| {
         let scene = scene::embedded(name)?.load().ok()?;
-        Some(Entry { name, about: scene.description, png })
+        let of_group = |(group, _): &(&str, &str)| *group == title;
+        let group = ALSO_FOUND_BY.iter().find(|group| of_group(group)).map_or("", |(_, words)| words);
+        let found_by = format!("{} {name} {} {title} {group}", name.replace('_', " "), scene.description);
+        Some(Entry { name, about: scene.description, found_by: found_by.to_lowercase(), png })
     };
     let grouped =
         |name: &str| GROUPS.iter().any(|(_, scenes)| scenes.iter().any(|(other, _)| *other == name));
     let of = |(title, scenes): &Group| {
-        let scenes = scenes.iter().filter_map(|(name, png)| entry(name, Some(*png)));
+        let scenes = scenes.iter().filter_map(|(name, png)| entry(title, name, Some(*png)));
         (*title, scenes.collect::<Vec<_>>())
     };
     let mut groups: Vec<_> = GROUPS.iter().map(of).collect();
     let rest = scene::shipped().iter().chain(scene::cases()).filter(|scene| !grouped(scene.name));
-    if let Some((_, last)) = groups.last_mut() {
-        last.extend(rest.filter_map(|scene| entry(scene.name, None)));
+    if let Some((title, last)) = groups.last_mut() {
+        last.extend(rest.filter_map(|scene| entry(title, scene.name, None)));
     }
     groups
 });
@@ -60,6 +71,8 @@ static SCENES: LazyLock<Vec<(&str, Vec<Entry>)>> = LazyLock::new(|| {
 struct Entry {
     name: &'static str,
     about: String,
+    /// What the search looks for a part in, in lower case.
+    found_by: String,
     png: Option<&'static [u8]>,
 }
 
@@ -82,22 +95,10 @@ impl Browser {
         let search = TextEdit::singleline(&mut self.query).hint_text("Search").desired_width(f32::INFINITY);
         let search = ui.add(search);
         let query = self.query.to_lowercase();
-        let fits = |entry: &&Entry| {
-            entry.name.replace('_', " ").contains(&query)
-                || entry.name.contains(&query)
-                || entry.about.to_lowercase().contains(&query)
-        };
+        let fits = |entry: &&Entry| entry.found_by.contains(query.trim());
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let files = files.iter().rev().map(|path| path.display().to_string());
-            let files: Vec<_> = files.filter(|path| path.to_lowercase().contains(&query)).collect();
-            if !files.is_empty() {
-                ui.add_space(6.0);
-                ui.label(RichText::new("Your files").strong());
-            }
-            for path in files {
-                if ui.button(&path).clicked() {
-                    edits.push(Edit::Open(path));
-                }
+            if let Some(path) = your_files(ui, files, query.trim()) {
+                edits.push(Edit::Open(path));
             }
             for (title, entries) in SCENES.iter() {
                 let entries: Vec<_> = entries.iter().filter(fits).collect();

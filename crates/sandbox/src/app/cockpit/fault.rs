@@ -41,17 +41,22 @@ impl FaultBar {
             if !stage.arrived() {
                 return;
             }
-            *self = Self { of, dismissed: false, cures: cures(stage) };
+            // In a state that went wrong before, the forecast would say what no longer helps.
+            let is_good = stage.past.as_ref().is_some_and(|past| past.is_good(stage.ticks()));
+            let cures = if is_good { cures(stage) } else { std::mem::take(&mut self.cures) };
+            *self = Self { of, dismissed: false, cures };
         }
         if self.dismissed {
             return;
         }
-        let good = fault.tick.saturating_sub(1);
+        let (good, at) = (stage.last_good(), stage.times().words(fault.tick));
         Side::bottom("fault").show(root, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let color = inks::words(ui.visuals(), FAULT);
-                ui.label(RichText::new(format!("Tick {}: {}.", fault.tick, fault.what)).color(color));
-                if stage.ticks() != good && ui.button("Last good tick").clicked() {
+                ui.label(RichText::new(format!("At {at}: {}.", fault.what)).color(color));
+                if let Some(good) = good.filter(|good| *good != stage.ticks())
+                    && ui.button("Last good tick").clicked()
+                {
                     edits.push(Edit::Seek(good));
                 }
                 for Cure { setting, words, why } in &self.cures {
@@ -63,6 +68,9 @@ impl FaultBar {
                 if ui.button("Save bundle").on_hover_text("one file that repeats the run (Ctrl+S)").clicked()
                 {
                     edits.push(Edit::SaveBundle);
+                }
+                if ui.button("Reset to start").on_hover_text("the scene from its start (F1)").clicked() {
+                    edits.push(Edit::Act("reset_world"));
                 }
                 self.dismissed = ui.button("Dismiss").clicked();
             });

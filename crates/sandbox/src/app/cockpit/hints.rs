@@ -34,6 +34,12 @@ fn words(stage: &Stage) -> String {
         (Mode::Selection, None) => {
             "Click a body to select it, drag it to pull it. Right drag orbits, middle drag pans, the wheel zooms. F frames the scene.".to_owned()
         }
+        (Mode::Selection, Some(thing)) if !stage.is_movable(thing) => {
+            format!(
+                "{} cannot be moved. Right drag orbits, middle drag pans, the wheel zooms. F frames it. A click beside a body deselects.",
+                stage.name(thing)
+            )
+        }
         (Mode::Selection, Some(thing)) if pushes => {
             format!("{}: drag pulls it, {}. F frames it. A click beside it deselects.", stage.name(thing), click())
         }

@@ -60,19 +60,8 @@ impl Ui {
         self.zoom.cast_signed() - USUAL.cast_signed()
     }
 
-    /// The size so many above the usual one, if there is one.
-    fn size_above_usual(sizes: isize) -> usize {
-        USUAL.saturating_add_signed(sizes).min(ZOOMS.len() - 1)
-    }
-
-    /// Width of a screen, points, if it has that size in pixels and that scale, and panels so many sizes above the usual one.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "pixels")]
-    pub fn width_of(size_px: [u32; 2], scale: f64, sizes: isize) -> f32 {
-        size_px[0] as f32 / pixels_per_point(size_px, scale as f32, Self::size_above_usual(sizes))
-    }
-
     /// Goes so many sizes up or down, as far as there is room; the size now, as a multiple of the usual one.
-    fn zoom_by(&mut self, steps: isize) -> f32 {
+    pub fn zoom_by(&mut self, steps: isize) -> f32 {
         let (before, zoom) = (self.pixels_per_point(), self.zoom);
         self.zoom = zoom.saturating_add_signed(steps).min(ZOOMS.len() - 1);
         let now = self.pixels_per_point();

@@ -76,7 +76,7 @@ fn head(ui: &mut Ui, study: &Study, progress: f64, width: f32) -> bool {
         if progress < 1.0 {
             #[expect(clippy::cast_possible_truncation, reason = "a part of 1")]
             let done = progress as f32;
-            let words = format!("measuring on a copy, {:.0} % of each frame", SHARE * 100.0);
+            let words = format!("measuring, {:.0} % of each frame", SHARE * 100.0);
             ui.add(ProgressBar::new(done).desired_width(width - 110.0).text(words));
         } else {
             let Study { simulated_s, bodies, .. } = study;

@@ -1,18 +1,23 @@
 //! Handles at the selection: arrows along the axes that move its entry when they are dragged.
 
-use glam::{DQuat, DVec3};
+use egui::{Color32, Painter, Pos2, Stroke};
+use glam::{DQuat, DVec2, DVec3};
 use motion::{Orientation, SoftBody};
 use pick::Shape;
-use render::{Frame, Instance, Line, Particle};
+use render::{Frame, Instance, Particle};
 use scene::Appearance;
 
+use super::parts::nearest;
 use super::selected_entry;
 use crate::view::picture::PLAIN;
 use crate::view::stage::Stage;
 
 /// The axes and the colors of their arrows.
-const AXES: [(DVec3, [f32; 4]); 3] =
-    [(DVec3::X, [1.0, 0.35, 0.3, 1.0]), (DVec3::Y, [0.45, 0.9, 0.4, 1.0]), (DVec3::Z, [0.4, 0.6, 1.0, 1.0])];
+const AXES: [(DVec3, Color32); 3] = [
+    (DVec3::X, Color32::from_rgb(255, 90, 75)),
+    (DVec3::Y, Color32::from_rgb(115, 230, 100)),
+    (DVec3::Z, Color32::from_rgb(100, 155, 255)),
+];
 
 /// Length of an arrow beyond what it moves, as a share of its distance.
 const LENGTH: f64 = 0.1;
@@ -75,7 +80,7 @@ impl Handle {
     pub fn follow(&mut self, stage: &Stage) {
         if let Some(now) = along(stage, self.from, self.axis) {
             let step = step(self.from.distance(stage.view.camera.position));
-            self.by = self.axis * ((now - self.pressed) / step).round() * step;
+            self.by = self.axis * nearest(now - self.pressed, step);
         }
     }
 
@@ -106,13 +111,19 @@ impl Handle {
     }
 }
 
-/// Draws the arrows of the selection.
-pub(crate) fn add_handles(stage: &Stage, frame: &mut Frame) {
+/// Paints the arrows of the selection over the picture: inside a body, or behind one, they would not be seen.
+pub(super) fn paint_handles(stage: &Stage, painter: &Painter) {
     let Some((from, length)) = arrows(stage) else { return };
-    let eye = stage.view.camera.position;
+    let scale = painter.ctx().pixels_per_point();
+    #[expect(clippy::cast_possible_truncation, reason = "pixels")]
+    let point = |(at, _): (DVec2, bool)| Pos2::new(at.x as f32, at.y as f32) / scale;
     for (axis, color) in AXES {
-        let [tail, tip] = [from, from + axis * length].map(|place| (place - eye).as_vec3());
-        Line::arrow(&mut frame.lines, tail, tip, color, 3.0);
+        let ends = [from, from + axis * length].map(|place| stage.seen_at(place).map(point));
+        if let [Some(tail), Some(tip)] = ends {
+            for (width, color) in [(5.0, Color32::from_black_alpha(160)), (3.0, color)] {
+                painter.arrow(tail, tip - tail, Stroke::new(width, color));
+            }
+        }
     }
 }
 

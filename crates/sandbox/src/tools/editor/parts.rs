@@ -99,6 +99,20 @@ pub(crate) fn triple(v: DVec3) -> String {
     Value::from(v).to_string()
 }
 
+/// The multiple of `step` nearest to `number`, with the decimals that the step has.
+pub(crate) fn nearest(number: f64, step: f64) -> f64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "decimals")]
+    let decimals = (-step.log10()).ceil().max(0.0) as usize;
+    let multiple = (number / step).round() * step;
+    format!("{multiple:.decimals$}").parse().unwrap_or(multiple)
+}
+
+/// A place with five digits of its distance from the origin.
+pub(super) fn five_digits(place: DVec3) -> DVec3 {
+    let step = 10_f64.powf(place.length().log10().floor() - 4.0);
+    if step.is_normal() { place.to_array().map(|part| nearest(part, step)).into() } else { place }
+}
+
 /// A number as a person would choose it.
 pub(super) fn two_digits(number: f64) -> f64 {
     format!("{number:.1e}").parse().unwrap_or(number)

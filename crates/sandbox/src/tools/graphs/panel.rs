@@ -78,7 +78,7 @@ fn parts(ui: &mut Ui, graphs: &mut Graphs) {
                 continue;
             }
             if several {
-                graphs.part = part;
+                (graphs.part, graphs.has_chosen) = (part, true);
             } else if !shown || graphs.parts.0.iter().filter(|shown| **shown).count() > 1 {
                 graphs.parts.0[place] ^= true;
             }
@@ -280,6 +280,22 @@ mod tests {
         graphs.quantity = Quantity::Force;
         let force = several(&visuals, &graphs).pop().expect("a curve").points;
         assert!((force[0][1] - 9.8).abs() < 1e-9, "it weighs 1 kg, and its springs are at rest");
+    }
+
+    #[test]
+    fn several_curves_begin_with_an_axis_along_which_something_moves() {
+        let mut stage = Stage::new(scene::load("oscillator").expect("it is shipped"), Whole::default());
+        let (mut graphs, mut ghosts) = (Graphs::default(), Ghosts::default());
+        assert!(ghosts.toggle(&mut stage, false));
+        stage.seen.selection = stage.body("ball");
+        for _ in 0..30 {
+            ghosts.before_tick(&stage, true);
+            stage.sim.tick();
+            graphs.sample(&mut stage, &mut ghosts, true);
+        }
+        let curve = several(&Visuals::light(), &graphs).pop().expect("a curve").points;
+        let [first, last] = [curve[0][1], curve[curve.len() - 1][1]];
+        assert!((first - last).abs() > 0.01, "it oscillates along x: {first} to {last}");
     }
 
     #[test]

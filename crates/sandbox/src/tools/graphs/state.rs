@@ -17,6 +17,9 @@ const KEPT_S: f64 = 10.0;
 /// Samples of one body in one run, at most.
 const MOST_SAMPLES: usize = 4096;
 
+/// A curve is flat beside one whose values span so much more.
+const FLAT: f64 = 0.01;
+
 /// Bodies that a person keeps, at most.
 pub(super) const MOST_KEPT: usize = 8;
 
@@ -164,6 +167,8 @@ pub(crate) struct Graphs {
     pub(super) parts: Parts,
     /// The part that is drawn where there are several curves of each.
     pub(super) part: Part,
+    /// Whether a person chose it; else it is one along which something moves.
+    pub(super) has_chosen: bool,
 }
 
 /// Which parts of a vector are drawn, in the order of [`Part::ALL`].
@@ -206,6 +211,31 @@ impl Graphs {
             }
         }
         self.tracks().for_each(|track| track.forget_before(time));
+        if !self.has_chosen {
+            self.choose_part();
+        }
+    }
+
+    /// Draws the part that changes most, where the present one hardly changes beside it.
+    fn choose_part(&mut self) {
+        let span = |part: Part| {
+            let solid = self.bodies.iter().filter_map(|body| body.tracks.first());
+            let spans = solid.map(|track| {
+                let values =
+                    track.samples.iter().filter_map(|sample| self.quantity.value(&sample.motion, part));
+                let ends = (f64::INFINITY, f64::NEG_INFINITY);
+                let (low, high) = values.fold(ends, |(low, high), value| (low.min(value), high.max(value)));
+                high - low
+            });
+            spans.fold(0.0, f64::max)
+        };
+        let axes = [Part::X, Part::Y, Part::Z].map(|part| (span(part), part));
+        let most = axes.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((most, part)) = most
+            && span(self.part) < FLAT * most
+        {
+            self.part = part;
+        }
     }
 
     /// Adds the selection, if it is not there.

@@ -1,5 +1,6 @@
 //! The ledger of a running session, kept while its panel is open or a run asked for it, and what the panel plots.
 
+use motion::clock::StepClock;
 use motion::ledger;
 
 use crate::view::stage::Stage;
@@ -10,7 +11,7 @@ const MOST_POINTS: usize = 2_000;
 /// Energies at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Point {
-    /// Simulated time, s.
+    /// Time of the scene, s.
     pub time: f64,
     /// Kinetic and potential energy, J.
     pub energy: f64,
@@ -35,6 +36,11 @@ impl History {
     }
 
     fn note(&mut self, point: Point) {
+        if self.points.last().is_some_and(|last| point.time < last.time) {
+            // The scene begins again.
+            *self = Self::new(point);
+            return;
+        }
         self.ticks += 1;
         if !self.ticks.is_multiple_of(self.every) {
             return;
@@ -72,6 +78,10 @@ fn point(ledger: &ledger::Ledger, time: f64) -> Point {
     }
 }
 
+fn scene_seconds(stage: &Stage) -> f64 {
+    stage.sim.world.resource::<StepClock>().scene_seconds()
+}
+
 impl Ledger {
     /// The ledger, if one is kept.
     pub fn kept(&self) -> Option<&ledger::Ledger> {
@@ -89,7 +99,7 @@ impl Ledger {
             self.kept = None;
         } else if self.kept.is_none() {
             let ledger = ledger::Ledger::open(&mut stage.sim.world);
-            let history = History::new(point(&ledger, stage.simulated()));
+            let history = History::new(point(&ledger, scene_seconds(stage)));
             self.kept = Some(Box::new((ledger, history)));
         }
     }
@@ -110,7 +120,7 @@ impl Ledger {
             (None, None) => sim.tick(),
         }
         if let Some((ledger, history)) = self.kept.as_deref_mut() {
-            history.note(point(ledger, stage.simulated()));
+            history.note(point(ledger, scene_seconds(stage)));
         }
     }
 }
