@@ -1,8 +1,7 @@
 //! Implicit Euler steps of groups under laws that depend on the state of a body: each step is solved until it converges.
 
 use glam::{DMat3, DVec3};
-use motion::groups::Solver;
-use motion::{AxisLocks, BodyState, Jacobians, Laws, Method, Well, Wells};
+use motion::{BodyState, Jacobians, Laws, Method};
 
 use super::lab::{Environment, H, Lab, Net, Start, elastic, ring};
 use crate::environment::Formula;
@@ -60,7 +59,7 @@ fn a_law_that_turns_velocities_slows_members_of_groups_as_it_slows_a_single_body
     }
 }
 
-/// Largest residual of `v1 = v0 + h a(x1, v1)` over some ticks, m/s.
+/// Largest residual of `v1 = v0 + h a(x1, v1)` over some ticks, m/s, relative to the largest speed above 1 m/s.
 fn residual(net: &Net, law: impl Fn() -> Formula, ticks: u64) -> f64 {
     let mut rig = with_law(net, law(), &Environment::default());
     let formula = law();
@@ -69,12 +68,13 @@ fn residual(net: &Net, law: impl Fn() -> Formula, ticks: u64) -> f64 {
         let before = rig.states();
         rig.run(1);
         let after = rig.states();
+        let fastest = after.iter().map(|(_, v)| v.length()).fold(1.0, f64::max);
         for (number, force) in net.forces(&after).into_iter().enumerate() {
             let (w, (x, v)) = (net.bodies[number].w, after[number]);
             if w > 0.0 {
                 let state = BodyState { position: x, velocity: v, inverse_mass: w };
                 let a = force * w + formula.at(0.0, state);
-                largest = largest.max((v - before[number].1 - a * H).length());
+                largest = largest.max((v - before[number].1 - a * H).length() / fastest);
             }
         }
     }
@@ -82,39 +82,36 @@ fn residual(net: &Net, law: impl Fn() -> Formula, ticks: u64) -> f64 {
     largest
 }
 
-/// Two bodies pressed together on a stiff spring, and a net of springs taut and slack.
-fn nets() -> [Net; 2] {
+/// Two bodies pressed together on a stiff spring, and a ring of springs beside them.
+fn pressed() -> Net {
     let mut pressed = Net::pair(
         Start::of(1.0, DVec3::ZERO, DVec3::new(0.3, 0.2, 0.0)),
         Start::of(2.0, DVec3::new(0.5, 0.0, 0.0), DVec3::new(-0.2, 0.1, 0.4)),
         elastic(1e3, 1.0),
     );
     pressed.and(&ring());
-    let mut stiff = ring();
-    stiff.springs.iter_mut().for_each(|(_, elastic)| *elastic = self::elastic(1e5, 0.2));
-    [pressed, stiff]
+    pressed
 }
 
 #[test]
 fn steps_under_called_laws_solve_the_implicit_equation() {
-    for net in nets() {
-        for turn in [5.0, 50.0, 500.0] {
-            let left = residual(&net, || turning(DVec3::new(0.6, 0.0, 0.8) * turn), 60);
-            assert!(left <= 1e-10, "turning at {turn}/s: {left:e}");
-        }
-        for most in [1.0, 100.0] {
-            let left = residual(&net, || sliding(most, 1e-2), 60);
-            assert!(left <= 1e-10, "sliding by {most} m/s²: {left:e}");
-        }
-        let repelled = || {
-            Formula::new("repelled", |_, body| body.position * 900.0).with_jacobians(|_| Jacobians {
-                position: DMat3::from_diagonal(DVec3::splat(900.0)),
-                ..Jacobians::zero()
-            })
-        };
-        let left = residual(&net, repelled, 20);
-        assert!(left <= 1e-10, "repelled: {left:e}");
+    let net = pressed();
+    for turn in [5.0, 50.0, 500.0] {
+        let left = residual(&net, || turning(DVec3::new(0.6, 0.0, 0.8) * turn), 60);
+        assert!(left <= 1e-10, "turning at {turn}/s: {left:e}");
     }
+    for most in [1.0, 100.0] {
+        let left = residual(&net, || sliding(most, 1e-2), 60);
+        assert!(left <= 1e-10, "sliding by {most} m/s²: {left:e}");
+    }
+    let repelled = || {
+        Formula::new("repelled", |_, body| body.position * 900.0).with_jacobians(|_| Jacobians {
+            position: DMat3::from_diagonal(DVec3::splat(900.0)),
+            ..Jacobians::zero()
+        })
+    };
+    let left = residual(&net, repelled, 20);
+    assert!(left <= 1e-10, "repelled: {left:e}");
 }
 
 /// `v1 = v + h k v1²` has no solution from `4 h k v = 1` on.
@@ -137,38 +134,11 @@ fn steps_without_a_solution_are_counted() {
 /// An engine depends on time alone: its steps stay linearized, with one evaluation each.
 #[test]
 fn laws_of_time_alone_take_no_newton_iterations() {
-    let mut rig = nets()[0].lab(&Environment::default(), IMPLICIT, H);
+    let mut rig = pressed().lab(&Environment::default(), IMPLICIT, H);
     let thrust = Formula::new("thrust", |at, _| DVec3::Y * at.time);
     rig.world.insert_resource(Laws(vec![Box::new(thrust)]));
     rig.recompile();
     rig.run(10);
     assert_eq!(rig.evaluations().newton_iterations(), 0);
     assert_eq!(rig.evaluations().accelerations(), 10 * rig.bodies.len() as u64);
-}
-
-#[test]
-fn locks_and_wells_take_part_in_the_iteration() {
-    let wells = Wells(vec![Well { position: DVec3::ZERO, strength: 30.0, softening: 0.1 }]);
-    let solver = Some(Solver { tolerance: 1e-13, ..Solver::default() });
-    let around = Environment { wells: Some(wells.clone()), solver, ..Environment::default() };
-    let net = &ring();
-    let mut rig = net.lab(&around, IMPLICIT, H);
-    rig.insert(2, AxisLocks { x: true, y: false, z: false });
-    for _ in 0..60 {
-        let before = rig.states();
-        rig.run(1);
-        let after = rig.states();
-        let forces = net.forces(&after);
-        for (number, (x, v)) in after.iter().enumerate() {
-            let well = *x * (-30.0 / x.length().hypot(0.1).powi(3));
-            let mut left = *v - before[number].1 - (forces[number] * net.bodies[number].w + well) * H;
-            if number == 2 {
-                assert_eq!(v.x, 0.0);
-                left.x = 0.0;
-            }
-            assert!(left.length() <= 1e-9, "{number}: {left}");
-        }
-    }
-    assert_eq!(rig.evaluations().unconverged_steps(), 0);
-    assert!(rig.evaluations().newton_iterations() > 60);
 }

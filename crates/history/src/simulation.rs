@@ -94,17 +94,7 @@ impl Simulation {
 
     /// Carries out at once what was asked for.
     pub fn carry_out_requests(&mut self) {
-        self.note_if_fed();
         self.stepper.carry_out_requests(&mut self.world);
-    }
-
-    /// Notes for the watch that a push or a request waits.
-    pub(crate) fn note_if_fed(&mut self) {
-        if !self.world.resource::<Requests>().is_empty()
-            || self.world.resource::<PushQueue>().pending().next().is_some()
-        {
-            self.world.insert_resource(Fed);
-        }
     }
 
     /// Stable id, position, m, and velocity, m/s, of every body with physics, in stable-id order.
@@ -124,10 +114,6 @@ impl Simulation {
         )
     }
 }
-
-/// Present if a push or a request has acted since the last tick of a watch, or is about to.
-#[derive(Resource)]
-pub(crate) struct Fed;
 
 /// XXH3-64 over the little-endian f64 bits of each position, m, and velocity, m/s, in the order that they come in.
 pub(crate) fn hash_of_states(states: impl IntoIterator<Item = ([f64; 3], [f64; 3])>) -> u64 {

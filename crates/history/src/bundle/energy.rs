@@ -12,10 +12,6 @@ pub struct EnergyState {
     pub looked_tick: u64,
     /// The largest energy then, J.
     pub looked_j: f64,
-    /// Kinetic and potential energy then, J; `None` in bundles of older programs.
-    pub total_j: Option<f64>,
-    /// Whether there was a push or a request since then.
-    pub fed: bool,
     /// The growth that every look since it began found to be invented.
     pub growth: Option<EnergyGrowth>,
     /// The look that is being taken: a ledger is kept.
@@ -34,7 +30,7 @@ impl EnergyState {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct EnergyGrowth {
-    /// The tick in which it had grown by half.
+    /// The tick in which it was first seen.
     pub since: u64,
     /// The largest energy at the end of the first look, J.
     pub own_j: f64,
@@ -48,14 +44,10 @@ pub struct EnergyGrowth {
 pub struct EnergyLook {
     /// The tick in which energy had grown; the ledger begins after it.
     pub since: u64,
-    /// Kinetic and potential energy then, J.
-    pub total_j: f64,
     /// The last tick that multiplied it.
     pub last: u64,
     /// What was invented since the ledger began, J.
     pub invented_j: f64,
     /// The first of the ticks in a row that invented too much.
     pub jumped: Option<u64>,
-    /// The tick in which their growth began.
-    pub jump_began: u64,
 }

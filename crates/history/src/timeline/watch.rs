@@ -7,7 +7,7 @@ use motion::{Dormant, KineticEnergy, PhysicsBody, Quarantine, StableId, totals};
 use scene::{EXPLODES, Names};
 
 use crate::bundle::{EnergyGrowth, EnergyLook, EnergyState, FaultEntry};
-use crate::simulation::{Fed, Simulation};
+use crate::simulation::Simulation;
 
 /// Energy that a tick invents, relative to the largest of the run before it, from which two such ticks in a row are a
 /// fault. The first tick of a fall from rest invents as much as it has, whatever comes after it; of a method beyond
@@ -73,11 +73,12 @@ impl Watch {
     /// A watch over `world` from now on, where a run begins.
     #[must_use]
     pub fn new(world: &mut World) -> Self {
-        let energy = total(world);
+        let totals = totals(world);
+        let energy = (totals.kinetic_energy + totals.potential_energy).abs();
         // Infinite ones of both signs: it is measured by what moves.
-        let largest = if energy.is_nan() { 0.0 } else { energy.abs() };
+        let largest = if energy.is_nan() { 0.0 } else { energy };
         let tick = world.resource::<StepClock>().ticks();
-        Self::going_on(world, EnergyState { total_j: Some(energy), ..EnergyState::at(tick, largest) })
+        Self::going_on(world, EnergyState::at(tick, largest))
     }
 
     /// The watch over a run that goes on in `world`, with what [`Watch::energy`] was then.
@@ -102,9 +103,7 @@ impl Watch {
     /// Simulates one tick, as [`Simulation::tick`] does and to the same bits, in `ledger` if there is one; what went wrong
     /// in it.
     pub fn tick(&mut self, simulation: &mut Simulation, ledger: Option<&mut Ledger>) -> Option<Fault> {
-        simulation.note_if_fed();
         let Simulation { world, stepper, .. } = simulation;
-        self.energy.fed |= world.remove_resource::<Fed>().is_some();
         let own = self.energy.look.is_some().then_some(&mut self.ledger);
         let ledger = ledger.or_else(|| Some(own?.get_or_insert_with(|| Ledger::open(world))));
         let invented = match ledger {
@@ -143,7 +142,7 @@ impl Watch {
         let (tick, kinetic) = (world.resource::<StepClock>().ticks(), self.kinetic.sum(world));
         let jump = jump(&mut self.energy, tick, invented);
         let growth = growth(&mut self.energy, invented);
-        take_in(&mut self.energy, tick, kinetic, &mut || total(world));
+        take_in(&mut self.energy, tick, kinetic);
         self.ledger.take_if(|_| self.energy.look.is_none());
         let Nowhere { since, joules, before } = jump.or(growth)?;
         Some(Fault {
@@ -177,18 +176,9 @@ fn jump(energy: &mut EnergyState, tick: u64, invented: f64) -> Option<Nowhere> {
         look.jumped = None;
         return None;
     }
-    let Some(first) = look.jumped else {
-        look.jumped = Some(tick);
-        let EnergyLook { since, total_j, invented_j, .. } = *look;
-        // The tick that began the look was not booked: where the next one invents, it did.
-        let goes_on = tick == since.saturating_add(1) || total_j + invented_j > has_grown(energy);
-        let began = if goes_on { began(energy, tick, invented_j + invented) } else { tick };
-        if let Some(look) = &mut energy.look {
-            look.jump_began = began;
-        }
-        return None;
-    };
-    let since = look.jump_began;
+    let first = *look.jumped.get_or_insert(tick);
+    // The tick that raised the doubt was not booked: where the next one invents, it did.
+    let since = if first == look.since.saturating_add(1) { look.since } else { first };
     (tick == first.saturating_add(1)).then_some(Nowhere { since, joules: invented, before })
 }
 
@@ -205,14 +195,12 @@ fn growth(energy: &mut EnergyState, invented: f64) -> Option<Nowhere> {
     too_much.then_some(Nowhere { since: growth.since, joules, before: growth.own_j })
 }
 
-/// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it. `total` computes kinetic and
-/// potential energy.
-fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64, total: &mut dyn FnMut() -> f64) {
+/// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it.
+fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64) {
     let before = energy.largest_j;
     energy.largest_j = before.max(kinetic);
     if kinetic > GROWTH * energy.looked_j && energy.look.is_none() {
-        let look = EnergyLook { since: tick, last: tick, total_j: total(), ..EnergyLook::default() };
-        energy.look = Some(look);
+        energy.look = Some(EnergyLook { since: tick, last: tick, ..EnergyLook::default() });
     }
     let Some(look) = &mut energy.look else { return };
     if kinetic > GROWTH * before {
@@ -222,72 +210,20 @@ fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64, total: &mut dyn Fn
     if look.jumped.is_some() || tick < over {
         return;
     }
-    let total_j = total();
-    let growth = is_invented(energy, tick, total_j).then(|| {
-        // A push, or an engine that starts, multiplies what was next to nothing: it is counted from the end of the first
-        // look.
-        let begins = || EnergyGrowth {
-            since: began(energy, tick, energy.look.map_or(0.0, |look| look.invented_j)),
-            own_j: energy.largest_j,
-            reported: false,
-        };
-        energy.growth.unwrap_or_else(begins)
-    });
-    *energy = EnergyState {
-        largest_j: energy.largest_j,
-        looked_tick: tick,
-        looked_j: energy.largest_j,
-        total_j: Some(total_j),
-        growth,
-        fed: false,
-        look: None,
-    };
+    // A push, or an engine that starts, multiplies what was next to nothing: it is counted from the end of the first look.
+    let begins = EnergyGrowth { since: look.since, own_j: energy.largest_j, reported: false };
+    let invented = is_invented(energy, tick);
+    energy.growth = invented.then(|| energy.growth.unwrap_or(begins));
+    (energy.look, energy.looked_tick, energy.looked_j) = (None, tick, energy.largest_j);
 }
 
-/// Whether the method invented the larger part of what was added since the last look, by this one, which ends with tick
-/// number `now` and the energy `total`, J.
+/// Whether the method, at the rate at which it invents in this look, which ends with tick number `now`, invented the
+/// larger part of what was added since the last one.
 #[expect(clippy::cast_precision_loss, reason = "ticks of a run")]
-fn is_invented(energy: &EnergyState, now: u64, total: f64) -> bool {
+fn is_invented(energy: &EnergyState, now: u64) -> bool {
     let Some(look) = energy.look else { return false };
     let [all, seen] = [energy.looked_tick, look.since].map(|first| now.saturating_sub(first) as f64);
-    let grown = energy.largest_j - energy.looked_j;
-    // At the rate at which it invents in this look.
-    let by_rate = look.invented_j * all >= MOST * grown * seen;
-    // Where potential and kinetic energy take turns, that rate depends on when the look is. But where nothing else adds
-    // energy, all that it has grown by is invented.
-    let others = total - look.total_j - look.invented_j;
-    let by_total = energy.total_j.is_some_and(|before| {
-        let gained = total - before;
-        !energy.fed && gained >= MOST * grown && others * all <= MOST * gained * seen
-    });
-    by_rate || by_total
-}
-
-/// Energy, J, from which on that of the last look has grown by half.
-fn has_grown(energy: &EnergyState) -> f64 {
-    GROWTH * energy.total_j.map_or(0.0, f64::abs).max(energy.looked_j)
-}
-
-/// The tick in which energy began to grow, for a look in which the method has invented so many J until tick number `now`.
-/// Energy had grown by half when the look began, or by more if much of it was potential energy until then: before the look
-/// it grew by the same factor per tick.
-#[expect(clippy::cast_precision_loss, reason = "ticks of a look")]
-fn began(energy: &EnergyState, now: u64, invented_j: f64) -> u64 {
-    let Some(look) = energy.look else { return now };
-    let ticks = now.saturating_sub(look.since).max(1) as f64;
-    let per_tick = libm::pow(1.0 + invented_j / look.total_j, 1.0 / ticks);
-    let (mut since, mut total) = (look.since, look.total_j);
-    while total > has_grown(energy) && per_tick > 1.0 && since > energy.looked_tick.saturating_add(1) {
-        total /= per_tick;
-        since -= 1;
-    }
-    since
-}
-
-/// Kinetic and potential energy of all bodies, J.
-fn total(world: &mut World) -> f64 {
-    let totals = totals(world);
-    totals.kinetic_energy + totals.potential_energy
+    look.invented_j * all >= MOST * (energy.largest_j - energy.looked_j) * seen
 }
 
 /// Stable id of the body with the most kinetic energy.

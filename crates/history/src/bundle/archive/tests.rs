@@ -46,14 +46,7 @@ fn bundle() -> Bundle {
         ],
         energy: Some(EnergyState {
             growth: Some(EnergyGrowth { since: 3, own_j: f64::INFINITY, reported: true }),
-            look: Some(EnergyLook {
-                since: 17,
-                total_j: 3.0,
-                last: 19,
-                invented_j: -1e-320,
-                jumped: Some(18),
-                jump_began: 17,
-            }),
+            look: Some(EnergyLook { since: 17, last: 19, invented_j: -1e-320, jumped: Some(18) }),
             ..EnergyState::at(15, 0.1)
         }),
         picture: Some(vec![1, 2, 3]),
