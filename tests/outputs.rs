@@ -86,6 +86,16 @@ mod on_unix {
     }
 
     #[test]
+    fn links_in_a_circle_are_refused() {
+        let folder = folder([("fine.ron", FALL)]);
+        symlink("b.csv", folder.path().join("a.csv")).unwrap();
+        symlink("a.csv", folder.path().join("b.csv")).unwrap();
+        let said = sandbox(folder.path(), "run fine.ron --ticks 2 --state a.csv --summary out.json");
+        said.fails(2, "cannot write a.csv: ");
+        assert!(!folder.path().join("out.json").exists());
+    }
+
+    #[test]
     fn a_run_without_standard_output_says_that_its_results_are_lost_and_writes_its_files() {
         let folder = folder([("fine.ron", FALL)]);
         let line = "exec \"$0\" run fine.ron --ticks 2 --summary out.json >&-";

@@ -107,7 +107,6 @@ const FROM_NUMBERS_TO_PAGES: &[&str] = &[
     "palette",
     "reading",
     "chart",
-    "choice",
     "table",
     "words",
     "tables",

@@ -81,6 +81,10 @@ impl Session {
         if let Some(found) = &found {
             past.bad_from = Some(past.bad_from.map_or(found.tick, |bad| bad.min(found.tick)));
         }
+        if found.is_none() {
+            // Gone on from before it, the run did not go wrong again.
+            past.fault.take_if(|fault| fault.found == now);
+        }
         if found.as_ref().map(|fault| fault.tick) != past.fault.as_ref().map(|fault| fault.tick) {
             past.fault = found.or(past.fault.take());
         }

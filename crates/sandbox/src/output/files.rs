@@ -228,13 +228,17 @@ impl Output {
     }
 }
 
+/// Most links that lead from one to the next, as Linux has it: more are a circle.
+const MOST_LINKS: usize = 40;
+
 /// Where a file at `path` lies: a link stays a link, also one that leads to no file yet.
 fn behind_links(path: &Path) -> PathBuf {
-    let mut path = path.to_owned();
-    while let Ok(to) = fs::read_link(&path) {
-        path = folder_of(&path).join(to);
+    let mut place = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(to) = fs::read_link(&place) else { return place };
+        place = folder_of(&place).join(to);
     }
-    path
+    path.to_owned()
 }
 
 /// Where a file is, or will be: the same for all names of one place.

@@ -197,8 +197,8 @@ mod tests {
 
     #[test]
     fn a_cure_is_that_of_the_largest_value_that_is_possible() {
-        // `w h` is below 2 from 8 substeps on where it is 14, and from 6 on where it is 10.
-        let [known, least, most] = [[10.0, 14.0], [10.0; 2], [14.0; 2]].map(|known| margin(known).cure);
+        // `w h` is below 2 from 8 substeps on where it is 15, and from 6 on where it is 11.
+        let [known, least, most] = [[11.0, 15.0], [11.0; 2], [15.0; 2]].map(|known| margin(known).cure);
         assert_eq!(known, most);
         assert_eq!([least, most].map(|cure| cure.substeps), [Some(6), Some(8)]);
     }

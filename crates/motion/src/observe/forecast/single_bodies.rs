@@ -191,7 +191,7 @@ impl StepClass {
 fn restoring_rate(derivative: DMat3) -> Scalar {
     let symmetric = (derivative + derivative.transpose()) * -0.5;
     let found = largest(3, 1, Scalar::INFINITY, None, |x, out| {
-        (symmetric * DVec3::from_slice(x)).write_to_slice(out)
+        (symmetric * DVec3::from_slice(x)).write_to_slice(out);
     });
     found.pairs.first().map_or(0.0, |(value, _)| *value)
 }
