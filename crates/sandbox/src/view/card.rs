@@ -194,10 +194,16 @@ pub(crate) fn rows(selected: &Selected, scene: Method) -> Vec<(&str, String)> {
     rows
 }
 
-/// Three components with a unit. What is below `noise`, or rounding beside the largest of them, is 0.
+/// Three components with a unit. What is below `noise`, or rounding beside the largest of them, is 0; a small one has the
+/// decimals of the largest.
 fn vector(v: DVec3, noise: f64, unit: &str) -> String {
-    let noise = noise.max(ROUNDING * v.abs().max_element());
-    let [x, y, z] = v.to_array().map(|part| scalar(part, noise));
+    let largest = v.abs().max_element();
+    let noise = noise.max(ROUNDING * largest);
+    let [x, y, z] = v.to_array().map(|part| match part.abs() {
+        size if largest >= 1e-2 && size < 5e-4 => scalar(0.0, noise),
+        size if largest >= 1e-2 && size < 1e-2 => format!("{part:.3}"),
+        _ => scalar(part, noise),
+    });
     format!("({x}, {y}, {z}) {unit}")
 }
 

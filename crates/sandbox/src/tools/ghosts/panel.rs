@@ -28,20 +28,23 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage, docks: bool)
     }
     if docks {
         // As headings, they would be wider than the dock.
-        ui.weak(format!("distance of {}: now, at most so far; rms of all", subject(stage)));
+        ui.weak(format!("distance of {}, m: now, at most so far, rms of all", subject(stage)));
     }
-    Grid::new("ghosts").num_columns(4).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-        if !docks {
-            for heading in ["", subject(stage).as_str(), "at most", "rms of all"] {
-                ui.weak(heading);
+    Grid::new("ghosts").num_columns(4).striped(true).spacing([if docks { 8.0 } else { 10.0 }, 2.0]).show(
+        ui,
+        |ui| {
+            if !docks {
+                for heading in ["", subject(stage).as_str(), "at most", "rms of all"] {
+                    ui.weak(heading);
+                }
+                ui.end_row();
             }
-            ui.end_row();
-        }
-        for row in &rows {
-            line(ui, row, ghosts.twins.as_mut());
-            ui.end_row();
-        }
-    });
+            for row in &rows {
+                line(ui, row, ghosts.twins.as_mut(), docks);
+                ui.end_row();
+            }
+        },
+    );
     ui.scope(|ui| {
         ui.set_max_width(WIDTH);
         for row in &rows {
@@ -69,12 +72,13 @@ fn trouble(row: &GhostRow) -> Option<&str> {
     }
 }
 
-fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>) {
+fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>, docks: bool) {
     let there = trouble(row).is_none();
     ui.horizontal(|ui| {
         swatch(ui, color(ink_of(row).srgb));
         let mut shown = row.shown && there;
         let title = row.method.map_or("reference", |method| method.claims().title);
+        let title = if docks { title.replace("Runge-Kutta ", "RK") } else { title.to_owned() };
         let words = match row.state {
             GhostState::Solid => RichText::new(format!("{title}, solid")).strong(),
             _ => RichText::new(title),
@@ -84,6 +88,11 @@ fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>) {
             twins.show(row.method, shown);
         }
     });
+    // In the dock the line above has the unit.
+    let meters = |distance| {
+        let words = meters(distance);
+        if docks { words.trim_end_matches(" m").to_owned() } else { words }
+    };
     match &row.state {
         GhostState::Failed(_) => ui.weak("failed"),
         GhostState::Unsolvable(_) => ui.weak("cannot"),
