@@ -365,7 +365,7 @@ impl Bench {
         if let Some(failure) = failure {
             self.study.notes.push(format!("the reference itself failed: {failure}"));
         }
-        // An error that is not a number is none to go by either.
+        // An error that is not finite is no bound, either.
         if relative.is_nan() || relative > TRUSTED {
             let mut shorter = self.subject.clone();
             if shorter.halve(CHAOTIC) {
