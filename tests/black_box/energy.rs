@@ -6,6 +6,7 @@ use motion::ledger::Ledger;
 use motion::{Method, Request};
 
 use super::program::STIFF;
+use crate::dice::Dice;
 use crate::ghosts::mixed;
 use crate::harness::scene_of;
 use crate::snapshot::{outcome, restored};
@@ -24,7 +25,12 @@ fn first_fault(
     let mut ledger = books.then(|| Ledger::open(&mut run.world));
     let mut watch = Watch::new(&mut run.world);
     let fault = (0..ticks).find_map(|tick| {
+        let method = run.method();
         act(&mut run, tick);
+        // As a timeline does.
+        if run.method() != method {
+            watch.note_change(tick);
+        }
         watch.tick(&mut run, ledger.as_mut())
     });
     fault.map(|Fault { tick, body, what, quarantined, .. }| {
@@ -160,7 +166,7 @@ fn a_watched_run_has_the_bits_and_the_evaluations_of_another() {
     for scene in [mixed(), scene_of(STIFF), scene::load("everything").unwrap()] {
         let (mut alone, mut watched) = (Simulation::new(scene.clone()), Simulation::new(scene));
         let mut watch = Watch::new(&mut watched.world);
-        for _ in 0..60 {
+        for _ in 0..400 {
             alone.tick();
             watch.tick(&mut watched, None);
         }
@@ -176,5 +182,66 @@ fn no_hard_case_is_at_fault_by_its_own_method() {
         for _ in 0..600 {
             assert_eq!(watch.tick(&mut run, None), None, "{}", case.name);
         }
+    }
+}
+
+/// Energy of all movable bodies, J.
+fn energy(run: &mut Simulation) -> f64 {
+    let totals = motion::totals(&mut run.world);
+    totals.kinetic_energy + totals.potential_energy
+}
+
+/// The energy after the last good tick before the first fault of a run that has `ticks` at most, as a multiple of the first
+/// energy.
+fn growth_at_last_good_tick(text: &str, ticks: u64) -> f64 {
+    let mut run = run(text);
+    let mut watch = Watch::new(&mut run.world);
+    let mut energies = vec![energy(&mut run)];
+    let fault = loop {
+        assert!(run.ticks() < ticks, "no fault at {:?} J in {text}", energies.last());
+        if let Some(fault) = watch.tick(&mut run, None) {
+            break fault;
+        }
+        energies.push(energy(&mut run));
+    };
+    1.0 + (energies[fault.tick as usize - 1] - energies[0]) / energies[0].abs()
+}
+
+#[test]
+fn the_last_good_tick_has_at_most_twice_the_starting_energy_where_only_the_method_feeds() {
+    let spring = |hz: f64, stiffness: f64, rest: f64, speed: f64| {
+        format!(
+            "(version: 1, step_hz: {hz}, method: explicit_euler, bodies: [
+            (name: \"post\", immovable: true),
+            (name: \"ball\", mass_kg: 2.3, position_m: (1.1, 0.3, 0.2), velocity_m_s: (0.2, {speed}, -0.6))],
+            springs: [(between: (\"post\", \"ball\"), stiffness_n_m: {stiffness}, rest_length_m: {rest})])"
+        )
+    };
+    // A pinned net that is set moving, beside a ball on a spring.
+    let net = |hz: f64, stiffness: f64, speed: f64| {
+        format!(
+            "(version: 1, step_hz: {hz}, method: explicit_euler, bodies: [
+            (name: \"post\", immovable: true, position_m: (0, 3, 0)),
+            (name: \"ball\", mass_kg: 2, velocity_m_s: (0, 0, {speed}))],
+            springs: [(between: (\"post\", \"ball\"), stiffness_n_m: {stiffness}, rest_length_m: 2.8)],
+            soft_bodies: [cloth(name: \"net\", rows: 4, columns: 5, corner_m: (0, 5, 0), along_m: (1, 0, 0), down_m: (0, -1, 0),
+            mass_kg: 20, stiffness_n_m: {stiffness}, shear: true, pinned: [top_left, top_right], velocity_m_s: (0, 0, {speed}))])"
+        )
+    };
+    let mut dice = Dice(28);
+    let mut between = |low: f64, high: f64| low + (high - low) * 0.5 * (dice.number() + 1.0);
+    let mut cases = vec![spring(31.0, 19.0, 1.1, 0.4)];
+    for _ in 0..200 {
+        let (rate, w_h) = (10_f64.powf(between(0.7, 2.0)), 10_f64.powf(between(-1.2, 0.2)));
+        let stiffness = 2.3 * (w_h * rate).powi(2);
+        cases.push(spring(rate, stiffness, between(0.0, 2.5), between(-3.0, 3.0)));
+    }
+    for _ in 0..12 {
+        let (rate, w_h) = (10_f64.powf(between(1.0, 2.0)), 10_f64.powf(between(-0.8, 0.0)));
+        cases.push(net(rate, 1.0 * (w_h * rate).powi(2) / 8.0, between(0.5, 3.0)));
+    }
+    for case in cases {
+        let good = growth_at_last_good_tick(&case, 100_000);
+        assert!(good <= 2.0, "{good} times the energy: {case}");
     }
 }

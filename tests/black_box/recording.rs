@@ -10,8 +10,15 @@ use crate::harness::scene_of;
 use crate::snapshot::{Outcome, outcome};
 
 /// Nothing is known of its energy.
-const UNWATCHED: EnergyState =
-    EnergyState { largest_j: 0.0, looked_tick: 0, looked_j: 0.0, growth: None, look: None };
+const UNWATCHED: EnergyState = EnergyState {
+    largest_j: 0.0,
+    looked_tick: 0,
+    looked_j: 0.0,
+    total_j: None,
+    changed_tick: 0,
+    growth: None,
+    look: None,
+};
 
 /// What acts before tick number `tick`.
 fn act(run: &mut Simulation, tick: u64) {

@@ -96,7 +96,7 @@ pub fn watch_time(scene: &Scene) -> f64 {
     }
     let mut looks = |looks| {
         time(looks, || {
-            watch.look(&mut simulation.world, 0.0);
+            watch.look(&mut simulation.world);
         })
     };
     let block = block_of(looks(1), u64::MAX);

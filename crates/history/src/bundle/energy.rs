@@ -12,6 +12,10 @@ pub struct EnergyState {
     pub looked_tick: u64,
     /// The largest energy then, J.
     pub looked_j: f64,
+    /// Kinetic and potential energy then, J.
+    pub total_j: Option<f64>,
+    /// The first tick after something last came from outside.
+    pub changed_tick: u64,
     /// The growth that every look since it began found to be invented.
     pub growth: Option<EnergyGrowth>,
     /// The look that is being taken: a ledger is kept.
@@ -34,6 +38,10 @@ pub struct EnergyGrowth {
     pub since: u64,
     /// The largest energy at the end of the first look, J.
     pub own_j: f64,
+    /// Kinetic and potential energy then, J.
+    pub total_j: Option<f64>,
+    /// What the looks since then found to come from elsewhere, J.
+    pub elsewhere_j: f64,
     /// Whether it was reported.
     pub reported: bool,
 }
@@ -48,6 +56,14 @@ pub struct EnergyLook {
     pub last: u64,
     /// What was invented since the ledger began, J.
     pub invented_j: f64,
+    /// What pushes, laws without a potential, damping and all other causes added since then, J.
+    pub caused_j: f64,
+    /// Whether something else may add energy at any time: an engine, wind, births.
+    pub fed: bool,
+    /// Kinetic and potential energy when the ledger began, J.
+    pub total_j: Option<f64>,
+    /// The first tick by which half of the largest energy before the look was invented.
+    pub grew: Option<u64>,
     /// The first of the ticks in a row that invented too much.
     pub jumped: Option<u64>,
 }

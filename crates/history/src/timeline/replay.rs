@@ -45,19 +45,25 @@ impl Replay {
 
     /// Simulates a tick with the next of `events` that belong to it; what went wrong in it.
     pub fn tick<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> Option<Fault> {
-        self.carry_out(events);
+        let now = self.simulation.ticks();
+        if self.carry_out(events) {
+            self.watch.note_change(now);
+        }
         self.watch.tick(&mut self.simulation, None)
     }
 
     /// Does what the next of `events` did at this tick; those of ticks before it are passed over. Pushes wait for the
-    /// coming tick.
-    pub fn carry_out<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) {
+    /// coming tick. Whether there were some.
+    pub fn carry_out<'a>(&mut self, events: &mut Peekable<impl Iterator<Item = &'a Event>>) -> bool {
         let now = self.simulation.ticks();
+        let mut some = false;
         while let Some(event) = events.next_if(|event| event.tick <= now) {
             if event.tick == now {
                 self.simulation.apply(&event.what);
+                some = true;
             }
         }
+        some
     }
 }
 

@@ -27,6 +27,10 @@ const LONGEST_LOOK: u64 = 4 * PATIENCE;
 /// Share of a growth from which on what invents it is what makes it grow.
 const MOST: f64 = 0.5;
 
+/// Growth of kinetic and potential energy, relative to the largest energy when a growth was first seen, below which a look
+/// that finds nothing ends it.
+const GROWN: f64 = 0.25;
+
 /// Something that went wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
@@ -58,8 +62,8 @@ impl Fault {
 /// method invents. A fault is the same whether a ledger is kept anyway or not.
 ///
 /// A jump is seen in one look. Slow growth is what look after look finds to be invented for the larger part; it is a
-/// fault when it comes to [`EXPLODES`] times the energy at the end of the first of them. Less is what demonstrations of methods live
-/// from, and what falls, is pushed or swings grows by less than that, or by what a ledger knows.
+/// fault when it comes to [`EXPLODES`] times the energy at the end of the first of them. Demonstrations of methods grow
+/// less, and falls, pushes and swings grow by less or by what a ledger knows.
 #[derive(Debug)]
 pub struct Watch {
     records: usize,
@@ -78,7 +82,13 @@ impl Watch {
         // Infinite ones of both signs: it is measured by what moves.
         let largest = if energy.is_nan() { 0.0 } else { energy };
         let tick = world.resource::<StepClock>().ticks();
-        Self::going_on(world, EnergyState::at(tick, largest))
+        Self::going_on(
+            world,
+            EnergyState {
+                total_j: Some(totals.kinetic_energy + totals.potential_energy),
+                ..EnergyState::at(tick, largest)
+            },
+        )
     }
 
     /// The watch over a run that goes on in `world`, with what [`Watch::energy`] was then.
@@ -103,26 +113,36 @@ impl Watch {
     /// Simulates one tick, as [`Simulation::tick`] does and to the same bits, in `ledger` if there is one; what went wrong
     /// in it.
     pub fn tick(&mut self, simulation: &mut Simulation, ledger: Option<&mut Ledger>) -> Option<Fault> {
+        if !simulation.pending().is_empty() {
+            self.note_change(simulation.ticks());
+        }
+        let births = !simulation.scene.emitters.is_empty();
         let Simulation { world, stepper, .. } = simulation;
         let own = self.energy.look.is_some().then_some(&mut self.ledger);
         let ledger = ledger.or_else(|| Some(own?.get_or_insert_with(|| Ledger::open(world))));
-        let invented = match ledger {
-            Some(ledger) => {
-                ledger.tick(stepper, world);
-                ledger.last_tick().energy.residual
-            }
-            None => {
-                stepper.tick(world);
-                0.0
-            }
-        };
-        self.look(world, invented)
+        let booked = ledger.map(|ledger| {
+            ledger.tick(stepper, world);
+            Booked::of(ledger, births)
+        });
+        if booked.is_none() {
+            stepper.tick(world);
+        }
+        self.look_at(world, booked.unwrap_or_default())
     }
 
-    /// What went wrong in a tick that is over, and invented so much energy, J, if it was booked.
-    pub fn look(&mut self, world: &mut World, invented: f64) -> Option<Fault> {
-        let jump = self.look_at_energy(world, invented);
+    fn look_at(&mut self, world: &mut World, booked: Booked) -> Option<Fault> {
+        let jump = self.look_at_energy(world, booked);
         self.look_for_quarantined(world).or(jump)
+    }
+
+    /// Looks at a tick that was simulated without the watch, for measuring what a look costs.
+    pub fn look(&mut self, world: &mut World) {
+        self.look_at(world, Booked::default());
+    }
+
+    /// Notes that something came from outside after tick number `tick`: no later growth begins before it.
+    pub const fn note_change(&mut self, tick: u64) {
+        self.energy.changed_tick = tick.saturating_add(1);
     }
 
     fn look_for_quarantined(&mut self, world: &World) -> Option<Fault> {
@@ -138,11 +158,12 @@ impl Watch {
         })
     }
 
-    fn look_at_energy(&mut self, world: &mut World, invented: f64) -> Option<Fault> {
+    fn look_at_energy(&mut self, world: &mut World, booked: Booked) -> Option<Fault> {
         let (tick, kinetic) = (world.resource::<StepClock>().ticks(), self.kinetic.sum(world));
-        let jump = jump(&mut self.energy, tick, invented);
-        let growth = growth(&mut self.energy, invented);
-        take_in(&mut self.energy, tick, kinetic);
+        enter(&mut self.energy, tick, booked);
+        let jump = jump(&mut self.energy, tick, booked);
+        let growth = growth(&mut self.energy);
+        take_in(&mut self.energy, tick, kinetic, booked.total);
         self.ledger.take_if(|_| self.energy.look.is_none());
         let Nowhere { since, joules, before } = jump.or(growth)?;
         Some(Fault {
@@ -157,6 +178,29 @@ impl Watch {
     }
 }
 
+/// What a ledger says of a tick; nothing where none was kept.
+#[derive(Clone, Copy, Default)]
+struct Booked {
+    /// Energy that the method invented, J.
+    invented: f64,
+    /// Energy that everything else added, J.
+    caused: f64,
+    /// Kinetic and potential energy at its end, J.
+    total: f64,
+    /// Whether something else than the method may add energy at any time.
+    fed: bool,
+}
+
+impl Booked {
+    fn of(ledger: &Ledger, births: bool) -> Self {
+        let lines = &ledger.last_tick().energy;
+        let caused = lines.change() - lines.residual;
+        // An engine that rests in this tick has a line, too.
+        let fed = births || caused > 0.0 || !lines.laws.is_empty();
+        Self { invented: lines.residual, caused, total: ledger.energies().total(), fed }
+    }
+}
+
 /// Energy out of nowhere.
 struct Nowhere {
     /// The first tick that invented it.
@@ -167,9 +211,23 @@ struct Nowhere {
     before: f64,
 }
 
+/// Enters a tick into the look that is being taken.
+fn enter(energy: &mut EnergyState, tick: u64, Booked { invented, caused, total, fed }: Booked) {
+    let Some(look) = &mut energy.look else { return };
+    look.total_j = look.total_j.or(Some(total - invented - caused));
+    look.fed |= fed;
+    if invented.is_finite() {
+        look.invented_j += invented;
+        look.caused_j += caused;
+    }
+    if look.grew.is_none() && look.invented_j > (GROWTH - 1.0) * energy.looked_j {
+        look.grew = Some(tick);
+    }
+}
+
 /// A jump that this tick makes certain, if it was booked: the second in a row that invents too much.
-fn jump(energy: &mut EnergyState, tick: u64, invented: f64) -> Option<Nowhere> {
-    let before = energy.largest_j;
+fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Booked) -> Option<Nowhere> {
+    let (before, began, alone) = (energy.largest_j, first_tick(energy, tick, total), is_alone(energy));
     let look = energy.look.as_mut()?;
     // Written so that what is not a number is too much; beyond every number there is nothing to compare.
     if invented.abs() <= ENERGY_JUMP * before || before.is_infinite() {
@@ -177,26 +235,25 @@ fn jump(energy: &mut EnergyState, tick: u64, invented: f64) -> Option<Nowhere> {
         return None;
     }
     let first = *look.jumped.get_or_insert(tick);
+    let grew = look.grew.unwrap_or(first);
     // The tick that raised the doubt was not booked: where the next one invents, it did.
-    let since = if first == look.since.saturating_add(1) { look.since } else { first };
+    let multiplied = look.total_j.is_some_and(|at_first| at_first > GROWTH * energy.looked_j);
+    let since = if grew == look.since.saturating_add(1) || (alone && multiplied) { began } else { grew };
     (tick == first.saturating_add(1)).then_some(Nowhere { since, joules: invented, before })
 }
 
 /// A growth that has come to too much with this tick, if it was booked.
-fn growth(energy: &mut EnergyState, invented: f64) -> Option<Nowhere> {
-    let look = energy.look.as_mut()?;
-    if invented.is_finite() {
-        look.invented_j += invented;
-    }
-    let growth = energy.growth.as_mut()?;
-    let joules = energy.looked_j - growth.own_j + look.invented_j;
+fn growth(energy: &mut EnergyState) -> Option<Nowhere> {
+    let (look, growth) = (energy.look.as_ref()?, energy.growth.as_mut()?);
+    let joules = energy.looked_j - growth.own_j - growth.elsewhere_j + look.invented_j;
     let too_much = joules > EXPLODES * growth.own_j && !growth.reported;
     growth.reported |= too_much;
     too_much.then_some(Nowhere { since: growth.since, joules, before: growth.own_j })
 }
 
-/// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it.
-fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64) {
+/// Takes in the kinetic energy after a tick: begins a look, goes on with it, or ends it. `total` is kinetic and potential
+/// energy, if the tick was booked.
+fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64, total: f64) {
     let before = energy.largest_j;
     energy.largest_j = before.max(kinetic);
     if kinetic > GROWTH * energy.looked_j && energy.look.is_none() {
@@ -210,20 +267,62 @@ fn take_in(energy: &mut EnergyState, tick: u64, kinetic: f64) {
     if look.jumped.is_some() || tick < over {
         return;
     }
-    // A push, or an engine that starts, multiplies what was next to nothing: it is counted from the end of the first look.
-    let begins = EnergyGrowth { since: look.since, own_j: energy.largest_j, reported: false };
-    let invented = is_invented(energy, tick);
-    energy.growth = invented.then(|| energy.growth.unwrap_or(begins));
-    (energy.look, energy.looked_tick, energy.looked_j) = (None, tick, energy.largest_j);
+    energy.growth = growth_after_look(energy, tick, total);
+    energy.look = None;
+    (energy.looked_tick, energy.looked_j, energy.total_j) = (tick, energy.largest_j, Some(total));
 }
 
-/// Whether the method, at the rate at which it invents in this look, which ends with tick number `now`, invented the
-/// larger part of what was added since the last one.
+/// The growth that goes on or begins with a look that ends with tick number `now`, at an energy of `total`.
 #[expect(clippy::cast_precision_loss, reason = "ticks of a run")]
-fn is_invented(energy: &EnergyState, now: u64) -> bool {
-    let Some(look) = energy.look else { return false };
+fn growth_after_look(energy: &EnergyState, now: u64, total: f64) -> Option<EnergyGrowth> {
+    let look = energy.look?;
+    let added = energy.largest_j - energy.looked_j;
     let [all, seen] = [energy.looked_tick, look.since].map(|first| now.saturating_sub(first) as f64);
-    look.invented_j * all >= MOST * (energy.largest_j - energy.looked_j) * seen
+    let explains = |joules: f64| joules * all >= MOST * added * seen;
+    // On a spring that is no longer than its swing, a method gives and takes within each swing: a look of a few ticks may
+    // see it take while it gives in the long run. Where nothing else gives, it is all the method's.
+    let in_the_long_run =
+        is_alone(energy) && energy.total_j.is_some_and(|before| total - before >= MOST * added);
+    if in_the_long_run || explains(look.invented_j) {
+        // A push, or an engine that starts, multiplies what was next to nothing: it is counted from the end of the first look.
+        let own_j = energy.largest_j;
+        let begins = EnergyGrowth {
+            since: first_tick(energy, now, total),
+            own_j,
+            total_j: Some(total),
+            ..EnergyGrowth::default()
+        };
+        return energy.growth.or(Some(begins));
+    }
+    let mut growth = energy.growth.filter(|_| !explains(look.caused_j))?;
+    growth.elsewhere_j += added;
+    growth.total_j.is_none_or(|first| total - first > GROWN * growth.own_j).then_some(growth)
+}
+
+/// Whether nothing but the method can have added energy since the last look.
+fn is_alone(energy: &EnergyState) -> bool {
+    energy.look.is_some_and(|look| !look.fed) && energy.changed_tick <= energy.looked_tick
+}
+
+/// The tick from which on the method invented what a look found until tick number `now`, at an energy of `total`: the one
+/// that raised the doubt, unless energy had multiplied by then. Then it is the one that brought it to half as much again
+/// at the rate of the look, as on a stiff spring, whose kinetic energy shows little of it in some ticks.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "a small count of ticks"
+)]
+fn first_tick(energy: &EnergyState, now: u64, total: f64) -> u64 {
+    let Some(EnergyLook { since, total_j: Some(at_first), .. }) = energy.look else { return now };
+    let grown = at_first / (GROWTH * energy.looked_j);
+    let per_tick = libm::log(total / at_first) / now.saturating_sub(since) as f64;
+    // The first tick of a spring from rest multiplies more than the later ones.
+    let ticks = (libm::log(grown) / per_tick).ceil() + f64::from(per_tick > libm::log(GROWTH));
+    // Written so that what is not a number is nothing.
+    let earlier = if grown > 1.0 && per_tick > 0.0 && ticks.is_finite() { ticks as u64 } else { 0 };
+    let earliest = energy.changed_tick.max(energy.looked_tick.saturating_add(1));
+    since.saturating_sub(earlier).max(earliest).min(since)
 }
 
 /// Stable id of the body with the most kinetic energy.

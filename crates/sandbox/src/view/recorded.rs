@@ -54,6 +54,10 @@ impl Recorded {
 
     /// One tick, entered into `ledger` if there is one.
     pub fn tick(&mut self, sim: &mut Simulation, ledger: Option<&mut Ledger>) {
+        let now = sim.ticks();
+        if self.timeline.events_after(now).next().is_some() {
+            self.watch.note_change(now);
+        }
         self.found = self.watch.tick(sim, ledger);
     }
 }

@@ -45,8 +45,23 @@ fn bundle() -> Bundle {
             event(22, Intervention::Push(0, Vector::new(1e-320, -0.0, f64::INFINITY))),
         ],
         energy: Some(EnergyState {
-            growth: Some(EnergyGrowth { since: 3, own_j: f64::INFINITY, reported: true }),
-            look: Some(EnergyLook { since: 17, last: 19, invented_j: -1e-320, jumped: Some(18) }),
+            growth: Some(EnergyGrowth {
+                since: 3,
+                own_j: f64::INFINITY,
+                total_j: Some(-0.1),
+                elsewhere_j: 0.3,
+                reported: true,
+            }),
+            look: Some(EnergyLook {
+                since: 17,
+                last: 19,
+                invented_j: -1e-320,
+                caused_j: 7.1,
+                fed: true,
+                total_j: Some(f64::NEG_INFINITY),
+                grew: Some(17),
+                jumped: Some(18),
+            }),
             ..EnergyState::at(15, 0.1)
         }),
         picture: Some(vec![1, 2, 3]),
