@@ -46,6 +46,18 @@ mod on_unix {
     }
 
     #[test]
+    fn standard_output_by_name_is_the_stream_also_where_a_shell_sends_it_to_a_file() {
+        let folder = folder([("fine.ron", FALL)]);
+        let line = "(echo first; \"$0\" run fine.ron --ticks 2 --state /dev/stdout; echo last) > all.txt";
+        output(Command::new("sh").args(["-c", line]).arg(program()).current_dir(&folder)).fine();
+        let all = fs::read_to_string(folder.path().join("all.txt")).unwrap();
+        assert!(
+            all.starts_with("first\n") && all.ends_with("last\n") && all.contains("tick,time_s,body,"),
+            "{all}"
+        );
+    }
+
+    #[test]
     fn a_replaced_file_keeps_its_permissions_and_a_new_one_has_those_of_the_umask() {
         let folder = folder([("fine.ron", FALL), ("private.csv", ""), ("shared.csv", "")]);
         let at = |name: &str| folder.path().join(name);
@@ -239,11 +251,14 @@ mod on_unix {
         is_refused(folder.path(), "cost duffing --quick --out study", words);
         let words = "this report has a study of kepler, which is not asked for";
         is_refused(folder.path(), "cost duffing --quick --out study --resume", words);
-        for line in ["cost duffing --quick --out study --replace", "cost duffing --quick --out study"] {
+        for flag in ["--replace", "--resume", "--replace"] {
+            let line = &format!("cost duffing --quick --out study {flag}");
             let before = fs::read(&path).unwrap();
             let _study = Endless::start(folder.path(), line);
             wait_for("its report", || (fs::read(&path).unwrap() != before).then_some(()));
         }
+        let words = "study/report.json: this report is not complete; --resume goes on with it, --replace writes over it";
+        is_refused(folder.path(), "cost duffing --quick --out study", words);
     }
 }
 

@@ -63,6 +63,27 @@ fn a_method_of_another_order_than_its_name_shows_as_that() {
 }
 
 #[test]
+fn phase_and_amplitude_of_an_oscillator_are_those_of_the_theory() {
+    let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap()).unwrap();
+    let rung = 256;
+    let bench = studied(subject, plain(&[Method::ExplicitEuler, Method::VelocityVerlet], [rung]));
+    let study = bench.study();
+    let phase = |method| study.curve(method, Precision::F64).next().unwrap().errors().unwrap().phase.unwrap();
+    let (steps, w_h) = (8.0 * f64::from(rung), 5.0 * std::f64::consts::TAU / (8.0 * f64::from(rung)));
+    // A step of explicit Euler turns by atan(w h) and stretches by sqrt(1 + (w h)²).
+    let euler = phase(Method::ExplicitEuler);
+    let late = study.simulated_s * (1.0 - w_h.atan() / w_h);
+    assert!((euler.late_s / late - 1.0).abs() < 1e-4, "{euler:?}, {late} s");
+    let stretched = (0.5 * steps * (w_h * w_h).ln_1p()).exp() - 1.0;
+    assert!((euler.off_path / stretched - 1.0).abs() < 1e-4, "{euler:?}, {stretched}");
+    // Velocity Verlet turns by 2 asin(w h / 2), on an ellipse that is flatter by (w h)² / 8.
+    let verlet = phase(Method::VelocityVerlet);
+    let early = study.simulated_s * ((0.5 * w_h).asin() / (0.5 * w_h) - 1.0);
+    assert!((verlet.late_s / -early - 1.0).abs() < 0.02, "{verlet:?}, {early} s");
+    assert!(verlet.off_path < w_h * w_h / 8.0 && verlet.off_path > 0.0, "{verlet:?}");
+}
+
+#[test]
 fn a_method_whose_states_are_not_finite_is_a_mark_and_no_point() {
     let subject = Subject::of_problem(problem("harmonic_oscillator").unwrap()).unwrap();
     let plan = plain(&[Method::VelocityVerlet, Method::RungeKutta4], [16, 32]);

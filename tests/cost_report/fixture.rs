@@ -117,6 +117,7 @@ fn rounded(errors: Errors, precision: Precision, steps: f64) -> Errors {
         position_m: add(errors.position_m),
         velocity_m_s: TAU.mul_add(rounding, errors.velocity_m_s),
         position_rms_m: add(errors.position_rms_m),
+        ..errors
     }
 }
 

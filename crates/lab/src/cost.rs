@@ -38,8 +38,8 @@ pub use plan::Plan;
 pub use problem::{PROBLEMS, Problem, State, problem};
 pub use ranking::{Crossing, Place};
 pub use record::{
-    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome, Precision,
-    RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
+    BLOWN_UP, Cell, Counts, Drift, EnergyScale, Errors, FORMAT, Failure, Host, Machine, Outcome, Phase,
+    Precision, RateRow, Report, Setting, Study, TickTime, Time, TimedTick, Truth,
 };
 pub use runner::{Make, Runner, Sample, make};
 pub use subject::Subject;

@@ -7,7 +7,7 @@ use super::escape::html;
 use super::figures::{ACCURACIES, Kind, accuracy_name, cost_name, costs, figures};
 use super::numbers::number;
 use super::table::Table;
-use super::tables::{cheapest, equal, every_run, failed, of_methods, on_arrays, ranking, rates};
+use super::tables::{cheapest, equal, every_run, failed, of_methods, on_arrays, phases, ranking, rates};
 use super::words::{bodies, evaluations, headline, setting, words};
 
 const STYLE: &str = include_str!("page.css");
@@ -99,6 +99,7 @@ fn section(study: &Study, slug: &str) -> String {
         folded(&on_arrays(study)),
         selected(study, slug, &figures),
         titled(&of_methods(study)),
+        titled(&phases(study)),
         folded(&equal(study)),
         shown_of(&figures, |kind| *kind == Kind::Precision),
         shown_of(&figures, |kind| matches!(kind, Kind::Drift(_))),

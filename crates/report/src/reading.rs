@@ -162,6 +162,7 @@ pub(crate) fn fate(drift: &Drift) -> String {
         }
         Some(Growth::Power(power)) => format!("grows as t^{power:.1} to {part} {of}"),
         Some(Growth::Other) => format!("grows to {part} {of}"),
+        None if largest > 0.1 => format!("varies by up to {part} {of}"),
         None => format!("within {part} {of}"),
     }
 }

@@ -13,8 +13,15 @@ use super::words::{answers, bodies, setting, title};
 
 /// The tables of a summary, those that have any rows.
 pub fn tables(study: &Study) -> Vec<Table> {
-    let tables =
-        [cheapest(study), of_methods(study), equal(study), failed(study), front(study), on_arrays(study)];
+    let tables = [
+        cheapest(study),
+        of_methods(study),
+        phases(study),
+        equal(study),
+        failed(study),
+        front(study),
+        on_arrays(study),
+    ];
     tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
 
@@ -183,6 +190,36 @@ fn single_precision(study: &Study, method: Method) -> Option<String> {
         best.setting.substeps,
         compensated.unwrap_or_default()
     ))
+}
+
+/// Phase and amplitude at the end of the run apart, of every method at the same step: the middle one of those that were run.
+pub(crate) fn phases(study: &Study) -> Table {
+    let has_phase = |cell: &&Cell| cell.errors().is_some_and(|errors| errors.phase.is_some());
+    let methods = methods(study, Precision::F64);
+    let mut rungs: Vec<u32> = methods
+        .iter()
+        .flat_map(|method| study.curve(*method, Precision::F64))
+        .filter(has_phase)
+        .map(|cell| cell.setting.substeps)
+        .collect();
+    rungs.sort_unstable();
+    rungs.dedup();
+    let middle = rungs.get(rungs.len() / 2).copied();
+    let row = |method: &Method| {
+        let cell = study.curve(*method, Precision::F64).find(|cell| Some(cell.setting.substeps) == middle)?;
+        let (phase, period_s) = (cell.errors()?.phase?, study.period_s?);
+        let late = if phase.late_s < 0.0 { "early" } else { "late" };
+        Some(vec![
+            method.claims().title.to_owned(),
+            number(1.0 / study.step_s(cell.setting), 3),
+            format!("{} {late}", duration(1e9 * phase.late_s.abs(), 2)),
+            share(phase.late_s.abs() / period_s, 2),
+            share(phase.off_path, 2),
+        ])
+    };
+    let title = format!("Phase and amplitude apart, after {} s", number(study.simulated_s, 3));
+    let header = ["method", "steps per s", "phase", "of a period", "amplitude and shape: off the path"];
+    Table::numbers(title, header, methods.iter().filter_map(row))
 }
 
 /// Errors of positions at equal evaluations, the least of a row with a star.

@@ -330,8 +330,8 @@ impl Bench {
         }
     }
 
-    /// The runs of those cells that were not run yet, from their start beside the truth; `None` if there are none, or the
-    /// truth is not known.
+    /// The runs of those cells that were not run yet, from their start beside the truth; `None` if all were, or the truth
+    /// is not known.
     fn compare(&mut self, cells: Range<usize>) -> Option<Comparison> {
         let scales = self.scales?;
         let mut runs = Vec::new();
@@ -357,7 +357,8 @@ impl Bench {
         if runs.is_empty() {
             return None;
         }
-        Some(Comparison::new(target?, scales, runs, ticks))
+        let period = self.subject.problem.and_then(|problem| problem.period);
+        Some(Comparison::new(target?, period, scales, runs, ticks))
     }
 
     fn finish_reference(&mut self, substeps: u32, run: Reference) {

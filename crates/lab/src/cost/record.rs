@@ -70,6 +70,19 @@ pub struct Errors {
     pub velocity_m_s: f64,
     /// Root of the mean square of the distances, m.
     pub position_rms_m: f64,
+    /// Phase and amplitude apart, for a problem with a closed form and a period.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase: Option<Phase>,
+}
+
+/// Phase and amplitude of a run apart: the nearest state that the closed form passes within half a period before or after
+/// the end of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Phase {
+    /// How much later the run gets there than the closed form, s.
+    pub late_s: f64,
+    /// Relative distance from it, with the scales of [`Errors::relative`]: the error of amplitude and shape.
+    pub off_path: f64,
 }
 
 /// Why a run is a mark and no point.

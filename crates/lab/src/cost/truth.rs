@@ -2,13 +2,16 @@
 //! so that a long run takes no more memory than a short one.
 
 use super::problem::State;
-use super::record::{BLOWN_UP, Errors, Failure, Outcome};
+use super::record::{BLOWN_UP, Errors, Failure, Outcome, Phase};
 use super::runner::{Runner, Sample};
 use super::subject::Subject;
 use crate::run::movable;
 
 /// Times at which the scales of a closed form are read.
 const LOOKS: u32 = 1024;
+
+/// Parts of a period at which the nearest state of a closed form is looked for first.
+const PHASES: f64 = 256.0;
 
 /// Scales of the motion of a truth: the largest distance of a body from the origin, m, and the largest speed, m/s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -80,6 +83,29 @@ impl Target {
                 self.states.retain(|(id, ..)| self.movable.binary_search(id).is_ok());
             }
         }
+    }
+
+    /// Phase and amplitude of the states of a run at this tick, for a closed form with a `period`.
+    fn phase(
+        &self,
+        period: Option<f64>,
+        run: &[Sample],
+        (position_m, velocity_m_s): (f64, f64),
+    ) -> Option<Phase> {
+        let (Source::Closed(exact), Some(period)) = (&self.source, period) else { return None };
+        let now = self.tick as f64 / self.step_hz;
+        let run: Vec<_> = run.iter().filter(|(id, ..)| self.movable.binary_search(id).is_ok()).collect();
+        let off_path = |late: f64| {
+            let apart = |((x, v), (_, ox, ov)): (State, &&Sample)| {
+                (ox.distance(x) / position_m).hypot(ov.distance(v) / velocity_m_s)
+            };
+            exact(now - late).into_iter().zip(&run).map(apart).fold(0.0, larger)
+        };
+        let step = period / PHASES;
+        let coarse = (0..=PHASES as u32).map(|k| f64::from(k) * step - 0.5 * period);
+        let near = coarse.min_by(|a, b| off_path(*a).total_cmp(&off_path(*b)))?;
+        let late_s = least(near - step, near + step, off_path);
+        Some(Phase { late_s, off_path: off_path(late_s) })
     }
 
     /// Scales of the closed form of a problem over its run.
@@ -170,6 +196,7 @@ struct Run {
 /// Runs side by side with the truth, all at the same tick.
 pub(crate) struct Comparison {
     truth: Target,
+    period: Option<f64>,
     scales: (f64, f64),
     runs: Vec<Run>,
     /// The run whose turn it is.
@@ -185,11 +212,17 @@ pub(crate) struct Compared {
 }
 
 impl Comparison {
-    /// Runs by their cells, for so many ticks.
-    pub fn new(truth: Target, scales: Scales, runs: Vec<(usize, Box<dyn Runner>)>, ticks: u64) -> Self {
+    /// Runs by their cells, for so many ticks, of a problem with that `period`, s, if it has one.
+    pub fn new(
+        truth: Target,
+        period: Option<f64>,
+        scales: Scales,
+        runs: Vec<(usize, Box<dyn Runner>)>,
+        ticks: u64,
+    ) -> Self {
         let run = |(cell, runner)| Run { cell, runner, deviation: Deviation::default() };
         let runs = runs.into_iter().map(run).collect();
-        Self { truth, scales: scales.divisors(), runs, turn: 0, ticks }
+        Self { truth, period, scales: scales.divisors(), runs, turn: 0, ticks }
     }
 
     /// Simulates one tick of one run; whether that was the last of the last one.
@@ -211,8 +244,10 @@ impl Comparison {
 
     /// What became of each run.
     pub fn finish(self) -> impl Iterator<Item = Compared> {
-        self.runs.into_iter().map(|Run { cell, mut runner, deviation }| {
-            let errors = deviation.errors();
+        let Self { truth, period, scales, runs, .. } = self;
+        runs.into_iter().map(move |Run { cell, mut runner, deviation }| {
+            let phase = truth.phase(period, &runner.states(), scales);
+            let errors = Errors { phase, ..deviation.errors() };
             let outcome = match runner.failure() {
                 Some(failure) => Outcome::Failed(failure),
                 // Written so that an error that is not a number fails.
@@ -227,4 +262,18 @@ impl Comparison {
 /// The one of the larger magnitude; what is not a number stays.
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.abs() <= a.abs() { a } else { b }
+}
+
+/// Where `f` is least between `low` and `high`, if it falls and then rises there (golden section, Kiefer 1953).
+fn least(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    for _ in 0..80 {
+        let part = GOLDEN * (high - low);
+        if f(high - part) <= f(low + part) {
+            high = low + part;
+        } else {
+            low = high - part;
+        }
+    }
+    0.5 * (low + high)
 }

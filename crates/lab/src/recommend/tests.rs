@@ -9,8 +9,13 @@ use crate::cost::{Cell, Counts, Errors, Failure, Outcome, Precision, Time, Truth
 fn study(own_error: f64, points: &[(f64, f64)]) -> Study {
     let cell = |(i, (error, ms)): (usize, &(f64, f64))| {
         let rate = 1e3 / (60.0 * ms);
-        let errors =
-            Errors { relative: *error, position_m: *error, velocity_m_s: *error, position_rms_m: *error };
+        let errors = Errors {
+            relative: *error,
+            position_m: *error,
+            velocity_m_s: *error,
+            position_rms_m: *error,
+            phase: None,
+        };
         let failed = Outcome::Failed(Failure::BlewUp);
         let method = Method::ALL[i % Method::ALL.len()];
         let setting = Setting { method, substeps: 1 + i as u32, precision: Precision::F64 };

@@ -175,8 +175,14 @@ fn earlier(args: &CostArgs, subjects: &[Subject]) -> Result<Option<Report>, Fail
         return other("this report was made by another version or on another machine");
     }
     if !args.resume {
-        let same = report.command == command(args);
-        return if same { Ok(None) } else { other(&format!("this is the report of `{}`", report.command)) };
+        if report.command != command(args) {
+            return other(&format!("this is the report of `{}`", report.command));
+        }
+        if !report.complete {
+            let what = "this report is not complete; --resume goes on with it";
+            return Err(Failure::Usage(format!("{}: {what}, --replace writes over it", path.display())));
+        }
+        return Ok(None);
     }
     let is_asked_for = |study: &&Study| subjects.iter().any(|subject| subject.name() == study.subject);
     match report.studies.iter().find(|study| !is_asked_for(study)) {

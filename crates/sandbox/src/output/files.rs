@@ -155,6 +155,9 @@ impl Output {
     /// # Errors
     /// A folder that is missing or not writable; a `path` that is a folder itself, or a file that may not be written.
     pub fn create(path: &Path) -> io::Result<Self> {
+        if let Some(stream) = standard_stream(path) {
+            return Ok(Self { writer: Writer::Straight(BufWriter::new(stream?)) });
+        }
         let replaces = match fs::metadata(path) {
             Ok(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
             Ok(there) => {
@@ -226,6 +229,27 @@ impl Output {
     pub(crate) const fn is_straight(&self) -> bool {
         matches!(self.writer, Writer::Straight(_))
     }
+}
+
+/// The standard output or error that `path` names. Opened by name, a stream that a shell sends to a file would be a second
+/// one that writes over the first, or a file to replace.
+#[cfg(unix)]
+fn standard_stream(path: &Path) -> Option<io::Result<File>> {
+    use std::os::fd::AsFd as _;
+    let is = |names: [&str; 3]| names.iter().any(|name| path == Path::new(name));
+    let stream = if is(["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"]) {
+        io::stdout().as_fd().try_clone_to_owned()
+    } else if is(["/dev/stderr", "/dev/fd/2", "/proc/self/fd/2"]) {
+        io::stderr().as_fd().try_clone_to_owned()
+    } else {
+        return None;
+    };
+    Some(stream.map(File::from))
+}
+
+#[cfg(not(unix))]
+const fn standard_stream(_: &Path) -> Option<io::Result<File>> {
+    None
 }
 
 /// Most links that lead from one to the next, as Linux has it: more are a circle.
