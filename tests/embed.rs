@@ -12,9 +12,9 @@ use motion::effects::{Effect, EffectState};
 use motion::groups::Groups;
 use motion::snapshot;
 use motion::{
-    Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Evaluations, Forces, Laws, Method,
-    PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems, Stepper, TimeStep, Transform, Well,
-    Wells,
+    Damping, DampingModel, DampingRate, Dormant, Drag, Emission, Emitter, Evaluations, Forces, Laws, Method,
+    MutualGravity, PhysicsBody, PushQueue, Request, Requests, StableId, StepSystems, Stepper, TimeStep,
+    Transform, Well, Wells,
 };
 
 use crate::harness::{Bits, bits};
@@ -97,7 +97,7 @@ fn laws_that_a_system_inserts_act_in_the_same_tick() {
             world.insert_resource(Wells(vec![Well { position: DVec3::X, strength: 30.0, softening: 1.0 }]));
         },
         |world| world.insert_resource(Laws(vec![Box::new(Drag::new(0.0, 0.3))])),
-        |world| world.insert_resource(motion::MutualGravity { constant: 5.0, softening: 1.0 }),
+        |world| world.insert_resource(MutualGravity { constant: 5.0, softening: 1.0 }),
     ];
     for (number, declare) in LAWS.into_iter().enumerate() {
         for method in [Method::SemiImplicitEuler, Method::VelocityVerlet] {
@@ -129,7 +129,7 @@ fn remove(world: &mut World) {
     world.remove_resource::<Drag>();
     world.remove_resource::<Wells>();
     world.remove_resource::<Laws>();
-    world.remove_resource::<motion::MutualGravity>();
+    world.remove_resource::<MutualGravity>();
 }
 
 #[test]
@@ -277,4 +277,50 @@ fn a_rate_does_not_switch_on_damping_that_is_off() {
     motion::effects::switch(&mut world, Effect::Damping, false).unwrap();
     world.spawn((PhysicsBody::with_mass(1.0), DampingRate::new(2.0)));
     assert_eq!(motion::effects::state(&mut world, Effect::Damping), EffectState::Off);
+}
+
+#[test]
+fn an_emitter_that_cannot_emit_is_refused() {
+    type Mistake = fn(&mut Emitter);
+    let mistakes: [(Mistake, &str); 6] = [
+        (|emitter| emitter.rate = 0.0, "0 particles per second; give a finite `rate` above 0"),
+        (|emitter| emitter.rate = f64::INFINITY, "a finite `rate`"),
+        (|emitter| emitter.life = -1.0, "live for -1 s; give the emitter a `life` above 0"),
+        (|emitter| emitter.life = f64::NAN, "`life` above 0"),
+        (|emitter| emitter.pool.clear(), "`pool`; give at least one"),
+        (|emitter| emitter.launches.truncate(1), "of 2 bodies has 1 velocities at birth"),
+    ];
+    for (mistake, words) in mistakes {
+        let mut world = World::new();
+        let pool: Vec<_> = (0..2).map(|_| world.spawn(PhysicsBody::with_mass(1.0)).id()).collect();
+        let launches = vec![DVec3::Y; 2];
+        let mut emitter =
+            Emitter { rate: 10.0, life: 1.0, position: DVec3::ZERO, pool, launches, inverse_mass: 1.0 };
+        mistake(&mut emitter);
+        world.spawn(emitter);
+        let said = panic_of(|| {
+            let mut stepper = Stepper::new(&mut world, Method::default(), TimeStep(0.01));
+            stepper.tick(&mut world);
+        });
+        assert!(said.contains(words), "{said}");
+    }
+}
+
+#[test]
+fn a_mass_that_is_written_in_a_group_attracts_as_one_that_was_there() {
+    let run = |written: bool| {
+        let mut world = World::new();
+        world.insert_resource(MutualGravity { constant: 1.0, softening: 0.1 });
+        let mass = |heavy: bool| PhysicsBody::with_mass(if heavy { 8.0 } else { 2.0 });
+        let at = |x: f64| Transform::at(DVec3::X * x);
+        let heavy = world.spawn((mass(!written), at(0.0))).id();
+        let light = world.spawn((mass(false), at(3.0))).id();
+        let mut stepper = Stepper::new(&mut world, Method::VelocityVerlet, TimeStep(0.01));
+        if written {
+            world.get_mut::<PhysicsBody>(heavy).unwrap().inverse_mass = 1.0 / 8.0;
+        }
+        (0..50).for_each(|_| stepper.tick(&mut world));
+        [heavy, light].map(|body| *world.get::<Transform>(body).unwrap())
+    };
+    assert_eq!(run(true), run(false));
 }

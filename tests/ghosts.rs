@@ -271,7 +271,7 @@ fn stiff(method: &str) -> Scene {
 }
 
 #[test]
-fn a_ghost_that_is_quarantined_is_named_with_its_tick_and_the_others_go_on() {
+fn a_ghost_that_is_quarantined_is_named_with_its_time_and_the_others_go_on() {
     let mut drive = Drive::of(stiff("implicit_euler"));
     drive.press("T").run(700, 0.1);
     for method in Method::ALL {
@@ -284,7 +284,8 @@ fn a_ghost_that_is_quarantined_is_named_with_its_tick_and_the_others_go_on() {
         let mut run = alone(stiff(method.name()), method, None);
         run.run(700, 0.1);
         let record = &run.session.quarantined()[0];
-        let words = format!("{} was quarantined in tick {}: {}", record.body, record.tick, record.what);
+        let seconds = record.tick as f64 / run.session.scene().step_hz;
+        let words = format!("{} was quarantined at {seconds:.2} s: {}", record.body, record.what);
         assert_eq!(row.state, GhostState::Failed(words), "{method:?}");
         assert_eq!([row.distance, row.largest, row.rms], [None; 3]);
     }

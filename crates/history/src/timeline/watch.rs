@@ -172,7 +172,7 @@ impl Watch {
             body: most_energetic(world),
             quarantined: false,
             what: format!(
-                "energy out of nowhere from here on, {joules:.3e} J until tick {tick}, where there were {before:.3e} J"
+                "energy out of nowhere from here on, {joules:.3e} J where there were {before:.3e} J"
             ),
         })
     }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::coupling::{Coupling, SheetRow};
 use super::pull::SpringRow;
 use crate::real::Real;
+use crate::units::Scalar;
 
 /// Disjoint sets of numbers that are joined two by two (Galler, Fischer 1964).
 #[derive(Clone, Debug)]
@@ -200,6 +201,24 @@ impl<T: Real> Part<T> {
             self.coupling.masses = own.map(|row| whole.masses[*row]).collect();
         }
         self.coupling.finish();
+    }
+}
+
+impl Coupling<Scalar> {
+    /// Takes over the masses of movable rows, whose inverses are `w`, if they were written since it was compiled.
+    pub(super) fn weigh(&mut self, w: &[Scalar]) {
+        if !self.attracts && self.sheets.is_empty() {
+            return;
+        }
+        let mut written = false;
+        for (mass, w) in self.masses.iter_mut().zip(w).filter(|(_, w)| **w > 0.0) {
+            let now = 1.0 / w;
+            written |= now.to_bits() != mass.to_bits();
+            *mass = now;
+        }
+        if written {
+            self.finish();
+        }
     }
 }
 

@@ -79,6 +79,8 @@ fn advance_groups(
             environment.terms.times.substeps = own;
             environment.terms = environment.terms.damped(environment.terms.damping);
         }
+        let Group { first, coupling, .. } = &mut groups.list[number];
+        coupling.weigh(&groups.w[*first..*first + coupling.movable]);
         let holds = groups.hold(number, &anchors, environment.terms.bounds, &mut changed);
         let record = output.records.recorder(groups.list[number].coupling.rows);
         let mut statistics = StepStatistics { record, ..StepStatistics::default() };

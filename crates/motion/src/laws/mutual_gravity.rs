@@ -17,7 +17,8 @@ pub struct MutualGravity {
     pub softening: Scalar,
 }
 
-/// Mass of an immovable body as a source of [`MutualGravity`], kg, above 0.
+/// Mass of an immovable body as a source of [`MutualGravity`], kg, above 0. It has no effect in a world without that
+/// resource.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 #[component(immutable, on_insert = structure_changed, on_discard = structure_changed)]
 pub struct SourceMass(pub Scalar);

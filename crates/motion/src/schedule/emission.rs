@@ -122,6 +122,7 @@ pub(crate) fn prepare(world: &mut World) -> bool {
     for (on, off, mut emission) in emitters.iter_mut(world) {
         emits |= on.is_some() || emission.living() > 0;
         if let Some(emitter) = on.or(off.map(|Off(emitter)| emitter)) {
+            emitter.check();
             emission.fit(emitter);
             let lives = (0..).map(|slot| emission.lives(slot));
             pools.extend(emitter.pool.iter().copied().zip(lives));

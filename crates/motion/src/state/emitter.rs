@@ -22,24 +22,45 @@ const FREE: u64 = u64::MAX;
 ///
 /// A particle that is born within a tick is integrated over the rest of that tick, in as many substeps as a whole one.
 ///
+/// Its first tick panics if a field is out of range.
+///
 /// The component is immutable: insert another one to change it. If it is removed, its particles become [`Dormant`] before
 /// the next tick; switch the effect off to let them live out their lives.
 #[derive(Component, Clone, Debug, PartialEq)]
 #[component(immutable, on_insert = emitters_changed, on_discard = emitters_changed)]
 #[require(Emission)]
 pub struct Emitter {
-    /// Particles per second, above 0.
+    /// Particles per second, finite and above 0.
     pub rate: Scalar,
     /// Life of each particle, s, above 0.
     pub life: Scalar,
     /// Position at which particles are born, m.
     pub position: Vector,
-    /// The pool of bodies. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
+    /// The pool of bodies, at least one. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
     pub pool: Vec<Entity>,
-    /// Velocity at birth of each body of the pool, m/s.
+    /// Velocity at birth of each body of the pool, m/s; as many as there are bodies.
     pub launches: Vec<Vector>,
     /// Reciprocal of the mass of each particle, 1/kg.
     pub inverse_mass: Scalar,
+}
+
+impl Emitter {
+    /// # Panics
+    /// If it cannot emit: what its fields should be is in the message.
+    pub(crate) fn check(&self) {
+        let Self { rate, life, pool, launches, .. } = self;
+        assert!(
+            *rate > 0.0 && rate.is_finite(),
+            "an emitter cannot emit {rate} particles per second; give a finite `rate` above 0"
+        );
+        assert!(*life > 0.0, "a particle cannot live for {life} s; give the emitter a `life` above 0");
+        let (bodies, velocities) = (pool.len(), launches.len());
+        assert!(bodies > 0, "an emitter emits the bodies of its `pool`; give at least one");
+        assert!(
+            bodies == velocities,
+            "an emitter of {bodies} bodies has {velocities} velocities at birth; give one in `launches` per body of `pool`"
+        );
+    }
 }
 
 /// Marks a particle that is not born yet or no longer lives. It rests at its emitter, every system skips it, and it is

@@ -75,18 +75,20 @@ impl<T: Real> GroupField<'_, T> {
         if let Some(gain) = &mut gain {
             self.kick_by_constants(gain);
         }
-        work.before.copy(&v);
         work.x.copy(self.rows.x);
         work.fit(self);
         let follows_state = work.linearize(self, &v, false);
         work.force(self, &v);
         work.right_side(self, &v, false);
-        let mut converged = work.iterate(self, &mut v, gain.as_deref_mut());
         let most = self.environment.solver.newton_iterations;
+        let most = if follows_state { most.max(MOST_ITERATIONS) } else { most };
+        if most > 0 {
+            work.before.copy(&v);
+        }
+        let mut converged = work.iterate(self, &mut v, gain.as_deref_mut());
+        let nonlinear = work.converge(self, &mut v, gain.as_deref_mut(), most);
         if follows_state {
-            converged = work.converge(self, &mut v, gain.as_deref_mut(), most.max(MOST_ITERATIONS));
-        } else {
-            work.converge(self, &mut v, gain.as_deref_mut(), most);
+            converged = nonlinear;
         }
         self.statistics.iterations.unconverged_steps += u64::from(!converged);
         self.scratch.slots[start] = v;
