@@ -146,6 +146,35 @@ fn buttons_do_what_their_keys_do() {
 }
 
 #[test]
+fn back_and_step_repeat_while_they_are_held_and_act_once_when_they_are_clicked() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    cockpit.drive.session.keep_timeline();
+    cockpit.click("Pause");
+    for (name, forward) in [("Step", true), ("Back", false)] {
+        let (middle, from) = (cockpit.middle_of(name), cockpit.session().ticks());
+        cockpit.drive.frame(H, [at(middle)]).frame(H, [Input::ButtonDown(Button::Left)]).run(60, 1.0 / 60.0);
+        cockpit.drive.frame(H, [Input::ButtonUp(Button::Left)]).ticks(3);
+        let moved = cockpit.session().ticks().abs_diff(from);
+        assert!((5..=20).contains(&moved), "{name}: {moved} in a second");
+        assert_eq!(cockpit.session().ticks() > from, forward);
+        let from = cockpit.session().ticks();
+        cockpit.click(name);
+        assert_eq!(cockpit.session().ticks().abs_diff(from), 1, "{name}");
+    }
+}
+
+#[test]
+fn enter_in_the_finder_opens_a_file_of_yours_that_has_what_is_typed_in_its_name() {
+    let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
+    let files = ["scenes/my_own_bridge.ron", "scenes/other.ron"].map(std::path::PathBuf::from);
+    cockpit.drive.session.remember_files(files.to_vec());
+    cockpit.drive.frame(H, tap("Ctrl+O")).ticks(2);
+    cockpit.drive.frame(H, [Input::Text("own_b".to_owned())]).frame(H, tap("Enter"));
+    let orders = cockpit.drive.session.take_orders();
+    assert_eq!(orders, [Order::Open("scenes/my_own_bridge.ron".to_owned())]);
+}
+
+#[test]
 fn the_browser_opens_a_scene_by_its_name_and_finds_it_by_its_description() {
     let mut cockpit = Cockpit::of("tutorial", [1280, 720]);
     cockpit.click("tutorial large");

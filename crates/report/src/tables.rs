@@ -209,11 +209,13 @@ pub(crate) fn phases(study: &Study) -> Table {
         let cell = study.curve(*method, Precision::F64).find(|cell| Some(cell.setting.substeps) == middle)?;
         let (phase, period_s) = (cell.errors()?.phase?, study.period_s?);
         let late = if phase.late_s < 0.0 { "early" } else { "late" };
+        // Farther off than the motion is large, a run has no phase.
+        let has_phase = (phase.off_path < 1.0).then_some(phase.late_s.abs());
         Some(vec![
             method.claims().title.to_owned(),
             number(1.0 / study.step_s(cell.setting), 3),
-            format!("{} {late}", duration(1e9 * phase.late_s.abs(), 2)),
-            share(phase.late_s.abs() / period_s, 2),
+            or_none(has_phase, |off| format!("{} {late}", duration(1e9 * off, 2))),
+            or_none(has_phase, |off| share(off / period_s, 2)),
             share(phase.off_path, 2),
         ])
     };

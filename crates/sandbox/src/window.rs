@@ -572,7 +572,7 @@ impl Shell {
         let read = scene::read_text(path).and_then(|text| Scene::parse("restored", &text));
         match read {
             Ok(scene) => {
-                self.session.open_unsaved(scene);
+                self.session.open_unsaved(scene, drafts::file_of(path));
                 if self.keep_draft() {
                     drafts::delete(path);
                 }
@@ -584,7 +584,9 @@ impl Shell {
     /// Keeps unsaved changes for a crash; whether there is nothing that is not kept.
     fn keep_draft(&mut self) -> bool {
         let unsaved = self.session.has_unsaved_changes().then(|| Arc::clone(&self.session.scene().text));
-        self.drafts.keep(unsaved.as_ref(), |words| self.session.notices.say(Topic::File, words))
+        let file = unsaved.as_ref().and_then(|_| self.session.own_file());
+        self.drafts
+            .keep(unsaved.as_ref(), file.as_ref(), |words| self.session.notices.say(Topic::File, words))
     }
 
     fn open_scene(&mut self, name: &str) {

@@ -36,9 +36,9 @@ pub struct Emitter {
     pub life: Scalar,
     /// Position at which particles are born, m.
     pub position: Vector,
-    /// The pool of bodies, at least one. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
+    /// The pool of bodies. The first tick makes each of them a [`Particle`], [`Dormant`] until it is born.
     pub pool: Vec<Entity>,
-    /// Velocity at birth of each body of the pool, m/s; as many as there are bodies.
+    /// Velocity at birth of each body of the pool, m/s; at least as many as there are bodies.
     pub launches: Vec<Vector>,
     /// Reciprocal of the mass of each particle, 1/kg.
     pub inverse_mass: Scalar,
@@ -55,9 +55,8 @@ impl Emitter {
         );
         assert!(*life > 0.0, "a particle cannot live for {life} s; give the emitter a `life` above 0");
         let (bodies, velocities) = (pool.len(), launches.len());
-        assert!(bodies > 0, "an emitter emits the bodies of its `pool`; give at least one");
         assert!(
-            bodies == velocities,
+            bodies <= velocities,
             "an emitter of {bodies} bodies has {velocities} velocities at birth; give one in `launches` per body of `pool`"
         );
     }

@@ -309,10 +309,18 @@ impl Session {
         self.ask_person(Question::LeftBehind(draft));
     }
 
-    /// Goes on with a scene that no file has.
-    pub fn open_unsaved(&mut self, scene: Scene) {
+    /// The file that saving replaces, and what it had when it was opened or saved last.
+    #[must_use]
+    pub fn own_file(&self) -> Option<(PathBuf, Arc<str>)> {
+        self.tools.editor.document.as_ref()?.file.clone()
+    }
+
+    /// Goes on, paused, with the unsaved changes of a scene, and with the [file](Self::own_file) that they were made in.
+    pub fn open_unsaved(&mut self, scene: Scene, file: Option<(PathBuf, Arc<str>)>) {
         self.open(scene);
-        self.tools.editor.document(&self.stage.sim.scene).saved = None;
+        self.view.paused = true;
+        let document = self.tools.editor.document(&self.stage.sim.scene);
+        (document.saved, document.file) = (None, file);
     }
 
     /// Does what a question was answered with.

@@ -102,4 +102,34 @@ mod tests {
         save(&mut session).expect("it is its own file");
         assert!(fs::read_to_string(&path).expect("a file").contains("mass_kg: 3.0"));
     }
+
+    #[test]
+    fn changes_that_were_left_behind_are_saved_into_their_file_unless_it_was_changed_since() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = scene_file(&folder);
+        let mut session = opened(&path);
+        let had = fs::read_to_string(&path).expect("a file");
+        change(&mut session, "2.0");
+        let (scene, file) = (session.scene().clone(), session.own_file());
+        session.open(scene::load("tutorial").expect("a scene"));
+        session.open_unsaved(scene, file);
+        assert!(session.paused() && session.has_unsaved_changes());
+        fs::write(&path, "(version: 1)").expect("a folder");
+        save(&mut session).expect_err("it was changed since");
+        fs::write(&path, had).expect("a folder");
+        save(&mut session).expect("it is its own file");
+        assert!(fs::read_to_string(&path).expect("a file").contains("mass_kg: 2.0"));
+    }
+
+    #[test]
+    fn a_file_of_another_scenes_name_is_saved_under_its_own() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = scene_file(&folder);
+        fs::write(&path, "(version: 1, name: \"tutorial\")").expect("a folder");
+        let scene = scene::load(&path.to_string_lossy()).expect("a scene");
+        let mut session = Session::new(scene, Options { pictures: false, ..Options::default() });
+        session.save_scene();
+        let orders = session.take_orders();
+        assert!(matches!(&orders[..], [Order::Scene(file)] if file.path == path), "{orders:?}");
+    }
 }

@@ -16,6 +16,7 @@ use render::Frame;
 use scene::{Entry, Scene, TextEdit as Change};
 
 pub(crate) use self::document::Document;
+use self::document::file_of;
 use self::form::{Form, LISTS};
 pub(crate) use self::free::free_move;
 pub(crate) use self::handles::{Handle, NEAR_POINTS};
@@ -90,9 +91,11 @@ impl Editor {
 
     /// The name of the file that saving writes.
     pub fn file(&self, scene: &Scene) -> String {
-        let file = self.document.as_ref().and_then(|document| document.file.as_ref());
-        let own =
-            || file.map_or_else(|| format!("{}.ron", scene.name), |(path, _)| path.display().to_string());
+        let file = match &self.document {
+            Some(document) => document.file.as_ref().map(|(path, _)| path.as_path()),
+            None => file_of(scene),
+        };
+        let own = || file.map_or_else(|| format!("{}.ron", scene.name), |path| path.display().to_string());
         self.file.clone().unwrap_or_else(own)
     }
 

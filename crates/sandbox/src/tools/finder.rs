@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Align2, Key, RichText, TextEdit, Ui};
+use egui::{Align2, Button, Key, RichText, TextEdit, Ui};
 
 use crate::tools::tool::{Anchor, Desk, Edit, Tool};
 use crate::view::stage::Stage;
@@ -37,38 +37,46 @@ impl Tool for Finder {
         }
         let enter = ui.input(|input| input.key_pressed(Key::Enter));
         let is_path = self.query.contains(['.', '/', '\\']);
-        let found = scene::find(&self.query);
-        if is_path && (ui.button("Open this file").clicked() || enter) {
-            desk.edits.push(Edit::Open(self.query.clone()));
-            desk.closes = true;
-        } else if found.is_empty() && !is_path {
+        let query = self.query.to_lowercase();
+        let (files, scenes) = (your_files(&desk.stage.run.files, query.trim()), scene::find(&self.query));
+        if files.is_empty() && scenes.is_empty() && !is_path {
             ui.weak("no scene has this in its name");
         }
-        let query = self.query.to_lowercase();
-        if let Some(path) = your_files(ui, &desk.stage.run.files, query.trim()) {
-            desk.edits.push(Edit::Open(path));
+        // Enter takes the first; without a word it is the first scene, and a person's files are looked at.
+        let first_is_file = !files.is_empty() && !query.trim().is_empty();
+        let chosen = if is_path && (ui.button("Open this file").clicked() || enter) {
+            Some(self.query.clone())
+        } else {
+            let file = list_files(ui, &files, first_is_file.then_some(0));
+            let file = file.or_else(|| files.first().filter(|_| enter && first_is_file).cloned());
+            scenes.into_iter().enumerate().fold(file, |chosen, (row, scene)| {
+                let is_first = row == 0 && !first_is_file;
+                let clicked = ui.selectable_label(is_first, scene.name).clicked();
+                chosen.or_else(|| (clicked || (enter && is_first)).then(|| scene.name.to_owned()))
+            })
+        };
+        if let Some(chosen) = chosen {
+            desk.edits.push(Edit::Open(chosen));
             desk.closes = true;
-        }
-        for (row, scene) in found.into_iter().enumerate() {
-            let clicked = ui.selectable_label(row == 0, scene.name).clicked();
-            if !desk.closes && (clicked || (enter && row == 0)) {
-                desk.edits.push(Edit::Open(scene.name.to_owned()));
-                desk.closes = true;
-            }
         }
     }
 }
 
-/// Lists scene files with `query` in their paths, the newest first, by their names; the one that is clicked.
-pub(crate) fn your_files(ui: &mut Ui, files: &[PathBuf], query: &str) -> Option<String> {
+/// The scene files with `query` in their paths, the newest first.
+pub(crate) fn your_files(files: &[PathBuf], query: &str) -> Vec<String> {
     let paths = files.iter().rev().map(|path| path.display().to_string());
-    let paths: Vec<_> = paths.filter(|path| path.to_lowercase().contains(query)).collect();
+    paths.filter(|path| path.to_lowercase().contains(query)).collect()
+}
+
+/// Lists scene files by their names, of which number `marked` is marked; the one that is clicked.
+pub(crate) fn list_files(ui: &mut Ui, paths: &[String], marked: Option<usize>) -> Option<String> {
     if !paths.is_empty() {
         ui.add_space(6.0);
         ui.label(RichText::new("Your files").strong());
     }
-    paths.into_iter().fold(None, |clicked, path| {
-        let name = Path::new(&path).file_name().and_then(|name| name.to_str()).unwrap_or(&path);
-        if ui.button(name).on_hover_text(&path).clicked() { Some(path) } else { clicked }
+    paths.iter().enumerate().fold(None, |clicked, (row, path)| {
+        let name = Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path);
+        let button = Button::new(name).selected(marked == Some(row));
+        if ui.add(button).on_hover_text(path).clicked() { Some(path.clone()) } else { clicked }
     })
 }

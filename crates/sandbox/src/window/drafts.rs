@@ -8,6 +8,12 @@ use std::sync::Arc;
 use crate::failure::Failure;
 use crate::output::files::{claim, sweep, write};
 
+/// A scene file, and what it had when it was opened or saved last.
+type OwnFile = (PathBuf, Arc<str>);
+
+/// Ending of the file beside a draft that names the scene file of the draft, in its first line, and has what it had.
+const FILE: &str = "file";
+
 /// The unsaved changes of this window.
 pub(super) struct Drafts {
     /// Its draft, or why it has none.
@@ -38,10 +44,16 @@ impl Drafts {
         Self { own, told: false }
     }
 
-    /// Keeps these unsaved changes in place of those before; whether they are kept. `tell` hears once why they are not.
-    pub fn keep(&mut self, unsaved: Option<&Arc<str>>, tell: impl FnOnce(String)) -> bool {
+    /// Keeps these unsaved changes in place of those before, with the file that they were made in; whether they are kept.
+    /// `tell` hears once why they are not.
+    pub fn keep(
+        &mut self,
+        unsaved: Option<&Arc<str>>,
+        file: Option<&OwnFile>,
+        tell: impl FnOnce(String),
+    ) -> bool {
         let kept = match &mut self.own {
-            Ok(draft) => draft.keep(unsaved).map_err(|failure| failure.to_string()),
+            Ok(draft) => draft.keep(unsaved, file).map_err(|failure| failure.to_string()),
             Err(_) if unsaved.is_none() => Ok(()),
             Err(failure) => Err(failure.to_string()),
         };
@@ -70,7 +82,7 @@ impl Draft {
     fn begin(folder: &Path) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         // Of windows that were killed without unsaved changes.
-        sweep(folder, |path| is(path, "lock") && !path.with_extension("ron").exists());
+        sweep(folder, |path| (is(path, "lock") || is(path, FILE)) && !path.with_extension("ron").exists());
         // The number of a process comes again: what an earlier one left behind is not its own.
         for path in (0..).map(|i: u32| folder.join(format!("{}-{i}.ron", std::process::id()))) {
             let lock = path.with_extension("lock");
@@ -84,16 +96,28 @@ impl Draft {
         Err(io::ErrorKind::AlreadyExists.into())
     }
 
-    fn keep(&mut self, unsaved: Option<&Arc<str>>) -> Result<(), Failure> {
+    fn keep(&mut self, unsaved: Option<&Arc<str>>, file: Option<&OwnFile>) -> Result<(), Failure> {
         let same = match (&self.written, unsaved) {
             (Some(written), Some(unsaved)) => Arc::ptr_eq(written, unsaved),
             (written, unsaved) => written.is_none() && unsaved.is_none(),
         };
         if !same {
             match unsaved {
-                Some(text) => write(&self.path, text.as_bytes())?,
-                None => fs::remove_file(&self.path)
-                    .map_err(|error| Failure::file("remove", &self.path, &error))?,
+                Some(text) => {
+                    match file {
+                        Some((file, had)) => {
+                            let note = format!("{}\n{had}", file.display());
+                            write(&self.path.with_extension(FILE), note.as_bytes())?;
+                        }
+                        None => drop(fs::remove_file(self.path.with_extension(FILE))),
+                    }
+                    write(&self.path, text.as_bytes())?;
+                }
+                None => {
+                    drop(fs::remove_file(self.path.with_extension(FILE)));
+                    fs::remove_file(&self.path)
+                        .map_err(|error| Failure::file("remove", &self.path, &error))?;
+                }
             }
             self.written = unsaved.cloned();
         }
@@ -120,9 +144,17 @@ fn is_left(draft: &Path) -> bool {
     !matches!(lock.try_lock(), Err(TryLockError::WouldBlock))
 }
 
+/// The scene file that the changes of a draft were made in.
+pub(super) fn file_of(draft: &Path) -> Option<OwnFile> {
+    let note = fs::read_to_string(draft.with_extension(FILE)).ok()?;
+    let (file, had) = note.split_once('\n')?;
+    Some((PathBuf::from(file), had.into()))
+}
+
 /// Deletes a draft that was left behind.
 pub(super) fn delete(draft: &Path) {
     let _ = fs::remove_file(draft);
+    let _ = fs::remove_file(draft.with_extension(FILE));
     let _ = fs::remove_file(draft.with_extension("lock"));
 }
 
@@ -141,7 +173,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder that can be written");
         let mut draft = begin(folder.path());
         let text: Arc<str> = "(version: 1)".into();
-        draft.keep(Some(&text)).expect("a folder that can be written");
+        draft.keep(Some(&text), None).expect("a folder that can be written");
         assert_eq!(fs::read_to_string(&draft.path).expect("a folder that can be written"), "(version: 1)");
         // Those of a window that is there are not offered to another one.
         let own = draft.path.clone();
@@ -154,12 +186,27 @@ mod tests {
         assert_eq!(draft.left_behind(), std::slice::from_ref(&other));
         delete(&other);
         assert!(draft.left_behind().is_empty() && !its_lock.exists());
-        draft.keep(None).expect("it was there");
+        draft.keep(None, None).expect("it was there");
         assert!(!own.exists());
-        draft.keep(Some(&text)).expect("a folder that can be written");
+        draft.keep(Some(&text), None).expect("a folder that can be written");
         let lock = draft.lock.0.clone();
         Drafts { own: Ok(draft), told: false }.end();
         assert!(own.exists() && !lock.exists());
+    }
+
+    #[test]
+    fn a_draft_remembers_the_file_that_its_changes_were_made_in() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut draft = begin(folder.path());
+        let file: OwnFile = (PathBuf::from("scenes/mine.ron"), "(version: 1)\n// kept\n".into());
+        let keep =
+            |draft: &mut Draft, text: &str, file| draft.keep(Some(&text.into()), file).expect("a folder");
+        keep(&mut draft, "a", Some(&file));
+        assert_eq!(file_of(&draft.path).as_ref(), Some(&file));
+        keep(&mut draft, "b", None);
+        assert_eq!(file_of(&draft.path), None, "it is another scene");
+        draft.keep(None, None).expect("it was there");
+        assert!(!draft.path.with_extension(FILE).exists());
     }
 
     #[test]
@@ -206,10 +253,10 @@ mod tests {
         fs::remove_dir_all(folder.path().join("gone")).expect("a folder of its own");
         for drafts in [&mut none, &mut gone] {
             let mut told = Vec::new();
-            assert!(drafts.keep(None, |words| told.push(words)), "there is nothing to keep");
+            assert!(drafts.keep(None, None, |words| told.push(words)), "there is nothing to keep");
             assert_eq!(told, [] as [String; 0]);
             for text in [&first, &first, &second] {
-                assert!(!drafts.keep(Some(text), |words| told.push(words)));
+                assert!(!drafts.keep(Some(text), None, |words| told.push(words)));
             }
             let [words] = &told[..] else { panic!("{told:?}") };
             assert!(words.starts_with("a crash would lose your unsaved changes: cannot write "), "{words}");

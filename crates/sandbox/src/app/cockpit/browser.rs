@@ -10,7 +10,7 @@ use egui::{
 };
 
 use crate::app::ui::reveal_focus;
-use crate::tools::finder::your_files;
+use crate::tools::finder::{list_files, your_files};
 use crate::tools::tool::Edit;
 
 /// Makes the groups: titles, scenes and their pictures, PNG files that `scripts/pictures` draws.
@@ -97,7 +97,7 @@ impl Browser {
         let query = self.query.to_lowercase();
         let fits = |entry: &&Entry| entry.found_by.contains(query.trim());
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            if let Some(path) = your_files(ui, files, query.trim()) {
+            if let Some(path) = list_files(ui, &your_files(files, query.trim()), None) {
                 edits.push(Edit::Open(path));
             }
             for (title, entries) in SCENES.iter() {

@@ -13,6 +13,10 @@ use crate::view::stage::{Mode, Stage};
 /// Paces of the list, simulated seconds per second.
 const PACES: [f64; 9] = [1.0 / 64.0, 1.0 / 16.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
+/// Seconds until a button that is held acts again for the first time, and from then on.
+const REPEAT_AFTER_S: f64 = 0.4;
+const REPEAT_EVERY_S: f64 = 0.05;
+
 /// Least size of the button that pauses, points: with "Play" it is as wide as with "Pause", so that no button moves when it is
 /// pressed.
 const PAUSE: Vec2 = Vec2::new(48.0, 0.0);
@@ -31,8 +35,8 @@ pub(super) fn show(
         let paused = stage.view.paused;
         let pause = Button::selectable(false, if paused { "Play" } else { "Pause" });
         act_by(ui, edits, "pause", pause.min_size(PAUSE));
-        act(ui, edits, "step_back", "Back", false);
-        act(ui, edits, "step", "Step", false);
+        act_while_held(ui, edits, "step_back", "Back");
+        act_while_held(ui, edits, "step", "Step");
         act(ui, edits, "reset_world", "Reset", false);
         pace(ui, stage.clock.pace(), edits);
         let seconds = stage.sim.world.resource::<StepClock>().scene_seconds();
@@ -61,6 +65,31 @@ pub(super) fn show(
 /// A button for an action of the table, which says what it does and names its key.
 fn act(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, words: &str, on: bool) {
     act_by(ui, edits, action, Button::selectable(on, words));
+}
+
+/// A button that repeats its action while it is held, as a key does.
+fn act_while_held(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, words: &str) {
+    let Some(binding) = actions::named(action) else { return };
+    let button = ui.add(Button::selectable(false, words));
+    let button = button.on_hover_text(format!("{} ({})", binding.what, binding.keys[0]));
+    let (held, now) = (button.is_pointer_button_down_on(), ui.input(|input| input.time));
+    // When it acts next, and whether it has acted while it was held.
+    let (due, acted) = ui.data(|data| data.get_temp(button.id)).unwrap_or((now + REPEAT_AFTER_S, false));
+    let repeats = held && now >= due;
+    if repeats || (button.clicked() && !acted) {
+        edits.push(Edit::Act(action));
+    }
+    ui.data_mut(|data| {
+        if held {
+            let due = if repeats { now + REPEAT_EVERY_S } else { due };
+            data.insert_temp(button.id, (due, acted || repeats));
+        } else {
+            data.remove_temp::<(f64, bool)>(button.id);
+        }
+    });
+    if held {
+        ui.request_repaint();
+    }
 }
 
 fn act_by(ui: &mut Ui, edits: &mut Vec<Edit>, action: &'static str, button: Button<'_>) {

@@ -1,7 +1,7 @@
 //! The text of a scene through its changes: what undo goes back to, and what its file has.
 
 use std::collections::VecDeque;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use scene::{Scene, Source};
@@ -21,12 +21,8 @@ pub(crate) struct Document {
 
 impl Document {
     pub fn of(scene: &Scene) -> Self {
-        let text = &scene.text;
-        let file = match &scene.source {
-            Source::File(path) => Some((path.clone(), Arc::clone(text))),
-            Source::Shipped(_) | Source::Text => None,
-        };
-        Self { past: VecDeque::new(), future: Vec::new(), file, saved: Some(Arc::clone(text)) }
+        let file = file_of(scene).map(|path| (path.to_owned(), Arc::clone(&scene.text)));
+        Self { past: VecDeque::new(), future: Vec::new(), file, saved: Some(Arc::clone(&scene.text)) }
     }
 
     /// Remembers the text before a change.
@@ -64,6 +60,14 @@ impl Document {
     /// Whether `present` is saved nowhere.
     pub fn is_unsaved(&self, present: &str) -> bool {
         self.saved.as_deref() != Some(present)
+    }
+}
+
+/// The file that a scene was opened from.
+pub(super) fn file_of(scene: &Scene) -> Option<&Path> {
+    match &scene.source {
+        Source::File(path) => Some(path),
+        Source::Shipped(_) | Source::Text => None,
     }
 }
 
