@@ -6,7 +6,7 @@ mod broken;
 
 use glam::DVec3;
 use motion::arrays::Bare;
-use motion::{BodyState, EvaluationTime, Gravity, Jacobians, Law};
+use motion::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Gravity, Jacobians, Law};
 
 use super::pushes::{check_gravity, check_passes_over};
 use super::{Check, Stepper, damping, fingerprint, orders, pushes, verlet};
@@ -64,16 +64,11 @@ impl Law<f64> for OnEverything {
     fn depends_on_velocity(&self) -> bool {
         false
     }
-    fn accelerate(
-        &self,
-        at: EvaluationTime<f64>,
-        positions: &[[f64; 4]],
-        bodies: &[[f64; 4]],
-        sum: &mut [[f64; 4]],
-    ) {
-        for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
-            let a = self.acceleration(at, BodyState::of_rows(x, body)).to_array();
-            (0..3).for_each(|axis| sum[axis] += a[axis]);
+    fn accelerate(&self, at: EvaluationTime<f64>, bodies: &BodyBlock<'_, f64>, sum: &mut Axes<f64>) {
+        #[expect(clippy::needless_range_loop, reason = "one number for many arrays")]
+        for k in 0..BLOCK_BODIES {
+            let a = self.acceleration(at, bodies.body(k)).to_array();
+            (0..3).for_each(|axis| sum[axis][k] += a[axis]);
         }
     }
 }

@@ -5,12 +5,14 @@
 //! row that would turn non-finite keeps its state and is refused. No fused multiply-add is used: it would change the
 //! bits.
 //!
-//! There are two kernels. The affine kernel handles gravity, linear drag, damping and applied forces; it uses the
-//! vector instructions of the machine, chosen at run time, with the same bits on all machines. The calling kernel
-//! handles everything: laws that are called, and the options of single bodies.
+//! There are two kernels. The affine kernel handles gravity, linear drag, damping and applied forces, a body per
+//! register. The kernel of blocks handles everything: laws that are called, and the options of single bodies. Both use
+//! the vector instructions of the machine, chosen at run time, with the same bits on all machines.
 
 mod affine;
-mod calling;
+mod block;
+mod block_field;
+mod blocks;
 mod compensated;
 mod drive;
 pub(crate) mod evaluations;
@@ -34,8 +36,7 @@ use crate::real::Real;
 use crate::state::range::{Bounds, Breach};
 use crate::units::Scalar;
 
-#[cfg(target_arch = "x86_64")]
-pub(crate) use affine::LEVEL;
+pub(crate) use block::Block;
 pub(crate) use compensated::add_compensated;
 pub(crate) use drive::{TickField, drive};
 pub(crate) use field::restrain;
@@ -141,7 +142,7 @@ impl<'a, T: Real> Terms<'a, T> {
         if self.traits.passes_time { u64::from(of_a_step) * u64::from(self.times.substeps) } else { 0 }
     }
 
-    /// Whether velocities decay by linear drag and by damping in the same step: only the calling kernel does that.
+    /// Whether velocities decay by linear drag and by damping in the same step: only the kernel of blocks does that.
     pub fn drags_and_damps(&self) -> bool {
         self.rate != T::ZERO && self.damping.is_some() && self.traits.damps_inside
     }
@@ -345,13 +346,13 @@ fn integrate_batch<T: Real, M: Integrator>(
                 own.times.substeps = substeps;
             }
             let own = own.damped(options.damping(terms.damping));
-            calling::run::<T, M>(&own, &options, batch, row..row + 1, statistics, refuse);
+            blocks::run::<T, M>(&own, &options, batch, row..row + 1, statistics, refuse);
         }
         return;
     }
     let Terms { laws, decay, times, .. } = terms;
     if !laws.is_empty() || terms.drags_and_damps() || !M::PASSES_TIME {
-        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, statistics, refuse);
+        blocks::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, statistics, refuse);
         return;
     }
     // The affine kernel does not know the first and the last substep, where factors around a tick act.
@@ -363,7 +364,7 @@ fn integrate_batch<T: Real, M: Integrator>(
     if !in_registers || !affine::run::<T, M>(terms, &mut batch.part(rows.clone()), refuse_part) {
         // To the same bits. Its counts are dropped: evaluations without called laws are counted elsewhere.
         let mut uncounted = StepStatistics { record: statistics.record.take(), ..StepStatistics::default() };
-        calling::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, &mut uncounted, refuse);
+        blocks::run::<T, M>(terms, &BodyOptions::NONE, batch, rows, &mut uncounted, refuse);
         statistics.record = uncounted.record;
     }
 }

@@ -34,7 +34,7 @@ pub use wells::{Well, Wells};
 pub(crate) use wind::Air;
 pub use wind::Wind;
 
-use crate::real::{Real, RealMatrix, RealVector};
+use crate::real::{Real, RealMatrix, RealVector, vectorize};
 use crate::units::Scalar;
 
 /// The laws of every body that are resources of a world, in the order in which they are summed: name, type, part that can
@@ -184,31 +184,74 @@ pub trait Law<T: Real>: Debug + Send + Sync + 'static {
         T::ZERO
     }
 
-    /// Adds the accelerations of a block of bodies to `sum`, whose rows are x, y, z and a number that stays unchanged.
-    /// The rows of `positions` are (x, y, z, anything), those of `bodies` (velocity, inverse mass). Rows of inverse
-    /// mass 0 are skipped.
+    /// Adds the accelerations of a block of bodies to `sum`, m/s². Bodies of inverse mass 0 are skipped.
     ///
     /// There is one call per block and stage. A law may override this with something faster that gives the same bits.
-    fn accelerate(&self, at: EvaluationTime<T>, positions: &[[T; 4]], bodies: &[[T; 4]], sum: &mut [[T; 4]]) {
-        for ((x, body), sum) in positions.iter().zip(bodies).zip(sum) {
-            if body[3] > T::ZERO {
-                let a = self.acceleration(at, BodyState::of_rows(x, body)).to_array();
-                (0..3).for_each(|axis| sum[axis] += a[axis]);
-            }
-        }
+    fn accelerate(&self, at: EvaluationTime<T>, bodies: &BodyBlock<'_, T>, sum: &mut Axes<T>) {
+        bodies.add_each(
+            sum,
+            #[inline(always)]
+            |body| self.acceleration(at, body),
+        );
     }
 }
 
-impl<T: Real> BodyState<T> {
-    /// Makes a state from the rows (x, y, z, anything) and (velocity, inverse mass).
+/// Bodies of a block: laws are evaluated for so many at a time.
+pub const BLOCK_BODIES: usize = 32;
+
+/// x, y and z of the bodies of a block, as structures of arrays.
+pub type Axes<T> = [[T; BLOCK_BODIES]; 3];
+
+/// The states of a block of bodies at which a law is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyBlock<'a, T> {
+    /// Positions, m.
+    pub positions: &'a Axes<T>,
+    /// Velocities, m/s.
+    pub velocities: &'a Axes<T>,
+    /// Reciprocals of the masses, 1/kg.
+    pub inverse_masses: &'a [T; BLOCK_BODIES],
+}
+
+impl<T: Real> BodyBlock<'_, T> {
+    /// The state of body number `k`.
     #[must_use]
     #[inline(always)]
-    pub fn of_rows(position: &[T; 4], body: &[T; 4]) -> Self {
-        Self {
-            position: T::Vector::from_array([position[0], position[1], position[2]]),
-            velocity: T::Vector::from_array([body[0], body[1], body[2]]),
-            inverse_mass: body[3],
+    pub fn body(&self, k: usize) -> BodyState<T> {
+        let Self { positions: [x, y, z], velocities: [a, b, c], inverse_masses } = self;
+        BodyState {
+            position: T::Vector::from_array([x[k], y[k], z[k]]),
+            velocity: T::Vector::from_array([a[k], b[k], c[k]]),
+            inverse_mass: inverse_masses[k],
         }
+    }
+
+    /// Adds `acceleration` of every body whose inverse mass is above 0 to `sum`, with vector instructions if it is
+    /// arithmetic without branches.
+    #[inline(always)]
+    pub fn add_each(&self, sum: &mut Axes<T>, acceleration: impl Fn(BodyState<T>) -> T::Vector) {
+        if !self.inverse_masses.iter().all(|w| *w > T::ZERO) {
+            for k in (0..BLOCK_BODIES).filter(|k| self.inverse_masses[*k] > T::ZERO) {
+                let a = acceleration(self.body(k)).to_array();
+                (0..3).for_each(|axis| sum[axis][k] += a[axis]);
+            }
+            return;
+        }
+        vectorize(
+            #[inline(always)]
+            || {
+                // Not into `sum` itself: the compiler would have to assume that it overlaps with the states.
+                let mut all = [[T::ZERO; BLOCK_BODIES]; 3];
+                #[expect(clippy::needless_range_loop, reason = "one number for many arrays")]
+                for k in 0..BLOCK_BODIES {
+                    let [x, y, z] = acceleration(self.body(k)).to_array();
+                    (all[0][k], all[1][k], all[2][k]) = (x, y, z);
+                }
+                for (sum, all) in sum.iter_mut().zip(&all) {
+                    sum.iter_mut().zip(all).for_each(|(sum, a)| *sum += *a);
+                }
+            },
+        );
     }
 }
 

@@ -3,9 +3,24 @@
 use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+use std::sync::LazyLock;
 
 use bytemuck::Pod;
-use fearless_simd::{Simd, f32x4, f64x4, prelude::*, u8x16, u8x32};
+use fearless_simd::{Level, Simd, f32x4, f64x4, prelude::*, u8x16, u8x32};
+
+/// The instruction set of the machine; detecting it costs more than a step of one body.
+pub(crate) static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
+
+/// Calls `arithmetic` compiled for the vector instructions of the machine. It gives the same bits on every machine: the
+/// compiler reorders no sum and fuses nothing.
+#[inline(always)]
+pub(crate) fn vectorize<R>(arithmetic: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = LEVEL.as_avx2() {
+        return simd.vectorize(arithmetic);
+    }
+    arithmetic()
+}
 
 /// A real number of the simulation: `f32` or `f64`.
 pub trait Real:

@@ -4,7 +4,7 @@ use fearless_simd::{Fallback, Simd, prelude::*};
 
 use super::rows::Row;
 #[cfg(target_arch = "x86_64")]
-use crate::kernels::LEVEL;
+use crate::real::LEVEL;
 use crate::real::{Lanes as _, Real, RealVector as _};
 use crate::state::springs::Elastic;
 

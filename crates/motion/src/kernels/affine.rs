@@ -1,20 +1,16 @@
 //! The kernel of gravity, linear drag, damping and applied forces: everything in registers.
 
 use std::ops::Range;
-use std::sync::LazyLock;
 
-use fearless_simd::{Level, Simd, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 
-use super::field::{BlockField, Constants, parts};
+use super::field::{Constants, RowField, parts};
 use super::lanes::{Rows, each_row};
 use super::method_state::MethodStateRows;
 use super::{Applied, BLOCK, Batch, Refuse, Row, Terms};
 use crate::methods::{Integrator, MethodStateKind, StepState};
-use crate::real::{Lanes as _, Real};
+use crate::real::{LEVEL, Lanes as _, Real};
 use crate::state::range::{Bounds, Breach};
-
-/// The instruction set of the machine; detecting it costs more than a step of one body.
-pub(crate) static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
 
 /// The positions of a block and one number beyond: each row is loaded as four lanes, of which the last is not used.
 type Triples<T> = [T; 3 * BLOCK + 1];
@@ -257,13 +253,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
         if PUSHED && let Some(forces) = forces {
             applied = load_triples(simd, forces);
         }
-        let field = BlockField::<_, _, BLOCK, PARTS, PUSHED>::new(
-            self.constants,
-            self.terms,
-            bodies,
-            Some(&applied),
-            None,
-        );
+        let field = RowField::<_, _, BLOCK, PARTS, PUSHED>::new(self.constants, bodies, Some(&applied));
         let (x, v) = (load_triples(simd, x), Rows::of(simd, bodies));
         self.run::<M, PARTS, PUSHED, BLOCK>(field, x, v, last)
     }
@@ -285,7 +275,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
             let body = [bodies[k]];
             let force = Rows([forces.0[k]]);
             let field =
-                BlockField::<_, _, 1, PARTS, true>::new(self.constants, self.terms, &body, Some(&force), None);
+                RowField::<_, _, 1, PARTS, true>::new(self.constants, &body, Some(&force));
             let (x, v) = (Rows([x.0[k]]), Rows::of(simd, &body));
             let mut step = [last[k]];
             let (x, v) = self.run::<M, PARTS, true, 1>(field, x, v, Some(&mut step));
@@ -301,7 +291,7 @@ impl<T: Real, S: Simd> StepOf<'_, '_, T, S> {
     #[inline(always)]
     fn run<M: Integrator, const PARTS: u8, const PUSHED: bool, const N: usize>(
         &self,
-        mut field: BlockField<'_, T, S, N, PARTS, PUSHED>,
+        mut field: RowField<T, S, N, PARTS, PUSHED>,
         mut x: Rows<T, S, N>,
         mut v: Rows<T, S, N>,
         last: Option<&mut [T; N]>,

@@ -2,12 +2,10 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use fearless_simd::Fallback;
-
+use super::Terms;
+use super::block::Block;
+use super::block_field::BlockField;
 use super::drive::{TickField, drive};
-use super::field::{BlockField, parts::CALLS};
-use super::lanes::Rows;
-use super::{Row, Terms};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::{Segment, Segments};
 use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity};
@@ -37,13 +35,13 @@ pub(crate) fn add_compensated<X: Copy + Add<Output = X> + Sub<Output = X>>(
 /// Rows and their residues.
 #[derive(Clone, Copy)]
 struct Compensated<T: Real, const N: usize> {
-    sum: Rows<T, Fallback, N>,
-    residue: Rows<T, Fallback, N>,
+    sum: Block<T, N>,
+    residue: Block<T, N>,
 }
 
 impl<T: Real, const N: usize> Compensated<T, N> {
-    fn of(sum: Rows<T, Fallback, N>) -> Self {
-        Self { sum, residue: Rows::of(Fallback::new(), &[[T::ZERO; 4]; N]) }
+    fn of(sum: Block<T, N>) -> Self {
+        Self { sum, residue: Block::ZERO }
     }
 }
 
@@ -76,26 +74,28 @@ impl<T: Real, const N: usize> Mul<T> for Compensated<T, N> {
 
 /// The field of a block whose states are compensated sums; laws see the sums.
 struct CompensatedField<'f, 'a, T: Real, const N: usize> {
-    inner: &'f mut BlockField<'a, T, Fallback, N, CALLS, true>,
+    inner: &'f mut BlockField<'a, T, N>,
     decay: Decay<T>,
 }
 
 /// [`drive`] in compensated sums; `residues` are those of (`x`, `v`), and then those of the new state.
 pub(super) fn drive_compensated<'a, M: Integrator, T: Real, const N: usize>(
-    field: &mut BlockField<'a, T, Fallback, N, CALLS, true>,
+    field: &mut BlockField<'a, T, N>,
     terms: &Terms<'_, T>,
     segments: &Segments,
-    (x, v): (Rows<T, Fallback, N>, Rows<T, Fallback, N>),
-    residues: &mut [[Row<T>; N]; 2],
-    step_state: &mut StepState<BlockField<'a, T, Fallback, N, CALLS, true>>,
-) -> (Rows<T, Fallback, N>, Rows<T, Fallback, N>) {
-    let [rx, rv] = residues.map(|rows| Rows::of(Fallback::new(), &rows));
+    (x, v): (Block<T, N>, Block<T, N>),
+    residues: [&mut [[T; 3]]; 2],
+    step_state: &mut StepState<BlockField<'a, T, N>>,
+) -> (Block<T, N>, Block<T, N>) {
+    let [rx, rv] = residues.each_ref().map(|rows| Block::of(rows));
     let (x, v) = (Compensated { sum: x, residue: rx }, Compensated { sum: v, residue: rv });
     let start = step_state.start.map(Compensated::of);
     let mut own = StepState { last_step: step_state.last_step, start };
     let mut field = CompensatedField { inner: field, decay: terms.decay };
     let (x, v) = drive::<M, _>(&mut field, terms, segments, x, v, &mut own);
-    *residues = [x.residue.rows(), v.residue.rows()];
+    for (rows, block) in residues.into_iter().zip([x.residue, v.residue]) {
+        rows.iter_mut().enumerate().for_each(|(k, row)| *row = block.body(k));
+    }
     (step_state.last_step, step_state.start) = (own.last_step, own.start.map(|start| start.sum));
     (x.sum, v.sum)
 }
@@ -105,28 +105,18 @@ impl<T: Real, const N: usize> CompensatedField<'_, '_, T, N> {
     /// step.
     fn changed(&self, v: Compensated<T, N>, change: Option<T>) -> Compensated<T, N> {
         let Some(change) = change else { return v };
-        // The last lane is the inverse mass.
-        let [mut sum, mut residue] = [v.sum, v.residue].map(Rows::rows);
-        sum.iter_mut().chain(&mut residue).for_each(|row| row[3] = T::ZERO);
-        let [sum, residue] = [sum, residue].map(|rows| Rows::of(Fallback::new(), &rows) * change);
-        self.snap(v + Compensated { sum, residue })
+        self.snap(v + v * change)
     }
 
     fn snap(&self, v: Compensated<T, N>) -> Compensated<T, N> {
-        let constants = &self.inner.constants;
-        Compensated { sum: constants.snap(v.sum), residue: constants.snap(v.residue) }
+        Compensated { sum: self.inner.snap(v.sum), residue: self.inner.snap(v.residue) }
     }
 
     /// Applies speed limits and axis locks.
     fn restrain(&self, v: Compensated<T, N>) -> Compensated<T, N> {
-        let sum = self.inner.restrain(v.sum).rows();
-        let (before, mut residue) = (v.sum.rows(), v.residue.rows());
-        for (residue, (before, after)) in residue.iter_mut().zip(before.iter().zip(&sum)) {
-            if before != after {
-                *residue = [T::ZERO; 4];
-            }
-        }
-        let [sum, residue] = [sum, residue].map(|rows| Rows::of(Fallback::new(), &rows));
+        let sum = self.inner.restrain(v.sum);
+        let is_as_before = |k: usize| v.sum.body(k) == sum.body(k);
+        let residue = v.residue.map(|_, k, residue| if is_as_before(k) { residue } else { T::ZERO });
         Compensated { sum, residue }
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{Affine, BodyState, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
+use super::{Affine, Axes, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, Wind, WorldLaw};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
@@ -29,8 +29,15 @@ impl Drag {
     }
 
     /// `c + k |u|`, 1/s, at the velocity `u` relative to the fluid, m/s.
+    #[inline(always)]
     pub(crate) fn rate<T: Real>(&self, u: T::Vector) -> T {
         T::of(self.linear) + T::of(self.quadratic) * u.dot(u).sqrt()
+    }
+
+    /// The acceleration at the velocity `u` relative to the fluid, m/s².
+    #[inline(always)]
+    fn resistance<T: Real>(&self, u: T::Vector) -> T::Vector {
+        -(u * self.rate(u))
     }
 
     /// Velocity relative to the fluid, m/s.
@@ -67,8 +74,25 @@ impl<T: Real> Law<T> for Drag {
     }
 
     fn acceleration(&self, at: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
-        let u = self.against(at.time, body);
-        -(u * self.rate(u))
+        self.resistance::<T>(self.against(at.time, body))
+    }
+
+    fn accelerate(&self, at: EvaluationTime<T>, bodies: &BodyBlock<'_, T>, sum: &mut Axes<T>) {
+        match &self.wind {
+            Some(wind) => {
+                let air = wind.air::<T>(at.time);
+                bodies.add_each(
+                    sum,
+                    #[inline(always)]
+                    |body| self.resistance::<T>(body.velocity - air.at(body.position)),
+                );
+            }
+            None => bodies.add_each(
+                sum,
+                #[inline(always)]
+                |body| self.resistance::<T>(body.velocity),
+            ),
+        }
     }
 
     fn jacobians(&self, at: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{BodyState, EvaluationTime, Jacobians, Law, WorldLaw};
+use super::{Axes, BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Jacobians, Law, WorldLaw};
 use crate::real::{Real, RealMatrix, RealVector};
 use crate::units::{Scalar, Vector};
 
@@ -20,10 +20,18 @@ pub struct Well {
 
 impl Well {
     /// r and `(r² + s²)^(-1/2)`.
+    #[inline(always)]
     fn reach<T: Real>(&self, body: BodyState<T>) -> (T::Vector, T) {
         let r = body.position - T::Vector::of(self.position);
         let s = T::of(self.softening);
         (r, T::ONE / (r.dot(r) + s * s).sqrt())
+    }
+
+    /// The acceleration by this well alone, m/s².
+    #[inline(always)]
+    fn acceleration<T: Real>(&self, body: BodyState<T>) -> T::Vector {
+        let (r, inverse) = self.reach(body);
+        r * -(T::of(self.strength) * inverse * inverse * inverse)
     }
 
     /// `mu / (r² + s²)^(3/2)` at `position`, 1/s²: the square of the frequency of a circular orbit there.
@@ -61,11 +69,22 @@ impl<T: Real> Law<T> for Wells {
 
     fn acceleration(&self, _: EvaluationTime<T>, body: BodyState<T>) -> T::Vector {
         let mut sum = T::Vector::ZERO;
-        for well in &self.0 {
-            let (r, inverse) = well.reach(body);
-            sum += r * -(T::of(well.strength) * inverse * inverse * inverse);
-        }
+        self.0.iter().for_each(|well| sum += well.acceleration(body));
         sum
+    }
+
+    fn accelerate(&self, _: EvaluationTime<T>, bodies: &BodyBlock<'_, T>, sum: &mut Axes<T>) {
+        let mut wells = [[T::ZERO; BLOCK_BODIES]; 3];
+        for well in &self.0 {
+            bodies.add_each(
+                &mut wells,
+                #[inline(always)]
+                |body| well.acceleration(body),
+            );
+        }
+        for (sum, wells) in sum.iter_mut().zip(&wells) {
+            sum.iter_mut().zip(wells).for_each(|(sum, a)| *sum += *a);
+        }
     }
 
     fn jacobians(&self, _: EvaluationTime<T>, body: BodyState<T>) -> Jacobians<T> {

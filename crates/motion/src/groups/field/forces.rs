@@ -5,7 +5,8 @@ use super::{GroupField, Scratch};
 use crate::groups::combination::{APPLIED, Combination};
 use crate::groups::coupling::is_open;
 use crate::groups::rows::Row;
-use crate::laws::{EvaluationTime, Law};
+use crate::kernels::Block;
+use crate::laws::{BLOCK_BODIES, BodyBlock, EvaluationTime, Law};
 use crate::methods::Field as _;
 use crate::real::{Real, RealVector as _};
 
@@ -145,13 +146,13 @@ impl<'a, T: Real> GroupField<'a, T> {
             let in_sheets = self.in_sheets(*law);
             // Laws skip rows of inverse mass 0.
             in_sheets.iter().for_each(|row| v[*row as usize][3] = T::ZERO);
-            law.accelerate(at, &x[..movable], &v[..movable], &mut sum[..movable]);
+            add_called(*law, at, &x[..movable], &v[..movable], &mut sum[..movable]);
             in_sheets.iter().for_each(|row| v[*row as usize][3] = self.rows.w[*row as usize]);
         }
         for row in self.rows.with_laws {
             let row = *row as usize;
             for law in self.options.row(row).laws {
-                law.accelerate(at, &x[row..=row], &v[row..=row], &mut sum[row..=row]);
+                add_called(&**law, at, &x[row..=row], &v[row..=row], &mut sum[row..=row]);
             }
         }
     }
@@ -182,6 +183,30 @@ impl<'a, T: Real> GroupField<'a, T> {
         }
         if coupling.attracts {
             statistics.count_own("mutual_gravity", movable);
+        }
+    }
+}
+
+/// Adds the accelerations of a law to `sum`. The rows of `v` are velocity and inverse mass.
+fn add_called<T: Real>(
+    law: &dyn Law<T>,
+    at: EvaluationTime<T>,
+    x: &[Row<T>],
+    v: &[Row<T>],
+    sum: &mut [Row<T>],
+) {
+    let chunks = x.chunks(BLOCK_BODIES).zip(v.chunks(BLOCK_BODIES)).zip(sum.chunks_mut(BLOCK_BODIES));
+    for ((x, v), sum) in chunks {
+        let [positions, velocities, mut block] = [x, v, sum].map(|rows| Block::<T, BLOCK_BODIES>::of(rows));
+        // Laws skip bodies of inverse mass 0; a block that is almost full is faster without such bodies.
+        let filler = if x.len() > BLOCK_BODIES / 4 { v[0][3] } else { T::ZERO };
+        let mut inverse_masses = [filler; BLOCK_BODIES];
+        inverse_masses.iter_mut().zip(v).for_each(|(w, row)| *w = row[3]);
+        let bodies =
+            BodyBlock { positions: &positions.0, velocities: &velocities.0, inverse_masses: &inverse_masses };
+        law.accelerate(at, &bodies, &mut block.0);
+        for (k, row) in sum.iter_mut().enumerate() {
+            row[..3].copy_from_slice(&block.body(k));
         }
     }
 }

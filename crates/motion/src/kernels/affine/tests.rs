@@ -1,7 +1,7 @@
 //! Every way in which a table can be integrated gives the same bits.
 
 use super::*;
-use crate::kernels::calling;
+use crate::kernels::blocks;
 use crate::kernels::{BodyOptions, Kernel, StepStatistics};
 use crate::laws::Affine;
 use crate::laws::damping::{Damping, DampingModel};
@@ -81,7 +81,7 @@ fn every_way<T: Real, M: Integrator>(damping: Option<Damping>, drag: f64, subste
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
-        calling::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, statistics, refuse);
+        blocks::run::<T, M>(&terms, &BodyOptions::NONE, batch, 0..ROWS, statistics, refuse);
     });
     run(&mut |state| {
         let batch = &mut state.batch::<M>(applied);
