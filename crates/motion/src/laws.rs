@@ -230,7 +230,8 @@ impl<T: Real> BodyBlock<'_, T> {
     /// arithmetic without branches.
     #[inline(always)]
     pub fn add_each(&self, sum: &mut Axes<T>, acceleration: impl Fn(BodyState<T>) -> T::Vector) {
-        if !self.inverse_masses.iter().all(|w| *w > T::ZERO) {
+        // Without branches: one comparison of vectors.
+        if !self.inverse_masses.iter().fold(true, |all, w| all & (*w > T::ZERO)) {
             for k in (0..BLOCK_BODIES).filter(|k| self.inverse_masses[*k] > T::ZERO) {
                 let a = acceleration(self.body(k)).to_array();
                 (0..3).for_each(|axis| sum[axis][k] += a[axis]);

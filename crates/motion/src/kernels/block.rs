@@ -19,6 +19,12 @@ impl<T: Real, const N: usize> Block<T, N> {
     #[inline(always)]
     pub fn of<const M: usize>(rows: &[[T; M]]) -> Self {
         let mut block = Self::ZERO;
+        if let Ok(rows) = <&[[T; M]; N]>::try_from(rows) {
+            for (k, row) in rows.iter().enumerate() {
+                (block.0[0][k], block.0[1][k], block.0[2][k]) = (row[0], row[1], row[2]);
+            }
+            return block;
+        }
         for axis in 0..3 {
             block.0[axis] = [rows[0][axis]; N];
             block.0[axis].iter_mut().zip(rows).for_each(|(lane, row)| *lane = row[axis]);

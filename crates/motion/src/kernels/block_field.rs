@@ -135,19 +135,19 @@ impl<'a, T: Real, const N: usize> BlockField<'a, T, N> {
 
     /// Sums the called laws at the time `at`.
     #[inline(never)]
-    fn call(&mut self, at: EvaluationTime<T>, x: &Block<T, N>, v: &Block<T, N>) -> Block<T, N> {
+    fn call(&mut self, at: EvaluationTime<T>, x: &Block<T, N>, v: &Block<T, N>) {
         self.count(self.movable);
-        let mut sum = Block::ZERO;
+        let mut called = Block::ZERO;
         let w: &dyn Any = &self.w;
         if let (Some(positions), Some(velocities), Some(inverse_masses), Some(sum)) =
-            (x.axes(), v.axes(), w.downcast_ref(), sum.axes_mut())
+            (x.axes(), v.axes(), w.downcast_ref(), called.axes_mut())
         {
             let bodies = BodyBlock { positions, velocities, inverse_masses };
             self.called_laws().for_each(|law| law.accelerate(at, &bodies, sum));
         } else {
-            (0..N).for_each(|k| self.add_one(at, k, (x, v), &mut sum));
+            (0..N).for_each(|k| self.add_one(at, k, (x, v), &mut called));
         }
-        sum
+        self.called = called;
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
@@ -257,13 +257,24 @@ impl<T: Real, const N: usize> Field for BlockField<'_, T, N> {
 
     #[inline(always)]
     fn laws(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
-        self.called = self.call(self.evaluation_time(part), &x, &v);
+        self.call(self.evaluation_time(part), &x, &v);
         self.laws_from(&self.called, &v)
     }
 
     #[inline(always)]
     fn applied(&self) -> Self::Space {
         self.applied
+    }
+
+    /// In one pass.
+    #[inline(always)]
+    fn acceleration(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
+        self.call(self.evaluation_time(part), &x, &v);
+        let rate = self.terms.rate;
+        v.map(|axis, k, v| {
+            let laws = (self.gravity[axis] - v * rate) + self.called.0[axis][k];
+            (if self.w[k] > self.least_w[axis] { laws } else { T::ZERO }) + self.applied.0[axis][k]
+        })
     }
 
     #[inline(always)]
@@ -307,8 +318,10 @@ impl<T: Real, const N: usize> Field for BlockField<'_, T, N> {
     #[inline(always)]
     fn laws_before_jump(&mut self, x: Self::Space, v: Self::Space) -> Option<Self::Space> {
         let segment = self.segment.filter(|segment| segment.jump)?;
-        let called = self.call(segment.before(), &x, &v);
-        Some(self.laws_from(&called, &v))
+        let called = std::mem::replace(&mut self.called, Block::ZERO);
+        self.call(segment.before(), &x, &v);
+        let before = std::mem::replace(&mut self.called, called);
+        Some(self.laws_from(&before, &v))
     }
 
     #[inline(always)]

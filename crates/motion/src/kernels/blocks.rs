@@ -14,7 +14,7 @@ use super::{Applied, Batch, BodyOptions, Refuse, StepStatistics, Terms};
 use crate::laws::BLOCK_BODIES;
 use crate::laws::tick_times::Segments;
 use crate::methods::{Integrator, MethodStateKind, StepState};
-use crate::real::Real;
+use crate::real::{Real, vectorize};
 use crate::state::method_state::CachedAcceleration;
 use crate::state::range::Bounds;
 
@@ -43,9 +43,12 @@ pub(super) fn run<T: Real, M: Integrator>(
         }
         start = rows.end;
         if M::SOLVES || rows.len() <= FEW {
-            rows.for_each(|row| tick.integrate::<M, 1>(batch, row..row + 1, refuse));
+            rows.for_each(|row| tick.integrate_one::<M>(batch, row, refuse));
         } else {
-            tick.integrate::<M, BLOCK_BODIES>(batch, rows, refuse);
+            vectorize(
+                #[inline(always)]
+                || tick.integrate::<M, BLOCK_BODIES>(batch, rows, refuse),
+            );
         }
     }
 }
@@ -59,7 +62,12 @@ struct BlockTick<'a, 't, T: Real> {
 }
 
 impl<T: Real> BlockTick<'_, '_, T> {
+    fn integrate_one<M: Integrator>(&mut self, batch: &mut Batch<'_, T>, row: usize, refuse: Refuse<'_>) {
+        self.integrate::<M, 1>(batch, row..row + 1, refuse);
+    }
+
     /// Integrates a tick of `rows`, at most `N`.
+    #[inline(always)]
     fn integrate<M: Integrator, const N: usize>(
         &mut self,
         batch: &mut Batch<'_, T>,
@@ -120,12 +128,20 @@ fn store<T: Real, const N: usize>(
     (x, v, w): (&Block<T, N>, &Block<T, N>, &[T; N]),
     refuse: Refuse<'_>,
 ) {
-    let all_fine = *bounds == Bounds::FINITE && is_finite(x, v, w);
+    if *bounds == Bounds::FINITE && is_finite(x, v, w) {
+        let (positions, bodies) = (&mut batch.positions[rows.clone()], &mut batch.bodies[rows]);
+        for (k, (position, body)) in positions.iter_mut().zip(bodies).enumerate().take(N) {
+            *position = x.body(k);
+            let [a, b, c] = v.body(k);
+            (body[0], body[1], body[2]) = (a, b, c);
+        }
+        return;
+    }
     for (k, row) in rows.enumerate() {
         let body = &mut batch.bodies[row];
         let ([a, b, c], [d, e, f]) = (x.body(k), v.body(k));
         let new = [d, e, f, body[3]];
-        if !all_fine && let Some(breach) = bounds.breach(&[a, b, c], &new) {
+        if let Some(breach) = bounds.breach(&[a, b, c], &new) {
             if is_missed(bounds, &batch.positions[row], body) {
                 refuse(row, breach);
             }
@@ -144,7 +160,8 @@ fn is_finite<T: Real, const N: usize>(x: &Block<T, N>, v: &Block<T, N>, w: &[T; 
     for axis in x.0.iter().chain(&v.0) {
         sums.iter_mut().zip(axis).for_each(|(sum, number)| *sum += *number);
     }
-    sums.iter().fold(T::ZERO, |all, sum| all + (*sum - *sum)) == T::ZERO
+    // Without branches: one comparison of vectors.
+    sums.iter().fold(true, |all, sum| all & (*sum - *sum == T::ZERO))
 }
 
 /// Stores what the next tick starts from: the accelerations `called`, if it can use them.

@@ -26,6 +26,7 @@ pub(crate) trait TickField: Field + Sized {
 }
 
 /// Integrates a tick of `M` from the state (`x`, `v`).
+#[inline(always)]
 pub(crate) fn drive<M: Integrator, F: TickField>(
     field: &mut F,
     terms: &Terms<'_, F::Real>,
