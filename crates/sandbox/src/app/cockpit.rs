@@ -173,7 +173,7 @@ impl Cockpit {
             self.browses = Some(browses);
         }
         self.dock = dock;
-        Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, stage, tools.editor.has_handles));
+        Side::bottom("hints").frame(bare).show(root, |ui| hints::show(ui, stage, &tools.editor));
         self.fault.show(root, stage, edits);
         if browses {
             let side = Side::left("scenes").frame(bare).resizable(false).exact_size(BROWSER);

@@ -3,14 +3,17 @@
 use egui::{RichText, Ui};
 use report::numbers::digits;
 
+use crate::tools::editor::Editor;
 use crate::view::stage::{Mode, Stage};
 
-/// Says what the mouse does; arrows at the selection are `handles`.
-pub(super) fn show(ui: &mut Ui, stage: &Stage, handles: bool) {
-    let mut words = words(stage);
-    if handles && stage.seen.selection.is_some() {
-        words += " Its arrows move it.";
-    }
+/// Says what the mouse does.
+pub(super) fn show(ui: &mut Ui, stage: &Stage, editor: &Editor) {
+    let words = match &editor.joins {
+        Some(ends) if ends.is_empty() => "Click the first body that the spring joins.".to_owned(),
+        Some(ends) => format!("Click the body that the spring joins to {}.", ends[0]),
+        None if editor.has_handles && stage.seen.selection.is_some() => words(stage) + " Its arrows move it.",
+        None => words(stage),
+    };
     ui.label(RichText::new(words).weak());
 }
 
