@@ -1,7 +1,7 @@
 //! Implicit Euler steps of groups under laws that depend on the state of a body: each step is solved until it converges.
 
 use glam::{DMat3, DVec3};
-use motion::{BodyState, Jacobians, Laws, Method};
+use motion::{AxisLocks, BodyState, Jacobians, Laws, Method};
 
 use super::lab::{Environment, H, Lab, Net, Start, elastic, ring};
 use crate::environment::Formula;
@@ -112,6 +112,42 @@ fn steps_under_called_laws_solve_the_implicit_equation() {
     };
     let left = residual(&net, repelled, 20);
     assert!(left <= 1e-10, "repelled: {left:e}");
+}
+
+#[test]
+fn locked_axes_stay_out_of_steps_under_called_laws() {
+    let mut net = pressed();
+    let locks = |number: usize| [0, 1, 2].map(|axis| (number + axis).is_multiple_of(3));
+    for (number, body) in net.bodies.iter_mut().enumerate() {
+        body.v =
+            DVec3::from_array([0, 1, 2].map(|axis| if locks(number)[axis] { 0.0 } else { body.v[axis] }));
+    }
+    for law in [|| turning(DVec3::new(0.6, 0.5, 0.6) * 50.0), || sliding(10.0, 1e-2)] {
+        let mut rig = with_law(&net, law(), &Environment::default());
+        for number in 0..net.bodies.len() {
+            let [x, y, z] = locks(number);
+            rig.insert(number, AxisLocks { x, y, z });
+        }
+        let formula = law();
+        for tick in 0..60 {
+            let before = rig.states();
+            rig.run(1);
+            let after = rig.states();
+            for (number, force) in net.forces(&after).into_iter().enumerate() {
+                let (Start { x: start, w, .. }, (x, v)) = (net.bodies[number], after[number]);
+                let a = force * w + formula.at(0.0, BodyState { position: x, velocity: v, inverse_mass: w });
+                let left = v - before[number].1 - a * H;
+                for axis in 0..3 {
+                    if locks(number)[axis] {
+                        assert_eq!((v[axis], x[axis]), (0.0, start[axis]), "tick {tick}, body {number}");
+                    } else {
+                        assert!(left[axis].abs() <= 1e-10, "tick {tick}, body {number}: {left}");
+                    }
+                }
+            }
+        }
+        assert_eq!(rig.evaluations().unconverged_steps(), 0);
+    }
 }
 
 /// `v1 = v + h k v1²` has no solution from `4 h k v = 1` on.
