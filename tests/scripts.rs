@@ -190,6 +190,20 @@ fn a_paused_run_waits_for_no_key_that_is_held_for_ever() {
     assert!(matches!(waits("1e300"), Some(When::Seconds(until)) if until >= 1e300));
 }
 
+/// A frame ends at a sum of lengths, which may round to the number beside the time.
+#[test]
+fn a_key_at_a_late_time_is_pressed_in_the_frame_that_ends_then_and_not_before() {
+    let length = 1.0 / 60.0;
+    for at in [1e4_f64, 1e8, 3e8] {
+        for end in [at, at.next_down(), at.next_up()] {
+            let script = Script::parse("test", &format!(r#"[(at_s: {at:?}, do: press("P"))]"#)).unwrap();
+            let mut player = Player::new(script).unwrap();
+            let pressed = [end - length, end].map(|end| player.of_frame(0, 0, end).len());
+            assert_eq!(pressed, [0, 1], "{at} s, frame that ends at {end:?} s");
+        }
+    }
+}
+
 #[test]
 fn what_a_script_asks_of_another_scene_is_refused_there() {
     let mut drive = Drive::tutorial();
