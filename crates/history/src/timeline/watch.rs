@@ -228,6 +228,8 @@ fn enter(energy: &mut EnergyState, tick: u64, Booked { invented, caused, total, 
 /// A jump that this tick makes certain, if it was booked: the second in a row that invents too much.
 fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Booked) -> Option<Nowhere> {
     let (before, began, alone) = (energy.largest_j, first_tick(energy, tick, total), is_alone(energy));
+    let found_before =
+        energy.growth.filter(|growth| energy.looked_tick <= growth.since.saturating_add(2 * LONGEST_LOOK));
     let look = energy.look.as_mut()?;
     // Written so that what is not a number is too much; beyond every number there is nothing to compare.
     if invented.abs() <= ENERGY_JUMP * before || before.is_infinite() {
@@ -239,6 +241,8 @@ fn jump(energy: &mut EnergyState, tick: u64, Booked { invented, total, .. }: Boo
     // The tick that raised the doubt was not booked: where the next one invents, it did.
     let multiplied = look.total_j.is_some_and(|at_first| at_first > GROWTH * energy.looked_j);
     let since = if grew == look.since.saturating_add(1) || (alone && multiplied) { began } else { grew };
+    // Where the look before this one found energy invented, too, it is one explosion.
+    let since = found_before.map_or(since, |growth| growth.since.min(since));
     (tick == first.saturating_add(1)).then_some(Nowhere { since, joules: invented, before })
 }
 
