@@ -306,28 +306,33 @@ fn a_jelly_is_lifted_by_one_of_its_points() {
 
 #[test]
 fn a_newborn_particle_is_drawn_where_it_is_born_and_not_on_its_way_from_its_last_life() {
-    let text = "(version: 1, emitters: [(name: \"drop\", rate_per_s: 30, position_m: (0, 5, 0), direction: (1, 0, 0),
-        speed_m_s: 10, life_s: 1, capacity: 30)])";
-    let mut drive = Drive::with(
-        scene::Scene::parse("t", text).unwrap(),
-        Options { pictures: true, interpolate: true, ..Options::default() },
-    );
-    let (mut born, mut before) = (0, Vec::new());
-    // Frames that end within ticks, over several lives.
-    for _ in 0..400 {
-        drive.frame(0.75 * H, []);
-        let frame = drive.session.picture();
-        let eye = drive.session.camera().position;
-        let xs: Vec<_> = frame.sprites.iter().map(|drop| f64::from(drop.position[0]) + eye.x).collect();
-        born += usize::from(xs.len() == 30 && before != xs);
-        // A drop is born at 0 and flies 10 m; on its way back from there it would be seen against the stream.
-        let mut sorted = xs.clone();
-        sorted.sort_by(f64::total_cmp);
-        let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
-        assert!(gaps.clone().all(|gap| gap > 0.1), "{sorted:?}");
-        before = xs;
+    // As many drops as live at once, and fewer: then each is taken out of its flight.
+    for capacity in [30, 20] {
+        let text = format!(
+            "(version: 1, emitters: [(name: \"drop\", rate_per_s: 30, position_m: (0, 5, 0), direction: (1, 0, 0),
+            speed_m_s: 10, life_s: 1, capacity: {capacity})])"
+        );
+        let mut drive = Drive::with(
+            scene::Scene::parse("t", &text).unwrap(),
+            Options { pictures: true, interpolate: true, ..Options::default() },
+        );
+        let (mut born, mut before) = (0, Vec::new());
+        // Frames that end within ticks, over several lives.
+        for _ in 0..400 {
+            drive.frame(0.75 * H, []);
+            let frame = drive.session.picture();
+            let eye = drive.session.camera().position;
+            let xs: Vec<_> = frame.sprites.iter().map(|drop| f64::from(drop.position[0]) + eye.x).collect();
+            born += usize::from(xs.len() == capacity && before != xs);
+            // A drop is born at 0 and flies away; on its way back from there it would be seen against the stream.
+            let mut sorted = xs.clone();
+            sorted.sort_by(f64::total_cmp);
+            let gaps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
+            assert!(gaps.clone().all(|gap| gap > 0.1), "{sorted:?}");
+            before = xs;
+        }
+        assert!(born > 100);
     }
-    assert!(born > 100);
 }
 
 #[test]
@@ -662,6 +667,42 @@ fn a_fault_stays_with_its_cures_until_it_is_dismissed() {
     cockpit.drive.ticks(3);
     cockpit.click("Dismiss");
     assert!(cockpit.session().controls().iter().all(|control| control.name != "Dismiss"));
+}
+
+#[test]
+fn going_on_through_a_fault_keeps_its_cures_and_calls_no_later_tick_good() {
+    let overrides = Overrides { method: Some(Method::ExplicitEuler), ..Overrides::default() };
+    let mut cockpit = Cockpit::with("stiff_spring", [1280, 720], overrides);
+    cockpit.drive.session.keep_timeline();
+    cockpit.drive.press("F1");
+    run_to_fault(&mut cockpit);
+    cockpit.drive.ticks(3);
+    let good = cockpit.session().ticks();
+    let offers = |cockpit: &Cockpit| {
+        let controls = cockpit.session().controls();
+        ["implicit Euler", "Reset to start", "Last good tick"]
+            .map(|name| controls.iter().any(|control| control.name == name && control.role == "Button"))
+    };
+    let says_good = |cockpit: &Cockpit| cockpit.session().notices().any(|notice| notice.contains("good"));
+    assert!(offers(&cockpit) == [true, true, false] && says_good(&cockpit));
+
+    // It explodes until a number is too large, and stops once more: before that the run had gone wrong already.
+    cockpit.click("Play");
+    while !cockpit.session().paused() {
+        assert!(offers(&cockpit) == [true; 3] && !says_good(&cockpit), "tick {}", cockpit.session().ticks());
+        cockpit.drive.ticks(1);
+    }
+    cockpit.drive.ticks(3);
+    let fault = cockpit.session().fault().unwrap();
+    assert!(fault.quarantined && cockpit.session().ticks() == fault.tick - 1 && fault.tick > good + 100);
+    assert!(offers(&cockpit) == [true; 3] && !says_good(&cockpit));
+
+    cockpit.click("Last good tick");
+    assert_eq!(cockpit.session().ticks(), good);
+    cockpit.click("implicit Euler");
+    cockpit.click("Play");
+    cockpit.drive.ticks(600);
+    assert!(!cockpit.session().paused() && cockpit.session().fault().is_none(), "cured");
 }
 
 #[test]
