@@ -578,6 +578,24 @@ fn a_key_that_is_let_go_while_another_window_has_the_keyboard_does_not_fly_on() 
 }
 
 #[test]
+fn a_key_that_is_kept_down_steps_again_and_again_and_changes_gravity_once() {
+    let mut window = Window::open(&[]);
+    for key in ["period", "comma", "g"] {
+        window.input(&["keydown", key]);
+        sleep(REST);
+        window.input(&["keyup", key]);
+    }
+    window.quit();
+    let (script, _) = window.recording();
+    let times = |key: &str| {
+        let down = Action::KeyDown(key.to_owned());
+        script.steps.iter().filter(|step| step.action == down).count()
+    };
+    assert!(times(".") > 3 && times(",") > 3, "{script:?}");
+    assert_eq!(times("G"), 1);
+}
+
+#[test]
 fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
     let mut window = Window::open_in(tempfile::tempdir().unwrap(), &[], &[], USUAL);
     window.input(&["key", "F7", "F9", "b"]);
@@ -608,6 +626,27 @@ fn the_window_remembers_how_its_panels_were_arranged_and_a_recording_has_it() {
     window.quit();
     let left = fs::read_to_string(&path).unwrap();
     assert!(left.lines().any(|line| line == "toggle_theme off"), "{left}");
+}
+
+#[test]
+fn of_two_windows_at_once_each_remembers_its_scene_files() {
+    let mut first = Window::open_in(tempfile::tempdir().unwrap(), &[], &[], USUAL);
+    let settings = first.folder.path().join("settings");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("mine.ron"), "(version: 1)").unwrap();
+    let same = [("XDG_CONFIG_HOME", settings.to_str().unwrap())];
+    let mut second = Window::open_in(folder, &["mine.ron"], &same, USUAL);
+    first.input(&["key", "k", "m"]);
+    let _ = first.screenshot();
+    first.input(&["key", "ctrl+d", "ctrl+shift+s"]);
+    first.wait_for("the saved scene", |window| {
+        window.folder.path().join("tutorial.ron").exists().then_some(())
+    });
+    first.quit();
+    second.quit();
+    let files = fs::read_to_string(settings.join("inertia/files")).unwrap();
+    let names: Vec<_> = files.lines().map(|line| line.rsplit('/').next().unwrap()).collect();
+    assert_eq!(names, ["mine.ron", "tutorial.ron"]);
 }
 
 #[test]

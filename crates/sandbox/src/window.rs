@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use motion::clock::FrameClock;
 use render::{Gpu, Image, Offscreen, Quality, Renderer, WindowTarget};
-use scene::Scene;
+use scene::{Scene, Source};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseButton, WindowEvent};
@@ -128,6 +128,9 @@ pub(crate) fn open(args: &WindowArgs) -> Result<(), Failure> {
         if shell.recorder.is_none() {
             shell.session.remember_files(remembered::files());
             shell.files = Some(shell.session.files().to_owned());
+            if let Source::File(path) = shell.session.scene().source.clone() {
+                shell.session.run.note_file(&path);
+            }
             if let Some(draft) = left {
                 shell.session.offer(draft);
             }
@@ -466,8 +469,8 @@ impl Shell {
     /// Remembers which files were opened and saved, at once: a crash forgets none.
     fn keep_files(&mut self) {
         let files = self.session.files();
-        if self.files.as_deref().is_some_and(|kept| kept != files) {
-            remembered::keep_files(files);
+        if let Some(before) = self.files.as_deref().filter(|before| *before != files) {
+            remembered::keep_files(before, files);
             self.files = Some(files.to_owned());
         }
     }

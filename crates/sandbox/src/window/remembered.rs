@@ -44,11 +44,37 @@ pub(super) fn files() -> Vec<PathBuf> {
     read(FILES).lines().map(PathBuf::from).filter(|path| path.is_file()).collect()
 }
 
-/// Remembers these scene files, the newest last.
-pub(super) fn keep_files(files: &[PathBuf]) {
-    let newest = &files[files.len().saturating_sub(MOST_FILES)..];
-    let line =
-        |path: &PathBuf| absolute(path).ok()?.to_str().filter(|path| !path.contains('\n')).map(str::to_owned);
-    let lines: Vec<_> = newest.iter().filter_map(line).collect();
+/// Remembers what is new in `files`, the newest last, since they were `before`; another window may have remembered others.
+pub(super) fn keep_files(before: &[PathBuf], files: &[PathBuf]) {
+    let all = with_new(self::files(), before, files);
+    let newest = &all[all.len().saturating_sub(MOST_FILES)..];
+    let lines: Vec<_> =
+        newest.iter().filter_map(|path| path.to_str()).filter(|path| !path.contains('\n')).collect();
     keep(FILES, &lines.join("\n"));
+}
+
+fn with_new(mut all: Vec<PathBuf>, before: &[PathBuf], files: &[PathBuf]) -> Vec<PathBuf> {
+    for path in files.iter().filter(|path| !before.contains(path) || files.last() == Some(path)) {
+        let Ok(path) = absolute(path) else { continue };
+        all.retain(|other| *other != path);
+        all.push(path);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_another_window_remembered_meanwhile_stays() {
+        let paths = |names: &[&str]| -> Vec<_> { names.iter().map(PathBuf::from).collect() };
+        let all = |there, before, files| with_new(paths(there), &paths(before), &paths(files));
+        // One that is new, and one that is opened again.
+        assert_eq!(all(&["/a", "/other"], &["/a"], &["/a", "/b"]), paths(&["/a", "/other", "/b"]));
+        assert_eq!(
+            all(&["/a", "/b", "/other"], &["/a", "/b"], &["/b", "/a"]),
+            paths(&["/b", "/other", "/a"])
+        );
+    }
 }
