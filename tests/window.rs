@@ -757,11 +757,13 @@ fn a_paused_window_draws_when_something_happens_and_owes_nothing_for_the_rest() 
         paused.push(session.paused());
     });
     let lengths = recording.frame_ends_s.windows(2).map(|ends| ends[1] - ends[0]);
-    let long = lengths.zip(&paused).filter(|(length, paused)| **paused && *length > 0.8 * rest).count();
-    assert_eq!(long, 2, "no frame while nothing happens");
+    // The other frames are as long as the machine is busy.
+    let is_rest = |(i, length): &(usize, f64)| paused[*i] && *length > 0.8 * rest;
+    let rests: Vec<usize> = (0..).zip(lengths).filter(is_rest).map(|(i, _)| i).collect();
+    assert_eq!(rests.len(), 2, "no frame while nothing happens");
     let flown = cameras[0].distance(*cameras.last().unwrap());
     assert!(flown > 0.0 && flown < 50.0 * rest, "a tap of W flies {flown} m");
-    assert!(dropped.windows(2).all(|dropped| dropped[1] - dropped[0] < 0.5 * rest));
+    assert!(rests.iter().all(|i| dropped[i + 1] - dropped[*i] < 0.5 * rest));
 }
 
 #[test]
