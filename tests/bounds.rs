@@ -33,7 +33,7 @@ fn estimated_by_taken(text: &str, keeps: Keeps) -> f64 {
     let taken = most_held(|| {
         let scene = Scene::parse("big", text).unwrap();
         estimated = scene.estimated_bytes(keeps);
-        let pictures = keeps.pictures;
+        let pictures = keeps.pictures.is_some();
         let options = Options { pictures, interpolate: pictures, threads: Some(1), ..Options::default() };
         let mut drive = Drive::with(scene, options);
         drive.session.forecast_start(0.01);
@@ -72,8 +72,8 @@ fn the_estimate_has_what_the_run_keeps() {
     let keeps = [
         Keeps { ledger: true, ..no },
         Keeps { black_box: true, ..no },
-        Keeps { pictures: true, ..no },
-        Keeps { ledger: true, black_box: true, pictures: true },
+        Keeps { pictures: Some(0), ..no },
+        Keeps { ledger: true, black_box: true, pictures: Some(0) },
     ];
     let factors = keeps.map(|keeps| estimated_by_taken(&scene(CLOUD), keeps));
     // There is no device here, nor a timeline that is full.

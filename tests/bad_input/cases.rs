@@ -196,8 +196,8 @@ For more information, try '--help'." },
     Case { name: "endless time", line: "run fine.ron --seconds inf", code: 2, message: "error: invalid value 'inf' for '--seconds <S>': give a finite number above 0
 
 For more information, try '--help'." },
-    Case { name: "more ticks than can be", line: "run fine.ron --seconds 1e300", code: 2, message: "sandbox: 1e300 s at 1.2e2 Hz are more ticks than a run can have; give fewer" },
-    Case { name: "a rate of more ticks than can be", line: "run fine.ron --hz 1e308", code: 2, message: "sandbox: 1e1 s at 1e308 Hz are more ticks than a run can have; give fewer" },
+    Case { name: "more ticks than can be", line: "run fine.ron --seconds 1e300", code: 2, message: "sandbox: 1e300 s at 120 Hz are more ticks than a run can have; give fewer" },
+    Case { name: "a rate of more ticks than can be", line: "run fine.ron --hz 1e308", code: 2, message: "sandbox: 10 s at 1e308 Hz are more ticks than a run can have; give fewer" },
     Case { name: "ticks beside seconds", line: "run fine.ron --ticks 1 --seconds 1", code: 2, message: "error: the argument '--ticks <N>' cannot be used with '--seconds <S>'
 
 Usage: sandbox run --ticks <N> <SCENE>

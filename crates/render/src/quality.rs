@@ -17,6 +17,9 @@ pub struct Quality {
 /// How far the outline of a small sphere may stray from a circle, pixels.
 const STRAYS_PX: f32 = 0.5;
 
+/// Bytes of a device in software: its compiled shaders above all.
+const DEVICE: u64 = 124 << 20;
+
 impl Quality {
     /// The same on every machine: what stored reference pictures are drawn with.
     pub const FIXED: Self = Self { shadow_map_px: 1024, sphere_meridians: 15, msaa: 1 };
@@ -27,6 +30,15 @@ impl Quality {
     /// What suits an adapter: four samples quadruple the time of a frame in software and cost little in hardware.
     pub fn for_adapter(adapter: &AdapterSummary) -> Self {
         if adapter.software { Self::FIXED } else { Self::HIGH }
+    }
+
+    /// Bytes that drawing pictures of this size takes at most on a device in software, measured with llvmpipe (Mesa 22): the
+    /// device itself, the shadow map, and for every pixel its color, its depth, two copies to read it, and its samples.
+    #[must_use]
+    pub fn device_bytes(&self, [width, height]: [u32; 2]) -> u64 {
+        let of_pixel = 16 + if self.msaa > 1 { 12 * u64::from(self.msaa) } else { 0 };
+        let shadow_map = 4 * u64::from(self.shadow_map_px).pow(2);
+        DEVICE + shadow_map + of_pixel * u64::from(width) * u64::from(height)
     }
 
     /// Meridians of a small sphere.

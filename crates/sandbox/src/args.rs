@@ -3,6 +3,7 @@
 use clap::Args;
 use motion::effects::Effect;
 use motion::{DampingModel, Method, Substeps};
+use report::numbers::number;
 
 use crate::failure::Failure;
 
@@ -43,7 +44,8 @@ pub(crate) fn check_seconds(seconds: f64, rate: f64) -> Result<(), Failure> {
     if seconds * rate <= MOST_TICKS {
         return Ok(());
     }
-    let what = format!("{seconds:e} s at {rate:e} Hz are more ticks than a run can have");
+    let [seconds, rate] = [seconds, rate].map(|value| number(value, 6));
+    let what = format!("{seconds} s at {rate} Hz are more ticks than a run can have");
     Err(Failure::Usage(format!("{what}; give fewer")))
 }
 

@@ -18,7 +18,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::check::Scope;
-use crate::memory::{Census, byte_words, too_little_for};
+use crate::memory::{Census, bodies_words, byte_words, too_little_for};
 use crate::raw;
 use crate::scene::names::Names;
 use crate::text::faults::Faults;
@@ -104,12 +104,14 @@ fn check_size(raw: &raw::Scene, entries: &[Entry<'_>], faults: &mut Faults) -> O
     let Some((least, by_person)) = too_little_for(needed) else { return Some(total) };
     let needs = entries.iter().max_by_key(|entry| entry.census(attracts).bytes());
     let path = needs.map_or_else(|| "bodies".to_owned(), |entry| entry.scope.path());
-    let so_many = match census.springs {
-        0 => format!("{total} bodies"),
-        springs => format!("{total} bodies and {springs} springs"),
+    let bodies = bodies_words(total);
+    let so_many = match (census.springs, total) {
+        (0, 1) => format!("{bodies} takes"),
+        (0, _) => format!("{bodies} take"),
+        (springs, _) => format!("{bodies} and {springs} springs take"),
     };
     let have = if by_person { "are allowed" } else { "are free" };
-    let what = format!("{so_many} take some {}, and {} {have}", byte_words(needed), byte_words(least));
+    let what = format!("{so_many} some {}, and {} {have}", byte_words(needed), byte_words(least));
     faults.add(path, what, "give fewer, or more with `--memory GIB`");
     None
 }

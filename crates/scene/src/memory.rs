@@ -33,9 +33,7 @@ const BLACK_BOX: u64 = 300;
 const TIMELINE: u64 = 64 << 20;
 
 /// What a body takes besides in pictures: its instance here and on a device in software, and its place between two ticks.
-/// And what such a device takes.
 const PICTURE: u64 = 1000;
-const DEVICE: u64 = 136 << 20;
 
 /// What is not asked about: a scene of less fits everywhere.
 const SMALL: u64 = 256 << 20;
@@ -94,8 +92,8 @@ pub struct Keeps {
     pub ledger: bool,
     /// The last minute, to go back in.
     pub black_box: bool,
-    /// Pictures.
-    pub pictures: bool,
+    /// Pictures, with the bytes of the device that draws them.
+    pub pictures: Option<u64>,
 }
 
 impl Keeps {
@@ -106,11 +104,16 @@ impl Keeps {
             each(self.ledger, LEDGER),
             each(self.black_box, BLACK_BOX),
             if self.black_box { TIMELINE } else { 0 },
-            each(self.pictures, PICTURE),
-            if self.pictures { DEVICE } else { 0 },
+            each(self.pictures.is_some(), PICTURE),
+            self.pictures.unwrap_or_default(),
         ];
         parts.into_iter().fold(0, u64::saturating_add)
     }
+}
+
+/// So many bodies, in words.
+pub(crate) fn bodies_words(count: u64) -> String {
+    if count == 1 { "1 body".to_owned() } else { format!("{count} bodies") }
 }
 
 impl Scene {
@@ -124,7 +127,8 @@ impl Scene {
         let Some((least, by_person)) = too_little_for(needed) else { return Ok(()) };
         let have = if by_person { "are allowed" } else { "are free" };
         let (needed, least) = (byte_words(needed), byte_words(least));
-        Err(format!("{bodies} bodies and what the run keeps of them take some {needed}, and {least} {have}"))
+        let bodies = bodies_words(bodies);
+        Err(format!("{bodies} and what the run keeps of them take some {needed}, and {least} {have}"))
     }
 
     /// Bytes that a run of the scene that keeps all that takes at most until its first tick is over: as estimated before any

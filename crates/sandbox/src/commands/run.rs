@@ -233,7 +233,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let keeps = Keeps {
         ledger: keeps_ledger(args, &scene),
         black_box: args.black_box.is_some() || goes_back,
-        pictures: wants_pictures,
+        pictures: wants_pictures.then(|| Quality::from(args.quality).device_bytes(size_px)),
     };
     scene.check_memory(keeps).map_err(|what| {
         let cure = "give fewer bodies, leave outputs out, or give more with --memory";
