@@ -115,6 +115,26 @@ fn a_sheet_falls_at_the_terminal_velocity() {
     }
 }
 
+/// Implicit Euler linearizes air on sheets once per step, like springs, and does not iterate.
+#[test]
+fn no_wind_is_too_strong_for_a_sheet_under_implicit_euler() {
+    let axis = DVec3::new(0.48, 0.6, 0.64);
+    for (speed, drag) in [(1.0, 1.0), (1e2, 1e2), (1e4, 1e6)] {
+        let around = airy(Drag::new(0.0, drag), Some(wind(axis * speed)));
+        let mut sheet = kite(axis, DVec3::ZERO).soft(&ONE, &around, Method::ImplicitEuler, H);
+        for tick in 1..=600 {
+            sheet.run(1);
+            for body in 0..3 {
+                let v = sheet.v(body).length();
+                assert!(v <= speed * (1.0 + 1e-9), "{drag}/m, tick {tick}: {v} m/s in a wind of {speed} m/s");
+            }
+        }
+        let error = sheet.v(0).distance(axis * speed) / speed;
+        assert!(error < 0.2, "{drag}/m: {error} of the wind is left after 5 s");
+        assert_eq!(sheet.evaluations().unconverged_steps(), 0);
+    }
+}
+
 /// 3 by 3 points of different masses, one of them held, two triangles to a cell, out of plane.
 fn cloth() -> (Net, Vec<[u32; 3]>) {
     let mut dice = Dice(12);
