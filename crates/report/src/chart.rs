@@ -24,6 +24,9 @@ const LETTER: f64 = 6.3;
 /// Height of a row of the legend.
 const ROW: f64 = 23.0;
 
+/// How far the words of a level are moved at a time to where nothing is, pixels.
+const LEVEL_STEP: f64 = 12.0;
+
 const CROSS: &str = "M-4.5,-4.5L4.5,4.5M-4.5,4.5L4.5,-4.5";
 const LINE: &str = "M-18,0H18";
 const RED: Rgb = [0xb3, 0x26, 0x1e];
@@ -157,18 +160,26 @@ impl Chart {
         self.taken.push([x - 20.0, top, x + 2.0, top + 8.0 + width_of(words)]);
     }
 
-    /// A horizontal line with words above its right end, or its left one.
+    /// A horizontal line with words above its right end, or its left one; where something is there already, below it or
+    /// farther inside.
     pub(crate) fn level(&mut self, y: f64, words: &str, at_left: bool) {
         let [left, _, right, _] = self.frame();
         let (_, y) = self.at((1.0, y));
-        let (anchor, x, from) = if at_left {
-            (Anchor::Start, left + 8.0, left + 8.0)
-        } else {
-            (Anchor::End, right - 8.0, right - 8.0 - width_of(words))
-        };
+        let wide = width_of(words);
+        let room = (right - left - 16.0 - wide).max(0.0);
+        let steps = (0..=(room / LEVEL_STEP) as u32).map(|step| f64::from(step) * LEVEL_STEP);
+        let places = steps.flat_map(|inside| {
+            let from = if at_left { left + 8.0 + inside } else { right - 8.0 - wide - inside };
+            [y - 18.0, y + 2.0].map(|top| [from, top, from + wide, top + 18.0])
+        });
+        let mut places = places.peekable();
+        let first = places.peek().copied();
+        let free = |place: &Box4| self.taken.iter().all(|taken| !overlap(taken, place));
+        let Some(place) = places.find(free).or(first) else { return };
         self.under.push(Shape::line([(left, y), (right, y)]).class("floor").stroke(FLOOR));
-        self.under.push(Shape::soft_words(words).anchored(anchor).at(x, y - 6.0));
-        self.taken.push([from, y - 18.0, from + width_of(words), y]);
+        let (anchor, x) = if at_left { (Anchor::Start, place[0]) } else { (Anchor::End, place[2]) };
+        self.under.push(Shape::soft_words(words).anchored(anchor).at(x, place[1] + 12.0));
+        self.taken.push(place);
     }
 
     /// The next row of the legend: samples around their middle, and words.

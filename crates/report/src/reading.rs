@@ -142,29 +142,38 @@ pub(crate) fn floor(study: &Study, method: Method, precision: Precision) -> Opti
 
 /// What became of energy, in words, and of what the numbers are parts.
 pub(crate) fn fate(drift: &Drift) -> String {
-    let Some(largest) = drift.largest else { return "failed".to_owned() };
+    let (words, whole) = fate_and_whole(drift);
+    format!("{words} {whole}").trim_end().to_owned()
+}
+
+/// The same where something else says of what the numbers are parts.
+pub(crate) fn short_fate(drift: &Drift) -> String {
+    fate_and_whole(drift).0
+}
+
+fn fate_and_whole(drift: &Drift) -> (String, &'static str) {
+    let Some(largest) = drift.largest else { return ("failed".to_owned(), "") };
     if largest < 1e-11 {
-        return "round-off".to_owned();
+        return ("round-off".to_owned(), "");
     }
-    let Some((_, residual)) = drift.series.last().copied() else { return "failed".to_owned() };
+    let Some((_, residual)) = drift.series.last().copied() else { return ("failed".to_owned(), "") };
     let of = match drift.scale {
         EnergyScale::Start => "of the energy at the start",
         EnergyScale::PeakKinetic => "of the peak kinetic energy",
     };
     let part = share(largest, 2);
-    match growth(drift, largest) {
-        _ if residual < -0.5 => format!("loses {part} {of}"),
+    let words = match growth(drift, largest) {
+        _ if residual < -0.5 => format!("loses {part}"),
         Some(Growth::Exponential) => {
-            format!(
-                "grows exponentially to {} times the energy at the start",
-                fold(1.0 + residual / drift.start)
-            )
+            let times = fold(1.0 + residual / drift.start);
+            return (format!("grows exponentially to {times} times"), "the energy at the start");
         }
-        Some(Growth::Power(power)) => format!("grows as t^{power:.1} to {part} {of}"),
-        Some(Growth::Other) => format!("grows to {part} {of}"),
-        None if largest > 0.1 => format!("varies by up to {part} {of}"),
-        None => format!("within {part} {of}"),
-    }
+        Some(Growth::Power(power)) => format!("grows as t^{power:.1} to {part}"),
+        Some(Growth::Other) => format!("grows to {part}"),
+        None if largest > 0.1 => format!("varies by up to {part}"),
+        None => format!("within {part}"),
+    };
+    (words, of)
 }
 
 /// How a residual of energy grows.
@@ -298,6 +307,7 @@ mod tests {
         let rate = 2.62_f64.ln() / 10.0;
         let grown = drift(EnergyScale::PeakKinetic, 0.4, |t| 0.4 * (rate * t).exp_m1());
         assert_eq!(fate(&grown), "grows exponentially to 2.6 times the energy at the start");
+        assert_eq!(short_fate(&grown), "grows exponentially to 2.6 times");
         // An energy of 0 at the start is no measure.
         let from_nothing = Drift { start: 0.0, ..grown };
         assert!(fate(&from_nothing).ends_with("% of the peak kinetic energy"), "{}", fate(&from_nothing));
@@ -307,6 +317,7 @@ mod tests {
         assert_eq!(fate(&root), "grows as t^0.5 to 0.32 % of the peak kinetic energy");
         let swing = drift(EnergyScale::Start, -1.0, |t| 1e-3 * (7.0 * t).sin());
         assert_eq!(fate(&swing), "within 0.1 % of the energy at the start");
+        assert_eq!(short_fate(&swing), "within 0.1 %");
         let jump = drift(EnergyScale::Start, 1.0, |t| if t > 8.0 { 0.2 } else { 1e-6 });
         assert_eq!(fate(&jump), "grows to 20 % of the energy at the start");
         let lost = drift(EnergyScale::Start, 1.0, |t| (-t).exp_m1());

@@ -38,7 +38,7 @@ impl Table {
     /// For a page, without its title.
     pub(crate) fn html(&self) -> String {
         let cells = |tag: &str, row: &[String]| -> String {
-            row.iter().map(|value| format!("<{tag}>{}</{tag}>", html(value))).collect()
+            row.iter().map(|value| format!("<{tag}>{}</{tag}>", joined(&html(value)))).collect()
         };
         let rows: String = self.rows.iter().map(|row| format!("<tr>{}</tr>\n", cells("td", row))).collect();
         format!(
@@ -63,6 +63,11 @@ impl Table {
         let rows: Vec<_> = std::iter::once(&self.header).chain(&self.rows).cloned().collect();
         aligned(&rows, self.numbers)
     }
+}
+
+/// A cell whose lines end neither before a percent sign nor inside `(x 4)`.
+fn joined(html: &str) -> String {
+    html.replace(" %", "&nbsp;%").replace("(x ", "(x&nbsp;")
 }
 
 /// Rows whose columns line up, all to the left, or but for the first one to the right.

@@ -47,7 +47,8 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy, cost: Cost) -> Drawing {
     }
     let unpriced = curves(study).filter(|cell| placed(cell).is_none()).count();
     if unpriced > 0 {
-        chart.legend_note(&format!("{unpriced} runs without this cost"));
+        let runs = if unpriced == 1 { "run" } else { "runs" };
+        chart.legend_note(&format!("{unpriced} {runs} without this cost"));
     }
     for cell in &front {
         if let Some((x, y)) = point(cell) {

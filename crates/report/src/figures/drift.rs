@@ -4,7 +4,7 @@ use lab::cost::{Drift, Study};
 
 use crate::chart::{Axis, Chart, Drawing};
 use crate::numbers::{number, power};
-use crate::reading::fate;
+use crate::reading::{fate, short_fate};
 
 /// Residuals below the round-off of one sum are drawn at it: a logarithm has no zero.
 const FOOT: f64 = 1e-17;
@@ -31,7 +31,7 @@ pub(super) fn figure(study: &Study, long: bool) -> Option<Drawing> {
             chart.failure(method, line.last().map_or(0.0, |(time, _)| *time), &words);
         }
         chart.legend_method(method, &name);
-        chart.legend_note(&fate(drift));
+        chart.legend_note(&short_fate(drift));
     }
     Some(chart.finish())
 }

@@ -41,10 +41,6 @@ pub(super) fn figure(study: &Study) -> Option<Drawing> {
     let floor = in_sight(study, accuracy, cells(), round_off);
     let y = error_axis(study, accuracy, cells(), floor);
     let mut chart = Chart::new(format!("{}: error against steps, by precision", study.subject), x, y, 620);
-    let words = format!("one rounding of the farthest position to f32, {}", error_words(accuracy, round_off));
-    if let Some(floor) = floor {
-        chart.level(floor, &words, true);
-    }
     let mut failed = false;
     let place = |cell: &Cell| Some(f64::from(cell.setting.substeps));
     let words = |cell: &Cell| {
@@ -55,6 +51,11 @@ pub(super) fn figure(study: &Study) -> Option<Drawing> {
             failed |= draw(&mut chart, study, (*method, precision), accuracy, place, words);
         }
         chart.legend_method(*method, method.claims().title);
+    }
+    // After the curves, so that the words keep off them.
+    let words = format!("one rounding of the farthest position to f32, {}", error_words(accuracy, round_off));
+    if let Some(floor) = floor {
+        chart.level(floor, &words, true);
     }
     chart.legend_gap();
     chart.legend_precision(Precision::F64, "double precision, f64");

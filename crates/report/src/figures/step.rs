@@ -19,13 +19,6 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
     let y = error_axis(study, accuracy, curves(study), floor);
     let mut chart =
         Chart::new(format!("{}: error against step, in double precision", study.subject), x, y, 620);
-    if let Some(floor) = floor {
-        chart.level(
-            floor,
-            &format!("error of the reference itself, {}", error_words(accuracy, floor)),
-            false,
-        );
-    }
     let mut failed = false;
     for method in methods(study, Precision::F64) {
         let place = |cell: &Cell| Some(study.step_s(cell.setting));
@@ -35,9 +28,17 @@ pub(super) fn figure(study: &Study, accuracy: Accuracy) -> Drawing {
         let order = order.map_or_else(String::new, |order| format!(": {order:.2}"));
         chart.legend_method(method, &format!("{}{order}", method.claims().title));
     }
+    // After the curves, so that the words keep off them.
+    if let Some(floor) = floor {
+        chart.level(
+            floor,
+            &format!("error of the reference itself, {}", error_words(accuracy, floor)),
+            false,
+        );
+    }
     chart.legend_note("numbers are fitted orders");
     if own_error > 0.0 && floor.is_none() {
-        chart.legend_note(&format!("the reference's own error is {}", error_words(accuracy, own_error)));
+        chart.legend_note(&format!("reference's own error: {}", error_words(accuracy, own_error)));
     }
     if failed {
         chart.legend_gap();
