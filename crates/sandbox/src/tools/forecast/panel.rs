@@ -4,6 +4,7 @@ use egui::{Color32, Rect, RichText, Sense, Ui, Vec2};
 use report::numbers::digits;
 
 use crate::tools::forecast::ForecastRow;
+use crate::tools::forecast::state::growth;
 use crate::view::hud::as_in_picture;
 use crate::view::inks;
 use crate::view::springs::margin_color;
@@ -72,7 +73,7 @@ fn part(ui: &mut Ui, row: &ForecastRow) {
         ui.label(RichText::new(&row.cure).color(color).strong());
     }
     if margin.is_unstable {
-        ui.weak(format!("grows {} times per second", digits(margin.growth_per_s)));
+        ui.weak(growth(margin.growth_per_s));
     }
 }
 

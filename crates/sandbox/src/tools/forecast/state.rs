@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use motion::forecast::{LimitingPart, Margin};
 use motion::groups::Groups;
 use motion::{Damping, Method, Substeps, TimeStep, forecast};
-use report::numbers::digits;
+use report::numbers::{digits, number};
 use scene::StepKind;
 
 use crate::view::notices::Topic;
@@ -22,6 +22,9 @@ pub(super) const LARGE_NET: usize = 20_000;
 /// What grows by less than this factor in a second, and in a tick, is listed and not told: Runge-Kutta 2 is never quite
 /// stable.
 const TOLD_GROWTH: f64 = 1.01;
+
+/// Growth in a second that is said as a number, %.
+const LEAST_PERCENT: f64 = 0.001;
 
 /// How far from instability something is, in words.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,13 +83,27 @@ impl ForecastRow {
             limit if limit.is_infinite() => format!("{method} has no limit here"),
             limit => format!("the limit of {method} is {}", digits(limit)),
         };
-        let grows = match margin.growth_per_s {
-            _ if !margin.is_unstable || margin.limit > 0.0 => String::new(),
-            growth if growth.is_infinite() => ", grows without end".to_owned(),
-            growth => format!(", grows {} times a second", digits(growth)),
+        let grows = if !margin.is_unstable || margin.limit > 0.0 {
+            String::new()
+        } else {
+            format!(", {}", growth(margin.growth_per_s))
         };
         let cure = if cure.is_empty() { String::new() } else { format!("; {cure}") };
         format!("{element}: {symbol} = {value}, {limit}{grows}{cure}")
+    }
+}
+
+/// How fast something grows that grows by this factor in a second: slowly, by a share, which does not round to a factor of 1.
+pub(super) fn growth(factor: f64) -> String {
+    let percent = 100.0 * (factor - 1.0);
+    if factor.is_infinite() {
+        "grows without end".to_owned()
+    } else if factor >= 2.0 {
+        format!("grows {} times a second", digits(factor))
+    } else if percent >= LEAST_PERCENT {
+        format!("grows by {} % a second", number(percent, 2))
+    } else {
+        format!("grows by less than {LEAST_PERCENT} % a second")
     }
 }
 
@@ -221,5 +238,24 @@ pub(super) fn settings(stage: &Stage) -> Settings {
         structure: groups.map_or([0; 4], |groups| {
             [groups.len(), groups.springs(), groups.bodies(), stage.quarantined_here().len()]
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_grows_slowly_is_said_to_grow_by_a_share() {
+        for (factor, words) in [
+            (49.2, "grows 49.2 times a second"),
+            (2.0, "grows 2 times a second"),
+            (1.153, "grows by 15 % a second"),
+            (1.000_021, "grows by 0.0021 % a second"),
+            (1.0 + f64::EPSILON, "grows by less than 0.001 % a second"),
+            (f64::INFINITY, "grows without end"),
+        ] {
+            assert_eq!(growth(factor), words);
+        }
     }
 }
