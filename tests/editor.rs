@@ -60,6 +60,8 @@ fn everything_that_can_be_added_stands_selected_and_stays_finite() {
         cockpit.click(button);
         assert_eq!(scene(&cockpit).bodies.len(), before + bodies, "{button}");
         assert!(cockpit.drive.session.selection().is_some(), "{button}");
+        let text = &scene(&cockpit).text;
+        assert!(!text.contains("-0.0,") && !text.contains("-0.0)"), "{button}: {text}");
         let clock = cockpit.drive.session.world().resource::<StepClock>();
         assert!(cockpit.drive.session.paused() && clock.scene_seconds() == 0.0, "{button}");
     }

@@ -96,7 +96,8 @@ fn springs(place: &Place, mass: f64, factor: f64) -> String {
 }
 
 pub(crate) fn triple(v: DVec3) -> String {
-    Value::from(v).to_string()
+    // -0 is 0.
+    Value::from(v + DVec3::ZERO).to_string()
 }
 
 /// The multiple of `step` nearest to `number`, with the decimals that the step has.
