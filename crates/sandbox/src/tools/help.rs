@@ -45,7 +45,8 @@ impl Tool for Help {
                     grid.max_col_width(0.5 * most.x - KEYS).show(ui, |ui| {
                         for (input, what, when) in rows {
                             ui.label(RichText::new(input).monospace().strong());
-                            ui.add(Label::new(*what).wrap()).on_hover_text(*when);
+                            // Marks of code are for the document.
+                            ui.add(Label::new(what.replace('`', "")).wrap()).on_hover_text(*when);
                             ui.end_row();
                         }
                     });
