@@ -542,6 +542,27 @@ fn the_dock_is_resized_at_its_edge_and_nothing_is_selected_or_pulled_there() {
 }
 
 #[test]
+fn what_the_tools_say_fits_into_the_dock_at_its_usual_width() {
+    for size @ [width, _] in [[1024, 600], [1280, 720]] {
+        for scene in ["tutorial", "orbits_race", "flag", "jelly"] {
+            let mut cockpit = Cockpit::of(scene, size);
+            cockpit.drive.press("K").ticks(30);
+            for tool in ["E", "T", "V", "B", "Y", "R", "M"] {
+                cockpit.drive.press(tool).ticks(10);
+                let [corner, view] = cockpit.view();
+                let controls = cockpit.session().controls();
+                let dock = controls.iter().filter(|control| control.rect_px[0] > corner.x + view.x);
+                for control in dock.filter(|control| !control.name.is_empty()) {
+                    let right = control.rect_px[2];
+                    assert!(right <= f64::from(width) - 8.0, "{scene}, {tool} at {size:?}: {control:#?}");
+                }
+                cockpit.drive.press(tool).ticks(2);
+            }
+        }
+    }
+}
+
+#[test]
 fn showing_the_cockpit_changes_no_setting_and_no_bit() {
     let hash = |cockpit: bool| {
         let overrides = Overrides { substeps: Some(5000), ..Overrides::default() };

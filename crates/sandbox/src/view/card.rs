@@ -1,7 +1,7 @@
 //! The card of the selection: the tutorial's quantities with their units.
 
 use bevy_ecs::prelude::*;
-use egui::{Align2, Grid, RichText, Ui};
+use egui::{Align2, Grid, RichText, TextStyle, Ui};
 use glam::DVec3;
 use motion::{ForceCause, Method, PhysicsBody, Transform};
 use report::numbers::three_decimals;
@@ -114,7 +114,7 @@ pub(crate) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
         .show(context, |ui| {
             // Else the card's edge would jump with every digit.
             ui.set_min_width(WIDTH);
-            lines(ui, selected, scene);
+            lines(ui, selected, scene, TextStyle::Monospace);
         });
     // It stood where it fits as wide as it was last.
     let edge = context.content_rect().right() - MARGIN;
@@ -123,13 +123,13 @@ pub(crate) fn show(context: &egui::Context, selected: &Selected, scene: Method) 
     }
 }
 
-/// What the card says.
-pub(crate) fn lines(ui: &mut Ui, selected: &Selected, scene: Method) {
+/// What the card says, with the values in `letters`: in a narrow place those that are less wide.
+pub(crate) fn lines(ui: &mut Ui, selected: &Selected, scene: Method, letters: TextStyle) {
     ui.label(RichText::new(&selected.name).strong());
     Grid::new("quantities").num_columns(2).show(ui, |ui| {
         for (quantity, value) in rows(selected, scene) {
             ui.label(quantity);
-            ui.monospace(value);
+            ui.label(RichText::new(value).text_style(letters.clone()));
             ui.end_row();
         }
     });
@@ -233,7 +233,7 @@ fn soft_rows(soft: &SoftSum) -> Vec<(&'static str, String)> {
         ("mass", mass),
         ("momentum", vector(body.momentum(), NOISE * body.mass(), "kg m/s")),
         ("kinetic energy", format!("{} J", three_decimals(soft.kinetic_energy))),
-        ("energy in springs", format!("{} J", three_decimals(soft.spring_energy))),
+        ("spring energy", format!("{} J", three_decimals(soft.spring_energy))),
     ]
 }
 

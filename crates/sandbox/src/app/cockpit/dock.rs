@@ -1,7 +1,7 @@
 //! The dock at the right: the selection, and a section for every tool.
 
 use egui::style::ScrollAnimation;
-use egui::{Align, CollapsingHeader, Response, ScrollArea, Ui};
+use egui::{Align, CollapsingHeader, Response, ScrollArea, TextStyle, Ui};
 
 use crate::app::actions;
 use crate::app::ui::reveal_focus;
@@ -23,7 +23,9 @@ pub(super) fn show(
         let selection = CollapsingHeader::new("Selection").default_open(true).show(ui, |ui| {
             let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
             if let Some(selected) = selected {
-                sideways(ui, "selection", |ui| card::lines(ui, &selected, stage.sim.method()));
+                sideways(ui, "selection", |ui| {
+                    card::lines(ui, &selected, stage.sim.method(), TextStyle::Body)
+                });
             } else {
                 ui.weak("Click a body to select it.");
             }

@@ -54,6 +54,9 @@ const BEGINNINGS: [(&str, &str); 20] = [
     ("direction", "(0.0, 1.0, 0.0)"),
 ];
 
+/// Letters of a number that is shown with all of its digits.
+const LONGEST: usize = 9;
+
 /// The words that a key takes, if they are few.
 fn words(key: &str) -> Vec<&'static str> {
     match key {
@@ -300,8 +303,20 @@ fn shape(ui: &mut Ui, name: &str, written: &mut String) -> bool {
 /// A number that is dragged as fast as it is large.
 fn drag(number: &mut f64) -> DragValue<'_> {
     let speed = 0.01 * number.abs().max(0.1);
-    // egui reads back what it shows: it has to be the whole number.
-    DragValue::new(number).speed(speed).custom_formatter(|number, _| format!("{number:?}"))
+    let whole = *number;
+    // egui reads back what it shows, also where nothing was typed: that stays the whole number.
+    let read = move |text: &str| if text == shown(whole) { Some(whole) } else { text.trim().parse().ok() };
+    DragValue::new(number).speed(speed).custom_formatter(|number, _| shown(number)).custom_parser(read)
+}
+
+/// A number as its field shows it: with six digits where it has many more, so that three of them fit into the dock.
+fn shown(number: f64) -> String {
+    let whole = format!("{number:?}");
+    if whole.len() <= LONGEST {
+        return whole;
+    }
+    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
+    format!("{rounded:?}")
 }
 
 #[cfg(test)]
@@ -319,6 +334,20 @@ mod tests {
             ("substeps", "substeps", ""),
         ] {
             assert_eq!(label(key), (words.to_owned(), unit));
+        }
+    }
+
+    #[test]
+    fn a_number_of_many_digits_is_shown_with_six() {
+        for (number, text) in [
+            (34.800_000_000_000_004, "34.8"),
+            (-20.943_951_023_931_955, "-20.944"),
+            (0.123_456_789_1, "0.123457"),
+            (1e-20, "1e-20"),
+            (1_234_567.0, "1234567.0"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(shown(number), text);
         }
     }
 

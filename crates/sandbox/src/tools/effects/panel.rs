@@ -1,6 +1,6 @@
 //! The panel of effects: what acts, because of what, on how many bodies, at what cost; and switching it.
 
-use egui::{Grid, Ui};
+use egui::{Grid, RichText, Ui};
 use lab::Row;
 use motion::effects::EffectState;
 use report::numbers::count;
@@ -8,29 +8,49 @@ use report::numbers::count;
 use crate::tools::tool::{Desk, Edit};
 use crate::view::hud::mouse_hint;
 
+/// Columns in the dock, and the width of the first of them, points.
+const NARROW: usize = 5;
+const NAME: f32 = 110.0;
+
+/// Size of the causes in the dock, points: a scene with everything in it has 19 of them.
+const CAUSE: f32 = 11.0;
+
 /// The panel; whether the effects are to be measured.
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[Row]) -> bool {
     mouse_hint(ui, desk.stage);
-    Grid::new("effects").num_columns(7).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-        for heading in ["", "bodies", "evals", "ns/step", "share", "bytes", "because"] {
-            ui.weak(heading);
+    // The dock is not wide enough for a column of causes: there they stand below the names.
+    let narrow = desk.dock_width.is_some();
+    let headings = ["", "bodies", "evals", "ns/step", "share", "bytes", "because"];
+    let columns = if narrow { NARROW } else { headings.len() };
+    let gap = if narrow { 8.0 } else { 10.0 };
+    Grid::new("effects").num_columns(columns).striped(true).spacing([gap, 2.0]).show(ui, |ui| {
+        for heading in &headings[..columns] {
+            ui.weak(*heading);
         }
         ui.end_row();
         for row in rows {
             let mut on = row.state == EffectState::On;
             let because = row.because.as_deref().unwrap_or(row.state.words());
-            match row.effect {
-                Some(effect) => {
-                    let declared = row.state != EffectState::NotDeclared;
-                    let box_ = ui.add_enabled(declared, egui::Checkbox::new(&mut on, row.name));
-                    if box_.on_hover_text(because).changed() {
-                        desk.edits.push(Edit::Switch(effect, on));
+            let hint =
+                if row.bytes > 0 { format!("{because}; {} bytes", row.bytes) } else { because.to_owned() };
+            ui.vertical(|ui| {
+                match row.effect {
+                    Some(effect) => {
+                        let declared = row.state != EffectState::NotDeclared;
+                        let box_ = ui.add_enabled(declared, egui::Checkbox::new(&mut on, row.name));
+                        if box_.on_hover_text(hint).changed() {
+                            desk.edits.push(Edit::Switch(effect, on));
+                        }
+                    }
+                    None => {
+                        ui.add_enabled(on, egui::Label::new(row.name).extend()).on_hover_text(hint);
                     }
                 }
-                None => {
-                    ui.add_enabled(on, egui::Label::new(row.name)).on_hover_text(because);
+                if let Some(because) = row.because.as_deref().filter(|_| narrow) {
+                    ui.set_max_width(NAME);
+                    ui.add(egui::Label::new(RichText::new(because).size(CAUSE).weak()).wrap());
                 }
-            }
+            });
             let number = |on: bool, text: String| if on { text } else { String::new() };
             let measured = |value: Option<f64>, text: fn(f64) -> String| {
                 value.map_or(String::new(), |value| number(on, text(value)))
@@ -39,11 +59,13 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk<'_>, rows: &[Row]) -> bool {
             ui.label(number(on, count(row.evaluations)));
             ui.label(measured(row.ns, |ns| format!("{ns:.0}")));
             ui.label(measured(row.share, |share| format!("{:.0} %", share * 100.0)));
-            ui.label(number(row.bytes > 0, row.bytes.to_string()));
-            match row.because {
-                Some(_) => ui.label(because),
-                None => ui.weak(because),
-            };
+            if !narrow {
+                ui.label(number(row.bytes > 0, row.bytes.to_string()));
+                match row.because {
+                    Some(_) => ui.label(because),
+                    None => ui.weak(because),
+                };
+            }
             ui.end_row();
         }
     });

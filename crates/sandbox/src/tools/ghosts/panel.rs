@@ -19,9 +19,27 @@ const ASIDE: f32 = 24.0;
 const BETWEEN: f32 = 1.0;
 /// Points in which a long reason is broken into lines.
 const WIDTH: f32 = 300.0;
+/// Points that the whole names of the methods need beside three distances of a small power of ten.
+const ROOM: f32 = 320.0;
+
+/// How much the table says.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Words {
+    /// Names, units and headings.
+    Whole,
+    /// In the dock: names, and the unit in the line above.
+    Docked,
+    /// In a narrow dock: the short names of the picture.
+    Short,
+}
 
 pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage, docks: bool) {
     let rows = ghosts.rows(stage);
+    let words = match docks {
+        false => Words::Whole,
+        true if ui.available_width() >= ROOM => Words::Docked,
+        true => Words::Short,
+    };
     if stage.view.mode == Mode::Camera {
         // The words of the reference picture.
         ui.weak("the pointer turns the camera: Q lets it click here");
@@ -40,7 +58,7 @@ pub(super) fn show(ui: &mut Ui, ghosts: &mut Ghosts, stage: &Stage, docks: bool)
                 ui.end_row();
             }
             for row in &rows {
-                line(ui, row, ghosts.twins.as_mut(), docks);
+                line(ui, row, ghosts.twins.as_mut(), words);
                 ui.end_row();
             }
         },
@@ -72,26 +90,34 @@ fn trouble(row: &GhostRow) -> Option<&str> {
     }
 }
 
-fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>, docks: bool) {
+fn line(ui: &mut Ui, row: &GhostRow, twins: Option<&mut Twins>, words: Words) {
     let there = trouble(row).is_none();
     ui.horizontal(|ui| {
         swatch(ui, color(ink_of(row).srgb));
         let mut shown = row.shown && there;
         let title = row.method.map_or("reference", |method| method.claims().title);
-        let title = if docks { title.replace("Runge-Kutta ", "RK") } else { title.to_owned() };
-        let words = match row.state {
-            GhostState::Solid => RichText::new(format!("{title}, solid")).strong(),
-            _ => RichText::new(title),
+        let name = match words {
+            Words::Whole => title.to_owned(),
+            Words::Docked => title.replace("Runge-Kutta ", "RK"),
+            Words::Short => row.method.map_or(title, |method| ink(method).short).to_owned(),
         };
-        let changed = ui.add_enabled(there, egui::Checkbox::new(&mut shown, words)).changed();
+        let name = match row.state {
+            GhostState::Solid => RichText::new(format!("{name}, solid")).strong(),
+            _ => RichText::new(name),
+        };
+        let box_ = ui.add_enabled(there, egui::Checkbox::new(&mut shown, name));
+        let changed = box_.changed();
+        if words == Words::Short {
+            box_.on_hover_text(title);
+        }
         if let Some(twins) = twins.filter(|_| changed) {
             twins.show(row.method, shown);
         }
     });
     // In the dock the line above has the unit.
     let meters = |distance| {
-        let words = meters(distance);
-        if docks { words.trim_end_matches(" m").to_owned() } else { words }
+        let text = meters(distance);
+        if words == Words::Whole { text } else { text.trim_end_matches(" m").to_owned() }
     };
     match &row.state {
         GhostState::Failed(_) => ui.weak("failed"),
