@@ -5,11 +5,10 @@ use std::collections::BTreeSet;
 use bevy_ecs::prelude::*;
 use motion::clock::StepClock;
 use motion::effects::Effect;
-use motion::snapshot::LastStep;
 use motion::units::Vector;
 use motion::{
     Dormant, Emission, Emitter, Gravity, Method, PhysicsBody, PreviousPosition, Request, StableId, Threads,
-    Transform,
+    Transform, Well, Wells,
 };
 
 use crate::harness::{H, Lab};
@@ -99,18 +98,29 @@ fn what_is_not_alive_rests_at_its_emitter_and_is_counted_by_nothing() {
 
 #[test]
 fn a_particle_takes_nothing_of_another_life_with_it() {
-    let gravity = |world: &mut World| world.insert_resource(Gravity::EARTH);
-    let (mut lab, _) = fountain(1, 1.0, 0.5, Method::PositionVerlet, 0.125, gravity);
-    let body = lab.bodies[0];
-    let alive = |lab: &Lab| (lab.state(body), lab.world.get::<PhysicsBody>(body).unwrap().inverse_mass);
-    let first = alive(lab.run(3));
-    assert_eq!(lab.world.get::<LastStep>(body), Some(&LastStep(0.125)));
-    lab.run(1);
-    assert!(lab.world.get::<Dormant>(body).is_some());
-    assert_eq!(lab.world.get::<LastStep>(body), Some(&LastStep(0.0)));
-    // Position Verlet would go on from a step that another life has taken.
-    lab.insert(body, LastStep(0.125));
-    assert_eq!(alive(lab.run(4 + 3)), first);
+    // Methods that keep something from tick to tick; a particle that dies, and one that is born again while it lives.
+    for method in [Method::PositionVerlet, Method::VelocityVerlet, Method::Yoshida4] {
+        for life_s in [0.5, 1.5] {
+            let laws = |world: &mut World| {
+                world.insert_resource(Gravity::EARTH);
+                let well = Well { position: AT + Vector::X, strength: 5.0, softening: 0.5 };
+                world.insert_resource(Wells(vec![well]));
+            };
+            let (mut lab, _) = fountain(1, 1.0, life_s, method, 0.125, laws);
+            let body = lab.bodies[0];
+            let life = |lab: &mut Lab| {
+                [(); 3].map(|()| {
+                    let state = lab.push(body, Vector::Z).run(1).state(body);
+                    (state, lab.world.get::<PhysicsBody>(body).unwrap().inverse_mass)
+                })
+            };
+            let first = life(&mut lab);
+            // To one that dies in this tick the push comes too late.
+            lab.push(body, Vector::X * 1e3).run(1);
+            assert_eq!(lab.world.get::<Dormant>(body).is_some(), life_s == 0.5);
+            assert_eq!(life(lab.run(4)), first, "{method:?}, {life_s} s");
+        }
+    }
 }
 
 #[test]
