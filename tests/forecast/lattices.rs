@@ -94,3 +94,20 @@ fn implicit_euler_is_a_cure_only_where_its_iteration_ends() {
     }
     assert!(cured >= 4, "{cured}");
 }
+
+/// The value of a long chain is known within a hundredth: of hundreds of substeps one hundredth is some.
+#[test]
+fn the_substeps_that_a_cure_names_are_enough() {
+    for k in [1e9, 2e9, 3e9, 5e9, 1e10] {
+        let net = bent_chain(300, k);
+        let margin = |substeps| {
+            let around = Environment { substeps, ..Environment::default() };
+            let mut rig = net.lab(&around, Method::SemiImplicitEuler, 1.0 / 60.0);
+            *Forecast::of(&mut rig.world, Method::SemiImplicitEuler).margins().first().unwrap()
+        };
+        let unstable = margin(None);
+        assert!(unstable.is_unstable && unstable.at_most > unstable.value, "{k:e}: {unstable:?}");
+        let cured = margin(unstable.cure.substeps);
+        assert!(cured.substeps > 400 && !cured.is_unstable && !cured.may_be_unstable(), "{k:e}: {cured:?}");
+    }
+}
