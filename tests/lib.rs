@@ -1,3 +1,5 @@
-//! What the acceptance tests, which are the modules of `main.rs`, share with the fuzz targets of `fuzz/`.
+//! What the acceptance tests, which are the modules of `main.rs`, share with the fuzz targets of `fuzz/` and the program
+//! `mutants`.
 
+pub mod mutants;
 pub mod targets;

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use acceptance::mutants::{MUTANTS, Mutant};
 use motion::effects::Effect;
 
 use crate::harness::{output, root, sandbox};
@@ -514,6 +515,19 @@ fn the_contract_names_every_action_of_scripts() {
         }
         let named = ["`", "("].iter().any(|end| contract.contains(&format!("`{name}{end}")));
         assert!(named, "docs/contract.md lacks the action {name}");
+    }
+}
+
+#[test]
+fn every_mistake_of_the_list_can_be_made_and_its_test_exists() {
+    for Mutant { mistake, file, from, to, killed_by } in MUTANTS {
+        let text = fs::read_to_string(root().join(file)).unwrap();
+        assert_eq!((text.matches(from).count(), from == to), (1, false), "{mistake}: {from:?} in {file}");
+        let (module, test) = killed_by.rsplit_once("::").unwrap();
+        let path =
+            root().join(format!("tests/{}.rs", module.trim_end_matches("::on_unix").replace("::", "/")));
+        let tests = fs::read_to_string(path).unwrap();
+        assert!(tests.contains(&format!("fn {test}()")), "{mistake}: there is no test {killed_by}");
     }
 }
 
