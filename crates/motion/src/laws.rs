@@ -230,29 +230,32 @@ impl<T: Real> BodyBlock<'_, T> {
     /// arithmetic without branches.
     #[inline(always)]
     pub fn add_each(&self, sum: &mut Axes<T>, acceleration: impl Fn(BodyState<T>) -> T::Vector) {
-        // Without branches: one comparison of vectors.
-        if !self.inverse_masses.iter().fold(true, |all, w| all & (*w > T::ZERO)) {
+        let added = vectorize(
+            #[inline(always)]
+            || {
+                // Without branches: one comparison of vectors.
+                let all_move = self.inverse_masses.iter().fold(true, |all, w| all & (*w > T::ZERO));
+                if all_move {
+                    // Not into `sum` itself: the compiler would have to assume that it overlaps with the states.
+                    let mut all = [[T::ZERO; BLOCK_BODIES]; 3];
+                    #[expect(clippy::needless_range_loop, reason = "one number for many arrays")]
+                    for k in 0..BLOCK_BODIES {
+                        let [x, y, z] = acceleration(self.body(k)).to_array();
+                        (all[0][k], all[1][k], all[2][k]) = (x, y, z);
+                    }
+                    for (sum, all) in sum.iter_mut().zip(&all) {
+                        sum.iter_mut().zip(all).for_each(|(sum, a)| *sum += *a);
+                    }
+                }
+                all_move
+            },
+        );
+        if !added {
             for k in (0..BLOCK_BODIES).filter(|k| self.inverse_masses[*k] > T::ZERO) {
                 let a = acceleration(self.body(k)).to_array();
                 (0..3).for_each(|axis| sum[axis][k] += a[axis]);
             }
-            return;
         }
-        vectorize(
-            #[inline(always)]
-            || {
-                // Not into `sum` itself: the compiler would have to assume that it overlaps with the states.
-                let mut all = [[T::ZERO; BLOCK_BODIES]; 3];
-                #[expect(clippy::needless_range_loop, reason = "one number for many arrays")]
-                for k in 0..BLOCK_BODIES {
-                    let [x, y, z] = acceleration(self.body(k)).to_array();
-                    (all[0][k], all[1][k], all[2][k]) = (x, y, z);
-                }
-                for (sum, all) in sum.iter_mut().zip(&all) {
-                    sum.iter_mut().zip(all).for_each(|(sum, a)| *sum += *a);
-                }
-            },
-        );
     }
 }
 

@@ -448,11 +448,6 @@ fn commit_each<T: Real>(
     }
 }
 
-/// Whether the body of this row, (velocity, inverse mass), can be accelerated.
-pub(super) fn is_movable<T: Real>(row: &Row<T>) -> bool {
-    row[3] > T::ZERO
-}
-
 /// Whether a row at `x` that was not stored is refused. A body that is immovable and at rest just stays as it is; so
 /// do the rows that fill up the last block.
 pub(super) fn is_missed<T: Real>(bounds: &Bounds<T>, x: &[T], row: &Row<T>) -> bool {

@@ -2,89 +2,125 @@
 
 use std::any::Any;
 
-use super::block::Block;
+use super::block::{Block, BlockSpace, fill};
 use super::drive::TickField;
 use super::record::{Note, TickRecord, vector};
-use super::{BodyOptions, StepStatistics, Terms, restrain};
+use super::{Applied, BodyOptions, Row, StepStatistics, Terms, restrain};
 use crate::laws::damping::Decay;
 use crate::laws::tick_times::Segment;
-use crate::laws::{BodyBlock, BodyState, EvaluationTime, Law};
+use crate::laws::{BLOCK_BODIES, BodyBlock, BodyState, EvaluationTime, Law};
 use crate::methods::{Field, Integrator, Newton, NewtonField, StepState, newton_velocity};
-use crate::real::{Real, RealMatrix as _, RealVector as _};
-use crate::state::components::AxisLocks;
+use crate::real::{Real, RealMatrix as _, RealVector as _, vectorize};
 
-/// The field of the `N` bodies of a block.
-pub(super) struct BlockField<'a, T: Real, const N: usize> {
-    terms: &'a Terms<'a, T>,
-    options: &'a BodyOptions<'a, T>,
-    /// Axes along which nothing accelerates the bodies.
-    closed: Option<AxisLocks>,
+/// The field of the `N` bodies of a block, whose states are elements of the space `X`.
+pub(super) struct BlockField<'a, T: Real, X: BlockSpace<T, N>, const N: usize> {
+    pub terms: &'a Terms<'a, T>,
+    pub options: &'a BodyOptions<'a, T>,
+    /// Axes along which bodies can be accelerated.
+    open: [bool; 3],
     gravity: [T; 3],
     decay: Decay<T>,
     h: T,
     segment: Option<Segment<T>>,
+    /// Whether a law that is called depends on the velocity.
+    calls_with_velocity: bool,
     /// Whether drag or a law that is called slows bodies.
     drags: bool,
     /// Magnitude below which velocities snap to 0.
     least: T,
-    depends_on_velocity: bool,
     w: [T; N],
-    /// What an inverse mass must be above for the body to be accelerated along an axis: 0, or infinity if it is closed.
-    least_w: [T; 3],
+    /// Whether every body can be accelerated along every axis.
+    all_move: bool,
+    /// Whether a force is applied to a body.
+    pushed: bool,
     applied: Block<T, N>,
     /// Sum of the called laws in the last evaluation.
     pub called: Block<T, N>,
-    statistics: &'a mut StepStatistics,
+    pub statistics: &'a mut StepStatistics,
     /// Movable bodies of the block, which are counted.
     movable: u64,
+    /// Where the states are stored.
+    pub memory: X::Memory,
 }
 
-impl<'a, T: Real, const N: usize> BlockField<'a, T, N> {
-    /// The field of bodies of the inverse masses `w`, pushed by `forces`; `movable` of them can be accelerated.
-    #[inline(always)]
-    pub fn new(
+impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
+    /// The field of blocks of bodies with the same options, before [`Self::enter_block`].
+    pub fn new<M: Integrator>(
         terms: &'a Terms<'a, T>,
         options: &'a BodyOptions<'a, T>,
-        closed: Option<AxisLocks>,
         statistics: &'a mut StepStatistics,
-        (w, forces): ([T; N], Block<T, N>),
-        movable: u64,
+        memory: X::Memory,
     ) -> Self {
-        let (infinite, none) = (T::INFINITY, T::ZERO);
-        let least_w = closed.map_or([none; 3], |AxisLocks { x, y, z }| {
-            [x, y, z].map(|locked| if locked { infinite } else { none })
-        });
-        let called = terms.calls_with_velocity(options.laws);
-        let mut field = Self {
+        let closed = options.closed_axes(M::LIMITS_AFTER_KICK);
+        Self {
             terms,
             options,
-            closed,
+            open: closed.map_or([true; 3], |closed| [!closed.x, !closed.y, !closed.z]),
             // Adding 0 turns -0 into 0: a row gets the same bits whether its block has a force or not.
             gravity: terms.gravity.to_array().map(|g| g + T::ZERO),
             decay: terms.decay,
             h: terms.times.substep(),
             segment: None,
-            drags: terms.rate > T::ZERO,
+            calls_with_velocity: terms.calls_with_velocity(options.laws),
+            drags: false,
             least: T::ZERO,
-            depends_on_velocity: terms.rate != T::ZERO || called,
-            w,
-            least_w,
+            w: [T::ZERO; N],
+            all_move: false,
+            pushed: false,
             applied: Block::ZERO,
             called: Block::ZERO,
             statistics,
-            movable,
-        };
-        field.set_decay(terms.decay);
-        // Only now: what precedes the tick snaps only where something linear slows.
-        field.drags |= called;
-        field.applied = field.movable(forces.map(|_, k, force| force * field.w[k]));
-        field
+            movable: 0,
+            memory,
+        }
+    }
+
+    /// Enters a block of `bodies`, (velocity, inverse mass) each, at most `N`, with the forces applied to them.
+    #[inline(never)]
+    pub fn enter_block(&mut self, bodies: &[Row<T>], applied: Option<Applied<'_, T>>) {
+        self.segment = None;
+        self.h = self.terms.times.substep();
+        // What precedes the tick snaps only where something linear slows.
+        self.drags = self.terms.rate > T::ZERO;
+        self.set_decay(self.terms.decay);
+        self.drags |= self.calls_with_velocity;
+        self.movable = vectorize(
+            #[inline(always)]
+            || {
+                load_inverse_masses(&mut self.w, bodies);
+                self.w.iter().fold(0_u64, |count, w| count + u64::from(*w > T::ZERO))
+            },
+        );
+        let all = self.movable == N as u64;
+        self.all_move = all && self.open == [true; 3];
+        if bodies.len() < N {
+            self.movable = self.w[..bodies.len()].iter().filter(|w| **w > T::ZERO).count() as u64;
+        }
+        if self.pushed {
+            self.applied = Block::ZERO;
+        }
+        self.pushed = false;
+        if let Some(Applied { forces, rows, offset }) = applied {
+            for row in rows.iter().map(|(_, row)| row - offset) {
+                self.pushed = true;
+                for axis in 0..3 {
+                    let is_open = self.open[axis] && self.w[row] > T::ZERO;
+                    self.applied.0[axis][row] =
+                        if is_open { forces[row][axis] * self.w[row] } else { T::ZERO };
+                }
+            }
+        }
     }
 
     fn set_decay(&mut self, decay: Decay<T>) {
         self.decay = decay;
         let decays = decay.keep.is_some() || decay.before_move.is_some() || decay.after_move.is_some();
         self.least = if decays || self.drags { T::SNAP } else { T::ZERO };
+    }
+
+    /// Magnitude below which velocities snap to 0 after a kick.
+    fn least_after_kick(&self) -> T {
+        if self.decay.keep.is_some() || self.drags { self.least } else { T::ZERO }
     }
 
     /// Enters a segment of the tick.
@@ -94,33 +130,47 @@ impl<'a, T: Real, const N: usize> BlockField<'a, T, N> {
         self.set_decay(decay);
     }
 
-    #[inline(always)]
-    pub fn inverse_mass(&self, k: usize) -> T {
-        self.w[k]
+    /// What changes whenever a law changes.
+    pub const fn laws_version(&self) -> (u64, u64) {
+        (self.terms.epoch, self.options.laws_version)
+    }
+
+    pub const fn inverse_masses(&self) -> &[T; N] {
+        &self.w
     }
 
     /// Sets velocities that decayed below [`Real::SNAP`] to 0.
-    #[inline(always)]
-    pub fn snap(&self, v: Block<T, N>) -> Block<T, N> {
-        // Not "unless it is at least": NaN must stay, to be found.
-        v.map(|_, _, v| if v.abs() < self.least { T::ZERO } else { v })
+    #[inline(never)]
+    pub fn snap(&self, v: X) -> X {
+        let least = self.least;
+        v.map(|_, _, v| snapped(v, least))
     }
 
-    /// Sets the acceleration of what cannot be accelerated to 0. A selection, not a factor: NaN times 0 would be NaN.
+    /// Every velocity changed by `change`, which gets its axis and body, itself and its acceleration by all laws from the
+    /// sum of the called ones, `called`, and with `PUSHED` by the applied forces.
     #[inline(always)]
-    fn movable(&self, a: Block<T, N>) -> Block<T, N> {
-        a.map(|axis, k, a| if self.w[k] > self.least_w[axis] { a } else { T::ZERO })
+    fn accelerated<const PUSHED: bool>(&self, called: &Block<T, N>, v: X, change: impl Fn(T, T) -> T) -> X {
+        let Self { gravity, open, w, applied, .. } = self;
+        let (gravity, open, rate) = (*gravity, *open, self.terms.rate);
+        let laws = |axis: usize, k: usize, v: T| (gravity[axis] - v * rate) + called.0[axis][k];
+        if self.all_move && !PUSHED {
+            return v.map(|axis, k, v| change(v, laws(axis, k, v)));
+        }
+        v.map(|axis, k, v| {
+            // A selection, not a factor: NaN times 0 would be NaN.
+            let a = if open[axis] & (w[k] > T::ZERO) { laws(axis, k, v) } else { T::ZERO };
+            change(v, if PUSHED { a + applied.0[axis][k] } else { a })
+        })
     }
 
     /// Acceleration by all laws, from the sum of the called ones.
-    #[inline(always)]
-    pub fn laws_from(&self, called: &Block<T, N>, v: &Block<T, N>) -> Block<T, N> {
-        let rate = self.terms.rate;
-        self.movable(v.map(|axis, k, v| (self.gravity[axis] - v * rate) + called.0[axis][k]))
+    #[inline(never)]
+    pub fn laws_from(&self, called: &Block<T, N>, v: X) -> X {
+        self.accelerated::<false>(called, v, |_, a| a)
     }
 
-    /// The laws that are called, and whether each is one of all bodies.
-    fn called_laws(&self) -> impl Iterator<Item = &'a dyn Law<T>> + use<'a, T, N> {
+    /// The laws that are called: those of all bodies and those of these.
+    fn called_laws(&self) -> impl Iterator<Item = &'a dyn Law<T>> + Clone + use<'a, T, X, N> {
         let own: &'a [Box<dyn Law<T>>] = self.options.laws;
         self.terms.laws.iter().copied().chain(own.iter().map(|law| &**law))
     }
@@ -135,97 +185,130 @@ impl<'a, T: Real, const N: usize> BlockField<'a, T, N> {
 
     /// Sums the called laws at the time `at`.
     #[inline(never)]
-    fn call(&mut self, at: EvaluationTime<T>, x: &Block<T, N>, v: &Block<T, N>) {
+    fn call(&mut self, at: EvaluationTime<T>, x: X, v: X) {
         self.count(self.movable);
-        let mut called = Block::ZERO;
-        let w: &dyn Any = &self.w;
-        if let (Some(positions), Some(velocities), Some(inverse_masses), Some(sum)) =
-            (x.axes(), v.axes(), w.downcast_ref(), called.axes_mut())
-        {
-            let bodies = BodyBlock { positions, velocities, inverse_masses };
-            self.called_laws().for_each(|law| law.accelerate(at, &bodies, sum));
-        } else {
-            (0..N).for_each(|k| self.add_one(at, k, (x, v), &mut called));
-        }
-        self.called = called;
+        let laws = self.called_laws();
+        let Self { w, called, .. } = self;
+        *called = Block::ZERO;
+        x.read_both(v, |x, v| {
+            let inverse_masses: &dyn Any = w;
+            if let (Some(positions), Some(velocities), Some(inverse_masses), Some(sum)) =
+                (x.axes(), v.axes(), inverse_masses.downcast_ref(), called.axes_mut())
+            {
+                let bodies = BodyBlock { positions, velocities, inverse_masses };
+                laws.for_each(|law| law.accelerate(at, &bodies, sum));
+            } else {
+                (0..N).for_each(|k| add_one(laws.clone(), at, k, (x, v, w), called));
+            }
+        });
+    }
+
+    /// Acceleration by all laws at the time `at`, in one pass less, if there is one called law and nothing else but what
+    /// accelerates all bodies. The bits are the same: what follows the constant terms is a sum of one number.
+    #[inline(always)]
+    fn acceleration_by_one(&mut self, at: EvaluationTime<T>, x: X, v: X) -> Option<X> {
+        let mut laws = self.called_laws();
+        let law = laws.next().filter(|_| laws.next().is_none() && self.all_move && !self.pushed)?;
+        let inverse_masses: &[T; BLOCK_BODIES] = (&self.w as &dyn Any).downcast_ref()?;
+        let (gravity, rate) = (self.gravity, self.terms.rate);
+        let a = x.write(v, |x, v, a| {
+            if let (Some(positions), Some(velocities), Some(sum)) = (x.axes(), v.axes(), a.axes_mut()) {
+                vectorize(
+                    #[inline(always)]
+                    || fill(sum, |axis, k| gravity[axis] - velocities[axis][k] * rate),
+                );
+                law.accelerate(at, &BodyBlock { positions, velocities, inverse_masses }, sum);
+            }
+        });
+        self.count(self.movable);
+        Some(a)
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
-    pub fn call_one(
+    fn call_one(
         &mut self,
-        at: EvaluationTime<T>,
-        k: usize,
-        state: (&Block<T, N>, &Block<T, N>),
-        sum: &mut Block<T, N>,
-    ) {
-        self.count(u64::from(self.w[k] > T::ZERO));
-        (0..3).for_each(|axis| sum.0[axis][k] = T::ZERO);
-        self.add_one(at, k, state, sum);
-    }
-
-    fn add_one(
-        &self,
         at: EvaluationTime<T>,
         k: usize,
         (x, v): (&Block<T, N>, &Block<T, N>),
         sum: &mut Block<T, N>,
     ) {
-        if self.w[k] > T::ZERO {
-            let body = self.body(k, x, v);
-            for law in self.called_laws() {
-                let a = law.acceleration(at, body).to_array();
-                (0..3).for_each(|axis| sum.0[axis][k] += a[axis]);
-            }
-        }
+        self.count(u64::from(self.w[k] > T::ZERO));
+        (0..3).for_each(|axis| sum.0[axis][k] = T::ZERO);
+        add_one(self.called_laws(), at, k, (x, v, &self.w), sum);
     }
 
-    fn body(&self, k: usize, x: &Block<T, N>, v: &Block<T, N>) -> BodyState<T> {
-        let [position, velocity] = [x, v].map(|block| T::Vector::from_array(block.body(k)));
-        BodyState { position, velocity, inverse_mass: self.w[k] }
+    /// The accelerations by all laws at the time `at` if `known` has the sum of the called ones of each body, or `None`
+    /// for a body for which they are called.
+    #[inline(never)]
+    pub fn laws_known(
+        &mut self,
+        at: EvaluationTime<T>,
+        (x, v): (X, X),
+        known: impl Iterator<Item = Option<[T; 3]>>,
+    ) -> X {
+        let mut called = Block::ZERO;
+        let (x, v_block) = (x.read(|x| *x), v.read(|v| *v));
+        for (k, known) in known.enumerate().take(N) {
+            match known {
+                Some(a) => (0..3).for_each(|axis| called.0[axis][k] = a[axis]),
+                None => self.call_one(at, k, (&x, &v_block), &mut called),
+            }
+        }
+        self.laws_from(&called, v)
     }
 
     /// Applies speed limit and axis locks.
     #[inline(always)]
-    pub fn restrain(&self, v: Block<T, N>) -> Block<T, N> {
+    pub fn restrain(&self, v: X) -> X {
         let BodyOptions { speed_limit, locks, .. } = *self.options;
-        if speed_limit.is_none() && locks.is_none() {
-            return v;
-        }
-        let mut restrained = v;
+        if speed_limit.is_none() && locks.is_none() { v } else { self.restrained(v) }
+    }
+
+    #[inline(never)]
+    fn restrained(&self, v: X) -> X {
+        let BodyOptions { speed_limit, locks, .. } = *self.options;
+        let mut block = v.read(|v| *v);
         for k in 0..N {
-            let [x, y, z] = v.body(k);
+            let [x, y, z] = block.body(k);
             let mut row = [x, y, z, T::ZERO];
             restrain(&mut row, speed_limit.map(T::of), locks);
-            (0..3).for_each(|axis| restrained.0[axis][k] = row[axis]);
+            (0..3).for_each(|axis| block.0[axis][k] = row[axis]);
         }
-        restrained
+        X::of(self.memory, &block)
     }
 
     /// Applies and records speed limit and axis locks.
     #[inline(always)]
-    fn limited(&mut self, v: Block<T, N>) -> Block<T, N> {
+    fn limited(&mut self, v: X) -> X {
         let limited = self.restrain(v);
-        self.record_change(&v, &limited, &|record, _, from, to| record.limits.turn(from, to));
+        self.record_change(v, limited, &|record, _, from, to| record.limits.turn(from, to));
         limited
     }
 
     /// Records a change of velocities, if a ledger wants it.
     #[inline(always)]
-    fn record_change(&mut self, from: &Block<T, N>, to: &Block<T, N>, note: Note<'_>) {
-        if let Some(record) = &mut self.statistics.record {
-            record.note(&from.rows(), &to.rows(), note);
+    fn record_change(&mut self, from: X, to: X, note: Note<'_>) {
+        if self.statistics.record.is_some() {
+            self.record(from, to, note);
         }
     }
 
     #[cold]
-    fn record_kick(&mut self, v: &Block<T, N>, a: &Block<T, N>, kicked: &Block<T, N>) {
+    fn record(&mut self, from: X, to: X, note: Note<'_>) {
+        if let Some(record) = &mut self.statistics.record {
+            record.note(&from.read(Block::rows), &to.read(Block::rows), note);
+        }
+    }
+
+    #[cold]
+    fn record_kick(&mut self, v: X, a: X, kicked: X) {
         let h = self.h.to_f64();
         let Some(keep) = self.decay.keep else {
             self.record_change(v, kicked, &|record, _, from, to| record.kick(h, from, to));
             return;
         };
         let q = h * (1.0 - keep.whole.to_f64()) / self.decay.gain.to_f64();
-        let a = a.rows();
+        let a = a.read(Block::rows);
         let damped = |record: &mut TickRecord, k: usize, from, to| {
             record.damped_kick(h, q, vector(&a[k]), from, to);
         };
@@ -233,9 +316,10 @@ impl<'a, T: Real, const N: usize> BlockField<'a, T, N> {
     }
 
     /// `v` times a factor of damping.
-    #[inline(always)]
-    fn times(&self, v: Block<T, N>, factor: T) -> Block<T, N> {
-        self.snap(v * factor)
+    #[inline(never)]
+    fn times(&self, v: X, factor: T) -> X {
+        let least = self.least;
+        v.map(|_, _, v| snapped(v * factor, least))
     }
 
     fn evaluation_time(&self, part: T) -> EvaluationTime<T> {
@@ -246,40 +330,84 @@ impl<'a, T: Real, const N: usize> BlockField<'a, T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Field for BlockField<'_, T, N> {
+/// Sets `w` to the inverse masses of `bodies`; the rest of the block is like its first body.
+#[inline(always)]
+fn load_inverse_masses<T: Real, const N: usize>(w: &mut [T; N], bodies: &[Row<T>]) {
+    if let Ok(bodies) = <&[Row<T>; N]>::try_from(bodies) {
+        (0..N).for_each(|k| w[k] = bodies[k][3]);
+    } else {
+        *w = [bodies[0][3]; N];
+        w.iter_mut().zip(bodies).for_each(|(w, body)| *w = body[3]);
+    }
+}
+
+/// `number`, or 0 if its magnitude is below `least`.
+#[inline(always)]
+fn snapped<T: Real>(number: T, least: T) -> T {
+    // Not "unless it is at least": NaN must stay, to be found.
+    if number.abs() < least { T::ZERO } else { number }
+}
+
+/// Body `k` of the states (`x`, `v`) and the inverse masses `w`.
+fn body_of<T: Real, const N: usize>(k: usize, x: &Block<T, N>, v: &Block<T, N>, w: &[T; N]) -> BodyState<T> {
+    let [position, velocity] = [x, v].map(|block| T::Vector::from_array(block.body(k)));
+    BodyState { position, velocity, inverse_mass: w[k] }
+}
+
+/// Adds the accelerations of body `k` by `laws` to `sum`.
+fn add_one<'l, T: Real, const N: usize>(
+    laws: impl Iterator<Item = &'l dyn Law<T>>,
+    at: EvaluationTime<T>,
+    k: usize,
+    (x, v, w): (&Block<T, N>, &Block<T, N>, &[T; N]),
+    sum: &mut Block<T, N>,
+) {
+    if w[k] > T::ZERO {
+        let body = body_of(k, x, v, w);
+        for law in laws {
+            let a = law.acceleration(at, body).to_array();
+            (0..3).for_each(|axis| sum.0[axis][k] += a[axis]);
+        }
+    }
+}
+
+impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X, N> {
     type Real = T;
-    type Space = Block<T, N>;
+    type Space = X;
 
     #[inline(always)]
     fn step(&self) -> T {
         self.h
     }
 
-    #[inline(always)]
-    fn laws(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
-        self.call(self.evaluation_time(part), &x, &v);
-        self.laws_from(&self.called, &v)
+    #[inline(never)]
+    fn laws(&mut self, part: T, x: X, v: X) -> X {
+        self.call(self.evaluation_time(part), x, v);
+        self.laws_from(&self.called, v)
     }
 
-    #[inline(always)]
-    fn applied(&self) -> Self::Space {
-        self.applied
+    #[inline(never)]
+    fn applied(&self) -> X {
+        X::of(self.memory, &self.applied)
     }
 
-    /// In one pass.
-    #[inline(always)]
-    fn acceleration(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
-        self.call(self.evaluation_time(part), &x, &v);
-        let rate = self.terms.rate;
-        v.map(|axis, k, v| {
-            let laws = (self.gravity[axis] - v * rate) + self.called.0[axis][k];
-            (if self.w[k] > self.least_w[axis] { laws } else { T::ZERO }) + self.applied.0[axis][k]
-        })
+    #[inline(never)]
+    fn acceleration(&mut self, part: T, x: X, v: X) -> X {
+        let at = self.evaluation_time(part);
+        if let Some(a) = self.acceleration_by_one(at, x, v) {
+            return a;
+        }
+        self.call(at, x, v);
+        if self.pushed {
+            self.accelerated::<true>(&self.called, v, |_, a| a)
+        } else {
+            self.accelerated::<false>(&self.called, v, |_, a| a)
+        }
     }
 
     #[inline(always)]
     fn depends_on_velocity(&self) -> bool {
-        self.depends_on_velocity
+        self.terms.rate != T::ZERO || self.calls_with_velocity
     }
 
     #[inline(always)]
@@ -287,64 +415,76 @@ impl<T: Real, const N: usize> Field for BlockField<'_, T, N> {
         self.linear_rate() == Some(T::ZERO)
     }
 
-    #[inline(always)]
-    fn kick(&mut self, v: Self::Space, a: Self::Space) -> Self::Space {
+    #[inline(never)]
+    fn kick(&mut self, v: X, a: X) -> X {
         let Decay { keep, gain, .. } = self.decay;
+        let least = self.least_after_kick();
         let kicked = match keep {
-            Some(keep) => v.map(|axis, k, v| v * keep.whole + a.0[axis][k] * gain),
-            None => v.map(|axis, k, v| v + a.0[axis][k] * gain),
+            Some(keep) => v.zip(a, |_, _, [v, a]| snapped(v * keep.whole + a * gain, least)),
+            None => v.zip(a, |_, _, [v, a]| snapped(v + a * gain, least)),
         };
-        let kicked = if keep.is_some() || self.drags { self.snap(kicked) } else { kicked };
         if self.statistics.record.is_some() {
-            self.record_kick(&v, &a, &kicked);
+            self.record_kick(v, a, kicked);
         }
         kicked
     }
 
+    /// In one pass where no single body needs more.
+    #[inline(never)]
+    fn kick_from(&mut self, x: X, v: X) -> X {
+        if self.pushed || self.decay.keep.is_some() || self.statistics.record.is_some() {
+            let a = self.acceleration(T::ZERO, x, v);
+            return self.kick(v, a);
+        }
+        self.call(self.evaluation_time(T::ZERO), x, v);
+        let (gain, least) = (self.decay.gain, self.least_after_kick());
+        self.accelerated::<false>(&self.called, v, |v, a| snapped(v + a * gain, least))
+    }
+
     #[inline(always)]
-    fn before_move(&mut self, v: Self::Space) -> Self::Space {
+    fn before_move(&mut self, v: X) -> X {
         let decayed = self.decay.before_move.map_or(v, |factor| self.times(v, factor.whole));
-        self.record_change(&v, &decayed, &|record, _, from, to| record.damping.turn(from, to));
+        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         self.limited(decayed)
     }
 
     #[inline(always)]
-    fn after_move(&mut self, v: Self::Space) -> Self::Space {
+    fn after_move(&mut self, v: X) -> X {
         let decayed = self.decay.after_move.map_or(v, |factor| self.times(v, factor.whole));
-        self.record_change(&v, &decayed, &|record, _, from, to| record.damping.turn(from, to));
+        self.record_change(v, decayed, &|record, _, from, to| record.damping.turn(from, to));
         decayed
     }
 
     #[inline(always)]
-    fn laws_before_jump(&mut self, x: Self::Space, v: Self::Space) -> Option<Self::Space> {
+    fn laws_before_jump(&mut self, x: X, v: X) -> Option<X> {
         let segment = self.segment.filter(|segment| segment.jump)?;
         let called = std::mem::replace(&mut self.called, Block::ZERO);
-        self.call(segment.before(), &x, &v);
+        self.call(segment.before(), x, v);
         let before = std::mem::replace(&mut self.called, called);
-        Some(self.laws_from(&before, &v))
+        Some(self.laws_from(&before, v))
     }
 
     #[inline(always)]
-    fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
+    fn implicit_velocity(&mut self, x: X, v: X) -> X {
         let solved = newton_velocity(self, x, v);
         let h = self.h.to_f64();
-        self.record_change(&v, &solved, &|record, _, from, to| record.kick(h, from, to));
+        self.record_change(v, solved, &|record, _, from, to| record.kick(h, from, to));
         solved
     }
 }
 
-impl<T: Real, const N: usize> NewtonField for BlockField<'_, T, N> {
+impl<T: Real, X: BlockSpace<T, N>, const N: usize> NewtonField for BlockField<'_, T, X, N> {
     #[inline(always)]
     fn linear_rate(&self) -> Option<T> {
         (self.terms.laws.is_empty() && self.options.laws.is_empty()).then_some(self.terms.rate)
     }
 
-    fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space {
+    fn correction(&mut self, x: X, v: X, residual: X) -> X {
         let (h, at, rate) = (self.h, self.evaluation_time(T::ONE), self.terms.rate);
-        let open = self.closed.map_or([true; 3], |closed| [!closed.x, !closed.y, !closed.z]);
-        let mut solved = residual;
+        let open = self.open;
+        let (x, v, mut solved) = (x.read(|x| *x), v.read(|v| *v), residual.read(|r| *r));
         for k in (0..N).filter(|k| !self.w[*k].is_at_most(T::ZERO)) {
-            let body = self.body(k, &x, &v);
+            let body = body_of(k, &x, &v, &self.w);
             let (mut by_x, mut by_v) = (T::Matrix::ZERO, T::Matrix::IDENTITY * -rate);
             for law in self.called_laws() {
                 let jacobians = law.jacobians(at, body);
@@ -363,24 +503,24 @@ impl<T: Real, const N: usize> NewtonField for BlockField<'_, T, N> {
                 let entry = |row: usize| if open[row] { unit[row] - column[row] } else { unit[row] };
                 T::Vector::from_array([0, 1, 2].map(entry))
             });
-            let residual = T::Vector::from_array(residual.body(k));
+            let residual = T::Vector::from_array(solved.body(k));
             let parts = T::Matrix::from_columns(columns).solve(residual).to_array();
             (0..3).for_each(|axis| solved.0[axis][k] = parts[axis]);
         }
-        solved
+        X::of(self.memory, &solved)
     }
 
     #[inline(always)]
-    fn size(&self, v: Self::Space) -> T {
+    fn size(&self, v: X) -> T {
         let mut size = T::ZERO;
-        for k in 0..N {
-            for part in v.body(k) {
+        v.read(|v| {
+            for part in (0..N).flat_map(|k| v.body(k)) {
                 // NaN stays.
                 if !part.abs().is_at_most(size) && size.is_at_most(size) {
                     size = part.abs();
                 }
             }
-        }
+        });
         size
     }
 
@@ -392,32 +532,35 @@ impl<T: Real, const N: usize> NewtonField for BlockField<'_, T, N> {
     }
 }
 
-impl<T: Real, const N: usize> TickField for BlockField<'_, T, N> {
+impl<T: Real, X: BlockSpace<T, N>, const N: usize> TickField for BlockField<'_, T, X, N> {
     fn enter<M: Integrator>(&mut self, segment: Segment<T>, decay: Decay<T>) {
         self.set_segment(segment, decay);
     }
 
+    fn recycle(&mut self, x: &mut X, v: &mut X, step_state: &mut StepState<Self>) {
+        let start = step_state.start.unwrap_or(*v);
+        let mut kept = [*x, *v, start];
+        X::recycle(self.memory, &mut kept);
+        [*x, *v, _] = kept;
+        step_state.start = step_state.start.map(|_| kept[2]);
+    }
+
     #[inline(always)]
-    fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
+    fn before_tick(&mut self, x: X, v: X) -> (X, X) {
         let v = self.before_move(v);
-        self.record_change(&v, &v, &|record, _, v, _| record.begin(v));
+        self.record_change(v, v, &|record, _, v, _| record.begin(v));
         (x, v)
     }
 
     /// As the affine kernel after each of its steps, so that subnormal numbers are the same.
     #[inline(always)]
-    fn after_step<M: Integrator>(
-        &mut self,
-        x: Self::Space,
-        v: Self::Space,
-        _: &mut StepState<Self>,
-    ) -> (Self::Space, Self::Space) {
+    fn after_step<M: Integrator>(&mut self, x: X, v: X, _: &mut StepState<Self>) -> (X, X) {
         (x, if M::DAMPS_INSIDE || !self.drags { v } else { self.snap(v) })
     }
 
     #[inline(always)]
-    fn after_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {
-        self.record_change(&v, &v, &|record, _, v, _| record.end(v));
+    fn after_tick(&mut self, x: X, v: X) -> (X, X) {
+        self.record_change(v, v, &|record, _, v, _| record.end(v));
         let decayed = self.after_move(v);
         (x, self.limited(decayed))
     }

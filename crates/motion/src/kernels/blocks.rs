@@ -4,13 +4,13 @@
 
 use std::ops::Range;
 
-use super::affine::{is_missed, is_movable};
-use super::block::Block;
+use super::affine::is_missed;
+use super::block::{Block, BlockSpace, Slot, Slots};
 use super::block_field::BlockField;
 use super::compensated::drive_compensated;
 use super::drive::drive;
 use super::method_state::MethodStateRows;
-use super::{Applied, Batch, BodyOptions, Refuse, StepStatistics, Terms};
+use super::{Batch, BodyOptions, Refuse, StepStatistics, Terms};
 use crate::laws::BLOCK_BODIES;
 use crate::laws::tick_times::Segments;
 use crate::methods::{Integrator, MethodStateKind, StepState};
@@ -32,7 +32,26 @@ pub(super) fn run<T: Real, M: Integrator>(
 ) {
     statistics.calls.resize(terms.laws.len(), 0);
     let segments = terms.segments(options.laws);
-    let mut tick = BlockTick { terms, options, segments, statistics };
+    if M::SOLVES || rows.len() <= FEW {
+        let field = &mut BlockField::<T, Block<T, 1>, 1>::new::<M>(terms, options, statistics, ());
+        rows.for_each(|row| integrate::<T, M, _, 1>(field, &segments, batch, row..row + 1, refuse));
+        return;
+    }
+    Slots::lend(|slots| {
+        let field =
+            &mut BlockField::<T, Slot<'_, T>, BLOCK_BODIES>::new::<M>(terms, options, statistics, slots);
+        run_blocks::<T, M>(field, &segments, batch, rows, refuse);
+    });
+}
+
+/// Integrates a tick of some rows, block by block.
+fn run_blocks<T: Real, M: Integrator>(
+    field: &mut BlockField<'_, T, Slot<'_, T>, BLOCK_BODIES>,
+    segments: &Segments,
+    batch: &mut Batch<'_, T>,
+    rows: Range<usize>,
+    refuse: Refuse<'_>,
+) {
     let (mut start, end) = (rows.start, rows.end);
     while start < end {
         let mut rows = start..end.min(start + BLOCK_BODIES);
@@ -42,85 +61,72 @@ pub(super) fn run<T: Real, M: Integrator>(
             rows.end = start + alike.max(1);
         }
         start = rows.end;
-        if M::SOLVES || rows.len() <= FEW {
-            rows.for_each(|row| tick.integrate_one::<M>(batch, row, refuse));
+        if rows.len() <= FEW {
+            run::<T, M>(field.terms, field.options, batch, rows, field.statistics, refuse);
         } else {
-            vectorize(
-                #[inline(always)]
-                || tick.integrate::<M, BLOCK_BODIES>(batch, rows, refuse),
-            );
+            integrate::<T, M, _, BLOCK_BODIES>(field, segments, batch, rows, refuse);
         }
     }
 }
 
-/// What is the same for every block of a batch in a tick.
-struct BlockTick<'a, 't, T: Real> {
-    terms: &'a Terms<'t, T>,
-    options: &'a BodyOptions<'a, T>,
-    segments: Segments,
-    statistics: &'a mut StepStatistics,
+/// Integrates a tick of `rows`, at most `N`.
+fn integrate<T: Real, M: Integrator, X: BlockSpace<T, N>, const N: usize>(
+    field: &mut BlockField<'_, T, X, N>,
+    segments: &Segments,
+    batch: &mut Batch<'_, T>,
+    rows: Range<usize>,
+    refuse: Refuse<'_>,
+) {
+    let (x, v) = load(field, batch, &rows);
+    let mut method_state = batch.method_state.part(rows.clone());
+    let last_step = if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { T::ZERO };
+    let start = match (M::STATE, &method_state) {
+        (MethodStateKind::LastAcceleration, MethodStateRows::LastAcceleration(cached)) => {
+            recall(segments, cached, field, (x, v))
+        }
+        _ => None,
+    };
+    let mut step_state = StepState { last_step, start };
+    let terms = field.terms;
+    // In f64 compensated kernels are not compiled.
+    let (x, v) = if !T::WIDE
+        && let Some(residues) = &mut batch.residues
+    {
+        let residues = residues.each_mut().map(|all| &mut all[rows.clone()]);
+        drive_compensated::<M, T, X, N>(field, terms, segments, (x, v), residues, &mut step_state)
+    } else {
+        drive::<M, _>(field, terms, segments, x, v, &mut step_state)
+    };
+    if M::STATE != MethodStateKind::None {
+        let called = step_state.start.is_some().then_some(&field.called);
+        note(field, &mut method_state, step_state.last_step, called, x);
+    }
+    let w = field.inverse_masses();
+    x.read_both(v, |x, v| store::<T, N>(&terms.bounds, batch, rows, (x, v, w), refuse));
 }
 
-impl<T: Real> BlockTick<'_, '_, T> {
-    fn integrate_one<M: Integrator>(&mut self, batch: &mut Batch<'_, T>, row: usize, refuse: Refuse<'_>) {
-        self.integrate::<M, 1>(batch, row..row + 1, refuse);
+/// Enters the block of `rows`. Returns their positions and velocities.
+#[inline(never)]
+fn load<T: Real, X: BlockSpace<T, N>, const N: usize>(
+    field: &mut BlockField<'_, T, X, N>,
+    batch: &Batch<'_, T>,
+    rows: &Range<usize>,
+) -> (X, X) {
+    let (positions, bodies) = (&batch.positions[rows.clone()], &batch.bodies[rows.clone()]);
+    field.enter_block(bodies, batch.applied.map(|applied| applied.part(rows.clone())));
+    if let Some(record) = &mut field.statistics.record {
+        record.enter(rows);
     }
-
-    /// Integrates a tick of `rows`, at most `N`.
-    #[inline(always)]
-    fn integrate<M: Integrator, const N: usize>(
-        &mut self,
-        batch: &mut Batch<'_, T>,
-        rows: Range<usize>,
-        refuse: Refuse<'_>,
-    ) {
-        let Self { terms, options, segments, statistics } = self;
-        let bodies = &batch.bodies[rows.clone()];
-        let (x, v) = (Block::of(&batch.positions[rows.clone()]), Block::of(bodies));
-        let mut w = [bodies[0][3]; N];
-        w.iter_mut().zip(bodies).for_each(|(w, body)| *w = body[3]);
-        let movable = bodies.iter().filter(|body| is_movable(body)).count() as u64;
-        let mut forces = Block::ZERO;
-        if let Some(Applied { forces: all, rows: pushed, offset }) =
-            batch.applied.map(|applied| applied.part(rows.clone()))
-        {
-            for row in pushed.iter().map(|(_, row)| row - offset) {
-                (0..3).for_each(|axis| forces.0[axis][row] = all[row][axis]);
-            }
-        }
-        let mut method_state = batch.method_state.part(rows.clone());
-        if let Some(record) = &mut statistics.record {
-            record.enter(&rows);
-        }
-        let closed = options.closed_axes(M::LIMITS_AFTER_KICK);
-        let mut field = BlockField::<T, N>::new(terms, options, closed, statistics, (w, forces), movable);
-        let last_step =
-            if M::STATE == MethodStateKind::LastStep { method_state.last_step() } else { T::ZERO };
-        let start = match (M::STATE, &method_state) {
-            (MethodStateKind::LastAcceleration, MethodStateRows::LastAcceleration(cached)) => {
-                recall(terms, options, segments, cached, &mut field, (&x, &v))
-            }
-            _ => None,
-        };
-        let mut step_state = StepState { last_step, start };
-        // In f64 compensated kernels are not compiled.
-        let (x, v) = if !T::WIDE
-            && let Some(residues) = &mut batch.residues
-        {
-            let residues = residues.each_mut().map(|all| &mut all[rows.clone()]);
-            drive_compensated::<M, T, N>(&mut field, terms, segments, (x, v), residues, &mut step_state)
-        } else {
-            drive::<M, _>(&mut field, terms, segments, x, v, &mut step_state)
-        };
-        let called = step_state.start.is_some().then_some(field.called);
-        let last_step = step_state.last_step;
-        note(terms, options, &mut method_state, last_step, called.as_ref(), (&x, &w));
-        store::<T, N>(&terms.bounds, batch, rows, (&x, &v, &w), refuse);
-    }
+    let memory = field.memory;
+    X::recycle(memory, &mut []);
+    vectorize(
+        #[inline(always)]
+        || (X::load(memory, |x| x.load(positions)), X::load(memory, |v| v.load(bodies))),
+    )
 }
 
 /// Stores new states, or refuses them.
-#[inline(always)]
+#[inline(never)]
 fn store<T: Real, const N: usize>(
     bounds: &Bounds<T>,
     batch: &mut Batch<'_, T>,
@@ -128,13 +134,19 @@ fn store<T: Real, const N: usize>(
     (x, v, w): (&Block<T, N>, &Block<T, N>, &[T; N]),
     refuse: Refuse<'_>,
 ) {
-    if *bounds == Bounds::FINITE && is_finite(x, v, w) {
-        let (positions, bodies) = (&mut batch.positions[rows.clone()], &mut batch.bodies[rows]);
-        for (k, (position, body)) in positions.iter_mut().zip(bodies).enumerate().take(N) {
-            *position = x.body(k);
-            let [a, b, c] = v.body(k);
-            (body[0], body[1], body[2]) = (a, b, c);
-        }
+    let stored = *bounds == Bounds::FINITE
+        && vectorize(
+            #[inline(always)]
+            || {
+                let is_finite = is_finite(x, v, w);
+                if is_finite {
+                    x.store(&mut batch.positions[rows.clone()], |[x, y, z], _| [x, y, z]);
+                    v.store(&mut batch.bodies[rows.clone()], |[x, y, z], k| [x, y, z, w[k]]);
+                }
+                is_finite
+            },
+        );
+    if stored {
         return;
     }
     for (k, row) in rows.enumerate() {
@@ -165,14 +177,13 @@ fn is_finite<T: Real, const N: usize>(x: &Block<T, N>, v: &Block<T, N>, w: &[T; 
 }
 
 /// Stores what the next tick starts from: the accelerations `called`, if it can use them.
-#[inline(always)]
-fn note<T: Real, const N: usize>(
-    terms: &Terms<'_, T>,
-    options: &BodyOptions<'_, T>,
+#[inline(never)]
+fn note<T: Real, X: BlockSpace<T, N>, const N: usize>(
+    field: &BlockField<'_, T, X, N>,
     method_state: &mut MethodStateRows<'_, T>,
     last_step: T,
     called: Option<&Block<T, N>>,
-    (x, w): (&Block<T, N>, &[T; N]),
+    x: X,
 ) {
     match (method_state, called) {
         // One that was not a number stays: it tells why its row was refused.
@@ -180,13 +191,15 @@ fn note<T: Real, const N: usize>(
             steps.iter_mut().filter(|step| step.is_finite()).for_each(|step| *step = last_step);
         }
         (MethodStateRows::LastAcceleration(cached), Some(called)) => {
-            let time = T::of(terms.times.end);
-            let laws = (terms.epoch, options.laws_version);
-            for (k, cached) in cached.iter_mut().enumerate() {
-                let ([x, y, z], [a, b, c]) = (x.body(k), called.body(k));
-                let (at, acceleration) = ([x, y, z, w[k]], [a, b, c, T::ZERO]);
-                *cached = CachedAcceleration { at, time, laws, acceleration };
-            }
+            let (time, laws, w) =
+                (T::of(field.terms.times.end), field.laws_version(), field.inverse_masses());
+            x.read(|x| {
+                for (k, cached) in cached.iter_mut().enumerate() {
+                    let ([x, y, z], [a, b, c]) = (x.body(k), called.body(k));
+                    let (at, acceleration) = ([x, y, z, w[k]], [a, b, c, T::ZERO]);
+                    *cached = CachedAcceleration { at, time, laws, acceleration };
+                }
+            });
         }
         (MethodStateRows::LastAcceleration(cached), None) => cached.fill(CachedAcceleration::default()),
         (MethodStateRows::None, _) => {}
@@ -195,33 +208,31 @@ fn note<T: Real, const N: usize>(
 
 /// The cached accelerations of bodies whose tick starts where their last one ended. Laws are called for the others,
 /// unless that is all of them.
-#[inline(always)]
-fn recall<T: Real, const N: usize>(
-    terms: &Terms<'_, T>,
-    options: &BodyOptions<'_, T>,
+#[inline(never)]
+fn recall<T: Real, X: BlockSpace<T, N>, const N: usize>(
     segments: &Segments,
     cached: &[CachedAcceleration<T>],
-    field: &mut BlockField<'_, T, N>,
-    (x, v): (&Block<T, N>, &Block<T, N>),
-) -> Option<Block<T, N>> {
-    let fits = |(k, cached): (usize, &CachedAcceleration<T>)| {
-        let [x, y, z] = x.body(k);
-        cached.time == T::of(terms.times.start)
-            && cached.at == [x, y, z, field.inverse_mass(k)]
-            && cached.laws == (terms.epoch, options.laws_version)
+    field: &mut BlockField<'_, T, X, N>,
+    (x, v): (X, X),
+) -> Option<X> {
+    let (time, laws, w) = (T::of(field.terms.times.start), field.laws_version(), field.inverse_masses());
+    let fits = |(k, cached): (usize, &CachedAcceleration<T>), [x, y, z]: [T; 3]| {
+        cached.time == time
+            && cached.at == [x, y, z, w[k]]
+            && cached.laws == laws
             // The cache only saves an evaluation: a value that is not finite is evaluated again.
             && cached.acceleration.iter().all(|part| part.is_finite())
     };
-    let (mut called, mut missing) = (Block::ZERO, [false; N]);
-    for (k, cached) in cached.iter().enumerate() {
-        missing[k] = !fits((k, cached));
-        (0..3).for_each(|axis| called.0[axis][k] = cached.acceleration[axis]);
-    }
-    let all_missing = missing[..cached.len()].iter().all(|missing| *missing);
+    let mut known = [None; N];
+    x.read(|x| {
+        for (k, cached) in cached.iter().enumerate() {
+            let [a, b, c, _] = cached.acceleration;
+            known[k] = fits((k, cached), x.body(k)).then_some([a, b, c]);
+        }
+    });
+    let known = &known[..cached.len()];
+    let all_missing = known.iter().all(Option::is_none);
     // What was evaluated before a jump is of no use after it.
     let first = segments.iter().next().filter(|first| !first.jump && !all_missing)?;
-    for k in (0..cached.len()).filter(|k| missing[*k]) {
-        field.call_one(first.evaluation_time(T::ZERO), k, (x, v), &mut called);
-    }
-    Some(field.laws_from(&called, v))
+    Some(field.laws_known(first.evaluation_time(T::ZERO), (x, v), known.iter().copied()))
 }

@@ -1,9 +1,9 @@
 //! Compensated sums: the rounding error of the state is stored beside it and added with the next increment.
 
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Mul, Neg, Sub};
 
 use super::Terms;
-use super::block::Block;
+use super::block::{Block, BlockSpace};
 use super::block_field::BlockField;
 use super::drive::{TickField, drive};
 use crate::laws::damping::Decay;
@@ -32,20 +32,14 @@ pub(crate) fn add_compensated<X: Copy + Add<Output = X> + Sub<Output = X>>(
     (total, residue - (total - sum))
 }
 
-/// Rows and their residues.
+/// Bodies and their residues.
 #[derive(Clone, Copy)]
-struct Compensated<T: Real, const N: usize> {
-    sum: Block<T, N>,
-    residue: Block<T, N>,
+struct Compensated<X> {
+    sum: X,
+    residue: X,
 }
 
-impl<T: Real, const N: usize> Compensated<T, N> {
-    fn of(sum: Block<T, N>) -> Self {
-        Self { sum, residue: Block::ZERO }
-    }
-}
-
-impl<T: Real, const N: usize> Add for Compensated<T, N> {
+impl<X: Copy + Add<Output = X> + Sub<Output = X>> Add for Compensated<X> {
     type Output = Self;
 
     // Not inlined: every method would contain many copies.
@@ -56,15 +50,15 @@ impl<T: Real, const N: usize> Add for Compensated<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Sub for Compensated<T, N> {
+impl<X: Copy + Add<Output = X> + Sub<Output = X> + Neg<Output = X>> Sub for Compensated<X> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
-        self + other * -T::ONE
+        self + Self { sum: -other.sum, residue: -other.residue }
     }
 }
 
-impl<T: Real, const N: usize> Mul<T> for Compensated<T, N> {
+impl<T: Copy, X: Mul<T, Output = X>> Mul<T> for Compensated<X> {
     type Output = Self;
 
     fn mul(self, factor: T) -> Self {
@@ -73,68 +67,79 @@ impl<T: Real, const N: usize> Mul<T> for Compensated<T, N> {
 }
 
 /// The field of a block whose states are compensated sums; laws see the sums.
-struct CompensatedField<'f, 'a, T: Real, const N: usize> {
-    inner: &'f mut BlockField<'a, T, N>,
+struct CompensatedField<'f, 'a, T: Real, X: BlockSpace<T, N>, const N: usize> {
+    inner: &'f mut BlockField<'a, T, X, N>,
     decay: Decay<T>,
+    zero: X,
 }
 
 /// [`drive`] in compensated sums; `residues` are those of (`x`, `v`), and then those of the new state.
-pub(super) fn drive_compensated<'a, M: Integrator, T: Real, const N: usize>(
-    field: &mut BlockField<'a, T, N>,
+pub(super) fn drive_compensated<'a, M: Integrator, T: Real, X: BlockSpace<T, N>, const N: usize>(
+    field: &mut BlockField<'a, T, X, N>,
     terms: &Terms<'_, T>,
     segments: &Segments,
-    (x, v): (Block<T, N>, Block<T, N>),
+    (x, v): (X, X),
     residues: [&mut [[T; 3]]; 2],
-    step_state: &mut StepState<BlockField<'a, T, N>>,
-) -> (Block<T, N>, Block<T, N>) {
-    let [rx, rv] = residues.each_ref().map(|rows| Block::of(rows));
+    step_state: &mut StepState<BlockField<'a, T, X, N>>,
+) -> (X, X) {
+    let memory = field.memory;
+    let [rx, rv] = residues.each_ref().map(|rows| X::load(memory, |block| block.load(rows)));
     let (x, v) = (Compensated { sum: x, residue: rx }, Compensated { sum: v, residue: rv });
-    let start = step_state.start.map(Compensated::of);
+    let zero = X::of(memory, &Block::ZERO);
+    let mut field = CompensatedField { inner: field, decay: terms.decay, zero };
+    let start = step_state.start.map(|start| field.exact(start));
     let mut own = StepState { last_step: step_state.last_step, start };
-    let mut field = CompensatedField { inner: field, decay: terms.decay };
     let (x, v) = drive::<M, _>(&mut field, terms, segments, x, v, &mut own);
-    for (rows, block) in residues.into_iter().zip([x.residue, v.residue]) {
-        rows.iter_mut().enumerate().for_each(|(k, row)| *row = block.body(k));
+    for (rows, residue) in residues.into_iter().zip([x.residue, v.residue]) {
+        residue.read(|block| rows.iter_mut().enumerate().for_each(|(k, row)| *row = block.body(k)));
     }
     (step_state.last_step, step_state.start) = (own.last_step, own.start.map(|start| start.sum));
     (x.sum, v.sum)
 }
 
-impl<T: Real, const N: usize> CompensatedField<'_, '_, T, N> {
+impl<T: Real, X: BlockSpace<T, N>, const N: usize> CompensatedField<'_, '_, T, X, N> {
+    /// `sum` without a residue.
+    const fn exact(&self, sum: X) -> Compensated<X> {
+        Compensated { sum, residue: self.zero }
+    }
+
     /// `v` times a factor, given as the factor minus 1: rounding the factor itself would add the same error in every
     /// step.
-    fn changed(&self, v: Compensated<T, N>, change: Option<T>) -> Compensated<T, N> {
+    fn changed(&self, v: Compensated<X>, change: Option<T>) -> Compensated<X> {
         let Some(change) = change else { return v };
         self.snap(v + v * change)
     }
 
-    fn snap(&self, v: Compensated<T, N>) -> Compensated<T, N> {
+    fn snap(&self, v: Compensated<X>) -> Compensated<X> {
         Compensated { sum: self.inner.snap(v.sum), residue: self.inner.snap(v.residue) }
     }
 
     /// Applies speed limits and axis locks.
-    fn restrain(&self, v: Compensated<T, N>) -> Compensated<T, N> {
+    fn restrain(&self, v: Compensated<X>) -> Compensated<X> {
         let sum = self.inner.restrain(v.sum);
-        let is_as_before = |k: usize| v.sum.body(k) == sum.body(k);
-        let residue = v.residue.map(|_, k, residue| if is_as_before(k) { residue } else { T::ZERO });
+        let same = v.sum.read_both(sum, |before, after| {
+            std::array::from_fn::<_, N, _>(|k| before.body(k) == after.body(k))
+        });
+        let residue = v.residue.map(|_, k, residue| if same[k] { residue } else { T::ZERO });
         Compensated { sum, residue }
     }
 }
 
-impl<T: Real, const N: usize> Field for CompensatedField<'_, '_, T, N> {
+impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for CompensatedField<'_, '_, T, X, N> {
     type Real = T;
-    type Space = Compensated<T, N>;
+    type Space = Compensated<X>;
 
     fn step(&self) -> T {
         self.inner.step()
     }
 
     fn laws(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
-        Compensated::of(self.inner.laws(part, x.sum, v.sum))
+        let laws = self.inner.laws(part, x.sum, v.sum);
+        self.exact(laws)
     }
 
     fn applied(&self) -> Self::Space {
-        Compensated::of(self.inner.applied())
+        self.exact(self.inner.applied())
     }
 
     fn depends_on_velocity(&self) -> bool {
@@ -158,7 +163,7 @@ impl<T: Real, const N: usize> Field for CompensatedField<'_, '_, T, N> {
     }
 
     fn laws_before_jump(&mut self, x: Self::Space, v: Self::Space) -> Option<Self::Space> {
-        self.inner.laws_before_jump(x.sum, v.sum).map(Compensated::of)
+        self.inner.laws_before_jump(x.sum, v.sum).map(|laws| self.exact(laws))
     }
 
     fn implicit_velocity(&mut self, x: Self::Space, v: Self::Space) -> Self::Space {
@@ -166,13 +171,14 @@ impl<T: Real, const N: usize> Field for CompensatedField<'_, '_, T, N> {
     }
 }
 
-impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, '_, T, N> {
+impl<T: Real, X: BlockSpace<T, N>, const N: usize> NewtonField for CompensatedField<'_, '_, T, X, N> {
     fn linear_rate(&self) -> Option<T> {
         self.inner.linear_rate()
     }
 
     fn correction(&mut self, x: Self::Space, v: Self::Space, residual: Self::Space) -> Self::Space {
-        Compensated::of(self.inner.correction(x.sum, v.sum, residual.sum))
+        let correction = self.inner.correction(x.sum, v.sum, residual.sum);
+        self.exact(correction)
     }
 
     fn size(&self, v: Self::Space) -> T {
@@ -184,10 +190,18 @@ impl<T: Real, const N: usize> NewtonField for CompensatedField<'_, '_, T, N> {
     }
 }
 
-impl<T: Real, const N: usize> TickField for CompensatedField<'_, '_, T, N> {
+impl<T: Real, X: BlockSpace<T, N>, const N: usize> TickField for CompensatedField<'_, '_, T, X, N> {
     fn enter<M: Integrator>(&mut self, segment: Segment<T>, decay: Decay<T>) {
         self.inner.set_segment(segment, decay);
         self.decay = decay;
+    }
+
+    fn recycle(&mut self, x: &mut Self::Space, v: &mut Self::Space, step_state: &mut StepState<Self>) {
+        let start = step_state.start.map_or(x.sum, |start| start.sum);
+        let mut kept = [x.sum, x.residue, v.sum, v.residue, start, self.zero];
+        X::recycle(self.inner.memory, &mut kept);
+        [x.sum, x.residue, v.sum, v.residue, _, self.zero] = kept;
+        step_state.start = step_state.start.map(|_| self.exact(kept[4]));
     }
 
     fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space) {

@@ -10,6 +10,11 @@ pub(crate) trait TickField: Field + Sized {
     /// Enters the next segment of the tick, in which the damping of all bodies is `decay`.
     fn enter<M: Integrator>(&mut self, segment: Segment<Self::Real>, decay: Decay<Self::Real>);
 
+    /// Frees memory of the last step: of all elements of the space but the state and what the method keeps.
+    fn recycle(&mut self, x: &mut Self::Space, v: &mut Self::Space, step_state: &mut StepState<Self>) {
+        let _ = (x, v, step_state);
+    }
+
     /// Applies what stands before the tick of a method with damping around its ticks.
     fn before_tick(&mut self, x: Self::Space, v: Self::Space) -> (Self::Space, Self::Space);
 
@@ -38,7 +43,10 @@ pub(crate) fn drive<M: Integrator, F: TickField>(
     if !M::DAMPS_INSIDE {
         (x, v) = field.before_tick(x, v);
     }
-    for segment in segments.iter() {
+    for (number, segment) in segments.iter().enumerate() {
+        if number > 0 {
+            field.recycle(&mut x, &mut v, step_state);
+        }
         field.enter::<M>(segment, terms.decay_in(segment));
         if segment.jump {
             // It was evaluated before the jump.

@@ -74,6 +74,14 @@ impl<T: Real> Law<T> for Wells {
     }
 
     fn accelerate(&self, _: EvaluationTime<T>, bodies: &BodyBlock<'_, T>, sum: &mut Axes<T>) {
+        if let [well] = &self.0[..] {
+            bodies.add_each(
+                sum,
+                #[inline(always)]
+                |body| well.acceleration(body),
+            );
+            return;
+        }
         let mut wells = [[T::ZERO; BLOCK_BODIES]; 3];
         for well in &self.0 {
             bodies.add_each(

@@ -53,7 +53,7 @@ impl Integrator for SemiImplicitEuler {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
-        let v = kick(field, x, v);
+        let v = field.kick_from(x, v);
         drift(field, x, v)
     }
 }
@@ -66,7 +66,7 @@ impl Integrator for Kick {
 
     #[inline(always)]
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
-        (x, kick(field, x, v))
+        (x, field.kick_from(x, v))
     }
 }
 
@@ -79,13 +79,6 @@ impl Integrator for Drift {
     fn step<F: Field>(field: &mut F, x: F::Space, v: F::Space, _: &mut StepState<F>) -> (F::Space, F::Space) {
         drift(field, x, v)
     }
-}
-
-/// The velocity after a kick by laws and forces in the state (`x`, `v`).
-#[inline(always)]
-fn kick<F: Field>(field: &mut F, x: F::Space, v: F::Space) -> F::Space {
-    let a = field.acceleration(F::Real::ZERO, x, v);
-    field.kick(v, a)
 }
 
 /// The state after a move with the velocity `v`.

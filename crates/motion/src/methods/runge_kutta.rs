@@ -69,6 +69,7 @@ impl Integrator for RungeKutta4 {
         let v4 = v + a3 * h;
         let a4 = field.acceleration(F::Real::ONE, x + v3 * h, v4);
         let inner = a2 + a3;
-        (x + (v + (a1 + inner) * sixth) * h, v + (a1 + inner + inner + a4) * sixth)
+        let sum = a1 + inner;
+        (x + (v + sum * sixth) * h, v + (sum + inner + a4) * sixth)
     }
 }
