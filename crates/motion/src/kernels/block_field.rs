@@ -207,6 +207,9 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
     /// accelerates all bodies. The bits are the same: what follows the constant terms is a sum of one number.
     #[inline(always)]
     fn acceleration_by_one(&mut self, at: EvaluationTime<T>, x: X, v: X) -> Option<X> {
+        if N != BLOCK_BODIES {
+            return None;
+        }
         let mut laws = self.called_laws();
         let law = laws.next().filter(|_| laws.next().is_none() && self.all_move && !self.pushed)?;
         let inverse_masses: &[T; BLOCK_BODIES] = (&self.w as &dyn Any).downcast_ref()?;
