@@ -298,6 +298,17 @@ impl<T: Real> Slot<'_, T> {
         let Self { slots, number, factor } = self;
         slots.fill([number; 2], |axis, k, a, _| a.0[axis][k] * factor)
     }
+
+    /// The sum, in one pass with the factors.
+    #[inline(never)]
+    fn sum(self, other: Self) -> Self {
+        let (pair, p, q) = ([self.number, other.number], self.factor, other.factor);
+        if p == T::ONE {
+            self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] + b.0[axis][k] * q)
+        } else {
+            self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] * p + b.0[axis][k] * q)
+        }
+    }
 }
 
 impl<'s, T: Real> BlockSpace<T, BLOCK_BODIES> for Slot<'s, T> {
@@ -357,14 +368,9 @@ impl<'s, T: Real> BlockSpace<T, BLOCK_BODIES> for Slot<'s, T> {
 impl<T: Real> Add for Slot<'_, T> {
     type Output = Self;
 
-    #[inline(never)]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let (pair, p, q) = ([self.number, other.number], self.factor, other.factor);
-        if p == T::ONE {
-            self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] + b.0[axis][k] * q)
-        } else {
-            self.slots.fill(pair, |axis, k, a, b| a.0[axis][k] * p + b.0[axis][k] * q)
-        }
+        self.sum(other)
     }
 }
 

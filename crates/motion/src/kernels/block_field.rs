@@ -103,10 +103,9 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
         if let Some(Applied { forces, rows, offset }) = applied {
             for row in rows.iter().map(|(_, row)| row - offset) {
                 self.pushed = true;
-                for axis in 0..3 {
+                for (axis, force) in forces[row].iter().enumerate() {
                     let is_open = self.open[axis] && self.w[row] > T::ZERO;
-                    self.applied.0[axis][row] =
-                        if is_open { forces[row][axis] * self.w[row] } else { T::ZERO };
+                    self.applied.0[axis][row] = if is_open { *force * self.w[row] } else { T::ZERO };
                 }
             }
         }
@@ -250,12 +249,19 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
         known: impl Iterator<Item = Option<[T; 3]>>,
     ) -> X {
         let mut called = Block::ZERO;
-        let (x, v_block) = (x.read(|x| *x), v.read(|v| *v));
+        let mut missing = [false; N];
         for (k, known) in known.enumerate().take(N) {
             match known {
                 Some(a) => (0..3).for_each(|axis| called.0[axis][k] = a[axis]),
-                None => self.call_one(at, k, (&x, &v_block), &mut called),
+                None => missing[k] = true,
             }
+        }
+        if missing.contains(&true) {
+            x.read_both(v, |x, v| {
+                for k in (0..N).filter(|k| missing[*k]) {
+                    self.call_one(at, k, (x, v), &mut called);
+                }
+            });
         }
         self.laws_from(&called, v)
     }

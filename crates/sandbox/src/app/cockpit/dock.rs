@@ -24,7 +24,7 @@ pub(super) fn show(
             let selected = stage.seen.selection.and_then(|thing| Selected::of(stage, thing));
             if let Some(selected) = selected {
                 sideways(ui, "selection", |ui| {
-                    card::lines(ui, &selected, stage.sim.method(), TextStyle::Body)
+                    card::lines(ui, &selected, stage.sim.method(), TextStyle::Body);
                 });
             } else {
                 ui.weak("Click a body to select it.");
