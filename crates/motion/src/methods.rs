@@ -52,7 +52,14 @@ pub trait Field {
     /// Acceleration by laws and applied forces.
     #[inline(always)]
     fn acceleration(&mut self, part: Self::Real, x: Self::Space, v: Self::Space) -> Self::Space {
-        self.laws(part, x, v) + self.applied()
+        let a = self.laws(part, x, v);
+        self.plus_applied(a)
+    }
+
+    /// The acceleration `a` by the laws plus that by the applied forces.
+    #[inline(always)]
+    fn plus_applied(&self, a: Self::Space) -> Self::Space {
+        a + self.applied()
     }
 
     /// Whether a law depends on the velocity.

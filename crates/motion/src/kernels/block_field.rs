@@ -239,26 +239,19 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
         add_one(self.called_laws(), at, k, (x, v, &self.w), sum);
     }
 
-    /// The accelerations by all laws at the time `at` if `known` has the sum of the called ones of each body, or `None`
-    /// for a body for which they are called.
+    /// Acceleration by all laws at the time `at`, from `called`, the sum of the called laws: for bodies that are not
+    /// `known`, they are called.
     #[inline(never)]
     pub fn laws_known(
         &mut self,
         at: EvaluationTime<T>,
         (x, v): (X, X),
-        known: impl Iterator<Item = Option<[T; 3]>>,
+        known: &[bool; N],
+        mut called: Block<T, N>,
     ) -> X {
-        let mut called = Block::ZERO;
-        let mut missing = [false; N];
-        for (k, known) in known.enumerate().take(N) {
-            match known {
-                Some(a) => (0..3).for_each(|axis| called.0[axis][k] = a[axis]),
-                None => missing[k] = true,
-            }
-        }
-        if missing.contains(&true) {
+        if known.contains(&false) {
             x.read_both(v, |x, v| {
-                for k in (0..N).filter(|k| missing[*k]) {
+                for k in (0..N).filter(|k| !known[*k]) {
                     self.call_one(at, k, (x, v), &mut called);
                 }
             });
@@ -398,6 +391,12 @@ impl<T: Real, X: BlockSpace<T, N>, const N: usize> Field for BlockField<'_, T, X
     #[inline(never)]
     fn applied(&self) -> X {
         X::of(self.memory, &self.applied)
+    }
+
+    /// An acceleration by laws is never -0, so adding 0 would change no bits.
+    #[inline(always)]
+    fn plus_applied(&self, a: X) -> X {
+        if self.pushed { a + self.applied() } else { a }
     }
 
     #[inline(never)]

@@ -195,9 +195,8 @@ fn note<T: Real, X: BlockSpace<T, N>, const N: usize>(
                 (T::of(field.terms.times.end), field.laws_version(), field.inverse_masses());
             x.read(|x| {
                 for (k, cached) in cached.iter_mut().enumerate() {
-                    let ([x, y, z], [a, b, c]) = (x.body(k), called.body(k));
-                    let (at, acceleration) = ([x, y, z, w[k]], [a, b, c, T::ZERO]);
-                    *cached = CachedAcceleration { at, time, laws, acceleration };
+                    let ([x, y, z], acceleration) = (x.body(k), called.body(k));
+                    *cached = CachedAcceleration { at: [x, y, z, w[k]], time, laws, acceleration };
                 }
             });
         }
@@ -215,24 +214,21 @@ fn recall<T: Real, X: BlockSpace<T, N>, const N: usize>(
     field: &mut BlockField<'_, T, X, N>,
     (x, v): (X, X),
 ) -> Option<X> {
+    // What was evaluated before a jump is of no use after it.
+    let first = segments.iter().next().filter(|first| !first.jump)?;
     let (time, laws, w) = (T::of(field.terms.times.start), field.laws_version(), field.inverse_masses());
-    let fits = |(k, cached): (usize, &CachedAcceleration<T>), [x, y, z]: [T; 3]| {
-        cached.time == time
-            && cached.at == [x, y, z, w[k]]
-            && cached.laws == laws
-            // The cache only saves an evaluation: a value that is not finite is evaluated again.
-            && cached.acceleration.iter().all(|part| part.is_finite())
-    };
-    let mut known = [None; N];
+    let (mut fits, mut called) = ([true; N], Block::ZERO);
     x.read(|x| {
-        for (k, cached) in cached.iter().enumerate() {
-            let [a, b, c, _] = cached.acceleration;
-            known[k] = fits((k, cached), x.body(k)).then_some([a, b, c]);
+        for (k, cached) in cached.iter().enumerate().take(N) {
+            let ([x, y, z], [a, b, c]) = (x.body(k), cached.acceleration);
+            let is_here =
+                (cached.at[0] == x) & (cached.at[1] == y) & (cached.at[2] == z) & (cached.at[3] == w[k]);
+            let is_now = (cached.time == time) & (cached.laws.0 == laws.0) & (cached.laws.1 == laws.1);
+            // The cache only saves an evaluation: a value that is not finite is evaluated again.
+            fits[k] = is_here & is_now & (a + b + c).is_finite();
+            (called.0[0][k], called.0[1][k], called.0[2][k]) = (a, b, c);
         }
     });
-    let known = &known[..cached.len()];
-    let all_missing = known.iter().all(Option::is_none);
-    // What was evaluated before a jump is of no use after it.
-    let first = segments.iter().next().filter(|first| !first.jump && !all_missing)?;
-    Some(field.laws_known(first.evaluation_time(T::ZERO), (x, v), known.iter().copied()))
+    let some_fit = fits[..cached.len()].contains(&true);
+    some_fit.then(|| field.laws_known(first.evaluation_time(T::ZERO), (x, v), &fits, called))
 }

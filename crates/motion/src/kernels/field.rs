@@ -180,9 +180,8 @@ impl<T: Real, S: Simd, const N: usize, const PARTS: u8, const PUSHED: bool> Fiel
     }
 
     #[inline(always)]
-    fn acceleration(&mut self, part: T, x: Self::Space, v: Self::Space) -> Self::Space {
-        let laws = self.laws(part, x, v);
-        if PUSHED { laws + self.applied } else { laws }
+    fn plus_applied(&self, a: Self::Space) -> Self::Space {
+        if PUSHED { a + self.applied } else { a }
     }
 
     #[inline(always)]

@@ -87,8 +87,7 @@ pub(super) fn kick_drift_kick<F: Field>(
         Some(start) => start,
         None => field.laws(part, x, v),
     };
-    let applied = field.applied();
-    let a = start + applied;
+    let a = field.plus_applied(start);
     let x = x + (v + a * half) * h;
     if field.is_constant() {
         return (x, v + a * h);
@@ -99,7 +98,7 @@ pub(super) fn kick_drift_kick<F: Field>(
         if (end - F::Real::ONE).abs() <= F::Real::of(4.0) * F::Real::EPSILON { F::Real::ONE } else { end };
     let b = field.laws(end, x, v + a * h);
     step_state.start = if field.depends_on_velocity() { None } else { Some(b) };
-    (x, v + (a + (b + applied)) * half)
+    (x, v + (a + field.plus_applied(b)) * half)
 }
 
 /// Advances the velocity of position Verlet by half a step to the time of the position, so that another method can

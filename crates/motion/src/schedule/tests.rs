@@ -30,7 +30,7 @@ fn a_nan_in_a_cached_acceleration_harms_no_body() {
             (0..3).for_each(|_| stepper.tick(&mut world));
             for body in bodies.iter().filter(|_| spoils) {
                 world.get_mut::<LastAcceleration>(*body).expect("it caches accelerations").0.acceleration =
-                    [f64::NAN; 4];
+                    [f64::NAN; 3];
             }
             (0..3).for_each(|_| stepper.tick(&mut world));
             assert!(world.resource::<Quarantine>().records().is_empty());

@@ -27,12 +27,12 @@ pub(crate) struct CachedAcceleration<T> {
     /// Version of the world's laws and of the body's own.
     pub laws: (u64, u64),
     /// Acceleration by the called laws, m/s².
-    pub acceleration: [T; 4],
+    pub acceleration: [T; 3],
 }
 
 impl<T: Real> Default for CachedAcceleration<T> {
     fn default() -> Self {
         // No time of an evaluation equals it.
-        Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), acceleration: [T::ZERO; 4] }
+        Self { at: [T::ZERO; 4], time: T::INFINITY, laws: (0, 0), acceleration: [T::ZERO; 3] }
     }
 }
