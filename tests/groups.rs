@@ -2,6 +2,7 @@
 
 mod called;
 mod conserved;
+mod direct_sum;
 mod hostile;
 mod implicit;
 pub(crate) mod lab;

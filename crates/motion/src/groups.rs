@@ -7,6 +7,7 @@
 mod combination;
 mod compile;
 mod coupling;
+mod direct_sum;
 mod field;
 mod linear;
 mod members;

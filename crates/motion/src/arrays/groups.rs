@@ -57,7 +57,7 @@ impl<T: Real> Bare<T> {
         let shared = self.resources.environment(times);
         let called = shared.called();
         let environment =
-            GroupEnvironment::new(kernel.single.traits, shared, &called, self.resources.solver, &[]);
+            GroupEnvironment::new(kernel.single.traits, shared, &called, self.resources.solver, &[], None);
         let options = OfRows { whole: &self.individuals, rows: &rows };
         let mut statistics = StepStatistics::default();
         let mut outcome = Ok(());

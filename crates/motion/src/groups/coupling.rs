@@ -100,20 +100,6 @@ impl<T: Real> Coupling<T> {
         }
     }
 
-    /// Adds the forces of mutual gravity at `x`, N, on rows of inverse mass `w`.
-    pub fn attract(&self, law: &MutualGravity, x: &[Row<T>], w: &[T], forces: &mut [Row<T>]) {
-        for a in 0..self.movable {
-            let (mass, from) = (self.mass(a, w), vector(&x[a]));
-            for b in a + 1..self.rows {
-                let (to, other) = (vector(&x[b]), self.mass(b, w));
-                if let Some(pull) = self.attraction(law, [mass, other], [from, to]) {
-                    add(&mut forces[a], pull);
-                    add(&mut forces[b], -pull);
-                }
-            }
-        }
-    }
-
     /// Force of mutual gravity on the first of two masses, N; `None` at the same position.
     #[inline(always)]
     fn attraction(

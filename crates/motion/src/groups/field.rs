@@ -22,6 +22,7 @@ use crate::laws::{Declared, Law};
 use crate::methods::{Field, Integrator, MethodStateKind, StepState, Traits};
 use crate::real::Real;
 use crate::state::range::Bounds;
+use crate::state::threads::Threads;
 use crate::tick::environment::Environment;
 
 /// The environment of groups.
@@ -35,6 +36,8 @@ pub(crate) struct GroupEnvironment<'a, T: Real> {
     pub solver: Solver,
     /// Names of the laws that are summed before a tick, with exact damping, without gravity.
     pub summed: &'a [&'static str],
+    /// The threads that share the rows of a large group.
+    pub threads: Option<&'a Threads>,
 }
 
 impl<'a, T: Real> GroupEnvironment<'a, T> {
@@ -45,9 +48,10 @@ impl<'a, T: Real> GroupEnvironment<'a, T> {
         called: &'a [&'a dyn Law<T>],
         solver: Solver,
         summed: &'a [&'static str],
+        threads: Option<&'a Threads>,
     ) -> Self {
         let laws = Declared { drag: None, ..shared.laws };
-        Self { shared, terms: Environment { laws, ..shared }.terms(method, called), solver, summed }
+        Self { shared, terms: Environment { laws, ..shared }.terms(method, called), solver, summed, threads }
     }
 }
 
@@ -78,6 +82,8 @@ pub(crate) struct Scratch<T: Real> {
     stage: [RowArray<T>; 2],
     classes: Classes<T>,
     workspace: Workspace<T>,
+    /// Masses of all rows as sources of gravity, kg, if they attract each other.
+    masses: Vec<T>,
     /// Pushed rows and their forces, N.
     pub pushes: Vec<(usize, Row<T>)>,
 }
@@ -168,6 +174,7 @@ impl<'a, T: Real> GroupField<'a, T> {
     fn tick<M: Integrator>(mut self, watch: Watch) -> Result<(), Vec<usize>> {
         self.watch = watch;
         self.sort_into_classes();
+        self.weigh_sources();
         self.apply_pushes();
         let mut step_state = StepState::default();
         let keeps_last_step = M::STATE == MethodStateKind::LastStep;
@@ -189,6 +196,14 @@ impl<'a, T: Real> GroupField<'a, T> {
             self.note(cache, step_state.start.is_some());
         }
         self.outcome()
+    }
+
+    fn weigh_sources(&mut self) {
+        let Self { coupling, rows, scratch: Scratch { masses, .. }, .. } = self;
+        masses.clear();
+        if coupling.attracts {
+            masses.extend((0..coupling.rows).map(|row| coupling.mass(row, rows.w)));
+        }
     }
 
     fn outcome(self) -> Result<(), Vec<usize>> {

@@ -68,7 +68,8 @@ fn advance_groups(
     summed.extend(shared.summed(true));
     let called = shared.called();
     let solver = solver.as_deref().copied().unwrap_or_default();
-    let mut environment = GroupEnvironment::new(kernel.single.traits, shared, &called, solver, &summed);
+    let mut environment =
+        GroupEnvironment::new(kernel.single.traits, shared, &called, solver, &summed, param.threads());
     let substeps = environment.terms.times.substeps;
     for number in 0..groups.list.len() {
         if groups.seen[number] != groups.list[number].coupling.movable {

@@ -112,7 +112,7 @@ pub struct EnvironmentParam<'w, 's> {
     damping: Option<Res<'w, Damping>>,
     range: Option<Res<'w, range::Range>>,
     laws: DeclaredParam<'w>,
-    pub(super) threads: Option<Res<'w, Threads>>,
+    threads: Option<Res<'w, Threads>>,
     pushed: Res<'w, PushedBodies>,
     entities: &'w Entities,
     /// Table and row of the pushed bodies, ascending; reused, so that a tick allocates nothing.
@@ -174,6 +174,11 @@ impl EnvironmentParam<'_, '_> {
             times: TickTimes::new(clock, tick, Substeps::count(self.substeps.as_deref())),
             epoch: self.epoch.number(),
         }
+    }
+
+    /// The threads that share large worlds, if there are several.
+    pub(crate) fn threads(&self) -> Option<&Threads> {
+        self.threads.as_deref().filter(|threads| threads.count() > 1)
     }
 
     /// Table and row of `body`.

@@ -264,10 +264,8 @@ fn advance<Who: ArchetypeFilter>(
             births,
             records: &output.records,
         };
-        let done = match param.threads.as_deref() {
-            Some(threads) if threads.count() > 1 && entities.len() >= Threads::FROM => {
-                shared(threads, &table, batch)
-            }
+        let done = match param.threads() {
+            Some(threads) if entities.len() >= Threads::FROM => shared(threads, &table, batch),
             _ => TablePart { table: &table, start: 0 }.integrate(batch),
         };
         output.evaluations.add(&done.statistics, &called, environment.summed(gravity_off));

@@ -4,6 +4,7 @@ use super::classes::Class;
 use super::{GroupField, Scratch};
 use crate::groups::combination::{APPLIED, Combination};
 use crate::groups::coupling::is_open;
+use crate::groups::direct_sum::DirectSum;
 use crate::groups::rows::Row;
 use crate::kernels::Block;
 use crate::laws::{BLOCK_BODIES, BodyBlock, EvaluationTime, Law};
@@ -92,7 +93,8 @@ impl<'a, T: Real> GroupField<'a, T> {
             self.coupling.blow(drag, time, x, v, sum);
         }
         if let (true, Some(law)) = (self.coupling.attracts, self.environment.shared.attraction) {
-            self.coupling.attract(law, x, self.rows.w, sum);
+            let sum = &mut sum[..self.coupling.movable];
+            DirectSum { law, x, masses: &self.scratch.masses }.attract(self.environment.threads, sum);
         }
     }
 
