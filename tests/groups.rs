@@ -12,5 +12,6 @@ mod orders;
 mod rest;
 mod stability;
 mod structure;
+mod threads;
 mod totals;
 mod wind;

@@ -27,6 +27,7 @@ pub(crate) use compile::{coming_couplings, couplings, is_outdated, update_groups
 pub(crate) use coupling::Coupling;
 pub(crate) use field::{GroupCache, GroupEnvironment, GroupField, GroupKernel, GroupRows, Scratch, Watch};
 pub(crate) use linear::{Contributor, LinearGroup, larger};
+use pull::Share;
 pub(crate) use rows::{Row, RowArray, row_of};
 pub use solver::Solver;
 pub use split::Sets;
@@ -73,6 +74,8 @@ pub(crate) struct Group {
     /// Its own number of substeps.
     pub substeps: Option<u32>,
     cache: GroupCache<Scalar>,
+    /// How many threads share its springs, if it is large, and their shares; made in the first tick.
+    shares: (usize, Vec<Share>),
 }
 
 /// Consecutive rows of a table that are consecutive rows of a group.

@@ -68,7 +68,8 @@ impl<T: Real> Bare<T> {
                 &mut group;
             let residues = self.residues.is_some().then(|| residues.each_mut().map(|rows| &mut **rows));
             let last = &mut last[..coupling.movable];
-            let rows = GroupRows { x, v, residues, w, last, with_options, with_laws, cache: Some(cache) };
+            let (cache, shares) = (Some(cache), &[][..]);
+            let rows = GroupRows { x, v, residues, w, last, with_options, with_laws, cache, shares };
             let field =
                 GroupField::new(coupling, &environment, rows, &options, &mut scratch, &mut statistics);
             outcome = (kernel.tick)(field, watch);

@@ -11,8 +11,11 @@ pub(crate) use cached::GroupCache;
 use classes::{Class, Classes};
 use solving::Workspace;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::combination::{APPLIED, Combination, FIRST, POSITION, SLOTS, VELOCITY};
 use super::coupling::Coupling;
+use super::pull::Share;
 use super::rows::{Row, RowArray};
 use super::solver::Solver;
 use crate::kernels::{Kernel, RowOptions, StepStatistics, Terms, TickField, drive};
@@ -73,6 +76,8 @@ pub(crate) struct GroupRows<'a, T: Real> {
     pub with_laws: &'a [u32],
     /// The cached accelerations, if the tick may use them.
     pub cache: Option<&'a mut GroupCache<T>>,
+    /// The parts of threads in the forces of springs, if it is worth it.
+    pub shares: &'a [Share],
 }
 
 /// Arrays of a step, reused for all groups and ticks.
@@ -114,6 +119,8 @@ pub(crate) struct GroupField<'a, T: Real> {
     watch: Watch,
     /// The rows that turned non-finite first, ascending, if they are searched for.
     found: Vec<usize>,
+    /// The threads that share the rows, if they are many.
+    threads: Option<&'a Threads>,
 }
 
 /// Whether to search for the rows that turn non-finite first.
@@ -168,6 +175,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             anchors_rest: true,
             watch: Watch::Off,
             found: Vec::new(),
+            threads: environment.threads.filter(|_| coupling.rows >= Threads::FROM),
         }
     }
 
@@ -182,8 +190,8 @@ impl<'a, T: Real> GroupField<'a, T> {
             step_state.last_step = self.common_last_step();
         }
         let caches = M::STATE == MethodStateKind::LastAcceleration && !self.depends_on_velocity();
-        let cache = self.rows.cache.take().filter(|_| caches);
-        if let Some(cache) = &cache {
+        let mut cache = self.rows.cache.take().filter(|_| caches);
+        if let Some(cache) = &mut cache {
             step_state.start = self.recall(cache);
         }
         let ((x, v), terms, segments) = (start(), &self.environment.terms, self.segments());
@@ -216,13 +224,17 @@ impl<'a, T: Real> GroupField<'a, T> {
         let holds = |x: &Row<T>, v: &Row<T>, w: T| {
             within(x, position) & within(v, speed) & w.abs().is_at_most(T::MAX)
         };
-        // Not `any`: a loop without an exit is vectorized.
-        let mut all = true;
-        let GroupRows { x, v, w, .. } = &self.rows;
-        for ((x, v), w) in x[..movable].iter().zip(&v[..movable]).zip(&w[..movable]) {
-            all &= holds(x, v, *w);
-        }
-        if all {
+        let GroupRows { x, v, w, .. } = self.rows;
+        let all = AtomicBool::new(true);
+        Threads::share_two(self.threads, &mut x[..movable], &mut v[..movable], |first, x, v| {
+            // Not `any`: a loop without an exit is vectorized.
+            let mut part = true;
+            for ((x, v), w) in x.iter().zip(v).zip(&w[first..]) {
+                part &= holds(x, v, *w);
+            }
+            all.fetch_and(part, Ordering::Relaxed);
+        });
+        if all.into_inner() {
             return Ok(());
         }
         let broken = |row: &usize| !holds(&x[*row], &v[*row], w[*row]);

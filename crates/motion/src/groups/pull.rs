@@ -1,5 +1,7 @@
 //! The forces of springs, four at a time.
 
+use std::ops::Range;
+
 use fearless_simd::{Fallback, Simd, prelude::*};
 
 use super::rows::Row;
@@ -7,6 +9,7 @@ use super::rows::Row;
 use crate::real::LEVEL;
 use crate::real::{Lanes as _, Real, RealVector as _};
 use crate::state::springs::Elastic;
+use crate::state::threads::Threads;
 
 /// Springs that are computed at once: four square roots and divisions take hardly longer than one.
 const AT_ONCE: usize = 4;
@@ -24,7 +27,7 @@ impl<T: Real> SpringRow<T> {
         let mut one = Springs::default();
         one.push(Self { ends: [0, 1], ..*self });
         let mut forces = [[T::ZERO; 4]; 2];
-        one.pull(&x, &v, &mut forces);
+        one.pull(None, &x, &v, &mut forces);
         forces[0]
     }
 }
@@ -53,6 +56,48 @@ pub(super) fn axis<T: Real>(d: T::Vector, rest_length: T) -> (T::Vector, T) {
 /// A number, or 0 if it is negative or NaN.
 pub(super) fn positive<T: Real>(x: T) -> T {
     if x > T::ZERO { x } else { T::ZERO }
+}
+
+/// The part of one thread in the forces of springs: forces on some rows, of every spring that ends there, in the order of
+/// springs. A spring between two parts is computed twice, so that the bits do not depend on the parts.
+#[derive(Debug)]
+pub(crate) struct Share {
+    rows: Range<usize>,
+    /// Numbers of the blocks in which a spring ends at one of the rows.
+    blocks: Vec<Range<usize>>,
+}
+
+/// Threads and their shares, if the springs are shared.
+pub(crate) type Shares<'a> = Option<(&'a Threads, &'a [Share])>;
+
+impl Share {
+    /// Calls `pull` for each share with its rows of `forces`, all at the same time.
+    pub fn each<R: Send>(
+        threads: &Threads,
+        shares: &[Self],
+        forces: &mut [R],
+        pull: impl Fn(&Self, &mut [R]) + Sync,
+    ) {
+        let (mut rest, pull) = (forces, &pull);
+        let mut jobs = Vec::new();
+        for share in shares {
+            let (own, others) = rest.split_at_mut(share.rows.len());
+            jobs.push(move || pull(share, own));
+            rest = others;
+        }
+        threads.run(jobs);
+    }
+
+    /// The first of its rows.
+    pub const fn first(&self) -> usize {
+        self.rows.start
+    }
+
+    /// Its springs among all `springs`, in runs.
+    pub fn runs<'s, S>(&self, springs: &'s [S]) -> impl Iterator<Item = &'s [S]> {
+        let all = springs.len();
+        self.blocks.iter().map(move |blocks| &springs[blocks.start * AT_ONCE..all.min(blocks.end * AT_ONCE)])
+    }
 }
 
 /// Springs, in the order in which their forces are summed.
@@ -106,6 +151,34 @@ impl<T: Real> Springs<T> {
         springs
     }
 
+    /// The shares of `count` threads in the forces on `rows` rows, each with about as many ends of springs.
+    pub fn shares(&self, rows: usize, count: usize) -> Vec<Share> {
+        let mut ends = vec![0_usize; rows];
+        self.iter().flat_map(|spring| spring.ends).for_each(|end| ends[end as usize] += 1);
+        let (mut shares, mut sum, mut start) = (Vec::new(), 0, 0);
+        for (row, ends) in ends.iter().enumerate() {
+            sum += ends;
+            let is_full = shares.len() + 1 < count && sum * count >= 2 * self.len * (shares.len() + 1);
+            if is_full || row + 1 == rows {
+                shares.push(Share { rows: start..row + 1, blocks: Vec::new() });
+                start = row + 1;
+            }
+        }
+        for (number, block) in self.blocks.iter().enumerate() {
+            for share in &mut shares {
+                let is_own = |end: &u32| share.rows.contains(&(*end as usize));
+                if !block.ends.iter().flatten().any(is_own) {
+                    continue;
+                }
+                match share.blocks.last_mut() {
+                    Some(blocks) if blocks.end == number => blocks.end += 1,
+                    _ => share.blocks.push(number..number + 1),
+                }
+            }
+        }
+        shares
+    }
+
     pub const fn len(&self) -> usize {
         self.len
     }
@@ -125,6 +198,11 @@ impl<T: Real> Springs<T> {
     }
 
     pub fn iter(&self) -> impl Iterator<Item = SpringRow<T>> + '_ {
+        self.iter_from(0)
+    }
+
+    /// The springs from number `first` on.
+    pub fn iter_from(&self, first: usize) -> impl Iterator<Item = SpringRow<T>> + '_ {
         let of_block = |block: &Block<T>| {
             let Block { ends: [a, b], stiffness, damping, rest_length } = *block;
             std::array::from_fn::<_, AT_ONCE, _>(|i| SpringRow {
@@ -136,33 +214,59 @@ impl<T: Real> Springs<T> {
                 },
             })
         };
-        self.blocks.iter().flat_map(of_block).take(self.len)
+        let blocks = self.blocks[first / AT_ONCE..].iter().flat_map(of_block);
+        blocks.skip(first % AT_ONCE).take(self.len - first)
     }
 
     /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
-    pub fn pull(&self, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+    pub fn pull(&self, shares: Shares<'_>, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+        match shares {
+            Some((threads, shares)) => Share::each(threads, shares, forces, |share, forces| {
+                for blocks in &share.blocks {
+                    self.pull_blocks::<true>(&self.blocks[blocks.clone()], (x, v), share.first(), forces);
+                }
+            }),
+            None => self.pull_blocks::<false>(&self.blocks, (x, v), 0, forces),
+        }
+    }
+
+    /// Adds the forces of some blocks, on the rows from `first` on alone if they are `SHARED`.
+    fn pull_blocks<const SHARED: bool>(
+        &self,
+        blocks: &[Block<T>],
+        state: (&[Row<T>], &[Row<T>]),
+        first: usize,
+        forces: &mut [Row<T>],
+    ) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = LEVEL.as_avx2() {
             return simd.vectorize(
                 #[inline(always)]
-                || self.pull_with(simd, x, v, forces),
+                || self.pull_with::<_, SHARED>(simd, blocks, state, first, forces),
             );
         }
         // The same bits.
-        self.pull_with(Fallback::new(), x, v, forces);
+        self.pull_with::<_, SHARED>(Fallback::new(), blocks, state, first, forces);
     }
 
     #[inline(always)]
-    fn pull_with<S: Simd>(&self, simd: S, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+    fn pull_with<S: Simd, const SHARED: bool>(
+        &self,
+        simd: S,
+        blocks: &[Block<T>],
+        (x, v): (&[Row<T>], &[Row<T>]),
+        first: usize,
+        forces: &mut [Row<T>],
+    ) {
         if self.damped {
-            self.blocks.iter().for_each(
+            blocks.iter().for_each(
                 #[inline(always)]
-                |block| block.pull::<S, true>(simd, x, v, forces),
+                |block| block.pull::<S, true, SHARED>(simd, x, v, first, forces),
             );
         } else {
-            self.blocks.iter().for_each(
+            blocks.iter().for_each(
                 #[inline(always)]
-                |block| block.pull::<S, false>(simd, x, v, forces),
+                |block| block.pull::<S, false, SHARED>(simd, x, v, first, forces),
             );
         }
     }
@@ -170,7 +274,14 @@ impl<T: Real> Springs<T> {
 
 impl<T: Real> Block<T> {
     #[inline(always)]
-    fn pull<S: Simd, const DAMPED: bool>(&self, simd: S, x: &[Row<T>], v: &[Row<T>], forces: &mut [Row<T>]) {
+    fn pull<S: Simd, const DAMPED: bool, const SHARED: bool>(
+        &self,
+        simd: S,
+        x: &[Row<T>],
+        v: &[Row<T>],
+        first: usize,
+        forces: &mut [Row<T>],
+    ) {
         let d = self.differences(simd, x);
         let [dx, dy, dz] = columns(d);
         let squared = dx * dx + dy * dy + dz * dz;
@@ -190,10 +301,20 @@ impl<T: Real> Block<T> {
         for i in 0..AT_ONCE {
             let pull = d[i] * T::Lanes::splat(simd, tension[i]);
             let [a, b] = [self.ends[0][i] as usize, self.ends[1][i] as usize];
-            let sum = T::Lanes::of(simd, forces[a]) + pull;
-            sum.store_slice(&mut forces[a]);
-            let sum = T::Lanes::of(simd, forces[b]) - pull;
-            sum.store_slice(&mut forces[b]);
+            if SHARED {
+                // A row of another share is beyond the end.
+                if let Some(force) = forces.get_mut(a.wrapping_sub(first)) {
+                    (T::Lanes::of(simd, *force) + pull).store_slice(force);
+                }
+                if let Some(force) = forces.get_mut(b.wrapping_sub(first)) {
+                    (T::Lanes::of(simd, *force) - pull).store_slice(force);
+                }
+            } else {
+                let sum = T::Lanes::of(simd, forces[a]) + pull;
+                sum.store_slice(&mut forces[a]);
+                let sum = T::Lanes::of(simd, forces[b]) - pull;
+                sum.store_slice(&mut forces[b]);
+            }
         }
     }
 

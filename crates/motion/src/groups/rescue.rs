@@ -155,6 +155,7 @@ impl Rescue<'_, '_, '_, '_> {
                     with_options: &with_options,
                     with_laws: &with_laws,
                     cache: None,
+                    shares: &[],
                 };
                 let record = self.output.records.recorder(part.rows.len());
                 let mut own = StepStatistics { record, ..StepStatistics::default() };

@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 
 use super::rows::{Row, RowArray};
 use crate::real::Real;
+use crate::state::threads::Threads;
 
 /// How an implicit Euler step of bodies that are joined is solved (Baraff, Witkin 1998, eq. 6, in inverse-mass
 /// form): `(1 + h W^½ D W^½ + h² W^½ K W^½) y = h W^½ (f - h K v)`, `v1 = v + W^½ y`, with the stiffness K and the
@@ -85,32 +86,40 @@ impl<T: Real> Gradients<T> {
         &mut self,
         solver: Solver,
         movable: usize,
+        threads: Option<&Threads>,
         mut multiply: impl FnMut(&[Row<T>], &mut [Row<T>]),
     ) -> Solved {
         let tolerance = solver.tolerance::<T>();
         self.y.fill([T::ZERO; 4]);
         self.p.copy(&self.r);
-        let mut squared = dot(&self.r[..movable], &self.r[..movable]);
+        let dot = |a: &[Row<T>], b: &[Row<T>]| dot_shared(threads, &a[..movable], &b[..movable]);
+        let mut squared = dot(&self.r, &self.r);
         let is_finite = squared.is_finite();
         let enough = squared * tolerance * tolerance;
         let (mut iterations, mut converged) = (0, squared == T::ZERO);
         while !converged && iterations < solver.most_iterations.max(1) {
             multiply(&self.p, &mut self.q);
-            let curvature = dot(&self.p[..movable], &self.q[..movable]);
+            let curvature = dot(&self.p, &self.q);
             // Not finite, or lost to rounding.
             if !(curvature > T::ZERO && curvature.is_finite()) {
                 break;
             }
             let step = squared / curvature;
-            advance(&mut self.y[..movable], &self.p, step);
-            advance(&mut self.r[..movable], &self.q, -step);
+            let (y, r, p, q) = (&mut self.y[..movable], &mut self.r[..movable], &self.p, &self.q);
+            Threads::share_two(threads, y, r, |first, y, r| {
+                advance(y, &p[first..], step);
+                advance(r, &q[first..], -step);
+            });
             iterations += 1;
-            let left = dot(&self.r[..movable], &self.r[..movable]);
+            let left = dot(&self.r, &self.r);
             converged = left.is_at_most(enough);
             let keep = left / squared;
-            for (p, r) in self.p[..movable].as_flattened_mut().iter_mut().zip(self.r.as_flattened()) {
-                *p = *r + *p * keep;
-            }
+            let r = &self.r;
+            Threads::share(threads, &mut self.p[..movable], |first, p| {
+                for (p, r) in p.as_flattened_mut().iter_mut().zip(r[first..].as_flattened()) {
+                    *p = *r + *p * keep;
+                }
+            });
             squared = left;
         }
         // The square of a tiny number is 0: no tolerance is below that.
@@ -124,6 +133,7 @@ impl<T: Real> Gradients<T> {
         &mut self,
         solver: Solver,
         movable: usize,
+        threads: Option<&Threads>,
         mut multiply: impl FnMut(bool, &[Row<T>], &mut [Row<T>]),
     ) -> Solved {
         let [mut sum, mut left] = std::mem::take(&mut self.whole);
@@ -137,7 +147,7 @@ impl<T: Real> Gradients<T> {
         for number in 0..MOST_DIRECTIONS {
             self.r.copy(&left);
             let Solved { iterations, is_finite, .. } =
-                self.solve(solver, movable, |p, q| multiply(false, p, q));
+                self.solve(solver, movable, threads, |p, q| multiply(false, p, q));
             all.iterations += iterations;
             all.is_finite &= is_finite;
             multiply(true, &self.y, &mut self.q);
@@ -185,14 +195,41 @@ impl Solver {
     }
 }
 
+/// Rows of which the products are summed first, so that the sum of all does not depend on the threads.
+const SUMMED_ROWS: usize = 4096;
+
 /// The sum of the products of two arrays.
 pub(super) fn dot<T: Real>(a: &[Row<T>], b: &[Row<T>]) -> T {
+    dot_shared(None, a, b)
+}
+
+/// [`dot`] on all threads, to the same bits.
+fn dot_shared<T: Real>(threads: Option<&Threads>, a: &[Row<T>], b: &[Row<T>]) -> T {
     // Four sums, one per lane, always in the same order.
-    let mut sums = [T::ZERO; 4];
-    for (a, b) in a.iter().zip(b) {
-        (0..4).for_each(|lane| sums[lane] += a[lane] * b[lane]);
-    }
-    sums[0] + sums[1] + sums[2]
+    let add = |mut sums: [T; 4], part: [T; 4]| {
+        (0..4).for_each(|lane| sums[lane] += part[lane]);
+        sums
+    };
+    let sum_of = |first: usize| {
+        let mut sums = [T::ZERO; 4];
+        for (a, b) in a[first..].iter().zip(&b[first..]).take(SUMMED_ROWS) {
+            (0..4).for_each(|lane| sums[lane] += a[lane] * b[lane]);
+        }
+        sums
+    };
+    let starts = (0..a.len()).step_by(SUMMED_ROWS);
+    let [x, y, z, _] = match threads {
+        None => starts.map(sum_of).fold([T::ZERO; 4], add),
+        Some(_) => {
+            let mut parts = vec![[T::ZERO; 4]; starts.len()];
+            Threads::share(threads, &mut parts, |first, parts| {
+                let parts = parts.iter_mut().zip(first..);
+                parts.for_each(|(part, number)| *part = sum_of(number * SUMMED_ROWS));
+            });
+            parts.into_iter().fold([T::ZERO; 4], add)
+        }
+    };
+    x + y + z
 }
 
 /// Adds `factor` times `by`.

@@ -14,6 +14,7 @@ use crate::laws::MutualGravity;
 use crate::state::components::{PhysicsBody, Transform};
 use crate::state::coupling::{CouplingChanged, Grouped};
 use crate::state::range::Bounds;
+use crate::state::threads::Threads;
 use crate::tick::environment::{Environment, EnvironmentParam, TickOutput};
 use crate::tick::which::Which;
 use crate::units::{Scalar, Vector};
@@ -103,6 +104,18 @@ fn advance_groups(
     groups.scatter(&param, &mut members);
 }
 
+impl Group {
+    /// Shares the springs of a large group among the threads.
+    fn share(&mut self, threads: Option<&Threads>) {
+        let Self { coupling, shares, .. } = self;
+        let count = threads.filter(|_| coupling.rows >= Threads::FROM).map_or(0, Threads::count);
+        if shares.0 != count {
+            let list = if count > 0 { coupling.springs.shares(coupling.rows, count) } else { Vec::new() };
+            *shares = (count, list);
+        }
+    }
+}
+
 impl Groups {
     /// Copies the rows of the system's groups from the tables; `false` if they are not where they were.
     fn gather(&mut self, param: &EnvironmentParam, members: &mut Members) -> bool {
@@ -122,15 +135,21 @@ impl Groups {
                     return false;
                 }
                 let to = first + row;
-                for (x, transform) in self.x[to..to + len].iter_mut().zip(&transforms[start..start + len]) {
-                    let [a, b, c] = transform.position.to_array();
-                    *x = [a, b, c, 0.0];
-                }
-                let rows = self.v[to..to + len].iter_mut().zip(&mut self.w[to..to + len]);
-                for ((v, w), body) in rows.zip(&bodies[start..start + len]) {
-                    let [a, b, c] = body.velocity.to_array();
-                    (*v, *w) = ([a, b, c, 0.0], body.inverse_mass);
-                }
+                let threads = param.threads().filter(|_| len >= Threads::FROM);
+                let (transforms, bodies) = (&transforms[start..], &bodies[start..]);
+                Threads::share(threads, &mut self.x[to..to + len], |first, x| {
+                    for (x, transform) in x.iter_mut().zip(&transforms[first..]) {
+                        let [a, b, c] = transform.position.to_array();
+                        *x = [a, b, c, 0.0];
+                    }
+                });
+                let (v, w) = (&mut self.v[to..to + len], &mut self.w[to..to + len]);
+                Threads::share_two(threads, v, w, |first, v, w| {
+                    for ((v, w), body) in v.iter_mut().zip(w).zip(&bodies[first..]) {
+                        let [a, b, c] = body.velocity.to_array();
+                        (*v, *w) = ([a, b, c, 0.0], body.inverse_mass);
+                    }
+                });
                 if let Some(last) = &mut last {
                     let steps = self.last[to..to + len].iter_mut().zip(&last[start..start + len]);
                     steps.for_each(|(to, from)| *to = from.0);
@@ -231,6 +250,7 @@ impl Groups {
         pushes.extend(self.pushes_of(number).iter().map(|(_, row, force)| (*row, *force)));
         self.scratch.pushes = pushes;
         let group = &mut self.list[number];
+        group.share(environment.threads);
         let rows = group.first..group.first + group.coupling.rows;
         let options = ByRow { bodies: &group.bodies, options };
         let movable = group.first..group.first + group.coupling.movable;
@@ -243,6 +263,7 @@ impl Groups {
             with_options: &group.with_options,
             with_laws: &group.with_laws,
             cache: Some(&mut group.cache),
+            shares: &group.shares.1,
         };
         let field =
             GroupField::new(&group.coupling, environment, rows, &options, &mut self.scratch, statistics);
@@ -262,11 +283,17 @@ impl Groups {
                     continue;
                 }
                 let from = self.list[group].first + row;
-                let rows = transforms[start..start + len].iter_mut().zip(&mut bodies[start..start + len]);
-                for ((transform, body), (x, v)) in rows.zip(self.x[from..].iter().zip(&self.v[from..])) {
-                    transform.position = Vector::new(x[0], x[1], x[2]);
-                    body.velocity = Vector::new(v[0], v[1], v[2]);
-                }
+                let threads = param.threads().filter(|_| len >= Threads::FROM);
+                let (transforms, bodies) =
+                    (&mut transforms[start..start + len], &mut bodies[start..start + len]);
+                Threads::share_two(threads, transforms, bodies, |first, transforms, bodies| {
+                    let rows = transforms.iter_mut().zip(bodies);
+                    let states = self.x[from + first..].iter().zip(&self.v[from + first..]);
+                    for ((transform, body), (x, v)) in rows.zip(states) {
+                        transform.position = Vector::new(x[0], x[1], x[2]);
+                        body.velocity = Vector::new(v[0], v[1], v[2]);
+                    }
+                });
                 if let Some(last) = &mut last {
                     let steps = last[start..start + len].iter_mut().zip(&self.last[from..]);
                     steps.for_each(|(to, from)| to.0 = *from);

@@ -31,6 +31,32 @@ impl Threads {
         self.count
     }
 
+    /// Calls `each` for parts of `rows` and the rows of `others` beside them, a part on each thread, with the number of
+    /// the first row. Without threads, there is one part.
+    pub(crate) fn share_two<A: Send, B: Send>(
+        threads: Option<&Self>,
+        rows: &mut [A],
+        others: &mut [B],
+        each: impl Fn(usize, &mut [A], &mut [B]) + Sync,
+    ) {
+        let Some(threads) = threads else { return each(0, rows, others) };
+        // Parts begin on a cache line.
+        let share = rows.len().div_ceil(threads.count()).next_multiple_of(8).max(8);
+        let parts = rows.chunks_mut(share).zip(others.chunks_mut(share)).enumerate();
+        let each = &each;
+        threads.run(parts.map(|(part, (rows, others))| move || each(part * share, rows, others)).collect());
+    }
+
+    /// [`Self::share_two`] without others.
+    pub(crate) fn share<A: Send>(
+        threads: Option<&Self>,
+        rows: &mut [A],
+        each: impl Fn(usize, &mut [A]) + Sync,
+    ) {
+        let mut none = vec![(); rows.len()];
+        Self::share_two(threads, rows, &mut none, |first, rows, _| each(first, rows));
+    }
+
     /// Runs every job, the first one on the current thread.
     pub(crate) fn run<J: FnOnce() + Send>(&self, jobs: Vec<J>) {
         match &self.pool {

@@ -7,6 +7,7 @@ use crate::groups::rows::{Row, RowArray};
 use crate::kernels::{add_compensated, restrain};
 use crate::laws::damping::{Decay, Factor};
 use crate::real::Real;
+use crate::state::threads::Threads;
 
 impl<T: Real> GroupField<'_, T> {
     pub(super) fn claim(&mut self) -> usize {
@@ -36,7 +37,11 @@ impl<T: Real> GroupField<'_, T> {
                 count += 1;
             }
         }
-        add_up(&parts[..count], out);
+        Threads::share(self.threads, out, |first, out| {
+            let mut of_rows = parts;
+            of_rows[..count].iter_mut().for_each(|(array, _)| *array = &array[first..]);
+            add_up(&of_rows[..count], out);
+        });
     }
 
     /// Computes a combination into a new array.
@@ -67,7 +72,13 @@ impl<T: Real> GroupField<'_, T> {
         let own = [x.factors[POSITION], x.factors[VELOCITY], v.factors[VELOCITY]];
         let parts = &parts[..count];
         match &mut self.rows.residues {
-            None => advance(self.rows.x, self.rows.v, own, parts),
+            None => Threads::share_two(self.threads, self.rows.x, self.rows.v, |first, x, v| {
+                let mut of_rows = [(&[][..], T::ZERO, T::ZERO); SLOTS];
+                for (of_rows, (array, of_x, of_v)) in of_rows.iter_mut().zip(parts) {
+                    *of_rows = (&array[first..], *of_x, *of_v);
+                }
+                advance(x, v, own, &of_rows[..count]);
+            }),
             Some([rx, rv]) => {
                 let change = [x.factors[CHANGE], v.factors[CHANGE]];
                 advance_compensated([self.rows.x, self.rows.v], [rx, rv], own, change, parts);
@@ -180,13 +191,15 @@ impl<T: Real> GroupField<'_, T> {
     /// Sets velocities that decayed below [`Real::SNAP`] to 0.
     pub(super) fn snap(&mut self) {
         if self.decays() {
-            for row in &mut self.rows.v[..self.coupling.movable] {
-                for part in &mut row[..3] {
-                    if part.abs() < T::SNAP {
-                        *part = T::ZERO;
+            Threads::share(self.threads, &mut self.rows.v[..self.coupling.movable], |_, rows| {
+                for row in rows {
+                    for part in &mut row[..3] {
+                        if part.abs() < T::SNAP {
+                            *part = T::ZERO;
+                        }
                     }
                 }
-            }
+            });
             if let Some([_, residues]) = &mut self.rows.residues {
                 // These are smaller still.
                 for part in residues[..self.coupling.movable].as_flattened_mut() {

@@ -8,6 +8,7 @@ use crate::kernels::add_compensated;
 use crate::laws::MutualGravity;
 use crate::methods::Field as _;
 use crate::real::Real;
+use crate::state::threads::Threads;
 use crate::units::Scalar;
 
 /// The accelerations at the end of a tick, which the next tick starts with if nothing has changed.
@@ -68,27 +69,30 @@ impl<T: Real> GroupField<'_, T> {
         }
     }
 
-    pub(super) fn recall(&mut self, cache: &GroupCache<T>) -> Option<Combination<T>> {
-        let fits = cache.conditions == Some(self.conditions(self.environment.terms.times.start))
+    /// Takes the accelerations out of the cache, if they are those of this state.
+    pub(super) fn recall(&mut self, cache: &mut GroupCache<T>) -> Option<Combination<T>> {
+        let fits = cache.conditions.take() == Some(self.conditions(self.environment.terms.times.start))
             && cache.classes == self.scratch.classes
             && cache.w == self.rows.w
             && *cache.x == *self.rows.x;
         fits.then(|| {
-            self.scratch.slots[CACHED].copy(&cache.a);
+            std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);
             Combination::of(CACHED)
         })
     }
 
-    pub(super) fn note(&self, cache: &mut GroupCache<T>, is_cached: bool) {
+    pub(super) fn note(&mut self, cache: &mut GroupCache<T>, is_cached: bool) {
         cache.conditions = is_cached.then(|| self.conditions(self.environment.terms.times.end));
         if is_cached {
             // Allocates nothing once the lists have their lengths.
             cache.classes.list.clone_from(&self.scratch.classes.list);
             cache.classes.of_row.clone_from(&self.scratch.classes.of_row);
-            cache.x.copy(self.rows.x);
             cache.w.clear();
             cache.w.extend_from_slice(self.rows.w);
-            cache.a.copy(&self.scratch.slots[CACHED]);
+            std::mem::swap(&mut self.scratch.slots[CACHED], &mut cache.a);
+            let (x, rows) = (&mut cache.x, &*self.rows.x);
+            x.resize(rows.len());
+            Threads::share(self.threads, x, |first, x| x.copy_from_slice(&rows[first..first + x.len()]));
         }
     }
 }

@@ -5,11 +5,13 @@ use super::{GroupField, Scratch};
 use crate::groups::combination::{APPLIED, Combination};
 use crate::groups::coupling::is_open;
 use crate::groups::direct_sum::DirectSum;
+use crate::groups::pull::Shares;
 use crate::groups::rows::Row;
 use crate::kernels::Block;
 use crate::laws::{BLOCK_BODIES, BodyBlock, EvaluationTime, Law};
 use crate::methods::Field as _;
 use crate::real::{Real, RealVector as _};
+use crate::state::threads::Threads;
 
 impl<'a, T: Real> GroupField<'a, T> {
     pub(super) fn apply_pushes(&mut self) {
@@ -85,10 +87,15 @@ impl<'a, T: Real> GroupField<'a, T> {
         out
     }
 
+    pub(super) fn shares(&self) -> Shares<'a> {
+        let shares = self.threads.map(|threads| (threads, self.rows.shares));
+        shares.filter(|(_, shares)| !shares.is_empty())
+    }
+
     /// The forces of the coupling, N.
     pub(crate) fn coupling_forces(&self, time: T, x: &[Row<T>], v: &[Row<T>], sum: &mut [Row<T>]) {
         sum.fill([T::ZERO; 4]);
-        self.coupling.springs.pull(x, v, sum);
+        self.coupling.springs.pull(self.shares(), x, v, sum);
         if let Some(drag) = self.environment.shared.laws.drag {
             self.coupling.blow(drag, time, x, v, sum);
         }
@@ -103,10 +110,10 @@ impl<'a, T: Real> GroupField<'a, T> {
         let movable = self.coupling.movable;
         let classes = &self.scratch.classes;
         let w = &self.rows.w[..movable];
-        match classes.uniform() {
+        Threads::share(self.threads, &mut sum[..movable], |first, sum| match classes.uniform() {
             Some(Class { constant, rate, .. }) => {
                 let g = constant.to_array();
-                let rows = sum[..movable].iter_mut().zip(w).zip(v);
+                let rows = sum.iter_mut().zip(&w[first..]).zip(&v[first..]);
                 if rate == T::ZERO {
                     rows.for_each(|((row, w), _)| to_acceleration(row, *w, g));
                 } else {
@@ -116,7 +123,7 @@ impl<'a, T: Real> GroupField<'a, T> {
                 }
             }
             None => {
-                for (row, (sum, w)) in sum[..movable].iter_mut().zip(w).enumerate() {
+                for (row, (sum, w)) in (first..).zip(sum.iter_mut().zip(&w[first..])) {
                     let Class { constant, rate, .. } = *classes.of(row);
                     let (g, v) = (constant.to_array(), &v[row]);
                     to_acceleration(
@@ -126,7 +133,7 @@ impl<'a, T: Real> GroupField<'a, T> {
                     );
                 }
             }
-        }
+        });
         sum[movable..].fill([T::ZERO; 4]);
     }
 

@@ -11,6 +11,7 @@ use crate::laws::{BodyState, EvaluationTime, Law};
 use crate::methods::Field as _;
 use crate::methods::{ImplicitEuler, MOST_HALVINGS, MOST_ITERATIONS};
 use crate::real::{Real, RealMatrix as _, RealVector as _};
+use crate::state::threads::Threads;
 
 /// Arrays of a solve, reused for the next one.
 #[derive(Debug, Default)]
@@ -132,7 +133,8 @@ impl<T: Real> Workspace<T> {
     fn linearize(&mut self, field: &GroupField<'_, T>, v: &[Row<T>], exact: bool) -> bool {
         let Self { linear, x, .. } = self;
         let step = (field.end(), field.step());
-        linear.linearize(field.coupling, field.environment.shared.laws.drag, step, exact, x, v);
+        let drag = field.environment.shared.laws.drag;
+        linear.linearize(field.threads, field.coupling, drag, step, exact, (x, v));
         let mut follows_state = false;
         if field.calls() {
             linear.expect_laws();
@@ -155,31 +157,35 @@ impl<T: Real> Workspace<T> {
     fn right_side(&mut self, field: &mut GroupField<'_, T>, v: &[Row<T>], is_newton: bool) {
         let h = field.step();
         if !is_newton {
-            self.linear.add_moves_of_springs(h, v);
+            self.linear.add_moves_of_springs(field.shares(), h, v);
         }
         self.gradients.q.fill([T::ZERO; 4]);
         let mut called = std::mem::take(&mut self.gradients.q);
         field.call_at_end(&self.x, v, &mut called);
         let (r, forces): (&mut [Row<T>], &[Row<T>]) = (&mut self.gradients.r, &self.linear.forces);
-        for row in 0..field.coupling.movable {
-            let (root, Class { rate, locks, .. }) = (self.linear.root[row], *field.class(row));
-            let mut a = [0, 1, 2].map(|axis| called[row][axis] - rate * v[row][axis]);
-            if !is_newton {
-                let moved = match self.linear.local.get(row) {
-                    Some(local) => local.moved.times(vector(&v[row])).to_array(),
-                    None => [T::ZERO; 3],
-                };
-                a = [0, 1, 2].map(|axis| a[axis] + moved[axis]);
+        let (LinearStep { root, local, .. }, before) = (&self.linear, &self.before);
+        let classes = &field.scratch.classes;
+        Threads::share(field.threads, &mut r[..field.coupling.movable], |first, r| {
+            for (row, r) in (first..).zip(r) {
+                let (root, Class { rate, locks, .. }) = (root[row], *classes.of(row));
+                let mut a = [0, 1, 2].map(|axis| called[row][axis] - rate * v[row][axis]);
+                if !is_newton {
+                    let moved = match local.get(row) {
+                        Some(local) => local.moved.times(vector(&v[row])).to_array(),
+                        None => [T::ZERO; 3],
+                    };
+                    a = [0, 1, 2].map(|axis| a[axis] + moved[axis]);
+                }
+                for axis in 0..3 {
+                    let change = if is_newton { before[row][axis] - v[row][axis] } else { T::ZERO };
+                    r[axis] = if root > T::ZERO && is_open(locks, axis) {
+                        h * root * forces[row][axis] + (h * a[axis] + change) / root
+                    } else {
+                        T::ZERO
+                    };
+                }
             }
-            for axis in 0..3 {
-                let change = if is_newton { self.before[row][axis] - v[row][axis] } else { T::ZERO };
-                r[row][axis] = if root > T::ZERO && is_open(locks, axis) {
-                    h * root * forces[row][axis] + (h * a[axis] + change) / root
-                } else {
-                    T::ZERO
-                };
-            }
-        }
+        });
         self.gradients.q = called;
     }
 
@@ -265,18 +271,21 @@ impl<T: Real> Workspace<T> {
     fn solve(&mut self, field: &GroupField<'_, T>, exact: bool) -> Solved {
         let Self { linear, gradients, .. } = self;
         let movable = field.coupling.movable;
-        let locked = field.scratch.classes.list.iter().any(|class| class.locks.is_some());
+        let classes = &field.scratch.classes;
+        let locked = classes.list.iter().any(|class| class.locks.is_some());
         let row_terms = |row: usize| {
-            let Class { rate, locks, .. } = field.class(row);
+            let Class { rate, locks, .. } = classes.of(row);
             (*rate, if locked { *locks } else { None })
         };
         let (h, sheets, solver) = (field.step(), &field.coupling.sheets, field.environment.solver);
+        let (threads, shares) = (field.threads, field.shares());
+        let mut multiply = |exact: bool, p: &[Row<T>], q: &mut [Row<T>]| {
+            linear.multiply(shares, h, sheets, row_terms, exact, (p, q));
+        };
         if exact {
-            gradients.solve_exact(solver, movable, |exact, p, q| {
-                linear.multiply(h, sheets, row_terms, exact, p, q);
-            })
+            gradients.solve_exact(solver, movable, threads, multiply)
         } else {
-            gradients.solve(solver, movable, |p, q| linear.multiply(h, sheets, row_terms, false, p, q))
+            gradients.solve(solver, movable, threads, |p, q| multiply(false, p, q))
         }
     }
 

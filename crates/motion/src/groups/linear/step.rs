@@ -1,11 +1,12 @@
 //! An implicit Euler step of a group, linearized: the matrix that its solver multiplies by.
 
 use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along, vector};
-use crate::groups::pull::{SpringRow, axis, positive};
+use crate::groups::pull::{Share, Shares, SpringRow, axis, positive};
 use crate::groups::rows::{Row, RowArray};
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealMatrix as _, RealVector as _};
 use crate::state::components::AxisLocks;
+use crate::state::threads::Threads;
 
 /// A spring, linearized: the force on its first end changes by `n (a - b) n·d + b d` with d by how much the second
 /// end moves away from the first.
@@ -65,27 +66,34 @@ impl<T: Real> LinearStep<T> {
     /// `exact`, also of the forces across springs that are shorter than at rest.
     pub fn linearize(
         &mut self,
+        threads: Option<&Threads>,
         coupling: &Coupling<T>,
         drag: Option<&Drag>,
         (at, h): (EvaluationTime<T>, T),
         exact: bool,
-        x: &[Row<T>],
-        v: &[Row<T>],
+        (x, v): (&[Row<T>], &[Row<T>]),
     ) {
         let Self { springs, compressed, .. } = self;
-        springs.clear();
-        compressed.clear();
-        springs.extend(coupling.springs.iter().enumerate().map(|(number, spring)| {
-            let SpringRow { ends: [a, b], elastic } = spring;
-            let d = vector(&x[b as usize]) - vector(&x[a as usize]);
-            let (n, taut) = axis(d, elastic.rest_length);
-            let along = h * h * elastic.stiffness;
-            if exact && taut < T::ZERO {
-                compressed.push((number, along * taut));
+        let axis_of = |SpringRow { ends: [a, b], elastic }: &SpringRow<T>| {
+            axis(vector(&x[*b as usize]) - vector(&x[*a as usize]), elastic.rest_length)
+        };
+        springs.resize(coupling.springs.len(), Stiff::NONE);
+        Threads::share(threads, springs, |first, springs| {
+            for (stiff, spring) in springs.iter_mut().zip(coupling.springs.iter_from(first)) {
+                let (n, taut) = axis_of(&spring);
+                let SpringRow { ends, elastic } = spring;
+                let along = h * h * elastic.stiffness;
+                let across = along * positive(taut);
+                *stiff = Stiff { ends, n, along, across, damping: h * elastic.damping };
             }
-            let across = along * positive(taut);
-            Stiff { ends: [a, b], n, along, across, damping: h * elastic.damping }
-        }));
+        });
+        compressed.clear();
+        if exact {
+            let taut = coupling.springs.iter().map(|spring| axis_of(&spring).1);
+            let along = springs.iter().map(|stiff| stiff.along);
+            let across = taut.zip(along).enumerate().filter(|(_, (taut, _))| *taut < T::ZERO);
+            compressed.extend(across.map(|(number, (taut, along))| (number, along * taut)));
+        }
         self.sheets.clear();
         if let Some(drag) = drag {
             let air = drag.wind.map(|wind| wind.air(at.time));
@@ -127,26 +135,22 @@ impl<T: Real> LinearStep<T> {
     }
 
     /// Adds what the springs pull less after `h` at the velocities `v`: the forces become `f - h K v`.
-    pub fn add_moves_of_springs(&mut self, h: T, v: &[Row<T>]) {
-        let forces: &mut [Row<T>] = &mut self.forces;
-        for stiff in &self.springs {
-            let [a, b] = stiff.ends.map(|end| end as usize);
-            let change = stiff.change(vector(&v[b]) - vector(&v[a]), stiff.along) * (T::ONE / h);
-            add(&mut forces[a], change);
-            add(&mut forces[b], -change);
-        }
+    pub fn add_moves_of_springs(&mut self, shares: Shares<'_>, h: T, v: &[Row<T>]) {
+        pull(shares, &self.springs, v, &mut self.forces, |stiff, d| {
+            stiff.change(d, stiff.along) * (T::ONE / h)
+        });
     }
 
     /// `q = A p`, without a matrix; `row_terms` gives the rate of linear drag and the locks of a row. A is the exact
     /// derivative if `exact`, and else its positive definite part.
     pub fn multiply(
         &mut self,
+        shares: Shares<'_>,
         h: T,
         sheets: &[SheetRow<T>],
-        row_terms: impl Fn(usize) -> (T, Option<AxisLocks>),
+        row_terms: impl Fn(usize) -> (T, Option<AxisLocks>) + Sync,
         exact: bool,
-        p: &[Row<T>],
-        q: &mut [Row<T>],
+        (p, q): (&[Row<T>], &mut [Row<T>]),
     ) {
         // Once: finding where an array begins is more than what is done to a row.
         let Self { springs, sheets: normals, local, compressed, root, forces, scaled } = self;
@@ -156,13 +160,7 @@ impl<T: Real> LinearStep<T> {
             (0..3).for_each(|axis| scaled[axis] = p[axis] * *root);
         }
         forces.fill([T::ZERO; 4]);
-        for stiff in &*springs {
-            let [a, b] = stiff.ends.map(|end| end as usize);
-            let d = vector(&scaled[b]) - vector(&scaled[a]);
-            let change = stiff.change(d, stiff.along + stiff.damping);
-            add(&mut forces[a], -change);
-            add(&mut forces[b], change);
-        }
+        pull(shares, springs, scaled, forces, |stiff, d| -stiff.change(d, stiff.along + stiff.damping));
         for (number, across) in compressed.iter().take_while(|_| exact) {
             let Stiff { ends, n, .. } = springs[*number];
             let [a, b] = ends.map(|end| end as usize);
@@ -177,28 +175,64 @@ impl<T: Real> LinearStep<T> {
             let change = *n * (*strength * n.dot(a + b + c) * ninth);
             corners.iter().for_each(|corner| add(&mut forces[*corner as usize], change));
         }
-        for row in 0..movable {
-            let (root, (rate, locks)) = (root[row], row_terms(row));
-            let local = match local.get(row) {
-                Some(Local { attractive, rest, .. }) if exact => {
-                    (*attractive + *rest).times(vector(&p[row])).to_array()
-                }
-                Some(Local { attractive, .. }) => attractive.times(vector(&p[row])).to_array(),
-                None => [T::ZERO; 3],
-            };
-            for axis in 0..3 {
-                let part = p[row][axis];
-                q[row][axis] = if is_open(locks, axis) {
-                    part + root * forces[row][axis] + (rate * h) * part + local[axis]
-                } else {
-                    part
+        Threads::share(shares.map(|(threads, _)| threads), &mut q[..movable], |first, q| {
+            for (row, q) in (first..).zip(q) {
+                let (root, (rate, locks)) = (root[row], row_terms(row));
+                let local = match local.get(row) {
+                    Some(Local { attractive, rest, .. }) if exact => {
+                        (*attractive + *rest).times(vector(&p[row])).to_array()
+                    }
+                    Some(Local { attractive, .. }) => attractive.times(vector(&p[row])).to_array(),
+                    None => [T::ZERO; 3],
                 };
+                for axis in 0..3 {
+                    let part = p[row][axis];
+                    q[axis] = if is_open(locks, axis) {
+                        part + root * forces[row][axis] + (rate * h) * part + local[axis]
+                    } else {
+                        part
+                    };
+                }
+            }
+        });
+    }
+}
+
+/// Adds `force` of every spring to its first end and the opposite to its second; it gets by how much the rows `x` of its
+/// ends differ.
+#[inline(always)]
+fn pull<T: Real>(
+    shares: Shares<'_>,
+    springs: &[Stiff<T>],
+    x: &[Row<T>],
+    forces: &mut [Row<T>],
+    force: impl Fn(&Stiff<T>, T::Vector) -> T::Vector + Sync,
+) {
+    let pull_all = |springs: &[Stiff<T>], first: usize, forces: &mut [Row<T>]| {
+        for stiff in springs {
+            let [a, b] = stiff.ends.map(|end| end as usize);
+            let force = force(stiff, vector(&x[b]) - vector(&x[a]));
+            // A row of another share is beyond the end.
+            if let Some(sum) = forces.get_mut(a.wrapping_sub(first)) {
+                add(sum, force);
+            }
+            if let Some(sum) = forces.get_mut(b.wrapping_sub(first)) {
+                add(sum, -force);
             }
         }
+    };
+    match shares {
+        Some((threads, shares)) => Share::each(threads, shares, forces, |share, forces| {
+            share.runs(springs).for_each(|run| pull_all(run, share.first(), forces));
+        }),
+        None => pull_all(springs, 0, forces),
     }
 }
 
 impl<T: Real> Stiff<T> {
+    const NONE: Self =
+        Self { ends: [0; 2], n: T::Vector::ZERO, along: T::ZERO, across: T::ZERO, damping: T::ZERO };
+
     /// The force on the first end, times h², where the second moves away by `d`, with `along` along the axis.
     fn change(&self, d: T::Vector, along: T) -> T::Vector {
         d * self.across + self.n * (self.n.dot(d) * (along - self.across))
