@@ -1,5 +1,6 @@
 //! What accuracy costs: the measuring measured.
 
+mod arithmetic;
 mod measuring;
 pub mod oscillator;
 mod panel;

@@ -132,7 +132,7 @@ fn runs_on_one_machine_rank_alike_at_every_size_and_call_a_tie_a_tie() {
     for seed in 1..=12 {
         let study = study(seed * 7919, plan());
         let ranking = |study: &Study| {
-            let places = study.ranking();
+            let places = study.ranking(Host::World);
             let of = |method| places.iter().position(|place| place.method == method).unwrap();
             // The tied ones in the order of the table.
             let tied = of(ExplicitEuler).abs_diff(of(SemiImplicitEuler)) == 1;

@@ -143,6 +143,7 @@ fn cell(motion: &Motion, setting: Setting, scales: (f64, f64)) -> Cell {
         counts: Counts { accelerations: steps as u64 * u64::from(method.claims().evaluations), solver: 0 },
         time: (precision == Precision::F64).then(|| time(method, substeps)),
         arrays_time: Some(time(method, substeps)),
+        arithmetic_time: None,
         bytes_per_body_step: Some(if precision == Precision::F64 { 96.0 } else { 48.0 }),
         instructions_per_tick: None,
     }

@@ -9,6 +9,7 @@
 //! time are measured in runs of their own (Rein, Liu 2012; Rackauckas, Nie 2017): the one without a clock, the other
 //! without a comparison.
 
+mod arithmetic;
 mod bench;
 mod choice;
 mod clock;

@@ -9,7 +9,7 @@ use super::tables::outcome;
 /// measured.
 pub const CELLS_HEADER: &str = "subject,method,substeps,precision,step_s,relative_error,position_error_m,\
     velocity_error_m_s,outcome,evaluations_per_body_s,ns_per_body_step,arrays_ns_per_body_step,real_time_factor,\
-    yardsticks,bytes_per_body_step,instructions_per_tick,timed_bodies,position_rms_m";
+    yardsticks,bytes_per_body_step,instructions_per_tick,timed_bodies,position_rms_m,arithmetic_ns_per_body_step";
 
 const DRIFT_HEADER: &str = "subject,method,substeps,precision,long,time_s,relative_residual";
 
@@ -47,6 +47,7 @@ pub(crate) fn cells(report: &Report) -> String {
             plain(cell.instructions_per_tick),
             study.size().to_string(),
             plain(cell.errors().map(|errors| errors.position_rms_m)),
+            plain(cell.arithmetic_time.as_ref().map(|time| time.ns_per_body_step)),
         ]);
         row
     };

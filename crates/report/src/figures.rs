@@ -80,6 +80,7 @@ pub(crate) const fn cost_name(cost: Cost) -> &'static str {
     match cost {
         Cost::Evaluations => "evaluations",
         Cost::Time => "time",
+        Cost::Arithmetic => "arithmetic",
         Cost::RealTime => "real-time",
         Cost::Instructions => "instructions",
     }

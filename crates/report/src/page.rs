@@ -189,6 +189,7 @@ const fn cost_words(cost: Cost) -> &'static str {
     match cost {
         Cost::Evaluations => "evaluations",
         Cost::Time => "CPU time per body",
+        Cost::Arithmetic => "CPU time of the arithmetic alone",
         Cost::RealTime => "part of real time",
         Cost::Instructions => "instructions",
     }

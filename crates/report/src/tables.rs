@@ -32,14 +32,21 @@ fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
 /// The cheapest settings for each error, with "=" between those that tie. Of errors with one answer there is the smallest,
 /// which says the others.
 pub(crate) fn cheapest(study: &Study) -> Table {
-    let (by_evaluations, by_time) = (answers(study, Cost::Evaluations), answers(study, Cost::Time));
+    let [by_evaluations, by_time, by_arithmetic] =
+        [Cost::Evaluations, Cost::Time, Cost::Arithmetic].map(|cost| answers(study, cost));
+    let same = |answers: &[Answer<'_>], below_m: f64| {
+        let found = answers.iter().find(|answer| answer.below_m.to_bits() == below_m.to_bits());
+        found.map(|answer| settings(study, &answer.cheapest))
+    };
     let quick = |below_m: f64| by_time.iter().find(|answer| answer.below_m.to_bits() == below_m.to_bits());
     let rows: Vec<_> = by_evaluations.iter().map(|answer| (answer, quick(answer.below_m))).collect();
     let picks = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
-        (settings(study, &answer.cheapest), quick.map(|quick| settings(study, &quick.cheapest)))
+        let alone = same(&by_arithmetic, answer.below_m);
+        (settings(study, &answer.cheapest), quick.map(|quick| settings(study, &quick.cheapest)), alone)
     };
     let is_last = |i: usize| rows.get(i + 1).is_none_or(|next| picks(*next) != picks(rows[i]));
     let row = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
+        let alone = same(&by_arithmetic, answer.below_m);
         let quickest = quick.map(|quick| quick.cheapest.cell);
         let real_time = quickest.and_then(|cell| study.cost(cell, Cost::RealTime));
         vec![
@@ -50,6 +57,9 @@ pub(crate) fn cheapest(study: &Study) -> Table {
             or_none(quickest.and_then(|cell| cell.time), |time| duration(time.ns_per_body_step, 2)),
             or_none(real_time, |part| share(part, 2)),
         ]
+        .into_iter()
+        .chain((!by_arithmetic.is_empty()).then(|| or_none(alone, |alone| alone)))
+        .collect()
     };
     let header = [
         "error",
@@ -59,6 +69,8 @@ pub(crate) fn cheapest(study: &Study) -> Table {
         "per body per step",
         "of real time",
     ];
+    let header =
+        header.into_iter().chain((!by_arithmetic.is_empty()).then_some("cheapest by the arithmetic alone"));
     let title = format!("Cheapest for an error within {} s", number(study.simulated_s, 3));
     Table::words(title, header, (0..rows.len()).filter(|i| is_last(*i)).map(|i| row(rows[i])))
 }
@@ -71,9 +83,12 @@ fn settings(study: &Study, cheapest: &Cheapest<'_>) -> String {
 
 /// Methods by the time of a step, the shortest first; "=" is on those that tie.
 pub(crate) fn ranking(study: &Study) -> Table {
-    let places = study.ranking();
+    let (places, alone) = (study.ranking(Host::World), study.ranking(Host::Arithmetic));
     // Compared with semi-implicit Euler, or the first.
-    let base = places.iter().find(|place| place.method == Method::SemiImplicitEuler).or(places.first());
+    let base_of = |places: &[Place]| {
+        places.iter().find(|place| place.method == Method::SemiImplicitEuler).or(places.first()).copied()
+    };
+    let (base, base_alone) = (base_of(&places), base_of(&alone));
     let mut rank = 0;
     let row = |(i, place): (usize, &Place)| {
         let Place { method, ns_per_body_step, tied } = *place;
@@ -90,6 +105,16 @@ pub(crate) fn ranking(study: &Study) -> Table {
             duration(ns_per_body_step, 2),
             or_none(base, |base| number(ns_per_body_step / base.ns_per_body_step, 2)),
         ]
+        .into_iter()
+        .chain(base_alone.into_iter().flat_map(|base| {
+            let own = alone.iter().find(|place| place.method == method).map(|place| place.ns_per_body_step);
+            [
+                or_none(own, |own| duration(own, 2)),
+                or_none(own, |own| number(own / base.ns_per_body_step, 2)),
+                or_none(own, |own| number(ns_per_body_step / own, 2)),
+            ]
+        }))
+        .collect()
     };
     let header = [
         "rank".to_owned(),
@@ -99,6 +124,11 @@ pub(crate) fn ranking(study: &Study) -> Table {
         format!("measured: per body per step with {}", bodies(study.size())),
         format!("times {}", base.map_or_else(String::new, |base| title(base.method))),
     ];
+    let of_alone = base_alone.into_iter().flat_map(|base| {
+        let alone = "the arithmetic alone: per body per step".to_owned();
+        [alone, format!("times {}", title(base.method)), "this program over it".to_owned()]
+    });
+    let header = header.into_iter().chain(of_alone);
     Table::numbers("Time of a step", header, places.iter().enumerate().map(row))
 }
 

@@ -1,6 +1,6 @@
 //! What a study found, in a few sentences.
 
-use lab::cost::{Answer, Cell, Cost, Crossing, Study, Truth};
+use lab::cost::{Answer, Cell, Cost, Crossing, Host, Study, Truth};
 use motion::Method;
 
 use super::numbers::{capital, fold, length, number};
@@ -13,6 +13,7 @@ pub fn words(study: &Study) -> Vec<String> {
     if ranks(study) {
         words.extend(tutorial(study));
         words.extend(cheapest_by_time(study));
+        words.extend(alone(study));
         words.extend(changes(study));
     }
     words.push(truth(study));
@@ -108,7 +109,7 @@ fn tutorial(study: &Study) -> Option<String> {
 
 /// The ranking of methods by the time of a step, and where it changes: "A < B = C", of which B and C tie.
 pub fn time_words(study: &Study) -> Vec<String> {
-    let places = study.ranking();
+    let places = study.ranking(Host::World);
     let mut text = String::new();
     for place in &places {
         text += match (text.is_empty(), place.tied) {
@@ -120,6 +121,28 @@ pub fn time_words(study: &Study) -> Vec<String> {
     }
     let ranking = format!("Time of a step with {}: {text}", bodies(study.size()));
     places.first().map(|_| ranking).into_iter().chain(changes(study)).collect()
+}
+
+/// What the arithmetic alone would choose, and what this program takes on top.
+fn alone(study: &Study) -> Option<String> {
+    let (answers, alone) = (answers(study, Cost::Arithmetic), study.ranking(Host::Arithmetic));
+    let over = study.ranking(Host::World).into_iter().filter_map(|place| {
+        let own = alone.iter().find(|own| own.method == place.method)?;
+        Some(place.ns_per_body_step / own.ns_per_body_step)
+    });
+    let over: Vec<_> = over.collect();
+    let (least, most) = (over.iter().copied().reduce(f64::min)?, over.iter().copied().reduce(f64::max)?);
+    let by = if answers.is_empty() {
+        "The arithmetic alone".to_owned()
+    } else {
+        format!("Cheapest by the arithmetic alone: {}. It", spans(study, &answers))
+    };
+    Some(format!(
+        "{by} is a loop over arrays without this program, which takes {} to {} times as long with {}.",
+        number(least, 2),
+        number(most, 2),
+        bodies(study.size())
+    ))
 }
 
 /// Names the method that leads by time for each error, and the sizes at which others lead.

@@ -3,7 +3,7 @@
 use motion::Method;
 
 use super::front::{Accuracy, Cost};
-use super::record::{Cell, Study};
+use super::record::{Cell, Host, Study};
 
 /// Counts that differ by less than this part are equal: the single evaluation with which some methods start is not what one
 /// chooses by.
@@ -82,9 +82,8 @@ impl Study {
     fn tie(&self, cost: Cost, methods: [Method; 2]) -> f64 {
         match cost {
             Cost::Evaluations | Cost::Instructions => EVEN,
-            Cost::Time | Cost::RealTime => {
-                methods.map(|method| self.spread(method)).into_iter().fold(0.0, f64::max)
-            }
+            Cost::Time | Cost::RealTime => self.largest_spread(methods, Host::World),
+            Cost::Arithmetic => self.largest_spread(methods, Host::Arithmetic),
         }
     }
 

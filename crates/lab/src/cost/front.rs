@@ -2,7 +2,7 @@
 
 use motion::Method;
 
-use super::record::{Cell, Precision, Setting, Study};
+use super::record::{Cell, Precision, Setting, Study, Time};
 
 /// What an error is counted in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,6 +22,8 @@ pub enum Cost {
     Evaluations,
     /// Thread CPU time of one simulated second of one body, ns.
     Time,
+    /// The same of the arithmetic alone, without this program.
+    Arithmetic,
     /// Thread CPU seconds a simulated second: the reciprocal of the real-time factor.
     RealTime,
     /// Instructions of a simulated second.
@@ -30,7 +32,8 @@ pub enum Cost {
 
 impl Cost {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Evaluations, Self::Time, Self::RealTime, Self::Instructions];
+    pub const ALL: [Self; 5] =
+        [Self::Evaluations, Self::Time, Self::Arithmetic, Self::RealTime, Self::Instructions];
 }
 
 impl Study {
@@ -53,12 +56,14 @@ impl Study {
     pub fn cost(&self, cell: &Cell, cost: Cost) -> Option<f64> {
         let bodies = self.bodies.max(1) as f64;
         let time = || cell.time_in(cell.setting.precision.host());
+        let per_second = |time: Time| time.ns_per_body_step * self.step_hz * f64::from(cell.setting.substeps);
         match cost {
             Cost::Evaluations => {
                 let evaluations = (cell.counts.accelerations + cell.counts.solver) as f64;
                 Some(evaluations / (bodies * self.simulated_s))
             }
-            Cost::Time => Some(time()?.ns_per_body_step * self.step_hz * f64::from(cell.setting.substeps)),
+            Cost::Time => time().map(per_second),
+            Cost::Arithmetic => cell.arithmetic_time.map(per_second),
             Cost::RealTime => Some(1.0 / time()?.real_time_factor),
             Cost::Instructions => Some(cell.instructions_per_tick? * self.step_hz),
         }

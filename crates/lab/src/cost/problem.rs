@@ -2,10 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use motion::real::{Real, RealMatrix as _, RealVector as _};
 use motion::{BodyState, EvaluationTime, Jacobians, Law};
 
+use super::arithmetic::{self, Formula, MakeLoop};
 use super::exact::{eccentric_anomaly, jacobi};
 
 /// Position, m, and velocity, m/s.
@@ -33,10 +34,12 @@ pub struct Problem {
     pub(crate) period: Option<f64>,
     /// Steps of a tick: from hopeless to round-off.
     pub(crate) ladder: (u32, u32),
+    /// The same in a loop over arrays, for a problem of single bodies.
+    pub(crate) in_loop: Option<MakeLoop>,
 }
 
 /// Duffing's hardening spring without damping and drive, of unit mass: `x'' = -x - 2 x³` along every axis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Duffing;
 
 impl<T: Real> Law<T> for Duffing {
@@ -78,6 +81,160 @@ impl<T: Real> Law<T> for Duffing {
     }
 }
 
+impl Formula for Duffing {
+    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
+        -(x + x * 2.0 * x * x)
+    }
+
+    fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
+        [DMat3::from_diagonal(-(x * x * 6.0 + DVec3::ONE)), DMat3::ZERO]
+    }
+}
+
+/// Gravity g, m/s².
+#[derive(Clone, Copy)]
+struct Fall(DVec3);
+
+impl Default for Fall {
+    fn default() -> Self {
+        Self(DVec3::NEG_Y * FALL)
+    }
+}
+
+impl Formula for Fall {
+    const IS_CONSTANT: bool = true;
+
+    fn acceleration(self, _: DVec3, _: DVec3) -> DVec3 {
+        self.0
+    }
+
+    fn linear_rate(self) -> Option<f64> {
+        Some(0.0)
+    }
+}
+
+/// Gravity g, m/s², and drag c, 1/s.
+#[derive(Clone, Copy)]
+struct TerminalFall(DVec3, f64);
+
+impl Default for TerminalFall {
+    fn default() -> Self {
+        Self(DVec3::NEG_Y * FALL, DRAG)
+    }
+}
+
+impl Formula for TerminalFall {
+    const DEPENDS_ON_VELOCITY: bool = true;
+
+    fn acceleration(self, _: DVec3, v: DVec3) -> DVec3 {
+        self.0 - v * self.1
+    }
+
+    fn linear_rate(self) -> Option<f64> {
+        Some(self.1)
+    }
+}
+
+/// Stiffness by mass w², 1/s².
+#[derive(Clone, Copy)]
+struct Spring(f64);
+
+impl Default for Spring {
+    fn default() -> Self {
+        Self(FREQUENCY * FREQUENCY)
+    }
+}
+
+impl Formula for Spring {
+    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
+        x * -self.0
+    }
+
+    fn jacobians(self, _: DVec3, _: DVec3) -> [DMat3; 2] {
+        [DMat3::IDENTITY * -self.0, DMat3::ZERO]
+    }
+}
+
+/// The same with drag c, 1/s.
+#[derive(Clone, Copy)]
+struct DampedSpring(Spring, f64);
+
+impl Default for DampedSpring {
+    fn default() -> Self {
+        Self(Spring::default(), DECAY)
+    }
+}
+
+impl Formula for DampedSpring {
+    const DEPENDS_ON_VELOCITY: bool = true;
+
+    fn acceleration(self, x: DVec3, v: DVec3) -> DVec3 {
+        self.0.acceleration(x, v) - v * self.1
+    }
+
+    fn jacobians(self, x: DVec3, v: DVec3) -> [DMat3; 2] {
+        let [by_x, _] = self.0.jacobians(x, v);
+        [by_x, DMat3::IDENTITY * -self.1]
+    }
+}
+
+/// mu, m³/s², at the origin, and the square of the softening, m².
+#[derive(Clone, Copy)]
+struct Orbit(f64, f64);
+
+impl Default for Orbit {
+    fn default() -> Self {
+        Self(1.0, 0.0)
+    }
+}
+
+impl Orbit {
+    #[inline(always)]
+    fn inverse(self, x: DVec3) -> f64 {
+        1.0 / (x.dot(x) + self.1).sqrt()
+    }
+}
+
+impl Formula for Orbit {
+    #[inline(always)]
+    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
+        let inverse = self.inverse(x);
+        x * -(self.0 * inverse * inverse * inverse)
+    }
+
+    fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
+        let inverse = self.inverse(x);
+        let cubed = self.0 * inverse * inverse * inverse;
+        let outer = DMat3::from_cols(x * x.x, x * x.y, x * x.z) * (3.0 * cubed * inverse * inverse);
+        [outer - DMat3::IDENTITY * cubed, DMat3::ZERO]
+    }
+}
+
+/// Gravity, m/s², stiffness by mass, 1/s², and rest length, m.
+#[derive(Clone, Copy)]
+struct Pendulum(DVec3, f64, f64);
+
+impl Default for Pendulum {
+    fn default() -> Self {
+        Self(DVec3::NEG_Y * 9.81, 100.0, 1.0)
+    }
+}
+
+impl Formula for Pendulum {
+    #[inline(always)]
+    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
+        self.0 - x * (self.1 * (1.0 - self.2 * (1.0 / x.dot(x).sqrt())))
+    }
+
+    fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
+        let inverse = 1.0 / x.dot(x).sqrt();
+        let n = x * inverse;
+        let along = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+        let across = (DMat3::IDENTITY - along) * (1.0 - self.2 * inverse);
+        [(along + across) * -self.1, DMat3::ZERO]
+    }
+}
+
 /// Eccentricity of the orbit.
 const ECCENTRICITY: f64 = 0.6;
 /// Angular frequency of the oscillators, rad/s, and decay rate of the damped one, 1/s: a fifth of critical.
@@ -100,6 +257,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: Some((free_fall, "Galilei 1638: x = x0 + v0 t + g t² / 2")),
         period: None,
         ladder: (1, 256),
+        in_loop: Some(arithmetic::run::<Fall>),
     },
     Problem {
         name: "terminal_fall",
@@ -113,6 +271,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: Some((terminal_fall, "v = v_t + (v0 - v_t) e^(-c t)")),
         period: None,
         ladder: (1, 1024),
+        in_loop: Some(arithmetic::run::<TerminalFall>),
     },
     Problem {
         name: "harmonic_oscillator",
@@ -123,6 +282,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: Some((oscillator, "x = x0 cos w t + v0 / w sin w t")),
         period: Some(TAU / FREQUENCY),
         ladder: (4, 4096),
+        in_loop: Some(arithmetic::run::<Spring>),
     },
     Problem {
         name: "damped_oscillator",
@@ -136,6 +296,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: Some((damped_oscillator, "x'' = -w² x - c x', underdamped")),
         period: Some(TAU / FREQUENCY),
         ladder: (1, 1024),
+        in_loop: Some(arithmetic::run::<DampedSpring>),
     },
     Problem {
         name: "kepler",
@@ -153,6 +314,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: Some((kepler, "Kepler 1609: t = E - e sin E")),
         period: Some(TAU),
         ladder: (16, 8192),
+        in_loop: Some(arithmetic::run::<Orbit>),
     },
     Problem {
         name: "duffing",
@@ -163,6 +325,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: Some((duffing, "Duffing 1918: x = cn(sqrt(3) t | 1/3)")),
         period: None,
         ladder: (4, 4096),
+        in_loop: Some(arithmetic::run::<Duffing>),
     },
     Problem {
         name: "elastic_pendulum",
@@ -178,6 +341,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: None,
         period: None,
         ladder: (1, 256),
+        in_loop: Some(arithmetic::run::<Pendulum>),
     },
     Problem {
         name: "tetrahedron",
@@ -188,6 +352,7 @@ pub const PROBLEMS: [Problem; 8] = [
         exact: None,
         period: None,
         ladder: (1, 256),
+        in_loop: None,
     },
 ];
 

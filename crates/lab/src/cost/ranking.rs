@@ -6,6 +6,8 @@ use motion::Method;
 
 use super::record::{Cell, Host, Precision, Setting, Study, TickTime, Time, TimedTick};
 
+const HOSTS: [Host; 3] = [Host::World, Host::Arrays, Host::Arithmetic];
+
 /// Part by which a time may differ by chance: how far the median of the rounds lies above the least.
 fn spread(quartiles: [f64; 3]) -> f64 {
     (quartiles[1] - 1.0).max(0.0)
@@ -99,14 +101,17 @@ impl Study {
 
     /// Times of ticks in double precision in the world, in the order of the table of methods.
     pub fn world_times(&self) -> impl Iterator<Item = &TickTime> {
-        let in_world = |of: &&TickTime| of.precision == Precision::F64 && of.host == Host::World;
-        self.tick_times.iter().filter(in_world)
+        self.times_in(Host::World)
+    }
+
+    fn times_in(&self, host: Host) -> impl Iterator<Item = &TickTime> {
+        self.tick_times.iter().filter(move |of| of.precision == Precision::F64 && of.host == host)
     }
 
     /// Methods by the time of a step at [`Self::size`] bodies in double precision, the shortest first.
-    pub fn ranking(&self) -> Vec<Place> {
+    pub fn ranking(&self, host: Host) -> Vec<Place> {
         let at = self.ranked_at();
-        let mut timed: Vec<_> = self.world_times().filter_map(|of| Some((of.method, of.at(at)?))).collect();
+        let mut timed: Vec<_> = self.times_in(host).filter_map(|of| Some((of.method, of.at(at)?))).collect();
         timed.sort_by(|(_, a), (_, b)| a.ns.total_cmp(&b.ns));
         let mut first: Option<&TimedTick> = None;
         let place = |(method, tick): (Method, _)| {
@@ -149,10 +154,9 @@ impl Study {
     /// Gives every cell that finished the time of its method's steps at [`Self::size`] bodies.
     pub(crate) fn time_cells(&mut self) {
         let times = |cell: &Cell, host| cell.errors().and_then(|_| self.time_at_size(cell, host));
-        let times: Vec<_> =
-            self.cells.iter().map(|cell| [Host::World, Host::Arrays].map(|host| times(cell, host))).collect();
+        let times: Vec<_> = self.cells.iter().map(|cell| HOSTS.map(|host| times(cell, host))).collect();
         for (cell, times) in self.cells.iter_mut().zip(times) {
-            [cell.time, cell.arrays_time] = times;
+            [cell.time, cell.arrays_time, cell.arithmetic_time] = times;
         }
     }
 
@@ -204,9 +208,13 @@ impl Study {
         }
     }
 
-    /// Part by which prices of a method in time may differ by chance.
-    pub(crate) fn spread(&self, method: Method) -> f64 {
-        let times = self.curve(method, Precision::F64).filter_map(|cell| cell.time);
+    /// Part by which prices of two methods in time may differ by chance.
+    pub(crate) fn largest_spread(&self, methods: [Method; 2], host: Host) -> f64 {
+        methods.map(|method| self.spread(method, host)).into_iter().fold(0.0, f64::max)
+    }
+
+    fn spread(&self, method: Method, host: Host) -> f64 {
+        let times = self.curve(method, Precision::F64).filter_map(|cell| cell.time_in(host));
         let mut spreads: Vec<_> = times.map(|time| spread(time.quartiles)).collect();
         spreads.sort_by(f64::total_cmp);
         spreads.get(spreads.len() / 2).copied().unwrap_or(0.0)

@@ -161,6 +161,8 @@ pub enum Host {
     World,
     /// The same kernels on plain arrays.
     Arrays,
+    /// A loop over plain arrays of the same arithmetic, without this program: the price of the method alone; f64.
+    Arithmetic,
 }
 
 /// The thread CPU time of a tick as a line: a fixed cost, and a cost per body per step.
@@ -210,6 +212,10 @@ pub struct Cell {
     pub time: Option<Time>,
     /// Time of the same kernels on plain arrays: comparable between precisions.
     pub arrays_time: Option<Time>,
+    /// Time of the arithmetic alone, of f64: a loop over arrays in which the compiler sees the law; only for problems of
+    /// single bodies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arithmetic_time: Option<Time>,
     /// Bytes of state that a step of a body reads or writes on plain arrays.
     pub bytes_per_body_step: Option<f64>,
     /// Instructions of a tick of [`Study::size`] bodies, by callgrind.
@@ -225,6 +231,7 @@ impl Cell {
             counts: Counts { accelerations: 0, solver: 0 },
             time: None,
             arrays_time: None,
+            arithmetic_time: None,
             bytes_per_body_step: None,
             instructions_per_tick: None,
         }
@@ -235,11 +242,12 @@ impl Cell {
         self.outcome != Outcome::Failed(Failure::NotRun)
     }
 
-    /// Its time in the world or on arrays.
+    /// Its time in the world, on arrays, or of the arithmetic alone.
     pub const fn time_in(&self, host: Host) -> Option<Time> {
         match host {
             Host::World => self.time,
             Host::Arrays => self.arrays_time,
+            Host::Arithmetic => self.arithmetic_time,
         }
     }
 

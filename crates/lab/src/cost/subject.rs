@@ -4,6 +4,7 @@ use motion::Method;
 use motion::effects::Effect;
 use scene::{Scene, SceneError, unsolvable};
 
+use super::arithmetic::MakeLoop;
 use super::problem::{Exact, Problem};
 use super::record::{Precision, Setting};
 use crate::run::movable;
@@ -133,6 +134,11 @@ impl Subject {
     /// Its closed form, if it has one.
     pub(crate) fn exact(&self) -> Option<Exact> {
         self.problem.and_then(|problem| problem.exact)
+    }
+
+    /// The loop over arrays of the same arithmetic, if one was written.
+    pub(crate) fn in_loop(&self) -> Option<MakeLoop> {
+        self.problem.and_then(|problem| problem.in_loop)
     }
 
     /// Length of a run, s.

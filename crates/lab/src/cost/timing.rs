@@ -45,7 +45,9 @@ impl Timings {
                 }
                 let arrays = plan.single.contains(&method);
                 let world = (precision == Precision::F64).then_some(Host::World);
+                let alone = problem && precision == Precision::F64 && subject.in_loop().is_some();
                 let hosts = world.into_iter().chain(arrays.then_some(Host::Arrays));
+                let hosts = hosts.chain(alone.then_some(Host::Arithmetic));
                 list.extend(hosts.map(|host| Timing { cell, host, copies, trial: Trial::default() }));
             }
         }
@@ -147,6 +149,7 @@ impl Timings {
         match host {
             Host::World => study.cells[*cell].time = Some(time),
             Host::Arrays => study.cells[*cell].arrays_time = Some(time),
+            Host::Arithmetic => study.cells[*cell].arithmetic_time = Some(time),
         }
         study.fit_substeps(setting, *host);
     }

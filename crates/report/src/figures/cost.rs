@@ -76,6 +76,7 @@ const fn title(cost: Cost) -> &'static str {
     match cost {
         Cost::Evaluations => "evaluations of a body's acceleration per simulated second",
         Cost::Time => "thread CPU time per body per simulated second",
+        Cost::Arithmetic => "thread CPU time of the arithmetic alone per body per simulated second",
         Cost::RealTime => "thread CPU time of the whole, as a part of the time that it simulates",
         Cost::Instructions => "instructions of the whole per simulated second",
     }
@@ -84,7 +85,7 @@ const fn title(cost: Cost) -> &'static str {
 const fn label(cost: Cost) -> fn(f64) -> String {
     match cost {
         Cost::Evaluations => |value| number(value, 1),
-        Cost::Time => |value| duration(value, 1),
+        Cost::Time | Cost::Arithmetic => |value| duration(value, 1),
         Cost::RealTime => |value| share(value, 1),
         Cost::Instructions => power,
     }
@@ -95,6 +96,6 @@ fn budget(study: &Study, cost: Cost) -> Option<f64> {
     match cost {
         Cost::RealTime => Some(1.0),
         Cost::Time => Some(1e9 / study.size() as f64),
-        Cost::Evaluations | Cost::Instructions => None,
+        Cost::Arithmetic | Cost::Evaluations | Cost::Instructions => None,
     }
 }

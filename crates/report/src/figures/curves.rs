@@ -23,7 +23,7 @@ pub(super) fn error_words(accuracy: Accuracy, error: f64) -> String {
 fn cost_words(cost: Cost, value: f64) -> String {
     match cost {
         Cost::Evaluations => format!("{} evaluations per body per s", number(value, 3)),
-        Cost::Time => format!("{} per body per s", duration(value, 2)),
+        Cost::Time | Cost::Arithmetic => format!("{} per body per s", duration(value, 2)),
         Cost::RealTime => format!("{} of real time", share(value, 2)),
         Cost::Instructions => format!("{} instructions per s", number(value, 3)),
     }

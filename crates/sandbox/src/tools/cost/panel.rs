@@ -137,7 +137,7 @@ fn plot(ui: &mut Ui, study: &Study, axes: Axes, present: Setting, width: f32) ->
             .collect::<Vec<_>>()
     };
     let words = match axes.cost {
-        Cost::RealTime | Cost::Time => "CPU seconds per simulated second",
+        Cost::RealTime | Cost::Time | Cost::Arithmetic => "CPU seconds per simulated second",
         Cost::Evaluations | Cost::Instructions => "evaluations per body per simulated second",
     };
     let plot = Plot::new(("cost", axes.accuracy as u8, axes.cost as u8))
