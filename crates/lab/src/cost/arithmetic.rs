@@ -161,24 +161,33 @@ impl<'a> Columns<'a> {
 
 impl<F: Formula> Loop<F> {
     fn step<M: Integrator>(&mut self) {
-        let Self { formula, h, last_step, has_a, ids, .. } = self;
-        let (n, last_step, has_a) = (ids.len(), *last_step, *has_a);
-        let mut field = OneBody { formula: *formula, h: *h };
-        let (mut x, mut v) = (Columns::of(&mut self.x, n), Columns::of(&mut self.v, n));
         let caches =
             M::STATE == MethodStateKind::LastAcceleration && !F::DEPENDS_ON_VELOCITY && !F::IS_CONSTANT;
+        match (caches, self.has_a) {
+            (true, true) => self.step_each::<M, true, true>(),
+            (true, false) => self.step_each::<M, true, false>(),
+            (false, _) => self.step_each::<M, false, false>(),
+        }
+        (self.has_a, self.last_step) = (caches, self.h);
+    }
+
+    /// A step of every body. Whether accelerations are cached, and known, is no branch of the loop: it would keep the
+    /// compiler from vector instructions.
+    fn step_each<M: Integrator, const CACHES: bool, const KNOWN: bool>(&mut self) {
+        let (n, last_step) = (self.ids.len(), self.last_step);
+        let mut field = OneBody { formula: self.formula, h: self.h };
+        let (mut x, mut v) = (Columns::of(&mut self.x, n), Columns::of(&mut self.v, n));
         let mut a = Columns::of(&mut self.a, n);
         for i in 0..n {
-            let start = (caches && has_a).then(|| a.get(i));
+            let start = if KNOWN { Some(a.get(i)) } else { None };
             let mut state = StepState { last_step, start };
             let (to, velocity) = M::step(&mut field, x.get(i), v.get(i), &mut state);
             x.set(i, to);
             v.set(i, velocity);
-            if caches && let Some(last) = state.start {
-                a.set(i, last);
+            if CACHES {
+                a.set(i, state.start.unwrap_or_default());
             }
         }
-        (self.has_a, self.last_step) = (caches, self.h);
     }
 }
 

@@ -6,13 +6,14 @@ use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
 use super::coupling::{Coupling, SheetRow, in_air, is_open, rate_along};
-use super::pull::{SpringRow, axis, positive};
+use super::pull::{Share, SpringRow, axis, positive};
 use super::rows::row_of;
 use super::states_of;
 use crate::laws::damping::{Damping, DampingRate};
 use crate::laws::{BodyState, Drag, EvaluationTime, Law};
 use crate::state::clock::StepClock;
 use crate::state::components::AxisLocks;
+use crate::state::threads::Threads;
 use crate::units::Scalar;
 
 pub(super) use step::LinearStep;
@@ -48,6 +49,9 @@ pub(crate) struct LinearGroup<'a> {
     rates: Vec<Scalar>,
     /// Length of the steps that damping acts on, in steps of the laws.
     decays: Scalar,
+    threads: Option<&'a Threads>,
+    /// The parts of threads in the forces of springs.
+    shares: Vec<Share>,
 }
 
 /// What contributes most to a mode.
@@ -61,7 +65,8 @@ pub(crate) enum Contributor {
 
 impl<'a> LinearGroup<'a> {
     /// The linear system of a group, whose `bodies` are given by row.
-    pub fn of(world: &World, coupling: &'a Coupling<Scalar>, bodies: &[Entity]) -> Self {
+    pub fn of(world: &'a World, coupling: &'a Coupling<Scalar>, bodies: &[Entity]) -> Self {
+        let threads = world.get_resource::<Threads>().filter(|_| coupling.rows >= Threads::FROM);
         let states = states_of(world, bodies);
         let movable = coupling.movable;
         let root = states[..movable].iter().zip(bodies).map(|(state, body)| {
@@ -77,6 +82,9 @@ impl<'a> LinearGroup<'a> {
             drag: Vec::new(),
             rates: Vec::new(),
             decays: 1.0,
+            threads,
+            shares: threads
+                .map_or_else(Vec::new, |threads| coupling.springs.shares(coupling.rows, threads.count())),
         };
         if let Some(drag) = world.get_resource::<Drag>() {
             let time = world.get_resource::<StepClock>().map_or(0.0, StepClock::scene_seconds);
@@ -165,21 +173,31 @@ impl<'a> LinearGroup<'a> {
         scaled.resize(self.at.len(), DVec3::ZERO);
         out.fill(0.0);
         let rows: &mut [[Scalar; 3]] = out.as_chunks_mut().0;
-        let mut add = |row: usize, force: DVec3| {
+        let add = |rows: &mut [[Scalar; 3]], row: usize, force: DVec3| {
             if let Some(sum) = rows.get_mut(row) {
                 *sum = (DVec3::from_array(*sum) + force).to_array();
             }
         };
-        let pull = stiffness != 0.0 || self.coupling.springs.damped();
-        for spring in self.springs().take_while(|_| pull) {
+        let pull = |spring: SpringRow<Scalar>, first: usize, rows: &mut [[Scalar; 3]]| {
+            let spring = Stiff::of(&spring, &self.at);
             let [a, b] = spring.ends;
             let d = scaled[b] - scaled[a];
             let along = stiffness * spring.along + rate * spring.damping;
             let across = stiffness * spring.across;
             let force = d * across + spring.n * (spring.n.dot(d) * (along - across));
-            add(a, -force);
-            add(b, force);
+            // A row of another share is beyond the end.
+            add(rows, a.wrapping_sub(first), -force);
+            add(rows, b.wrapping_sub(first), force);
+        };
+        let springs = &self.coupling.springs;
+        match self.threads {
+            _ if stiffness == 0.0 && !springs.damped() => {}
+            Some(threads) => Share::each(threads, &self.shares, rows, |share, rows| {
+                springs.of(share).for_each(|spring| pull(spring, share.first(), rows));
+            }),
+            None => springs.iter().for_each(|spring| pull(spring, 0, rows)),
         }
+        let mut add = |row: usize, force: DVec3| add(rows, row, force);
         for (corners, n, strength) in &self.sheets {
             let sum = corners.iter().map(|corner| scaled[*corner]).sum::<DVec3>();
             let force = *n * (rate * strength * n.dot(sum));
@@ -319,6 +337,7 @@ impl<'a> LinearGroup<'a> {
 }
 
 impl Stiff {
+    #[inline(always)]
     fn of(SpringRow { ends, elastic }: &SpringRow<Scalar>, at: &[DVec3]) -> Self {
         let ends = ends.map(|end| end as usize);
         let d = at[ends[1]] - at[ends[0]];

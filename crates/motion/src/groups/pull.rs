@@ -60,7 +60,7 @@ pub(super) fn positive<T: Real>(x: T) -> T {
 
 /// The part of one thread in the forces of springs: forces on some rows, of every spring that ends there, in the order of
 /// springs. A spring between two parts is computed twice, so that the bits do not depend on the parts.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Share {
     rows: Range<usize>,
     /// Numbers of the blocks in which a spring ends at one of the rows.
@@ -71,7 +71,7 @@ pub(crate) struct Share {
 pub(crate) type Shares<'a> = Option<(&'a Threads, &'a [Share])>;
 
 impl Share {
-    /// Calls `pull` for each share with its rows of `forces`, all at the same time.
+    /// Calls `pull` for each share with its rows of `forces`, all at the same time; anchors may be missing there.
     pub fn each<R: Send>(
         threads: &Threads,
         shares: &[Self],
@@ -81,7 +81,7 @@ impl Share {
         let (mut rest, pull) = (forces, &pull);
         let mut jobs = Vec::new();
         for share in shares {
-            let (own, others) = rest.split_at_mut(share.rows.len());
+            let (own, others) = rest.split_at_mut(share.rows.len().min(rest.len()));
             jobs.push(move || pull(share, own));
             rest = others;
         }
@@ -203,19 +203,14 @@ impl<T: Real> Springs<T> {
 
     /// The springs from number `first` on.
     pub fn iter_from(&self, first: usize) -> impl Iterator<Item = SpringRow<T>> + '_ {
-        let of_block = |block: &Block<T>| {
-            let Block { ends: [a, b], stiffness, damping, rest_length } = *block;
-            std::array::from_fn::<_, AT_ONCE, _>(|i| SpringRow {
-                ends: [a[i], b[i]],
-                elastic: Elastic {
-                    stiffness: stiffness[i],
-                    damping: damping[i],
-                    rest_length: rest_length[i],
-                },
-            })
-        };
-        let blocks = self.blocks[first / AT_ONCE..].iter().flat_map(of_block);
+        let blocks = self.blocks[first / AT_ONCE..].iter().flat_map(Block::springs);
         blocks.skip(first % AT_ONCE).take(self.len - first)
+    }
+
+    /// The springs of a share, and those that fill up the last block.
+    pub fn of(&self, share: &Share) -> impl Iterator<Item = SpringRow<T>> + use<'_, T> {
+        let runs: Vec<&[Block<T>]> = share.blocks.iter().map(|blocks| &self.blocks[blocks.clone()]).collect();
+        runs.into_iter().flatten().flat_map(Block::springs)
     }
 
     /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
@@ -273,6 +268,14 @@ impl<T: Real> Springs<T> {
 }
 
 impl<T: Real> Block<T> {
+    fn springs(&self) -> [SpringRow<T>; AT_ONCE] {
+        let Self { ends: [a, b], stiffness, damping, rest_length } = *self;
+        std::array::from_fn(|i| SpringRow {
+            ends: [a[i], b[i]],
+            elastic: Elastic { stiffness: stiffness[i], damping: damping[i], rest_length: rest_length[i] },
+        })
+    }
+
     #[inline(always)]
     fn pull<S: Simd, const DAMPED: bool, const SHARED: bool>(
         &self,
