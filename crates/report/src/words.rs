@@ -132,13 +132,13 @@ fn alone(study: &Study) -> Option<String> {
     });
     let over: Vec<_> = over.collect();
     let (least, most) = (over.iter().copied().reduce(f64::min)?, over.iter().copied().reduce(f64::max)?);
-    let by = if answers.is_empty() {
-        "The arithmetic alone".to_owned()
+    let cheapest = if answers.is_empty() {
+        String::new()
     } else {
-        format!("Cheapest by the arithmetic alone: {}. It", spans(study, &answers))
+        format!("Cheapest by the arithmetic alone, a loop over arrays: {}. ", spans(study, &answers))
     };
     Some(format!(
-        "{by} is a loop over arrays without this program, which takes {} to {} times as long with {}.",
+        "{cheapest}This program takes {} to {} times as long as the arithmetic alone with {}.",
         number(least, 2),
         number(most, 2),
         bodies(study.size())

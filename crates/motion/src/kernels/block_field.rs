@@ -138,6 +138,11 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
         &self.w
     }
 
+    /// The inverse masses, and [`Self::called`] to write to.
+    pub const fn masses_and_called(&mut self) -> (&[T; N], &mut Block<T, N>) {
+        (&self.w, &mut self.called)
+    }
+
     /// Sets velocities that decayed below [`Real::SNAP`] to 0.
     #[inline(never)]
     pub fn snap(&self, v: X) -> X {
@@ -227,36 +232,20 @@ impl<'a, T: Real, X: BlockSpace<T, N>, const N: usize> BlockField<'a, T, X, N> {
     }
 
     /// Sums the called laws of body `k` alone, and counts them.
-    fn call_one(
-        &mut self,
-        at: EvaluationTime<T>,
-        k: usize,
-        (x, v): (&Block<T, N>, &Block<T, N>),
-        sum: &mut Block<T, N>,
-    ) {
+    fn call_one(&mut self, at: EvaluationTime<T>, k: usize, (x, v): (&Block<T, N>, &Block<T, N>)) {
         self.count(u64::from(self.w[k] > T::ZERO));
-        (0..3).for_each(|axis| sum.0[axis][k] = T::ZERO);
-        add_one(self.called_laws(), at, k, (x, v, &self.w), sum);
+        (0..3).for_each(|axis| self.called.0[axis][k] = T::ZERO);
+        add_one(self.called_laws(), at, k, (x, v, &self.w), &mut self.called);
     }
 
-    /// Acceleration by all laws at the time `at`, from `called`, the sum of the called laws: for bodies that are not
-    /// `known`, they are called.
+    /// Acceleration by all laws at the time `at`, where [`Self::called`] has the sum of the called laws of the bodies that
+    /// are `known`. For the others they are called.
     #[inline(never)]
-    pub fn laws_known(
-        &mut self,
-        at: EvaluationTime<T>,
-        (x, v): (X, X),
-        known: &[bool; N],
-        mut called: Block<T, N>,
-    ) -> X {
+    pub fn laws_known(&mut self, at: EvaluationTime<T>, (x, v): (X, X), known: &[bool; N]) -> X {
         if known.contains(&false) {
-            x.read_both(v, |x, v| {
-                for k in (0..N).filter(|k| !known[*k]) {
-                    self.call_one(at, k, (x, v), &mut called);
-                }
-            });
+            x.read_both(v, |x, v| (0..N).filter(|k| !known[*k]).for_each(|k| self.call_one(at, k, (x, v))));
         }
-        self.laws_from(&called, v)
+        self.laws_from(&self.called, v)
     }
 
     /// Applies speed limit and axis locks.

@@ -216,8 +216,9 @@ fn recall<T: Real, X: BlockSpace<T, N>, const N: usize>(
 ) -> Option<X> {
     // What was evaluated before a jump is of no use after it.
     let first = segments.iter().next().filter(|first| !first.jump)?;
-    let (time, laws, w) = (T::of(field.terms.times.start), field.laws_version(), field.inverse_masses());
-    let (mut fits, mut called) = ([true; N], Block::ZERO);
+    let (time, laws) = (T::of(field.terms.times.start), field.laws_version());
+    let (w, called) = field.masses_and_called();
+    let mut fits = [true; N];
     x.read(|x| {
         for (k, cached) in cached.iter().enumerate().take(N) {
             let ([x, y, z], [a, b, c]) = (x.body(k), cached.acceleration);
@@ -230,5 +231,5 @@ fn recall<T: Real, X: BlockSpace<T, N>, const N: usize>(
         }
     });
     let some_fit = fits[..cached.len()].contains(&true);
-    some_fit.then(|| field.laws_known(first.evaluation_time(T::ZERO), (x, v), &fits, called))
+    some_fit.then(|| field.laws_known(first.evaluation_time(T::ZERO), (x, v), &fits))
 }
