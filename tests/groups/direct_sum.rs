@@ -1,4 +1,4 @@
-//! Mutual gravity of many bodies: the sum over all pairs, to the same bits with any number of threads.
+//! Mutual gravity of many bodies: the sum over all pairs, bit for bit, with any number of threads.
 
 use glam::DVec3;
 use motion::{Method, MutualGravity, SourceMass, Threads};

@@ -34,19 +34,19 @@ fn or_none<T>(value: Option<T>, text: impl Fn(T) -> String) -> String {
 pub(crate) fn cheapest(study: &Study) -> Table {
     let [by_evaluations, by_time, by_arithmetic] =
         [Cost::Evaluations, Cost::Time, Cost::Arithmetic].map(|cost| answers(study, cost));
-    let same = |answers: &[Answer<'_>], below_m: f64| {
-        let found = answers.iter().find(|answer| answer.below_m.to_bits() == below_m.to_bits());
+    let of_bound = |below_m: f64| move |answer: &&Answer<'_>| answer.below_m.to_bits() == below_m.to_bits();
+    let quick = |below_m: f64| by_time.iter().find(of_bound(below_m));
+    let alone = |below_m: f64| {
+        let found = by_arithmetic.iter().find(of_bound(below_m));
         found.map(|answer| settings(study, &answer.cheapest))
     };
-    let quick = |below_m: f64| by_time.iter().find(|answer| answer.below_m.to_bits() == below_m.to_bits());
     let rows: Vec<_> = by_evaluations.iter().map(|answer| (answer, quick(answer.below_m))).collect();
     let picks = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
-        let alone = same(&by_arithmetic, answer.below_m);
-        (settings(study, &answer.cheapest), quick.map(|quick| settings(study, &quick.cheapest)), alone)
+        let quick = quick.map(|quick| settings(study, &quick.cheapest));
+        (settings(study, &answer.cheapest), quick, alone(answer.below_m))
     };
     let is_last = |i: usize| rows.get(i + 1).is_none_or(|next| picks(*next) != picks(rows[i]));
     let row = |(answer, quick): (&Answer<'_>, Option<&Answer<'_>>)| {
-        let alone = same(&by_arithmetic, answer.below_m);
         let quickest = quick.map(|quick| quick.cheapest.cell);
         let real_time = quickest.and_then(|cell| study.cost(cell, Cost::RealTime));
         vec![
@@ -58,7 +58,7 @@ pub(crate) fn cheapest(study: &Study) -> Table {
             or_none(real_time, |part| share(part, 2)),
         ]
         .into_iter()
-        .chain((!by_arithmetic.is_empty()).then(|| or_none(alone, |alone| alone)))
+        .chain((!by_arithmetic.is_empty()).then(|| or_none(alone(answer.below_m), |alone| alone)))
         .collect()
     };
     let header = [
@@ -88,7 +88,7 @@ pub(crate) fn ranking(study: &Study) -> Table {
     let base_of = |places: &[Place]| {
         places.iter().find(|place| place.method == Method::SemiImplicitEuler).or(places.first()).copied()
     };
-    let (base, base_alone) = (base_of(&places), base_of(&alone));
+    let (base, base_alone, over) = (base_of(&places), base_of(&alone), study.over_arithmetic());
     let mut rank = 0;
     let row = |(i, place): (usize, &Place)| {
         let Place { method, ns_per_body_step, tied } = *place;
@@ -108,10 +108,11 @@ pub(crate) fn ranking(study: &Study) -> Table {
         .into_iter()
         .chain(base_alone.into_iter().flat_map(|base| {
             let own = alone.iter().find(|place| place.method == method).map(|place| place.ns_per_body_step);
+            let over = over.iter().find(|(of, _)| *of == method);
             [
                 or_none(own, |own| duration(own, 2)),
                 or_none(own, |own| number(own / base.ns_per_body_step, 2)),
-                or_none(own, |own| number(ns_per_body_step / own, 2)),
+                or_none(over, |(_, times)| number(*times, 2)),
             ]
         }))
         .collect()

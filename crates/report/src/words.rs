@@ -125,13 +125,9 @@ pub fn time_words(study: &Study) -> Vec<String> {
 
 /// What the arithmetic alone would choose, and what this program takes on top.
 fn alone(study: &Study) -> Option<String> {
-    let (answers, alone) = (answers(study, Cost::Arithmetic), study.ranking(Host::Arithmetic));
-    let over = study.ranking(Host::World).into_iter().filter_map(|place| {
-        let own = alone.iter().find(|own| own.method == place.method)?;
-        Some(place.ns_per_body_step / own.ns_per_body_step)
-    });
-    let over: Vec<_> = over.collect();
-    let (least, most) = (over.iter().copied().reduce(f64::min)?, over.iter().copied().reduce(f64::max)?);
+    let (answers, over) = (answers(study, Cost::Arithmetic), study.over_arithmetic());
+    let over = || over.iter().map(|(_, times)| *times);
+    let (least, most) = (over().reduce(f64::min)?, over().reduce(f64::max)?);
     let cheapest = if answers.is_empty() {
         String::new()
     } else {

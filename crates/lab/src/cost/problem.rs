@@ -82,14 +82,19 @@ impl<T: Real> Law<T> for Duffing {
 }
 
 impl Formula for Duffing {
-    fn acceleration(self, x: DVec3, _: DVec3) -> DVec3 {
-        -(x + x * 2.0 * x * x)
+    fn acceleration(self, x: DVec3, v: DVec3) -> DVec3 {
+        Law::<f64>::acceleration(&self, START, BodyState { position: x, velocity: v, inverse_mass: 1.0 })
     }
 
-    fn jacobians(self, x: DVec3, _: DVec3) -> [DMat3; 2] {
-        [DMat3::from_diagonal(-(x * x * 6.0 + DVec3::ONE)), DMat3::ZERO]
+    fn jacobians(self, x: DVec3, v: DVec3) -> [DMat3; 2] {
+        let body = BodyState { position: x, velocity: v, inverse_mass: 1.0 };
+        let Jacobians { position, velocity } = Law::<f64>::jacobians(&self, START, body);
+        [position, velocity]
     }
 }
+
+/// A time of evaluation, for a law that does not depend on it.
+const START: EvaluationTime<f64> = EvaluationTime { time: 0.0, within_step: 0.0 };
 
 /// Gravity g, m/s².
 #[derive(Clone, Copy)]

@@ -124,6 +124,16 @@ impl Study {
         timed.into_iter().map(place).collect()
     }
 
+    /// How many times as long as the arithmetic alone a step of this program takes, by method.
+    pub fn over_arithmetic(&self) -> Vec<(Method, f64)> {
+        let alone = self.ranking(Host::Arithmetic);
+        let over = |place: Place| {
+            let own = alone.iter().find(|own| own.method == place.method)?;
+            Some((place.method, place.ns_per_body_step / own.ns_per_body_step))
+        };
+        self.ranking(Host::World).into_iter().filter_map(over).collect()
+    }
+
     /// The sizes at which the ranking changes, ascending: between two that were timed the difference of times is
     /// taken for a line. Ties change nothing.
     pub fn crossings(&self) -> Vec<Crossing> {

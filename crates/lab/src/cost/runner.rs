@@ -50,10 +50,10 @@ pub fn make(subject: &Subject, setting: Setting, host: Host) -> Result<Box<dyn R
     match host {
         Host::World => Ok(Box::new(subject.run(setting))),
         Host::Arrays => in_arrays(subject, setting),
-        Host::Arithmetic => match subject.in_loop() {
-            Some(make) => Ok(make(subject, setting)),
-            None => Err(Failure::Unsolvable { why: "no loop was written for it".to_owned() }),
-        },
+        Host::Arithmetic => {
+            let why = || Failure::Unsolvable { why: "no loop was written for it".to_owned() };
+            subject.in_loop().map(|make| make(subject, setting)).ok_or_else(why)
+        }
     }
 }
 

@@ -31,15 +31,8 @@ pub(super) struct DirectSum<'a, T> {
 impl<T: Real> DirectSum<'_, T> {
     /// Adds the forces on the first rows to `forces`, N.
     pub fn attract(self, threads: Option<&Threads>, forces: &mut [Row<T>]) {
-        match threads.filter(|_| forces.len() * self.x.len() >= SHARED_FROM) {
-            Some(threads) => {
-                let share = forces.len().div_ceil(threads.count()).next_multiple_of(AT_ONCE);
-                let parts = forces.chunks_mut(share).enumerate();
-                let jobs = parts.map(|(number, forces)| move || self.attract_from(number * share, forces));
-                threads.run(jobs.collect());
-            }
-            None => self.attract_from(0, forces),
-        }
+        let threads = threads.filter(|_| forces.len() * self.x.len() >= SHARED_FROM);
+        Threads::share(threads, forces, |first, forces| self.attract_from(first, forces));
     }
 
     /// Adds the forces on the rows from `first` on.

@@ -175,7 +175,7 @@ impl<'a, T: Real> GroupField<'a, T> {
             anchors_rest: true,
             watch: Watch::Off,
             found: Vec::new(),
-            threads: environment.threads.filter(|_| coupling.rows >= Threads::FROM),
+            threads: Threads::for_rows(environment.threads, coupling.rows),
         }
     }
 

@@ -6,7 +6,7 @@ use bevy_ecs::prelude::*;
 use glam::{DMat3, DVec3};
 
 use super::coupling::{Coupling, SheetRow, in_air, is_open, rate_along};
-use super::pull::{Share, SpringRow, axis, positive};
+use super::pull::{Share, SpringRow, axis, own_row, positive};
 use super::rows::row_of;
 use super::states_of;
 use crate::laws::damping::{Damping, DampingRate};
@@ -66,7 +66,7 @@ pub(crate) enum Contributor {
 impl<'a> LinearGroup<'a> {
     /// The linear system of a group, whose `bodies` are given by row.
     pub fn of(world: &'a World, coupling: &'a Coupling<Scalar>, bodies: &[Entity]) -> Self {
-        let threads = world.get_resource::<Threads>().filter(|_| coupling.rows >= Threads::FROM);
+        let threads = Threads::for_rows(world.get_resource(), coupling.rows);
         let states = states_of(world, bodies);
         let movable = coupling.movable;
         let root = states[..movable].iter().zip(bodies).map(|(state, body)| {
@@ -173,8 +173,8 @@ impl<'a> LinearGroup<'a> {
         scaled.resize(self.at.len(), DVec3::ZERO);
         out.fill(0.0);
         let rows: &mut [[Scalar; 3]] = out.as_chunks_mut().0;
-        let add = |rows: &mut [[Scalar; 3]], row: usize, force: DVec3| {
-            if let Some(sum) = rows.get_mut(row) {
+        let add = |rows: &mut [[Scalar; 3]], first: usize, row: usize, force: DVec3| {
+            if let Some(sum) = own_row(rows, first, row) {
                 *sum = (DVec3::from_array(*sum) + force).to_array();
             }
         };
@@ -185,9 +185,8 @@ impl<'a> LinearGroup<'a> {
             let along = stiffness * spring.along + rate * spring.damping;
             let across = stiffness * spring.across;
             let force = d * across + spring.n * (spring.n.dot(d) * (along - across));
-            // A row of another share is beyond the end.
-            add(rows, a.wrapping_sub(first), -force);
-            add(rows, b.wrapping_sub(first), force);
+            add(rows, first, a, -force);
+            add(rows, first, b, force);
         };
         let springs = &self.coupling.springs;
         match self.threads {
@@ -197,7 +196,7 @@ impl<'a> LinearGroup<'a> {
             }),
             None => springs.iter().for_each(|spring| pull(spring, 0, rows)),
         }
-        let mut add = |row: usize, force: DVec3| add(rows, row, force);
+        let mut add = |row: usize, force: DVec3| add(rows, 0, row, force);
         for (corners, n, strength) in &self.sheets {
             let sum = corners.iter().map(|corner| scaled[*corner]).sum::<DVec3>();
             let force = *n * (rate * strength * n.dot(sum));

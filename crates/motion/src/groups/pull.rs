@@ -100,6 +100,13 @@ impl Share {
     }
 }
 
+/// Row number `row` among the rows of a share, which begin at `first`; `None` if it belongs to another share.
+#[inline(always)]
+pub(super) fn own_row<R>(rows: &mut [R], first: usize, row: usize) -> Option<&mut R> {
+    // A lower row wraps around to beyond the end.
+    rows.get_mut(row.wrapping_sub(first))
+}
+
 /// Springs, in the order in which their forces are summed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Springs<T> {
@@ -208,9 +215,8 @@ impl<T: Real> Springs<T> {
     }
 
     /// The springs of a share, and those that fill up the last block.
-    pub fn of(&self, share: &Share) -> impl Iterator<Item = SpringRow<T>> + use<'_, T> {
-        let runs: Vec<&[Block<T>]> = share.blocks.iter().map(|blocks| &self.blocks[blocks.clone()]).collect();
-        runs.into_iter().flatten().flat_map(Block::springs)
+    pub fn of(&self, share: &Share) -> impl Iterator<Item = SpringRow<T>> {
+        share.blocks.iter().flat_map(|blocks| &self.blocks[blocks.clone()]).flat_map(Block::springs)
     }
 
     /// Adds the forces in the state (`x`, `v`) to `forces`, N. Velocities are read only if springs have damping.
@@ -305,11 +311,10 @@ impl<T: Real> Block<T> {
             let pull = d[i] * T::Lanes::splat(simd, tension[i]);
             let [a, b] = [self.ends[0][i] as usize, self.ends[1][i] as usize];
             if SHARED {
-                // A row of another share is beyond the end.
-                if let Some(force) = forces.get_mut(a.wrapping_sub(first)) {
+                if let Some(force) = own_row(forces, first, a) {
                     (T::Lanes::of(simd, *force) + pull).store_slice(force);
                 }
-                if let Some(force) = forces.get_mut(b.wrapping_sub(first)) {
+                if let Some(force) = own_row(forces, first, b) {
                     (T::Lanes::of(simd, *force) - pull).store_slice(force);
                 }
             } else {

@@ -203,7 +203,7 @@ pub(super) fn dot<T: Real>(a: &[Row<T>], b: &[Row<T>]) -> T {
     dot_shared(None, a, b)
 }
 
-/// [`dot`] on all threads, to the same bits.
+/// [`dot`] on all threads, with the same bits.
 fn dot_shared<T: Real>(threads: Option<&Threads>, a: &[Row<T>], b: &[Row<T>]) -> T {
     // Four sums, one per lane, always in the same order.
     let add = |mut sums: [T; 4], part: [T; 4]| {

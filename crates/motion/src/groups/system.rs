@@ -108,7 +108,7 @@ impl Group {
     /// Shares the springs of a large group among the threads.
     fn share(&mut self, threads: Option<&Threads>) {
         let Self { coupling, shares, .. } = self;
-        let count = threads.filter(|_| coupling.rows >= Threads::FROM).map_or(0, Threads::count);
+        let count = Threads::for_rows(threads, coupling.rows).map_or(0, Threads::count);
         if shares.0 != count {
             let list = if count > 0 { coupling.springs.shares(coupling.rows, count) } else { Vec::new() };
             *shares = (count, list);
@@ -135,7 +135,7 @@ impl Groups {
                     return false;
                 }
                 let to = first + row;
-                let threads = param.threads().filter(|_| len >= Threads::FROM);
+                let threads = Threads::for_rows(param.threads(), len);
                 let (transforms, bodies) = (&transforms[start..], &bodies[start..]);
                 Threads::share(threads, &mut self.x[to..to + len], |first, x| {
                     for (x, transform) in x.iter_mut().zip(&transforms[first..]) {
@@ -283,7 +283,7 @@ impl Groups {
                     continue;
                 }
                 let from = self.list[group].first + row;
-                let threads = param.threads().filter(|_| len >= Threads::FROM);
+                let threads = Threads::for_rows(param.threads(), len);
                 let (transforms, bodies) =
                     (&mut transforms[start..start + len], &mut bodies[start..start + len]);
                 Threads::share_two(threads, transforms, bodies, |first, transforms, bodies| {

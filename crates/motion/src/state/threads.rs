@@ -31,6 +31,11 @@ impl Threads {
         self.count
     }
 
+    /// `threads`, if there are several and sharing so many rows among them is faster.
+    pub(crate) fn for_rows(threads: Option<&Self>, rows: usize) -> Option<&Self> {
+        threads.filter(|threads| threads.count > 1 && rows >= Self::FROM)
+    }
+
     /// Calls `each` for parts of `rows` and the rows of `others` beside them, a part on each thread, with the number of
     /// the first row. Without threads, there is one part.
     pub(crate) fn share_two<A: Send, B: Send>(

@@ -176,9 +176,9 @@ impl EnvironmentParam<'_, '_> {
         }
     }
 
-    /// The threads that share large worlds, if there are several.
+    /// The threads that share large worlds.
     pub(crate) fn threads(&self) -> Option<&Threads> {
-        self.threads.as_deref().filter(|threads| threads.count() > 1)
+        self.threads.as_deref()
     }
 
     /// Table and row of `body`.

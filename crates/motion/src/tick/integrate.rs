@@ -264,9 +264,9 @@ fn advance<Who: ArchetypeFilter>(
             births,
             records: &output.records,
         };
-        let done = match param.threads() {
-            Some(threads) if entities.len() >= Threads::FROM => shared(threads, &table, batch),
-            _ => TablePart { table: &table, start: 0 }.integrate(batch),
+        let done = match Threads::for_rows(param.threads(), entities.len()) {
+            Some(threads) => shared(threads, &table, batch),
+            None => TablePart { table: &table, start: 0 }.integrate(batch),
         };
         output.evaluations.add(&done.statistics, &called, environment.summed(gravity_off));
         output.records.add(entities, done.statistics.record);

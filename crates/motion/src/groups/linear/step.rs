@@ -1,7 +1,7 @@
 //! An implicit Euler step of a group, linearized: the matrix that its solver multiplies by.
 
 use crate::groups::coupling::{Coupling, SheetRow, add, in_air, is_open, rate_along, vector};
-use crate::groups::pull::{Share, Shares, SpringRow, axis, positive};
+use crate::groups::pull::{Share, Shares, SpringRow, axis, own_row, positive};
 use crate::groups::rows::{Row, RowArray};
 use crate::laws::{BodyState, Drag, EvaluationTime, Jacobians, Law};
 use crate::real::{Real, RealMatrix as _, RealVector as _};
@@ -212,11 +212,10 @@ fn pull<T: Real>(
         for stiff in springs {
             let [a, b] = stiff.ends.map(|end| end as usize);
             let force = force(stiff, vector(&x[b]) - vector(&x[a]));
-            // A row of another share is beyond the end.
-            if let Some(sum) = forces.get_mut(a.wrapping_sub(first)) {
+            if let Some(sum) = own_row(forces, first, a) {
                 add(sum, force);
             }
-            if let Some(sum) = forces.get_mut(b.wrapping_sub(first)) {
+            if let Some(sum) = own_row(forces, first, b) {
                 add(sum, -force);
             }
         }
